@@ -1,0 +1,1 @@
+"""The science of tfscope: volumes, rendering, training, the generator. Knows no Qt."""

@@ -1,0 +1,44 @@
+"""The errors that a user of tfscope may meet.
+
+Each carries one plain sentence that says what was wrong, where, and what to
+do about it. The command line prints it and exits with code 2; the window
+shows it and goes on working. Anything else that escapes is a defect of ours.
+"""
+
+from __future__ import annotations
+
+
+class TfscopeError(Exception):
+    """Base of every error whose message is meant for the user."""
+
+
+class VolumeError(TfscopeError):
+    """A volume file cannot be read, or holds no usable volume."""
+
+
+class ViewError(TfscopeError):
+    """A view's numbers are malformed or outside their ranges."""
+
+
+class TransferFunctionError(TfscopeError):
+    """A transfer function, or the file that holds one, is invalid."""
+
+
+class RenderError(TfscopeError):
+    """The reference renderer cannot run on this machine or for this scene."""
+
+
+class DatasetError(TfscopeError):
+    """A sample store is missing, foreign, or made for another scene."""
+
+
+class CheckpointError(TfscopeError):
+    """A model folder is missing, truncated, foreign, or of another version."""
+
+
+class DeviceError(TfscopeError):
+    """The requested compute device is not there."""
+
+
+class TrainingError(TfscopeError):
+    """A training run cannot start, resume, or go on."""

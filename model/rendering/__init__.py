@@ -1,0 +1,1 @@
+"""Renderers: the ground truth that the generator learns from."""

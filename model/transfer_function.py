@@ -1,0 +1,286 @@
+"""Opacity and colour transfer functions (TFs) and the file that holds a pair.
+
+All scalar values are in the data's own units. For a renderer or a network a
+TF is sampled at 256 values spread evenly over the volume's scalar range, both
+ends included (the paper's t_o and t_c, section 4).
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from model.errors import TransferFunctionError
+
+TF_SAMPLES = 256
+"""Resolution at which TFs are sampled, the paper's n_t."""
+
+FILE_VERSION = 1
+
+Range = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class GaussianMode:
+    """One bump of an opacity TF: ``amplitude * exp(-(s - mean)^2 / width^2)``.
+
+    Attributes
+    ----------
+    mean, width : float
+        In the data's own units; width > 0 (there is no 1/2 in the exponent).
+    amplitude : float
+        Opacity at the mean, 0..1.
+    """
+
+    mean: float
+    width: float
+    amplitude: float
+
+    def __post_init__(self) -> None:
+        if not math.isfinite(self.mean):
+            raise TransferFunctionError(f"A mode's mean is {self.mean}; give a finite number.")
+        if not (math.isfinite(self.width) and self.width > 0):
+            raise TransferFunctionError(
+                f"A mode's width is {self.width:g}; give a number above 0, in the data's units."
+            )
+        if not 0 <= self.amplitude <= 1:
+            raise TransferFunctionError(
+                f"A mode's amplitude is {self.amplitude:g}; give an opacity from 0 to 1."
+            )
+
+
+@dataclass(frozen=True)
+class OpacityTF:
+    """Opacity as a function of the scalar value: Gaussian modes or a free curve.
+
+    Attributes
+    ----------
+    scalar_range : tuple of float
+        The range the TF was made for, lowest first.
+    modes : tuple of GaussianMode
+        Opacity is ``min(1, sum of the modes)``. Narrower modes than one bin
+        (1/256 of the range) are widened to a bin, so that none is missed.
+    points : tuple of (value, opacity)
+        A free curve, linear between the points and constant outside them;
+        used instead of the modes when not empty.
+
+    Raises
+    ------
+    TransferFunctionError
+        For a range that is not increasing, points that are not sorted or
+        opacities outside 0..1, or modes and points given together.
+    """
+
+    scalar_range: Range
+    modes: tuple[GaussianMode, ...] = ()
+    points: tuple[tuple[float, float], ...] = ()
+
+    def __post_init__(self) -> None:
+        check_range(self.scalar_range)
+        if self.modes and self.points:
+            raise TransferFunctionError(
+                "An opacity TF has either modes or points; remove one of the two."
+            )
+        check_increasing([p[0] for p in self.points], "opacity points")
+        for value, opacity in self.points:
+            if not 0 <= opacity <= 1:
+                raise TransferFunctionError(
+                    f"The opacity {opacity:g} at value {value:g} is outside 0 to 1."
+                )
+        bin_width = self.bin_width
+        widened = tuple(
+            m if m.width >= bin_width else replace(m, width=bin_width) for m in self.modes
+        )
+        object.__setattr__(self, "modes", widened)
+
+    @property
+    def bin_width(self) -> float:
+        """Width of one of the 256 bins of the scalar range: the narrowest mode."""
+        return (self.scalar_range[1] - self.scalar_range[0]) / TF_SAMPLES
+
+    def __call__(self, values: ArrayLike) -> NDArray[np.float64]:
+        """Opacity (0..1) at scalar values of any shape."""
+        s = np.asarray(values, dtype=np.float64)
+        if self.points:
+            xs, ys = np.array(self.points).T
+            return np.interp(s, xs, ys)
+        total = np.zeros_like(s)
+        for mode in self.modes:
+            total += mode.amplitude * np.exp(-(((s - mode.mean) / mode.width) ** 2))
+        return np.minimum(total, 1.0)
+
+    def sample(
+        self, scalar_range: Range | None = None, count: int = TF_SAMPLES
+    ) -> NDArray[np.float32]:
+        """Sample evenly over a scalar range (the TF's own by default), both ends included.
+
+        Returns
+        -------
+        ndarray of float32, shape (count,), in [0, 1]
+        """
+        return self(np.linspace(*(scalar_range or self.scalar_range), count)).astype(np.float32)
+
+
+@dataclass(frozen=True)
+class ColorTF:
+    """Colour as a function of the scalar value: stops, linear in RGB between them.
+
+    Attributes
+    ----------
+    scalar_range : tuple of float
+        The range the TF was made for, lowest first.
+    stops : tuple of (value, r, g, b)
+        Sorted by value, components in 0..1; constant outside the stops.
+
+    Raises
+    ------
+    TransferFunctionError
+        For no stops, stops that are not sorted, or components outside 0..1.
+    """
+
+    scalar_range: Range
+    stops: tuple[tuple[float, float, float, float], ...]
+
+    def __post_init__(self) -> None:
+        check_range(self.scalar_range)
+        if not self.stops:
+            raise TransferFunctionError("A colour TF needs at least one stop: [value, r, g, b].")
+        check_increasing([s[0] for s in self.stops], "colour stops")
+        for value, *rgb in self.stops:
+            if not all(0 <= c <= 1 for c in rgb):
+                raise TransferFunctionError(
+                    f"The colour {tuple(rgb)} at value {value:g} is outside 0 to 1."
+                )
+
+    def __call__(self, values: ArrayLike) -> NDArray[np.float64]:
+        """RGB (0..1) at scalar values of shape S, as an array of shape S + (3,)."""
+        s = np.asarray(values, dtype=np.float64)
+        table = np.array(self.stops)
+        return np.stack([np.interp(s, table[:, 0], table[:, c]) for c in (1, 2, 3)], axis=-1)
+
+    def sample(
+        self, scalar_range: Range | None = None, count: int = TF_SAMPLES
+    ) -> NDArray[np.float32]:
+        """Sample evenly over a scalar range (the TF's own by default), both ends included.
+
+        Returns
+        -------
+        ndarray of float32, shape (count, 3), in [0, 1]
+        """
+        return self(np.linspace(*(scalar_range or self.scalar_range), count)).astype(np.float32)
+
+
+@dataclass(frozen=True)
+class TransferFunction:
+    """An opacity TF and a colour TF over one scalar range."""
+
+    opacity: OpacityTF
+    color: ColorTF
+
+    @property
+    def scalar_range(self) -> Range:
+        """The scalar range that both were made for."""
+        return self.opacity.scalar_range
+
+    def to_json(self) -> dict[str, Any]:
+        """The file's content as plain data."""
+        if self.opacity.points:
+            opacity: dict[str, Any] = {"points": [list(p) for p in self.opacity.points]}
+        else:
+            opacity = {"modes": [dict(vars(m)) for m in self.opacity.modes]}
+        return {
+            "tfscope_tf": FILE_VERSION,
+            "range": list(self.scalar_range),
+            "opacity": opacity,
+            "color": {"stops": [list(s) for s in self.color.stops]},
+        }
+
+    @classmethod
+    def from_json(cls, data: Any) -> TransferFunction:
+        """Build the pair from a file's content.
+
+        Raises
+        ------
+        TransferFunctionError
+            When the content is not a TF of this version.
+        """
+        if not isinstance(data, dict) or "tfscope_tf" not in data:
+            raise TransferFunctionError("It is not a tfscope TF: the key 'tfscope_tf' is missing.")
+        if data["tfscope_tf"] != FILE_VERSION:
+            raise TransferFunctionError(
+                f"Its format version is {data['tfscope_tf']!r}; this tfscope reads {FILE_VERSION}."
+            )
+        try:
+            lo, hi = (float(v) for v in data["range"])
+            opacity = data["opacity"]
+            modes = tuple(
+                GaussianMode(float(m["mean"]), float(m["width"]), float(m["amplitude"]))
+                for m in opacity.get("modes", ())
+            )
+            points = tuple((float(v), float(a)) for v, a in opacity.get("points", ()))
+            stops = tuple(
+                (float(v), float(r), float(g), float(b)) for v, r, g, b in data["color"]["stops"]
+            )
+        except (KeyError, TypeError, ValueError, AttributeError) as error:
+            raise TransferFunctionError(
+                f"Its content is malformed near {error}; it needs range [lo, hi], opacity with "
+                "modes {mean, width, amplitude} or points [value, opacity], "
+                "and color stops [value, r, g, b]."
+            ) from error
+        return cls(OpacityTF((lo, hi), modes, points), ColorTF((lo, hi), stops))
+
+    def save(self, path: Path) -> None:
+        """Write the file; an existing one is replaced only once the new one is complete."""
+        partial = path.with_name(path.name + ".partial")
+        try:
+            partial.write_text(json.dumps(self.to_json(), indent=2) + "\n", encoding="utf-8")
+            partial.replace(path)
+        except OSError as error:
+            raise TransferFunctionError(
+                f"{path}: the TF cannot be written ({error.strerror}); choose another place."
+            ) from error
+
+    @classmethod
+    def load(cls, path: Path) -> TransferFunction:
+        """Read a file written by :meth:`save`.
+
+        Raises
+        ------
+        TransferFunctionError
+            When the file is missing or does not hold a valid TF.
+        """
+        try:
+            return cls.from_json(json.loads(path.read_text(encoding="utf-8")))
+        except OSError as error:
+            raise TransferFunctionError(
+                f"{path}: the TF file cannot be read ({error.strerror})."
+            ) from error
+        except (UnicodeDecodeError, json.JSONDecodeError) as error:
+            raise TransferFunctionError(f"{path}: the file is not valid JSON ({error}).") from error
+        except TransferFunctionError as error:
+            raise TransferFunctionError(f"{path}: {error}") from error
+
+
+def check_range(scalar_range: Range) -> None:
+    """Raise :class:`TransferFunctionError` unless the range is finite and increasing."""
+    lo, hi = scalar_range
+    if not (math.isfinite(lo) and math.isfinite(hi) and lo < hi):
+        raise TransferFunctionError(
+            f"The scalar range [{lo:g}, {hi:g}] is not increasing; give [lowest, highest]."
+        )
+
+
+def check_increasing(values: Iterable[float], what: str) -> None:
+    """Raise :class:`TransferFunctionError` unless the values are finite and do not decrease."""
+    array = np.fromiter(values, dtype=np.float64)
+    if not np.isfinite(array).all():
+        raise TransferFunctionError(f"The {what} hold a value that is not a finite number.")
+    if (np.diff(array) < 0).any():
+        raise TransferFunctionError(f"The {what} must be sorted by increasing value.")

@@ -1,0 +1,151 @@
+"""The view: four numbers, one camera basis, and the network's 5-vector.
+
+Every renderer takes its camera from :meth:`View.basis`, which is built in
+closed form: there is no cross product with an "up" vector, so nothing
+degenerates at the poles.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.errors import ViewError
+
+VIEW_ANGLE = 30.0
+"""Full vertical angle of the perspective camera, in degrees."""
+
+FAR_DISTANCE_RADII = 1.0 / math.sin(math.radians(VIEW_ANGLE / 2))
+"""Camera distance, in bounding-sphere radii, at which the sphere just fills the image.
+
+View distances are given in this unit: at distance 1 the whole volume is in
+view whatever the direction.
+"""
+
+
+@dataclass(frozen=True)
+class ViewRange:
+    """The views that a scene is modelled for.
+
+    Attributes
+    ----------
+    max_elevation : float
+        Elevations run over +- this angle, in degrees.
+    max_roll : float
+        Rolls run over +- this angle, in degrees.
+    nearest, farthest : float
+        Limits of the distance; 1 has the whole volume in view.
+    """
+
+    max_elevation: float = 80.0
+    max_roll: float = 10.0
+    nearest: float = 0.4
+    farthest: float = 1.0
+
+
+@dataclass(frozen=True)
+class View:
+    """A camera that looks at the volume's centre.
+
+    At azimuth 0 and elevation 0 it stands on the negative y axis with z up
+    (for a CT in patient coordinates: it faces the patient).
+
+    Attributes
+    ----------
+    azimuth : float
+        Rotation about the z axis, degrees, any finite value; 360 equals 0.
+    elevation : float
+        Angle above the xy plane, degrees, -90..90.
+    roll : float
+        Rotation about the line of sight, degrees; positive turns the camera
+        counter-clockwise, so the picture turns clockwise.
+    distance : float
+        Distance to the centre in units of the distance at which the volume's
+        bounding sphere just fills the image; > 0.
+    """
+
+    azimuth: float = 0.0
+    elevation: float = 0.0
+    roll: float = 0.0
+    distance: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not math.isfinite(value):
+                raise ViewError(f"The view's {name} is {value}; give a finite number.")
+        if not -90.0 <= self.elevation <= 90.0:
+            raise ViewError(
+                f"The view's elevation is {self.elevation:g}; give degrees from -90 to 90."
+            )
+        if self.distance <= 0.0:
+            raise ViewError(
+                f"The view's distance is {self.distance:g}; give a number above 0 "
+                "(1 has the whole volume in view)."
+            )
+
+    @classmethod
+    def parse(cls, text: str) -> View:
+        """Read ``"AZ,EL,ROLL,DIST"``; missing numbers at the end keep their defaults."""
+        try:
+            numbers = [float(part) for part in text.split(",")]
+        except ValueError:
+            numbers = []
+        if not 1 <= len(numbers) <= 4:
+            raise ViewError(
+                f"'{text}' is not a view; give azimuth,elevation,roll,distance, "
+                "for example 30,20,0,1."
+            )
+        return cls(*numbers)
+
+    def basis(self) -> NDArray[np.float64]:
+        """Orthonormal camera axes.
+
+        Returns
+        -------
+        ndarray of float64, shape (3, 3)
+            Rows right, up and back (from the centre to the camera), in volume
+            coordinates, determinant 1.
+        """
+        sin_a, cos_a = _sin_cos(self.azimuth)
+        sin_e, cos_e = _sin_cos(self.elevation)
+        sin_r, cos_r = _sin_cos(self.roll)
+        right = np.array([cos_a, sin_a, 0.0])
+        up = np.array([-sin_e * sin_a, sin_e * cos_a, cos_e])
+        back = np.array([cos_e * sin_a, -cos_e * cos_a, sin_e])
+        return np.stack([cos_r * right + sin_r * up, cos_r * up - sin_r * right, back])
+
+    def camera_distance(self, radius: float) -> float:
+        """Distance from the centre to the camera for a bounding sphere of this radius."""
+        return self.distance * FAR_DISTANCE_RADII * radius
+
+    def vector(self, view_range: ViewRange) -> NDArray[np.float32]:
+        """Encode the view for the networks (paper, section 4).
+
+        Returns
+        -------
+        ndarray of float32, shape (5,)
+            Elevation, cos azimuth, sin azimuth, roll and distance, each in
+            [-1, 1] over `view_range`. Views outside the range are not clipped.
+        """
+        sin_a, cos_a = _sin_cos(self.azimuth)
+        middle = (view_range.farthest + view_range.nearest) / 2
+        half = (view_range.farthest - view_range.nearest) / 2
+        return np.array(
+            [
+                self.elevation / view_range.max_elevation,
+                cos_a,
+                sin_a,
+                self.roll / view_range.max_roll,
+                (self.distance - middle) / half,
+            ],
+            dtype=np.float32,
+        )
+
+
+def _sin_cos(degrees: float) -> tuple[float, float]:
+    """Sine and cosine of an angle in degrees, the same bits for angles 360 degrees apart."""
+    angle = math.radians(degrees % 360.0)
+    return math.sin(angle), math.cos(angle)
