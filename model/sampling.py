@@ -29,7 +29,7 @@ Stream = Literal["train", "holdout"]
 
 MAX_MODES = 5
 MIN_WIDTH_BINS = 2.0
-"""Narrowest random mode, in bins. The paper's code lets the width go to 0 near the window's ends."""
+"""Narrowest random mode, in bins; without a floor, modes near the ends would become spikes."""
 
 
 @dataclass(frozen=True)
