@@ -110,7 +110,7 @@ class OpacityTF:
         s = np.asarray(values, dtype=np.float64)
         if self.points:
             xs, ys = np.array(self.points).T
-            return np.interp(s, xs, ys)
+            return np.asarray(np.interp(s, xs, ys))
         total = np.zeros_like(s)
         for mode in self.modes:
             total += mode.amplitude * np.exp(-(((s - mode.mean) / mode.width) ** 2))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -109,7 +110,7 @@ class Volume:
         It is the unit of the sample distance and the length to which the
         opacities of a transfer function refer.
         """
-        return float(np.prod(self.spacing)) ** (1 / 3)
+        return math.prod(self.spacing) ** (1 / 3)
 
     def histogram(self, bins: int = 256) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
         """Count voxels per scalar value.
@@ -136,9 +137,8 @@ class Volume:
     def fingerprint(self) -> str:
         """SHA-256 of the voxels, their type, shape and spacing: two equal volumes share it."""
         digest = hashlib.sha256()
-        digest.update(
-            f"{self.scalars.dtype.newbyteorder('<').str}{self.scalars.shape}{self.spacing}".encode()
-        )
-        little = self.scalars.astype(self.scalars.dtype.newbyteorder("<"), copy=False)
-        digest.update(np.ascontiguousarray(little).data)
+        little = self.scalars.dtype.newbyteorder("<")
+        spacing = [float(s) for s in self.spacing]
+        digest.update(f"{little.str} {self.dimensions} {spacing}".encode())
+        digest.update(np.ascontiguousarray(self.scalars.astype(little, copy=False)).data)
         return digest.hexdigest()

@@ -1,0 +1,347 @@
+"""The sample store: rendered samples of one scene in a Zarr folder.
+
+A store has one group per stream, ``train`` and ``holdout``, each with arrays
+of equal length N:
+
+- ``view`` (N, 4) float64: azimuth, elevation, roll, distance;
+- ``opacity_tf`` (N, 256) float32 and ``color_tf`` (N, 256, 3) float32: the
+  TFs sampled over the scalar range;
+- ``rgba`` (N, S, S, 4) uint8: the image, premultiplied, row 0 at the top.
+
+Sample i of a stream depends only on the scene, the seed and i, so a store is
+the same whatever the number of processes. Samples are written in blocks of
+one Zarr chunk; ``complete`` marks a block after all of its arrays are on
+disk. A killed run loses the blocks in work, which the next run renders anew.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+from collections.abc import Callable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import zarr
+from numpy.typing import NDArray
+
+from model.errors import DatasetError, TfscopeError
+from model.rendering.vtk_renderer import VtkRenderer
+from model.sampling import Stream, draw_sample
+from model.scene import Scene
+from model.transfer_function import TF_SAMPLES
+from model.view import View
+from model.volume import Volume
+
+FORMAT_VERSION = 1
+BLOCK = 32
+"""Samples per block: the unit of work of a process and of loss after a kill."""
+
+
+@dataclass(frozen=True)
+class SampleBatch:
+    """Samples side by side, as the store holds them.
+
+    Attributes
+    ----------
+    view : ndarray of float64, shape (N, 4)
+        Azimuth, elevation, roll (degrees) and distance.
+    opacity_tf : ndarray of float32, shape (N, 256)
+    color_tf : ndarray of float32, shape (N, 256, 3)
+    rgba : ndarray of uint8, shape (N, S, S, 4)
+        Premultiplied by opacity, row 0 at the top.
+    """
+
+    view: NDArray[np.float64]
+    opacity_tf: NDArray[np.float32]
+    color_tf: NDArray[np.float32]
+    rgba: NDArray[np.uint8]
+
+    def __len__(self) -> int:
+        return len(self.view)
+
+    def __getitem__(self, index: Any) -> SampleBatch:
+        """Select samples by a slice or an index array."""
+        return SampleBatch(*(getattr(self, name)[index] for name in ARRAYS))
+
+    def views(self) -> list[View]:
+        """The views as objects."""
+        return [View(*map(float, row)) for row in self.view]
+
+    @classmethod
+    def concatenate(cls, batches: list[SampleBatch]) -> SampleBatch:
+        """Join batches in order."""
+        return cls(*(np.concatenate([getattr(b, name) for b in batches]) for name in ARRAYS))
+
+
+ARRAYS = ("view", "opacity_tf", "color_tf", "rgba")
+
+
+def render_samples(
+    renderer: VtkRenderer, scene: Scene, seed: int, stream: Stream, indices: range
+) -> SampleBatch:
+    """Draw and render samples of a stream.
+
+    Parameters
+    ----------
+    renderer : VtkRenderer
+        Of the scene's volume and lighting.
+    scene : Scene
+    seed : int
+    stream : {"train", "holdout"}
+    indices : range
+        Which samples of the stream.
+    """
+    samples = [draw_sample(scene, seed, stream, i) for i in indices]
+    images = [
+        renderer.render(
+            s.view, s.transfer_function.opacity, s.transfer_function.color, scene.image_size
+        )
+        for s in samples
+    ]
+    return SampleBatch(
+        view=np.array([[*vars(s.view).values()] for s in samples]),
+        opacity_tf=np.stack([s.transfer_function.opacity.sample() for s in samples]),
+        color_tf=np.stack([s.transfer_function.color.sample() for s in samples]),
+        rgba=np.rint(np.stack(images) * 255).astype(np.uint8),
+    )
+
+
+def make_renderer(volume: Volume, scene: Scene) -> VtkRenderer:
+    """The reference renderer of a scene.
+
+    Raises
+    ------
+    DatasetError
+        When the volume is not the scene's.
+    """
+    if volume.fingerprint != scene.volume_fingerprint:
+        raise DatasetError(
+            f"The volume '{volume.name}' is not the one that the scene was made for "
+            f"('{scene.volume_name}'); open that volume, or make a new data set."
+        )
+    return VtkRenderer(volume, scene.lighting, scene.light, scene.sample_distance)
+
+
+class SampleStore:
+    """A sample store on disk.
+
+    Parameters
+    ----------
+    path : Path
+        The store's folder.
+
+    Raises
+    ------
+    DatasetError
+        When the folder is no sample store, or one of another version.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        if not path.is_dir():
+            raise DatasetError(f"{path}: there is no data set here; make one with 'dataset'.")
+        try:
+            self._root = zarr.open_group(path, mode="r+")
+            header: dict[str, Any] = dict(self._root.attrs)
+            version = header["tfscope_dataset"]
+            self.seed = int(header["seed"])
+            self.scene = Scene.from_json(header["scene"])
+        except (OSError, KeyError, TypeError, ValueError, TfscopeError) as error:
+            raise DatasetError(f"{path}: the folder is not a tfscope data set ({error}).") from error
+        if version != FORMAT_VERSION:
+            raise DatasetError(
+                f"{path}: the data set has format {version}; this tfscope reads {FORMAT_VERSION}, "
+                "so make it anew."
+            )
+
+    @classmethod
+    def create(cls, path: Path, scene: Scene, seed: int, counts: dict[Stream, int]) -> SampleStore:
+        """Create a store, or open the one that is there to go on with it.
+
+        Parameters
+        ----------
+        path : Path
+        scene : Scene
+        seed : int
+        counts : dict
+            Number of samples of each stream; an existing store may grow.
+
+        Raises
+        ------
+        DatasetError
+            When the folder holds something else, or samples of another scene
+            or seed.
+        """
+        if path.exists() and (not path.is_dir() or any(path.iterdir())):
+            store = cls(path)
+            if store.scene != scene or store.seed != seed:
+                raise DatasetError(
+                    f"{path}: the data set was made for another volume, size, lighting or seed; "
+                    "choose another folder, or the same options to go on with it."
+                )
+        else:
+            root = zarr.open_group(path, mode="w")
+            root.attrs.update(
+                {"tfscope_dataset": FORMAT_VERSION, "seed": seed, "scene": scene.to_json()}
+            )
+            for stream in counts:
+                _create_arrays(root.create_group(stream), scene.image_size)
+            store = cls(path)
+        for stream, count in counts.items():
+            store._grow(stream, count)
+        return store
+
+    def count(self, stream: Stream) -> int:
+        """Number of samples that the stream is meant to hold."""
+        return int(self._array(stream, "view").shape[0])
+
+    def missing_blocks(self, stream: Stream) -> list[range]:
+        """The blocks that are not complete, as ranges of sample indices."""
+        complete = self._array(stream, "complete")[:]
+        blocks = _blocks(self.count(stream))
+        return [b for b, flag in zip(blocks, complete, strict=True) if flag != len(b)]
+
+    def require_complete(self) -> None:
+        """Raise :class:`DatasetError` unless every sample is there."""
+        missing = sum(len(b) for s in self.streams() for b in self.missing_blocks(s))
+        if missing:
+            raise DatasetError(
+                f"{self.path}: {missing} samples are not rendered yet; "
+                "run the same 'dataset' command again to finish it."
+            )
+
+    def streams(self) -> tuple[Stream, ...]:
+        """The streams of a store."""
+        return ("train", "holdout")
+
+    def read(self, stream: Stream, indices: range) -> SampleBatch:
+        """Read consecutive samples."""
+        span = slice(indices.start, indices.stop)
+        return SampleBatch(*(np.asarray(self._array(stream, name)[span]) for name in ARRAYS))
+
+    def write_block(self, stream: Stream, block: range, batch: SampleBatch) -> None:
+        """Write one block and then mark it complete."""
+        span = slice(block.start, block.stop)
+        for name in ARRAYS:
+            self._array(stream, name)[span] = getattr(batch, name)
+        self._array(stream, "complete")[block.start // BLOCK] = len(block)
+
+    def shuffled(
+        self, stream: Stream, rng: np.random.Generator, batch_size: int, pool_blocks: int = 64
+    ) -> Iterator[SampleBatch]:
+        """Yield one pass over a stream in random order, without holding it in memory.
+
+        Blocks are read in random order; batches are drawn at random from a
+        pool of up to `pool_blocks` of them. A last batch that is not full is
+        left out, since batch normalisation needs more than one sample.
+        """
+        order = rng.permutation(np.array(_blocks(self.count(stream)), dtype=object))
+        for start in range(0, len(order), pool_blocks):
+            pool = SampleBatch.concatenate(
+                [self.read(stream, b) for b in order[start : start + pool_blocks]]
+            )
+            shuffle = rng.permutation(len(pool))
+            for first in range(0, len(pool) - batch_size + 1, batch_size):
+                yield pool[shuffle[first : first + batch_size]]
+
+    def _array(self, stream: Stream, name: str) -> zarr.Array[Any]:
+        array = self._root[f"{stream}/{name}"]
+        assert isinstance(array, zarr.Array)
+        return array
+
+    def _grow(self, stream: Stream, count: int) -> None:
+        if count <= self.count(stream):
+            return
+        for name in ARRAYS:
+            array = self._array(stream, name)
+            array.resize((count, *array.shape[1:]))
+        self._array(stream, "complete").resize((len(_blocks(count)),))
+
+
+def render_store(
+    store: SampleStore,
+    volume: Volume,
+    workers: int | None = None,
+    on_progress: Callable[[int], None] = lambda count: None,
+) -> None:
+    """Render what a store still misses, in parallel processes.
+
+    Parameters
+    ----------
+    store : SampleStore
+    volume : Volume
+    workers : int, optional
+        Number of processes, one per processor by default.
+    on_progress : callable
+        Called with the number of new samples after each block.
+    """
+    tasks = [(s, block) for s in store.streams() for block in store.missing_blocks(s)]
+    if not tasks:
+        return
+    workers = min(workers or os.cpu_count() or 1, len(tasks))
+    # "spawn": a fork would copy torch's and OpenGL's threads into the child half alive.
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(
+        workers, context, initializer=_start_worker, initargs=(store.path, volume)
+    ) as pool:
+        queue = iter(tasks)
+        running: set[Future[int]] = set()
+        try:
+            for task in queue:
+                running.add(pool.submit(_render_block, *task))
+                if len(running) >= 2 * workers:
+                    running = _drain(running, on_progress)
+            while running:
+                running = _drain(running, on_progress)
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+def _drain(running: set[Future[int]], on_progress: Callable[[int], None]) -> set[Future[int]]:
+    done, rest = wait(running, return_when=FIRST_COMPLETED)
+    for future in done:
+        on_progress(future.result())
+    return rest
+
+
+class _Worker:
+    """What a rendering process keeps between blocks."""
+
+    store: SampleStore
+    renderer: VtkRenderer
+
+
+def _start_worker(path: Path, volume: Volume) -> None:
+    # Each process is one worker: Mesa's own threads would only compete with the others.
+    os.environ.setdefault("LP_NUM_THREADS", "1")
+    _Worker.store = SampleStore(path)
+    _Worker.renderer = make_renderer(volume, _Worker.store.scene)
+
+
+def _render_block(stream: Stream, block: range) -> int:
+    store = _Worker.store
+    batch = render_samples(_Worker.renderer, store.scene, store.seed, stream, block)
+    store.write_block(stream, block, batch)
+    return len(batch)
+
+
+def _blocks(count: int) -> list[range]:
+    return [range(start, min(start + BLOCK, count)) for start in range(0, count, BLOCK)]
+
+
+def _create_arrays(group: zarr.Group, image_size: int) -> None:
+    shapes: dict[str, tuple[tuple[int, ...], str]] = {
+        "view": ((4,), "float64"),
+        "opacity_tf": ((TF_SAMPLES,), "float32"),
+        "color_tf": ((TF_SAMPLES, 3), "float32"),
+        "rgba": ((image_size, image_size, 4), "uint8"),
+    }
+    for name, (shape, dtype) in shapes.items():
+        group.create_array(name, shape=(0, *shape), chunks=(BLOCK, *shape), dtype=dtype)
+    # One flag per chunk: two processes never write the same file.
+    group.create_array("complete", shape=(0,), chunks=(1,), dtype="uint8")

@@ -1,0 +1,97 @@
+"""Between what people mean and what the networks see: all values in [-1, 1].
+
+Views become a 5-vector (:meth:`model.view.View.vector`), opacities and image
+values are scaled linearly, and colour TFs are given in CIELAB (paper, section
+6, implementation details).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from skimage.color import rgb2lab
+from torch import Tensor
+
+from model.dataset import SampleBatch
+from model.view import View, ViewRange
+
+LAB_LOW = np.array([0.0, -86.185, -107.863])
+LAB_HIGH = np.array([100.0, 98.254, 94.482])
+"""Extent of the RGB cube in CIELAB (L, a, b)."""
+
+
+@dataclass(frozen=True)
+class EncodedBatch:
+    """Training samples as tensors in [-1, 1], images NCHW.
+
+    Attributes
+    ----------
+    view : Tensor, shape (N, 5)
+    opacity_tf : Tensor, shape (N, 256)
+    color_tf : Tensor, shape (N, 3, 256)
+    opacity_image : Tensor, shape (N, 1, So, So)
+    image : Tensor, shape (N, 3, S, S)
+    """
+
+    view: Tensor
+    opacity_tf: Tensor
+    color_tf: Tensor
+    opacity_image: Tensor
+    image: Tensor
+
+
+def encode_views(views: list[View], view_range: ViewRange) -> Tensor:
+    """Tensor (N, 5) of views."""
+    return torch.from_numpy(np.stack([view.vector(view_range) for view in views]))
+
+
+def encode_unit(values: NDArray[np.float32]) -> Tensor:
+    """Scale values of any shape from [0, 1] to [-1, 1]."""
+    return torch.from_numpy(np.ascontiguousarray(values)) * 2 - 1
+
+
+def decode_unit(values: Tensor) -> Tensor:
+    """Scale values of any shape from [-1, 1] to [0, 1]."""
+    return values.float() / 2 + 0.5
+
+
+def rgb_to_lab(rgb: NDArray[np.float32]) -> NDArray[np.float32]:
+    """CIELAB of RGB (..., 3), each channel scaled so that the RGB cube fills [-1, 1].
+
+    Values outside [0, 1] are clipped first: CIELAB has no meaning there, and
+    its roots would give NaN.
+    """
+    lab = rgb2lab(np.clip(rgb, 0.0, 1.0))
+    return (2 * (lab - LAB_LOW) / (LAB_HIGH - LAB_LOW) - 1).astype(np.float32)
+
+
+def encode_colors(color_tf: NDArray[np.float32]) -> Tensor:
+    """Tensor (N, 3, 256) in scaled CIELAB of colour TFs (N, 256, 3) in RGB."""
+    return torch.from_numpy(np.ascontiguousarray(rgb_to_lab(color_tf).transpose(0, 2, 1)))
+
+
+def encode_batch(batch: SampleBatch, view_range: ViewRange, opacity_size: int) -> EncodedBatch:
+    """Encode stored samples.
+
+    Parameters
+    ----------
+    batch : SampleBatch
+    view_range : ViewRange
+        The scene's.
+    opacity_size : int
+        Width and height of the opacity image: the image's opacity, averaged
+        over square blocks of pixels.
+    """
+    rgba = torch.from_numpy(np.ascontiguousarray(batch.rgba.transpose(0, 3, 1, 2)))
+    rgba = rgba.float() / 127.5 - 1
+    opacity = torch.nn.functional.adaptive_avg_pool2d(rgba[:, 3:], opacity_size)
+    return EncodedBatch(
+        view=encode_views(batch.views(), view_range),
+        opacity_tf=encode_unit(batch.opacity_tf),
+        color_tf=encode_colors(batch.color_tf),
+        opacity_image=opacity,
+        image=rgba[:, :3].contiguous(),
+    )

@@ -1,0 +1,194 @@
+"""Layers that the four networks share, and the size they follow from.
+
+All networks work on values in [-1, 1]. Generators use ReLU inside residual
+blocks; linear layers, 1-D convolutions and discriminators use LeakyReLU(0.2)
+(paper, section 4.1).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import torch
+from torch import Tensor, nn
+
+from model.errors import TfscopeError
+
+LEAK = 0.2
+VIEW_PARAMETERS = 5
+
+
+@dataclass(frozen=True)
+class NetworkSize:
+    """What the size of every network follows from.
+
+    Attributes
+    ----------
+    width : float
+        Share of the paper's number of channels; 1 is the paper's network.
+    opacity_size : int
+        Width and height of the opacity image, a power of two from 16.
+    image_size : int
+        Width and height of the colour image: the opacity image's size times
+        1, 2, 4 or more powers of two.
+    latent_dim : int
+        Length of the latent code of an opacity TF.
+
+    Raises
+    ------
+    TfscopeError
+        For sizes that the networks cannot be built for.
+    """
+
+    width: float = 1.0
+    opacity_size: int = 64
+    image_size: int = 256
+    latent_dim: int = 8
+
+    def __post_init__(self) -> None:
+        for name in ("opacity_size", "image_size"):
+            size = getattr(self, name)
+            if size < 16 or size & (size - 1):
+                raise TfscopeError(f"The {name} {size} is not a power of two of at least 16.")
+        if self.image_size < self.opacity_size:
+            raise TfscopeError(
+                f"The colour image ({self.image_size} pixels) must not be smaller than "
+                f"the opacity image ({self.opacity_size} pixels)."
+            )
+        if not 0 < self.width <= 4 or self.latent_dim < 1:
+            raise TfscopeError("The network's width must be in 0..4 and its latent code not empty.")
+
+    def channels(self, full: int) -> int:
+        """Scale a number of channels of the paper's network to this width, in steps of 8."""
+        return max(8, 8 * round(full * self.width / 8))
+
+
+class ResidualBlock(nn.Module):
+    """Two convolutions and a shortcut (He et al. 2016).
+
+    The first convolution keeps the number of channels, the second changes it;
+    where it does, the shortcut is a convolution with kernel 1.
+
+    Parameters
+    ----------
+    channels_in, channels_out : int
+    kernel : int
+        1 or 3.
+    last : bool
+        The network's last block: no batch norm on its output and no ReLU, so
+        that the tanh that follows sees the convolution itself.
+    """
+
+    def __init__(
+        self, channels_in: int, channels_out: int, kernel: int = 3, last: bool = False
+    ) -> None:
+        super().__init__()
+
+        def norm() -> nn.Module:
+            return nn.Identity() if last else nn.BatchNorm2d(channels_out)
+
+        padding = kernel // 2
+        self.body = nn.Sequential(
+            nn.Conv2d(channels_in, channels_in, kernel, padding=padding, bias=False),
+            nn.BatchNorm2d(channels_in),
+            nn.ReLU(),
+            nn.Conv2d(channels_in, channels_out, kernel, padding=padding, bias=False),
+            norm(),
+        )
+        self.shortcut: nn.Module = nn.Identity()
+        if channels_in != channels_out:
+            self.shortcut = nn.Sequential(
+                nn.Conv2d(channels_in, channels_out, 1, bias=False), norm()
+            )
+        self.activation: nn.Module = nn.Identity() if last else nn.ReLU()
+
+    def forward(self, x: Tensor) -> Tensor:
+        """Map (N, channels_in, H, W) to (N, channels_out, H, W)."""
+        y: Tensor = self.activation(self.body(x) + self.shortcut(x))
+        return y
+
+
+class TFEncoder(nn.Sequential):
+    """1-D convolutions from a TF of 256 samples to one feature vector.
+
+    Parameters
+    ----------
+    channels : list of int
+        Six numbers: of the input and after each of five convolutions of
+        kernel 5 and stride 2, which shorten 256 samples to 8.
+    features : int
+        Length of the output; a convolution over all 8 remaining samples.
+    bias : bool
+        Whether the convolutions add a bias.
+    """
+
+    def __init__(self, channels: list[int], features: int, bias: bool = True) -> None:
+        layers: list[nn.Module] = []
+        for a, b in pairwise(channels):
+            layers += [nn.Conv1d(a, b, 5, stride=2, padding=2, bias=bias), nn.LeakyReLU(LEAK)]
+        layers += [nn.Conv1d(channels[-1], features, 8, bias=bias), nn.LeakyReLU(LEAK), nn.Flatten()]
+        super().__init__(*layers)
+
+
+class ImageDiscriminator(nn.Sequential):
+    """Strided convolutions from an image to one feature vector.
+
+    Parameters
+    ----------
+    channels : list of int
+        Of the input and after each convolution of kernel 4 and stride 2; as
+        many as it takes to come down to 4 x 4 pixels.
+    features : int
+        Length of the output; a convolution over the last 4 x 4 pixels.
+    """
+
+    def __init__(self, channels: list[int], features: int) -> None:
+        layers: list[nn.Module] = []
+        for i, (a, b) in enumerate(pairwise(channels)):
+            layers.append(nn.Conv2d(a, b, 4, stride=2, padding=1))
+            if i > 0:
+                layers.append(nn.BatchNorm2d(b))
+            layers.append(nn.LeakyReLU(LEAK))
+        layers += [nn.Conv2d(channels[-1], features, 4), nn.LeakyReLU(LEAK), nn.Flatten()]
+        super().__init__(*layers)
+
+
+def mlp(*features: int) -> nn.Sequential:
+    """Linear layers, each followed by LeakyReLU."""
+    layers: list[nn.Module] = []
+    for a, b in pairwise(features):
+        layers += [nn.Linear(a, b), nn.LeakyReLU(LEAK)]
+    return nn.Sequential(*layers)
+
+
+def score_head(features_in: int, features: int) -> nn.Sequential:
+    """Merge concatenated features into one logit."""
+    return nn.Sequential(mlp(features_in, features, features), nn.Linear(features, 1))
+
+
+def upsample() -> nn.Upsample:
+    """Double the number of pixels along both axes."""
+    return nn.Upsample(scale_factor=2, mode="nearest")
+
+
+def initialise(module: nn.Module) -> None:
+    """Draw the first weights as the paper's code does: N(0, .02), batch norms N(1, .02)."""
+    for layer in module.modules():
+        if isinstance(layer, nn.Conv1d | nn.Conv2d | nn.Linear):
+            nn.init.normal_(layer.weight, 0.0, 0.02)
+            if layer.bias is not None:
+                nn.init.zeros_(layer.bias)
+        elif isinstance(layer, nn.BatchNorm2d):
+            nn.init.normal_(layer.weight, 1.0, 0.02)
+            nn.init.zeros_(layer.bias)
+
+
+def parameter_count(module: nn.Module) -> int:
+    """Number of trained parameters."""
+    return sum(p.numel() for p in module.parameters())
+
+
+def concatenate(*features: Tensor) -> Tensor:
+    """Join features along the channel axis."""
+    return torch.cat(features, dim=1)

@@ -1,0 +1,236 @@
+"""The reference renderer: VTK's ray caster, off screen.
+
+It needs no display: the picture is drawn through EGL, or through OSMesa where
+EGL is missing. The ray caster composites front to back (paper, Eqs. 2 and 3)
+and corrects each opacity for the sample distance, so that a homogeneous slab
+of length l has opacity 1 - (1 - a)^(l / voxel size).
+
+An OpenGL context belongs to the thread that made it: create, use and close a
+renderer in one thread.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
+from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPiecewiseFunction
+from vtkmodules.vtkRenderingCore import (
+    vtkColorTransferFunction,
+    vtkLight,
+    vtkRenderer,
+    vtkRenderWindow,
+    vtkVolume,
+    vtkVolumeProperty,
+)
+from vtkmodules.vtkRenderingOpenGL2 import vtkGenericOpenGLRenderWindow  # noqa: F401  (registers)
+from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkOpenGLGPUVolumeRayCastMapper
+
+from model.errors import RenderError
+from model.scene import LightDirection, Lighting
+from model.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, Range
+from model.view import VIEW_ANGLE, View
+from model.volume import Volume
+
+AMBIENT, DIFFUSE, SPECULAR, SPECULAR_POWER = 0.25, 0.75, 0.3, 20.0
+"""Gradient shading of lit scenes."""
+
+SCATTERING_BLEND, GLOBAL_REACH = 1.0, 0.5
+"""Global lighting: even parts of gradient shading and scattering; rays half as long as the volume."""
+
+NATIVE_TYPES = (np.uint8, np.int8, np.uint16, np.int16)
+"""Scalars that go to the ray caster as they are."""
+
+
+class VtkRenderer:
+    """Renders one volume under one lighting.
+
+    Parameters
+    ----------
+    volume : Volume
+    lighting : {"none", "direct", "global"}
+        Emission-absorption; with gradient shading; with shadows and scattering.
+    light : LightDirection, optional
+        Direction of the distant light relative to the view; ignored when unlit.
+    sample_distance : float
+        Distance between samples along a ray, in voxels; may be changed between
+        images through the attribute of the same name.
+
+    Raises
+    ------
+    RenderError
+        When the machine offers no OpenGL to draw with.
+    """
+
+    def __init__(
+        self,
+        volume: Volume,
+        lighting: Lighting = "none",
+        light: LightDirection | None = None,
+        sample_distance: float = 0.5,
+    ) -> None:
+        self.sample_distance = sample_distance
+        self._volume = volume
+        self._scalars, self._texture_range = _texture_scalars(volume)
+        self._opacity = vtkPiecewiseFunction()
+        self._color = vtkColorTransferFunction()
+        self._mapper = vtkOpenGLGPUVolumeRayCastMapper()
+        self._mapper.SetInputData(_image_data(volume, self._scalars))
+        self._mapper.AutoAdjustSampleDistancesOff()
+        self._mapper.LockSampleDistanceToInputSpacingOff()
+        self._mapper.UseJitteringOff()
+        self._renderer = vtkRenderer()
+        self._renderer.SetBackground(0.0, 0.0, 0.0)
+        self._renderer.SetBackgroundAlpha(0.0)
+        self._renderer.AddVolume(self._actor(lighting))
+        self._renderer.AutomaticLightCreationOff()
+        if lighting != "none":
+            self._renderer.AddLight(_camera_light(light or LightDirection()))
+        if lighting == "global":
+            self._mapper.SetVolumetricScatteringBlending(SCATTERING_BLEND)
+            self._mapper.SetGlobalIlluminationReach(GLOBAL_REACH)
+        self._window = _offscreen_window()
+        self._window.AddRenderer(self._renderer)
+
+    def render(
+        self, view: View, opacity_tf: OpacityTF, color_tf: ColorTF, size: int
+    ) -> NDArray[np.float32]:
+        """Render one image.
+
+        Parameters
+        ----------
+        view : View
+        opacity_tf : OpacityTF
+        color_tf : ColorTF
+        size : int
+            Width and height in pixels.
+
+        Returns
+        -------
+        ndarray of float32, shape (size, size, 4)
+            RGBA in [0, 1] in steps of 1/255; colour premultiplied by opacity
+            on black; row 0 at the top.
+        """
+        scalar_range = self._volume.scalar_range
+        self._opacity.BuildFunctionFromTable(
+            *self._texture_range, TF_SAMPLES, opacity_tf.sample(scalar_range).astype(np.float64)
+        )
+        self._color.BuildFunctionFromTable(
+            *self._texture_range,
+            TF_SAMPLES,
+            color_tf.sample(scalar_range).astype(np.float64).ravel(),
+        )
+        self._mapper.SetSampleDistance(self.sample_distance * self._volume.voxel_size)
+        self._point_camera(view)
+        self._window.SetSize(size, size)
+        self._window.Render()
+        pixels = vtkUnsignedCharArray()
+        self._window.GetRGBACharPixelData(0, 0, size - 1, size - 1, 0, pixels)
+        if pixels.GetNumberOfTuples() != size * size:
+            raise RenderError(
+                f"VTK returned no image of {size} x {size} pixels; "
+                "try a smaller size, or update the graphics driver."
+            )
+        bottom_up = vtk_to_numpy(pixels).reshape(size, size, 4)
+        return np.ascontiguousarray(bottom_up[::-1]).astype(np.float32) / np.float32(255)
+
+    def close(self) -> None:
+        """Free the OpenGL context; the renderer cannot be used afterwards."""
+        self._renderer.RemoveAllViewProps()
+        self._window.Finalize()
+
+    def _actor(self, lighting: Lighting) -> vtkVolume:
+        properties = vtkVolumeProperty()
+        properties.SetInterpolationTypeToLinear()
+        properties.SetScalarOpacity(self._opacity)
+        properties.SetColor(self._color)
+        properties.SetScalarOpacityUnitDistance(self._volume.voxel_size)
+        if lighting == "none":
+            properties.ShadeOff()
+        else:
+            properties.ShadeOn()
+            properties.SetAmbient(AMBIENT)
+            properties.SetDiffuse(DIFFUSE)
+            properties.SetSpecular(SPECULAR)
+            properties.SetSpecularPower(SPECULAR_POWER)
+        actor = vtkVolume()
+        actor.SetMapper(self._mapper)
+        actor.SetProperty(properties)
+        return actor
+
+    def _point_camera(self, view: View) -> None:
+        _, up, back = view.basis()
+        radius = self._volume.radius
+        distance = view.camera_distance(radius)
+        center = np.array(self._volume.center)
+        camera = self._renderer.GetActiveCamera()
+        camera.SetFocalPoint(*center)
+        camera.SetPosition(*(center + distance * back))
+        camera.SetViewUp(*up)
+        camera.SetViewAngle(VIEW_ANGLE)
+        # The whole bounding sphere, with a little room; a camera inside it sees from close by.
+        camera.SetClippingRange(max(distance - 1.01 * radius, 0.01 * radius), distance + 1.01 * radius)
+
+
+def _texture_scalars(volume: Volume) -> tuple[NDArray[Any], Range]:
+    """Scalars in a type that the ray caster stores without loss, and their range.
+
+    Wide types are mapped to float32 over [0, 1] first: as they are, a small
+    range far from zero would lose its digits.
+    """
+    lo, hi = volume.scalar_range
+    if volume.scalars.dtype in NATIVE_TYPES:
+        return volume.scalars, (lo, hi)
+    scaled = np.empty(volume.scalars.shape, dtype=np.float32)
+    # The extremes of float64 would overflow in hi - lo: halve first.
+    span = hi / 2 - lo / 2
+    for plane, out in zip(volume.scalars, scaled, strict=True):
+        out[...] = (plane.astype(np.float64) / 2 - lo / 2) / span
+    return scaled, (0.0, 1.0)
+
+
+def _image_data(volume: Volume, scalars: NDArray[Any]) -> vtkImageData:
+    """Wrap the scalars, without a copy, as VTK's regular grid."""
+    image = vtkImageData()
+    image.SetDimensions(*volume.dimensions)
+    image.SetSpacing(*volume.spacing)
+    image.SetOrigin(*volume.origin)
+    image.GetPointData().SetScalars(numpy_to_vtk(np.ascontiguousarray(scalars).reshape(-1)))
+    return image
+
+
+def _camera_light(direction: LightDirection) -> vtkLight:
+    """Build a distant white light that turns with the camera."""
+    azimuth, elevation = math.radians(direction.azimuth), math.radians(direction.elevation)
+    light = vtkLight()
+    light.SetLightTypeToCameraLight()
+    light.PositionalOff()
+    light.SetPosition(
+        math.sin(azimuth) * math.cos(elevation),
+        math.sin(elevation),
+        math.cos(azimuth) * math.cos(elevation),
+    )
+    light.SetFocalPoint(0.0, 0.0, 0.0)
+    return light
+
+
+def _offscreen_window() -> vtkRenderWindow:
+    """Open the first off-screen window that this machine can draw in."""
+    import vtkmodules.vtkRenderingOpenGL2 as opengl
+
+    for name in ("vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow", "vtkRenderWindow"):
+        kind = getattr(opengl, name, vtkRenderWindow)
+        window = kind()
+        window.SetOffScreenRendering(True)
+        window.SetMultiSamples(0)
+        window.SetAlphaBitPlanes(True)
+        if window.SupportsOpenGL():
+            return window
+    raise RenderError(
+        "VTK finds no OpenGL to draw with; on Debian or Ubuntu install it with "
+        "'apt-get install libegl1 libgl1 libgl1-mesa-dri'."
+    )
