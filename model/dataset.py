@@ -40,6 +40,9 @@ FORMAT_VERSION = 1
 BLOCK = 32
 """Samples per block: the unit of work of a process and of loss after a kill."""
 
+POOL_BLOCKS = 64
+"""Blocks that are shuffled together when a stream is read in random order."""
+
 
 @dataclass(frozen=True)
 class SampleBatch:
@@ -151,7 +154,9 @@ class SampleStore:
             self.seed = int(header["seed"])
             self.scene = Scene.from_json(header["scene"])
         except (OSError, KeyError, TypeError, ValueError, TfscopeError) as error:
-            raise DatasetError(f"{path}: the folder is not a tfscope data set ({error}).") from error
+            raise DatasetError(
+                f"{path}: the folder is not a tfscope data set ({error})."
+            ) from error
         if version != FORMAT_VERSION:
             raise DatasetError(
                 f"{path}: the data set has format {version}; this tfscope reads {FORMAT_VERSION}, "
@@ -201,7 +206,7 @@ class SampleStore:
 
     def missing_blocks(self, stream: Stream) -> list[range]:
         """The blocks that are not complete, as ranges of sample indices."""
-        complete = self._array(stream, "complete")[:]
+        complete = np.asarray(self._array(stream, "complete")[:])
         blocks = _blocks(self.count(stream))
         return [b for b, flag in zip(blocks, complete, strict=True) if flag != len(b)]
 
@@ -231,22 +236,36 @@ class SampleStore:
         self._array(stream, "complete")[block.start // BLOCK] = len(block)
 
     def shuffled(
-        self, stream: Stream, rng: np.random.Generator, batch_size: int, pool_blocks: int = 64
+        self, stream: Stream, rng: np.random.Generator, batch_size: int, skip: int = 0
     ) -> Iterator[SampleBatch]:
         """Yield one pass over a stream in random order, without holding it in memory.
 
         Blocks are read in random order; batches are drawn at random from a
-        pool of up to `pool_blocks` of them. A last batch that is not full is
-        left out, since batch normalisation needs more than one sample.
+        pool of them. A last batch that is not full is left out, since batch
+        normalisation needs more than one sample.
+
+        Parameters
+        ----------
+        stream : {"train", "holdout"}
+        rng : numpy.random.Generator
+        batch_size : int
+        skip : int
+            Number of batches to leave out at the start, to go on where an
+            earlier pass with an equal `rng` stopped.
         """
-        order = rng.permutation(np.array(_blocks(self.count(stream)), dtype=object))
-        for start in range(0, len(order), pool_blocks):
-            pool = SampleBatch.concatenate(
-                [self.read(stream, b) for b in order[start : start + pool_blocks]]
-            )
-            shuffle = rng.permutation(len(pool))
-            for first in range(0, len(pool) - batch_size + 1, batch_size):
-                yield pool[shuffle[first : first + batch_size]]
+        all_blocks = _blocks(self.count(stream))
+        order = rng.permutation(len(all_blocks))
+        for start in range(0, len(order), POOL_BLOCKS):
+            blocks = [all_blocks[i] for i in order[start : start + POOL_BLOCKS]]
+            shuffle = rng.permutation(sum(map(len, blocks)))
+            batches = np.split(shuffle, range(batch_size, len(shuffle), batch_size))
+            full = [b for b in batches if len(b) == batch_size]
+            if skip >= len(full):
+                skip -= len(full)
+                continue
+            pool = SampleBatch.concatenate([self.read(stream, b) for b in blocks])
+            yield from (pool[indices] for indices in full[skip:])
+            skip = 0
 
     def _array(self, stream: Stream, name: str) -> zarr.Array[Any]:
         array = self._root[f"{stream}/{name}"]

@@ -42,6 +42,10 @@ class EncodedBatch:
     opacity_image: Tensor
     image: Tensor
 
+    def to(self, device: torch.device) -> EncodedBatch:
+        """The same batch on a device."""
+        return EncodedBatch(**{name: value.to(device) for name, value in vars(self).items()})
+
 
 def encode_views(views: list[View], view_range: ViewRange) -> Tensor:
     """Tensor (N, 5) of views."""

@@ -98,7 +98,9 @@ class OpacityDiscriminator(nn.Module):
         c = size.channels
         self.view = mlp(VIEW_PARAMETERS, c(512), c(512))
         self.opacity_tf = TFEncoder([1, c(16), c(32), c(64), c(128), c(256)], c(512))
-        self.image = ImageDiscriminator([1, *discriminator_channels(size, size.opacity_size)], c(512))
+        self.image = ImageDiscriminator(
+            [1, *discriminator_channels(size, size.opacity_size)], c(512)
+        )
         self.score = score_head(3 * c(512), c(512))
         initialise(self)
 

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from vtkmodules import vtkRenderingOpenGL2
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPiecewiseFunction
@@ -27,7 +28,6 @@ from vtkmodules.vtkRenderingCore import (
     vtkVolume,
     vtkVolumeProperty,
 )
-from vtkmodules.vtkRenderingOpenGL2 import vtkGenericOpenGLRenderWindow  # noqa: F401  (registers)
 from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkOpenGLGPUVolumeRayCastMapper
 
 from model.errors import RenderError
@@ -40,7 +40,7 @@ AMBIENT, DIFFUSE, SPECULAR, SPECULAR_POWER = 0.25, 0.75, 0.3, 20.0
 """Gradient shading of lit scenes."""
 
 SCATTERING_BLEND, GLOBAL_REACH = 1.0, 0.5
-"""Global lighting: even parts of gradient shading and scattering; rays half as long as the volume."""
+"""Global lighting: gradient shading and scattering in equal parts, rays of half the volume."""
 
 NATIVE_TYPES = (np.uint8, np.int8, np.uint16, np.int16)
 """Scalars that go to the ray caster as they are."""
@@ -117,19 +117,19 @@ class VtkRenderer:
         """
         scalar_range = self._volume.scalar_range
         self._opacity.BuildFunctionFromTable(
-            *self._texture_range, TF_SAMPLES, opacity_tf.sample(scalar_range).astype(np.float64)
+            *self._texture_range, TF_SAMPLES, opacity_tf.sample(scalar_range).tolist()
         )
         self._color.BuildFunctionFromTable(
             *self._texture_range,
             TF_SAMPLES,
-            color_tf.sample(scalar_range).astype(np.float64).ravel(),
+            color_tf.sample(scalar_range).ravel().tolist(),
         )
         self._mapper.SetSampleDistance(self.sample_distance * self._volume.voxel_size)
         self._point_camera(view)
         self._window.SetSize(size, size)
         self._window.Render()
         pixels = vtkUnsignedCharArray()
-        self._window.GetRGBACharPixelData(0, 0, size - 1, size - 1, 0, pixels)
+        self._window.GetRGBACharPixelData(0, 0, size - 1, size - 1, 0, pixels, 0)
         if pixels.GetNumberOfTuples() != size * size:
             raise RenderError(
                 f"VTK returned no image of {size} x {size} pixels; "
@@ -173,7 +173,9 @@ class VtkRenderer:
         camera.SetViewUp(*up)
         camera.SetViewAngle(VIEW_ANGLE)
         # The whole bounding sphere, with a little room; a camera inside it sees from close by.
-        camera.SetClippingRange(max(distance - 1.01 * radius, 0.01 * radius), distance + 1.01 * radius)
+        camera.SetClippingRange(
+            max(distance - 1.01 * radius, 0.01 * radius), distance + 1.01 * radius
+        )
 
 
 def _texture_scalars(volume: Volume) -> tuple[NDArray[Any], Range]:
@@ -220,10 +222,8 @@ def _camera_light(direction: LightDirection) -> vtkLight:
 
 def _offscreen_window() -> vtkRenderWindow:
     """Open the first off-screen window that this machine can draw in."""
-    import vtkmodules.vtkRenderingOpenGL2 as opengl
-
     for name in ("vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow", "vtkRenderWindow"):
-        kind = getattr(opengl, name, vtkRenderWindow)
+        kind = getattr(vtkRenderingOpenGL2, name, vtkRenderWindow)
         window = kind()
         window.SetOffScreenRendering(True)
         window.SetMultiSamples(0)

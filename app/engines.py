@@ -1,0 +1,132 @@
+"""The engines behind the two images, and how each is built in its worker thread.
+
+The heavy libraries (VTK, torch) are imported only there: the window appears
+before they are loaded.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.messages import RenderRequest
+from app.worker import Engine
+from model.scene import LightDirection, Lighting, Scene
+from model.volume import Volume
+
+if TYPE_CHECKING:
+    from model.generator import Generator
+    from model.rendering.vtk_renderer import VtkRenderer
+
+LIVE_COARSENESS = 4.0
+"""How much farther apart a live image's samples lie along the rays."""
+
+LIVE_MAX_SIZE = 256
+"""Largest live image, pixels; a larger one is rendered at half its size."""
+
+
+@dataclass(frozen=True)
+class ReferenceSettings:
+    """How the reference image is rendered.
+
+    Attributes
+    ----------
+    lighting : {"none", "direct", "global"}
+    light : LightDirection or None
+    sample_distance : float
+        Of the final image, in voxels.
+    """
+
+    lighting: Lighting = "none"
+    light: LightDirection | None = None
+    sample_distance: float = 0.5
+
+    @classmethod
+    def of(cls, scene: Scene) -> ReferenceSettings:
+        """The settings that a generator's training images were rendered with."""
+        return cls(scene.lighting, scene.light, scene.sample_distance)
+
+
+@dataclass(frozen=True)
+class Backends:
+    """The three calls that do the work; tests put fakes in their place."""
+
+    read_volume: Callable[[Path], Volume]
+    reference: Callable[[Volume, ReferenceSettings], Engine]
+    generator: Callable[[Path, str], Engine]
+
+
+class VtkEngine:
+    """VTK as an engine: coarser while live."""
+
+    description = ""
+    scene = None
+
+    def __init__(self, renderer: VtkRenderer, sample_distance: float) -> None:
+        self._renderer = renderer
+        self._sample_distance = sample_distance
+
+    def render(self, request: RenderRequest) -> NDArray[np.float32]:
+        """Render with VTK at the request's size, or half of it while live."""
+        coarseness = LIVE_COARSENESS if request.live else 1.0
+        halve = request.live and request.size > LIVE_MAX_SIZE
+        self._renderer.sample_distance = self._sample_distance * coarseness
+        tf = request.transfer_function
+        size = request.size // 2 if halve else request.size
+        return self._renderer.render(request.view, tf.opacity, tf.color, size)
+
+    def close(self) -> None:
+        """Free the OpenGL context."""
+        self._renderer.close()
+
+
+class GeneratorEngine:
+    """A trained generator as an engine: the same image, live or final."""
+
+    def __init__(self, generator: Generator) -> None:
+        self._generator = generator
+
+    @property
+    def description(self) -> str:
+        """The device in people's words."""
+        return {"cpu": "CPU", "cuda": "GPU"}.get(self._generator.device.split(":")[0], "")
+
+    @property
+    def scene(self) -> Scene:
+        """The scene that the generator was trained for."""
+        return self._generator.scene
+
+    def render(self, request: RenderRequest) -> NDArray[np.float32]:
+        """Generate the image at the size that the generator was trained for."""
+        tf = request.transfer_function
+        return self._generator.render(request.view, tf.opacity, tf.color)
+
+    def close(self) -> None:
+        """Nothing to free: the weights go with the object."""
+
+
+def _read_volume(path: Path) -> Volume:
+    from model.volume_files import read_volume
+
+    return read_volume(path)
+
+
+def _vtk_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
+    from model.rendering.vtk_renderer import VtkRenderer
+
+    renderer = VtkRenderer(volume, settings.lighting, settings.light, settings.sample_distance)
+    return VtkEngine(renderer, settings.sample_distance)
+
+
+def _generator_engine(folder: Path, device: str) -> Engine:
+    from model.generator import Generator
+
+    return GeneratorEngine(Generator.load(folder, device))
+
+
+REAL_BACKENDS = Backends(_read_volume, _vtk_engine, _generator_engine)

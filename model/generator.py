@@ -1,0 +1,181 @@
+"""The trained generator: renders a scene from view and transfer functions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+from torch.nn.functional import interpolate
+
+from model.checkpoint import ModelCard, load_model
+from model.encoding import decode_unit, encode_colors, encode_unit, encode_views
+from model.errors import DeviceError
+from model.networks.blocks import place
+from model.networks.two_stage import TwoStageGenerator
+from model.scene import Scene
+from model.transfer_function import ColorTF, OpacityTF
+from model.view import View
+
+
+class Generator:
+    """Renders images of the scene that its model was trained for.
+
+    Images are float32 RGBA like the reference renderer's: colour premultiplied
+    on black, row 0 at the top, values in [0, 1]. The opacity channel is the
+    opacity image, enlarged to the size of the colour image.
+
+    Attributes
+    ----------
+    card : ModelCard
+    device : torch.device
+    network : TwoStageGenerator
+        For derivatives: a differentiable function of encoded inputs.
+    """
+
+    def __init__(self, card: ModelCard, network: TwoStageGenerator, device: torch.device) -> None:
+        self.card = card
+        self.device = device
+        self.network = place(network, device).eval()
+
+    @classmethod
+    def load(cls, folder: Path, device: str = "auto") -> Generator:
+        """Load a model folder.
+
+        Parameters
+        ----------
+        folder : Path
+        device : {"auto", "cpu", "cuda"}
+            "auto" takes the GPU where there is one.
+
+        Raises
+        ------
+        CheckpointError
+            When the folder holds no valid model.
+        DeviceError
+            When the device is unknown or not there.
+        """
+        chosen = choose_device(device)
+        card, network = load_model(folder)
+        return cls(card, network, chosen)
+
+    @property
+    def scene(self) -> Scene:
+        """The scene that the model was trained for."""
+        return self.card.scene
+
+    def render(self, view: View, opacity_tf: OpacityTF, color_tf: ColorTF) -> NDArray[np.float32]:
+        """Render one image of shape (S, S, 4)."""
+        return self.render_batch([view], [opacity_tf], [color_tf])[0]
+
+    @torch.inference_mode()
+    def render_batch(
+        self,
+        views: Sequence[View],
+        opacity_tfs: Sequence[OpacityTF],
+        color_tfs: Sequence[ColorTF],
+    ) -> NDArray[np.float32]:
+        """Render N images in one pass.
+
+        Parameters
+        ----------
+        views, opacity_tfs, color_tfs : sequences of equal length N
+
+        Returns
+        -------
+        ndarray of float32, shape (N, S, S, 4)
+        """
+        latent = self.network.opacity.encode(self.opacity_input(opacity_tfs))
+        return self._render(self.view_input(views), latent, self.color_input(color_tfs))
+
+    @torch.inference_mode()
+    def render_latent(
+        self, latent: NDArray[np.float32], view: View, color_tf: ColorTF
+    ) -> NDArray[np.float32]:
+        """Render from latent codes instead of an opacity TF.
+
+        Parameters
+        ----------
+        latent : ndarray of float32, shape (latent_dim,) or (N, latent_dim)
+        view : View
+        color_tf : ColorTF
+            Used for all codes, as the view is.
+
+        Returns
+        -------
+        ndarray of float32, shape (S, S, 4) or (N, S, S, 4)
+        """
+        codes = torch.from_numpy(np.atleast_2d(latent).astype(np.float32)).to(self.device)
+        views = self.view_input([view]).expand(len(codes), -1)
+        colors = self.color_input([color_tf]).expand(len(codes), -1, -1)
+        images = self._render(views, codes, colors)
+        return images if np.ndim(latent) == 2 else images[0]
+
+    @torch.inference_mode()
+    def opacity_image(self, view: View, opacity_tf: OpacityTF) -> NDArray[np.float32]:
+        """Render the opacity image alone, shape (So, So), in [0, 1]."""
+        latent = self.network.opacity.encode(self.opacity_input([opacity_tf]))
+        image = self.network.opacity.draw(self.view_input([view]), latent)
+        return decode_unit(image)[0, 0].cpu().numpy()
+
+    @torch.inference_mode()
+    def encode(self, opacity_tf: OpacityTF) -> NDArray[np.float32]:
+        """Latent code of an opacity TF, shape (latent_dim,)."""
+        return self.network.opacity.encode(self.opacity_input([opacity_tf]))[0].cpu().numpy()
+
+    @torch.inference_mode()
+    def decode(self, latent: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Opacity TF of a latent code.
+
+        Returns
+        -------
+        ndarray of float32, shape (256,)
+            Opacities in [0, 1] over the scene's scalar range.
+        """
+        codes = torch.from_numpy(np.asarray(latent, dtype=np.float32))[None].to(self.device)
+        return decode_unit(self.network.opacity.decode(codes))[0].cpu().numpy()
+
+    def view_input(self, views: Sequence[View]) -> Tensor:
+        """Encoded views, shape (N, 5), on the generator's device."""
+        return encode_views(list(views), self.scene.view_range).to(self.device)
+
+    def opacity_input(self, opacity_tfs: Sequence[OpacityTF]) -> Tensor:
+        """Encoded opacity TFs, shape (N, 256), sampled over the scene's scalar range."""
+        samples = np.stack([tf.sample(self.scene.scalar_range) for tf in opacity_tfs])
+        return encode_unit(samples).to(self.device)
+
+    def color_input(self, color_tfs: Sequence[ColorTF]) -> Tensor:
+        """Encoded colour TFs, shape (N, 3, 256), sampled over the scene's scalar range."""
+        samples = np.stack([tf.sample(self.scene.scalar_range) for tf in color_tfs])
+        return encode_colors(samples).to(self.device)
+
+    def _render(self, views: Tensor, latent: Tensor, colors: Tensor) -> NDArray[np.float32]:
+        image, opacity = self.network.render_latent(views, latent, colors)
+        opacity = interpolate(
+            opacity, size=image.shape[-2:], mode="bilinear", align_corners=False, antialias=False
+        )
+        rgba = decode_unit(torch.cat([image, opacity], dim=1))
+        return np.ascontiguousarray(rgba.permute(0, 2, 3, 1).cpu().numpy())
+
+
+def choose_device(name: str) -> torch.device:
+    """Turn "auto", "cpu" or "cuda" into a device that is there.
+
+    Raises
+    ------
+    DeviceError
+        When the name is unknown or the machine has no such device.
+    """
+    if name == "auto":
+        return torch.device("cuda" if torch.cuda.is_available() else "cpu")
+    if name not in ("cpu", "cuda"):
+        raise DeviceError(f"The device '{name}' is unknown; choose auto, cpu or cuda.")
+    if name == "cuda" and not torch.cuda.is_available():
+        raise DeviceError(
+            "The device 'cuda' is not there: torch sees no NVIDIA GPU; "
+            "choose cpu, or install torch's CUDA build and the driver."
+        )
+    return torch.device(name)

@@ -1,0 +1,119 @@
+"""What a training run is asked to do: sizes, losses, budget."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+from model.errors import TrainingError
+from model.networks.blocks import NetworkSize
+
+PRESETS: dict[str, NetworkSize] = {
+    "draft": NetworkSize(width=0.25, image_size=64),
+    "compact": NetworkSize(width=0.25, image_size=128),
+    "paper": NetworkSize(width=1.0, image_size=256),
+}
+"""Network sizes by name: for experiments, for CPUs, and the paper's."""
+
+
+@dataclass(frozen=True)
+class StageOptions:
+    """Optimisation of one stage (paper, section 6, implementation details).
+
+    Attributes
+    ----------
+    batch_size : int
+    learning_rate : float
+        Of Adam with betas .5 and .999, for generator and discriminator.
+    halvings : float
+        How often the learning rate is halved over the stage.
+    """
+
+    batch_size: int
+    learning_rate: float
+    halvings: float
+
+
+@dataclass(frozen=True)
+class TrainingOptions:
+    """The recipe. The class's defaults are those that measured best; see :meth:`faithful`.
+
+    Attributes
+    ----------
+    opacity, translation : StageOptions
+    l1_weight : float
+        Lambda, the weight of the colour image's l1 loss (paper, Eq. 8).
+    opacity_l1_weight : float
+        Weight of an l1 loss on the opacity image; the paper has none.
+    predicted_share : float
+        Share of stage 2's samples whose opacity image is predicted by stage 1,
+        0..1; the paper trains on rendered ones only.
+    average_decay : float
+        Decay per step of the exponential moving average of the generator's
+        weights, which is evaluated and shipped; 0 ships the last weights.
+    opacity_time_share : float
+        Share of the budget that goes to stage 1.
+    seed : int
+    """
+
+    opacity: StageOptions = StageOptions(64, 2e-4, 30 / 5)
+    translation: StageOptions = StageOptions(50, 8e-5, 30 / 8)
+    l1_weight: float = 150.0
+    opacity_l1_weight: float = 150.0
+    predicted_share: float = 1.0
+    average_decay: float = 0.999
+    opacity_time_share: float = 0.4
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.predicted_share <= 1:
+            raise TrainingError("The share of predicted opacity images must be from 0 to 1.")
+        if not 0 <= self.average_decay < 1:
+            raise TrainingError("The decay of the weight average must be from 0 to below 1.")
+        if not 0 < self.opacity_time_share < 1:
+            raise TrainingError("The opacity stage's share of the budget must be between 0 and 1.")
+
+    @classmethod
+    def faithful(cls, seed: int = 0) -> TrainingOptions:
+        """The paper's recipe, without what was added to it."""
+        return replace(
+            cls(seed=seed),
+            opacity_l1_weight=0.0,
+            predicted_share=0.0,
+            average_decay=0.0,
+        )
+
+    def to_json(self) -> dict[str, Any]:
+        """The options as plain data."""
+        return asdict(self)
+
+    @classmethod
+    def from_json(cls, data: dict[str, Any]) -> TrainingOptions:
+        """Rebuild options from :meth:`to_json`'s data."""
+        values = dict(data)
+        for stage in ("opacity", "translation"):
+            values[stage] = StageOptions(**values[stage])
+        return cls(**values)
+
+
+@dataclass(frozen=True)
+class Budget:
+    """How long to train: minutes of wall clock, or samples seen, over both stages."""
+
+    minutes: float | None = None
+    samples: int | None = None
+
+    def __post_init__(self) -> None:
+        if (self.minutes is None) == (self.samples is None):
+            raise TrainingError("Give the budget either in minutes or in samples.")
+        limit = self.minutes if self.minutes is not None else self.samples
+        if limit is None or not limit > 0 or not math.isfinite(limit):
+            raise TrainingError(f"A training budget of {limit} is not positive.")
+
+    def spent(self, seconds: float, samples: int) -> float:
+        """Share of the budget that is used up, from 0; 1 is all of it."""
+        if self.minutes is not None:
+            return seconds / (60 * self.minutes)
+        assert self.samples is not None
+        return samples / self.samples

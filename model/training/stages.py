@@ -1,0 +1,248 @@
+"""The two stages of training: networks, losses and one optimisation step each.
+
+Discriminators and generators use the logits form of the adversarial loss: its
+gradient does not vanish where a sigmoid saturates.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from contextlib import AbstractContextManager
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+from torch.nn.functional import binary_cross_entropy_with_logits, l1_loss, mse_loss
+
+from model.encoding import EncodedBatch
+from model.networks.blocks import NetworkSize, place
+from model.networks.opacity import OpacityDiscriminator, OpacityGenerator
+from model.networks.translation import TranslationDiscriminator, TranslationGenerator
+from model.training.average import WeightAverage
+from model.training.options import StageOptions, TrainingOptions
+
+Losses = dict[str, float]
+
+
+class Stage(ABC):
+    """A generator and a discriminator that are trained against each other.
+
+    Subclasses say how a fake image is made, what each network is given, and
+    what the generator pays beside the adversarial loss.
+
+    Attributes
+    ----------
+    generator, discriminator : torch.nn.Module
+    average : WeightAverage
+        The generator that is evaluated and shipped.
+    steps : int
+        Optimisation steps done.
+    """
+
+    name: str
+
+    def __init__(
+        self,
+        generator: nn.Module,
+        discriminator: nn.Module,
+        stage: StageOptions,
+        options: TrainingOptions,
+        device: torch.device,
+    ) -> None:
+        self.generator = place(generator, device)
+        self.discriminator = place(discriminator, device)
+        self.average: WeightAverage[Any] = WeightAverage(self.generator, options.average_decay)
+        self.stage = stage
+        self.options = options
+        self.device = device
+        self.steps = 0
+        self.generator_optimiser = _adam(self.generator, stage)
+        self.discriminator_optimiser = _adam(self.discriminator, stage)
+
+    def step(self, batch: EncodedBatch, progress: float) -> Losses:
+        """Train both networks on one batch.
+
+        Parameters
+        ----------
+        batch : EncodedBatch
+        progress : float
+            Share of this stage's budget that is used up, 0..1; the learning
+            rate follows it.
+
+        Returns
+        -------
+        dict of float
+            Each loss by name, unweighted.
+        """
+        self._set_learning_rate(progress)
+        with self._autocast():
+            fake, extra = self._generate(batch)
+            real_logits = self._judge(batch, self._real(batch))
+            fake_logits = self._judge(batch, fake.detach())
+        discriminator_loss = adversarial(real_logits, 1.0) + adversarial(fake_logits, 0.0)
+        self.discriminator_optimiser.zero_grad(set_to_none=True)
+        discriminator_loss.backward()  # type: ignore[no-untyped-call]
+        self.discriminator_optimiser.step()
+
+        with self._autocast():
+            logits = self._judge(batch, fake)
+        losses = {"adversarial": adversarial(logits, 1.0)}
+        losses |= self._generator_losses(batch, fake, extra)
+        weights = self._weights()
+        total = torch.stack([weights[name] * loss for name, loss in losses.items()]).sum()
+        self.generator_optimiser.zero_grad(set_to_none=True)
+        total.backward()  # type: ignore[no-untyped-call]
+        self.generator_optimiser.step()
+        self.average.update(self.generator, self.steps)
+        self.steps += 1
+        return {name: float(v.detach()) for name, v in losses.items()} | {
+            "discriminator": float(discriminator_loss.detach())
+        }
+
+    def _set_learning_rate(self, progress: float) -> None:
+        rate = self.stage.learning_rate * 0.5 ** int(progress * self.stage.halvings)
+        for optimiser in (self.generator_optimiser, self.discriminator_optimiser):
+            for group in optimiser.param_groups:
+                group["lr"] = rate
+
+    def _autocast(self) -> AbstractContextManager[None]:
+        # bfloat16 keeps float32's exponents: no loss scaling, no overflow.
+        return torch.autocast(self.device.type, torch.bfloat16)
+
+    @abstractmethod
+    def _real(self, batch: EncodedBatch) -> Tensor:
+        """The rendered images of a batch."""
+
+    @abstractmethod
+    def _generate(self, batch: EncodedBatch) -> tuple[Tensor, Tensor]:
+        """Images made for a batch, and what else the generator's losses need."""
+
+    @abstractmethod
+    def _judge(self, batch: EncodedBatch, image: Tensor) -> Tensor:
+        """The discriminator's logits for images of a batch."""
+
+    @abstractmethod
+    def _generator_losses(
+        self, batch: EncodedBatch, fake: Tensor, extra: Tensor
+    ) -> dict[str, Tensor]:
+        """The generator's losses beside the adversarial one."""
+
+    @abstractmethod
+    def _weights(self) -> dict[str, float]:
+        """Weight of each of the generator's losses."""
+
+
+class OpacityStage(Stage):
+    """Stage 1: the opacity GAN with its decoded-TF loss (paper, Eq. 7)."""
+
+    name = "opacity"
+    generator: OpacityGenerator
+    average: WeightAverage[OpacityGenerator]
+
+    def __init__(self, size: NetworkSize, options: TrainingOptions, device: torch.device) -> None:
+        super().__init__(
+            OpacityGenerator(size), OpacityDiscriminator(size), options.opacity, options, device
+        )
+
+    def _real(self, batch: EncodedBatch) -> Tensor:
+        return batch.opacity_image
+
+    def _generate(self, batch: EncodedBatch) -> tuple[Tensor, Tensor]:
+        output = self.generator(batch.view, batch.opacity_tf)
+        return output.image, output.decoded_tf
+
+    def _judge(self, batch: EncodedBatch, image: Tensor) -> Tensor:
+        logits: Tensor = self.discriminator(batch.view, batch.opacity_tf, image)
+        return logits
+
+    def _generator_losses(
+        self, batch: EncodedBatch, fake: Tensor, extra: Tensor
+    ) -> dict[str, Tensor]:
+        return {
+            "decoded_tf": mse_loss(extra.float(), batch.opacity_tf),
+            "opacity_l1": l1_loss(fake.float(), batch.opacity_image),
+        }
+
+    def _weights(self) -> dict[str, float]:
+        return {
+            "adversarial": 1.0,
+            "decoded_tf": 1.0,
+            "opacity_l1": self.options.opacity_l1_weight,
+        }
+
+
+class TranslationStage(Stage):
+    """Stage 2: the translation GAN with its l1 loss (paper, Eq. 8), stage 1 frozen.
+
+    Parameters
+    ----------
+    size : NetworkSize
+    options : TrainingOptions
+    opacity : OpacityGenerator
+        The trained generator of stage 1; it gives the latent codes, and the
+        opacity images of the predicted share of samples.
+    device : torch.device
+    """
+
+    name = "translation"
+    generator: TranslationGenerator
+
+    def __init__(
+        self,
+        size: NetworkSize,
+        options: TrainingOptions,
+        opacity: OpacityGenerator,
+        device: torch.device,
+    ) -> None:
+        super().__init__(
+            TranslationGenerator(size),
+            TranslationDiscriminator(size),
+            options.translation,
+            options,
+            device,
+        )
+        self.opacity = opacity
+
+    def _real(self, batch: EncodedBatch) -> Tensor:
+        return batch.image
+
+    def _generate(self, batch: EncodedBatch) -> tuple[Tensor, Tensor]:
+        with torch.no_grad():
+            latent = self.opacity.encode(batch.opacity_tf)
+            opacity = self._opacity_images(batch, latent)
+        return self.generator(batch.view, latent, batch.color_tf, opacity), latent
+
+    def _opacity_images(self, batch: EncodedBatch, latent: Tensor) -> Tensor:
+        """Rendered opacity images, with the predicted share replaced."""
+        share = self.options.predicted_share
+        if share == 0:
+            return batch.opacity_image
+        predicted = self.opacity.draw(batch.view, latent).float()
+        rng = np.random.default_rng([self.options.seed, self.steps])
+        chosen = torch.from_numpy(rng.random(len(predicted)) < share).to(self.device)
+        return torch.where(chosen[:, None, None, None], predicted, batch.opacity_image)
+
+    def _judge(self, batch: EncodedBatch, image: Tensor) -> Tensor:
+        logits: Tensor = self.discriminator(batch.view, batch.opacity_tf, batch.color_tf, image)
+        return logits
+
+    def _generator_losses(
+        self, batch: EncodedBatch, fake: Tensor, extra: Tensor
+    ) -> dict[str, Tensor]:
+        return {"l1": l1_loss(fake.float(), batch.image)}
+
+    def _weights(self) -> dict[str, float]:
+        return {"adversarial": 1.0, "l1": self.options.l1_weight}
+
+
+def adversarial(logits: Tensor, target: float) -> Tensor:
+    """Binary cross-entropy of logits against one target, in float32."""
+    logits = logits.float()
+    return binary_cross_entropy_with_logits(logits, torch.full_like(logits, target))
+
+
+def _adam(network: nn.Module, stage: StageOptions) -> torch.optim.Adam:
+    return torch.optim.Adam(
+        network.parameters(), lr=stage.learning_rate, betas=(0.5, 0.999), fused=True
+    )

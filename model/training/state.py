@@ -1,0 +1,182 @@
+"""The resumable state of a training run: data files, replaced as a whole.
+
+``training.json`` names the tensors' file of the same moment and is written
+last; a kill at any time leaves the previous state in force.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import safetensors
+import safetensors.torch
+import torch
+from torch import Tensor
+
+from model.checkpoint import write_atomically
+from model.errors import TrainingError
+from model.training.stages import Stage
+
+FORMAT_VERSION = 1
+STATE_FILE = "training.json"
+
+
+@dataclass
+class Progress:
+    """Where a run stands.
+
+    Attributes
+    ----------
+    stage : str
+        "opacity", "translation" or "done".
+    seconds : float
+        Wall clock spent in all sessions of the run.
+    samples : int
+        Samples seen in both stages.
+    epoch, batch : int
+        Pass over the data in this stage, and batches done in it.
+    """
+
+    stage: str = "opacity"
+    seconds: float = 0.0
+    samples: int = 0
+    epoch: int = 0
+    batch: int = 0
+
+    def enter(self, stage: str) -> None:
+        """Go on with the first batch of a stage."""
+        self.stage, self.epoch, self.batch = stage, 0, 0
+
+
+def save_state(
+    folder: Path, progress: Progress, recipe: dict[str, Any], stages: list[Stage]
+) -> None:
+    """Write the state of a run.
+
+    Parameters
+    ----------
+    folder : Path
+    progress : Progress
+    recipe : dict
+        What the run was asked to do, as plain data; a resumed run must match.
+    stages : list of Stage
+        The stages begun so far.
+    """
+    tensors: dict[str, Tensor] = {}
+    for stage in stages:
+        for name, value in _stage_tensors(stage).items():
+            tensors[f"{stage.name}.{name}"] = value.detach().cpu().contiguous().clone()
+    name = f"training-{progress.samples}.safetensors"
+    folder.mkdir(parents=True, exist_ok=True)
+    write_atomically(folder / name, safetensors.torch.save(tensors))
+    header = {
+        "tfscope_training": FORMAT_VERSION,
+        "tensors": name,
+        "steps": {stage.name: stage.steps for stage in stages},
+        "progress": asdict(progress),
+        "recipe": recipe,
+    }
+    write_atomically(folder / STATE_FILE, json.dumps(header, indent=2).encode())
+    for old in folder.glob("training-*.safetensors"):
+        if old.name != name:
+            old.unlink()
+
+
+def load_progress(folder: Path) -> tuple[Progress, dict[str, Any]]:
+    """Read where a run stands and what it was asked to do.
+
+    Raises
+    ------
+    TrainingError
+        When the folder holds no run that can be resumed.
+    """
+    header = _header(folder)
+    return Progress(**header["progress"]), header["recipe"]
+
+
+def load_stage(folder: Path, stage: Stage) -> None:
+    """Put a stage into the state that the run was saved in.
+
+    Raises
+    ------
+    TrainingError
+        When the saved tensors are missing, damaged or of another network.
+    """
+    header = _header(folder)
+    path = folder / header["tensors"]
+    prefix = stage.name + "."
+    try:
+        with safetensors.safe_open(path, "pt") as file:
+            tensors = {
+                key.removeprefix(prefix): file.get_tensor(key)
+                for key in file.keys()  # noqa: SIM118  (not a dict)
+                if key.startswith(prefix)
+            }
+        for part, network in _networks(stage).items():
+            network.load_state_dict(_strip(tensors, f"{part}."))
+        for part, optimiser in _optimisers(stage).items():
+            _load_optimiser(optimiser, _strip(tensors, f"{part}."))
+    except (OSError, KeyError, RuntimeError, ValueError, safetensors.SafetensorError) as error:
+        raise TrainingError(
+            f"{path}: the run cannot be resumed, its state is damaged ({error}); "
+            "start again in another folder."
+        ) from error
+    stage.steps = header["steps"][stage.name]
+
+
+def _header(folder: Path) -> dict[str, Any]:
+    path = folder / STATE_FILE
+    if not path.is_file():
+        raise TrainingError(
+            f"{folder}: there is no training run to resume ({STATE_FILE} is missing); "
+            "start one without --resume."
+        )
+    try:
+        header: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        if header["tfscope_training"] != FORMAT_VERSION:
+            raise ValueError(f"format {header['tfscope_training']}, not {FORMAT_VERSION}")
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise TrainingError(f"{path}: the run cannot be resumed ({error}).") from error
+    return header
+
+
+def _networks(stage: Stage) -> dict[str, torch.nn.Module]:
+    return {
+        "generator": stage.generator,
+        "discriminator": stage.discriminator,
+        "average": stage.average.network,
+    }
+
+
+def _optimisers(stage: Stage) -> dict[str, torch.optim.Optimizer]:
+    return {
+        "generator_optimiser": stage.generator_optimiser,
+        "discriminator_optimiser": stage.discriminator_optimiser,
+    }
+
+
+def _stage_tensors(stage: Stage) -> dict[str, Tensor]:
+    tensors: dict[str, Tensor] = {}
+    for part, network in _networks(stage).items():
+        tensors |= {f"{part}.{name}": value for name, value in network.state_dict().items()}
+    for part, optimiser in _optimisers(stage).items():
+        for index, values in optimiser.state_dict()["state"].items():
+            tensors |= {f"{part}.{index}.{name}": value for name, value in values.items()}
+    return tensors
+
+
+def _load_optimiser(optimiser: torch.optim.Optimizer, tensors: dict[str, Tensor]) -> None:
+    state: dict[int, dict[str, Tensor]] = {}
+    for key, value in tensors.items():
+        index, name = key.split(".", 1)
+        state.setdefault(int(index), {})[name] = value
+    optimiser.load_state_dict(
+        {"state": state, "param_groups": optimiser.state_dict()["param_groups"]}
+    )
+
+
+def _strip(tensors: dict[str, Tensor], prefix: str) -> dict[str, Tensor]:
+    return {k.removeprefix(prefix): v for k, v in tensors.items() if k.startswith(prefix)}

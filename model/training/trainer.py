@@ -1,0 +1,303 @@
+"""The training run: both stages in one loop that can stop and resume anywhere.
+
+A run lives in a folder: ``training.json`` with its tensors (the resumable
+state), ``log.csv``, ``sheets/`` with pictures, and, from the first interval
+of stage 2 on, the model itself, which the window can open while training
+goes on.
+"""
+
+from __future__ import annotations
+
+import json
+import platform
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+
+from model.checkpoint import ModelCard, save_model
+from model.dataset import SampleStore
+from model.encoding import EncodedBatch, encode_batch
+from model.errors import TrainingError
+from model.networks.blocks import NetworkSize
+from model.networks.two_stage import TwoStageGenerator
+from model.training.options import Budget, TrainingOptions
+from model.training.progress import HoldoutProbe, RunLog
+from model.training.stages import Losses, OpacityStage, Stage, TranslationStage
+from model.training.state import STATE_FILE, Progress, load_progress, load_stage, save_state
+
+STAGES = ("opacity", "translation")
+
+
+@dataclass(frozen=True)
+class TrainingPlan:
+    """What to train, on what, for how long, and where to.
+
+    Attributes
+    ----------
+    store : SampleStore
+    preset : str
+        Name of the preset, for the record.
+    size : NetworkSize
+    options : TrainingOptions
+    budget : Budget
+    folder : Path
+    device : torch.device
+    interval : float
+        Seconds between states on disk: what a kill can lose at most.
+    """
+
+    store: SampleStore
+    preset: str
+    size: NetworkSize
+    options: TrainingOptions
+    budget: Budget
+    folder: Path
+    device: torch.device
+    interval: float = 60.0
+
+    def recipe(self) -> dict[str, Any]:
+        """What must not change when a run is resumed, as plain data."""
+        return {
+            "preset": self.preset,
+            "scene": self.store.scene.to_json(),
+            "dataset_seed": self.store.seed,
+            "options": self.options.to_json(),
+        }
+
+
+@dataclass(frozen=True)
+class TrainingReport:
+    """What the run tells at each step, for a progress bar.
+
+    Attributes
+    ----------
+    stage : str
+    spent : float
+        Share of the whole budget that is used up, 0..1.
+    seconds : float
+    samples : int
+    losses : dict of float
+    metrics : dict of float
+        Of the last interval's hold-out; empty before the first.
+    """
+
+    stage: str
+    spent: float
+    seconds: float
+    samples: int
+    losses: Losses
+    metrics: dict[str, float]
+
+
+def train(
+    plan: TrainingPlan,
+    resume: bool = False,
+    on_report: Callable[[TrainingReport], None] = lambda report: None,
+) -> None:
+    """Train both stages within the budget.
+
+    Parameters
+    ----------
+    plan : TrainingPlan
+    resume : bool
+        Go on with the run in the folder; without it the folder must hold none.
+    on_report : callable
+        Called after each optimisation step.
+
+    Raises
+    ------
+    TrainingError
+        When the folder holds a run (or, resuming, none or another one), when
+        the data set is too small, or when a loss is no longer finite.
+    """
+    _Run(plan, resume, on_report).train()
+
+
+class _Run:
+    def __init__(
+        self, plan: TrainingPlan, resume: bool, on_report: Callable[[TrainingReport], None]
+    ) -> None:
+        self.plan = plan
+        self.on_report = on_report
+        self.metrics: dict[str, float] = {}
+        self.progress = self._first_progress(resume)
+        self.log = RunLog(plan.folder, self.progress.samples)
+        self.probe = HoldoutProbe(plan.store, plan.size, plan.device)
+        torch.manual_seed(plan.options.seed)
+        self.opacity = OpacityStage(plan.size, plan.options, plan.device)
+        self.stages: list[Stage] = [self.opacity]
+        if self.progress.stage == "translation":
+            self.stages.append(self._translation())
+        if resume:
+            for stage in self.stages:
+                load_stage(plan.folder, stage)
+        self._started = time.monotonic() - self.progress.seconds
+        self._saved = time.monotonic()
+
+    def train(self) -> None:
+        try:
+            for name in STAGES:
+                if name == self.progress.stage:
+                    self._train_stage(self.stages[-1])
+                    self._next_stage()
+        except KeyboardInterrupt:
+            self._checkpoint()
+            raise
+
+    def _first_progress(self, resume: bool) -> Progress:
+        plan = self.plan
+        needed = max(plan.options.opacity.batch_size, plan.options.translation.batch_size)
+        if plan.store.count("train") < needed or plan.store.count("holdout") < 1:
+            raise TrainingError(
+                f"{plan.store.path}: {plan.store.count('train')} training and "
+                f"{plan.store.count('holdout')} hold-out samples are too few; at least {needed} "
+                "and 1 are needed, so render more."
+            )
+        if not resume:
+            if (plan.folder / STATE_FILE).exists():
+                raise TrainingError(
+                    f"{plan.folder}: the folder holds a training run; "
+                    "add --resume to go on with it, or choose another folder."
+                )
+            return Progress()
+        progress, recipe = load_progress(plan.folder)
+        changed = [k for k, v in _plain(plan.recipe()).items() if recipe.get(k) != v]
+        if changed:
+            raise TrainingError(
+                f"{plan.folder}: the run to resume has another {' and '.join(changed)}; "
+                "give the options that it was started with."
+            )
+        if progress.stage == "done":
+            raise TrainingError(
+                f"{plan.folder}: the run is finished; train longer in another folder."
+            )
+        return progress
+
+    def _translation(self) -> TranslationStage:
+        opacity = self.opacity.average.network
+        return TranslationStage(self.plan.size, self.plan.options, opacity, self.plan.device)
+
+    def _next_stage(self) -> None:
+        if self.progress.stage == "opacity":
+            self.progress.enter("translation")
+            self.stages.append(self._translation())
+            self._checkpoint()
+        else:
+            self.progress.stage = "done"
+            self._checkpoint()
+
+    def _train_stage(self, stage: Stage) -> None:
+        share = self._stage_share()
+        recent: list[Losses] = []
+        for batch in self._batches(stage.stage.batch_size):
+            if share >= 1:
+                break
+            losses = stage.step(batch, share)
+            if not all(map(np.isfinite, losses.values())):
+                raise TrainingError(
+                    f"{self.plan.folder}: a loss of the {stage.name} stage is no longer finite "
+                    f"after {self.progress.samples} samples; resume from the last state with "
+                    "another seed, or lower the learning rate."
+                )
+            recent.append(losses)
+            self.progress.batch += 1
+            self.progress.samples += len(batch.view)
+            self.progress.seconds = time.monotonic() - self._started
+            share = self._stage_share()
+            self._report(losses)
+            if time.monotonic() - self._saved > self.plan.interval or share >= 1:
+                self._measure(stage, recent)
+                self._checkpoint()
+                recent.clear()
+
+    def _stage_share(self) -> float:
+        """Share of the current stage's part of the budget that is used up."""
+        spent = self.plan.budget.spent(self.progress.seconds, self.progress.samples)
+        first = self.plan.options.opacity_time_share
+        return spent / first if self.progress.stage == "opacity" else (spent - first) / (1 - first)
+
+    def _batches(self, batch_size: int) -> Iterator[EncodedBatch]:
+        """Pass over the training samples again and again, from where the run stands."""
+        plan = self.plan
+        stage = STAGES.index(self.progress.stage)
+        while True:
+            rng = np.random.default_rng([plan.options.seed, stage, self.progress.epoch])
+            batches = plan.store.shuffled("train", rng, batch_size, skip=self.progress.batch)
+            for batch in batches:
+                yield encode_batch(batch, plan.store.scene.view_range, plan.size.opacity_size).to(
+                    plan.device
+                )
+            self.progress.epoch += 1
+            self.progress.batch = 0
+
+    def _measure(self, stage: Stage, recent: list[Losses]) -> None:
+        losses = {k: float(np.mean([r[k] for r in recent])) for k in recent[0]}
+        generator = self._generator()
+        self.metrics = self.probe.measure(generator)
+        self.probe.save_sheet(
+            generator, self.plan.folder / "sheets" / f"{self.progress.samples:09d}.png"
+        )
+        self.log.write(self.progress, losses, self.metrics)
+
+    def _generator(self) -> TwoStageGenerator:
+        """The averaged networks as one generator; stage 2 is untrained during stage 1."""
+        generator = TwoStageGenerator(self.plan.size)
+        generator.opacity.load_state_dict(self.opacity.average.network.state_dict())
+        if len(self.stages) > 1:
+            generator.translation.load_state_dict(self.stages[1].average.network.state_dict())
+        return generator.to(self.plan.device).eval()
+
+    def _checkpoint(self) -> None:
+        self.progress.seconds = time.monotonic() - self._started
+        save_state(self.plan.folder, self.progress, self.plan.recipe(), self.stages)
+        if len(self.stages) > 1 and self.stages[1].steps:
+            save_model(self.plan.folder, self._card(), self._generator())
+        self._saved = time.monotonic()
+
+    def _card(self) -> ModelCard:
+        plan = self.plan
+        return ModelCard(
+            scene=plan.store.scene,
+            preset=plan.preset,
+            size=plan.size,
+            training={
+                "options": plan.options.to_json(),
+                "stage": self.progress.stage,
+                "seconds": round(self.progress.seconds, 1),
+                "samples_seen": self.progress.samples,
+                "samples_stored": plan.store.count("train"),
+                "dataset_seed": plan.store.seed,
+                "device": str(plan.device),
+                "curve": self.log.curve(),
+            },
+            metrics={"holdout": self.metrics, "holdout_count": self.probe.count},
+            versions={
+                "python": platform.python_version(),
+                **{name: version(name) for name in ("torch", "vtk", "numpy")},
+            },
+        )
+
+    def _report(self, losses: Losses) -> None:
+        spent = self.plan.budget.spent(self.progress.seconds, self.progress.samples)
+        self.on_report(
+            TrainingReport(
+                stage=self.progress.stage,
+                spent=min(spent, 1.0),
+                seconds=self.progress.seconds,
+                samples=self.progress.samples,
+                losses=losses,
+                metrics=self.metrics,
+            )
+        )
+
+
+def _plain(recipe: dict[str, Any]) -> dict[str, Any]:
+    """A recipe as it comes back from JSON, with lists for tuples."""
+    plain: dict[str, Any] = json.loads(json.dumps(recipe))
+    return plain
