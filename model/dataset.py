@@ -197,7 +197,8 @@ class SampleStore:
                 _create_arrays(root.create_group(stream), scene.image_size)
             store = cls(path)
         for stream, count in counts.items():
-            store._grow(stream, count)
+            if count > store.count(stream):
+                store._resize(stream, count)
         return store
 
     def count(self, stream: Stream) -> int:
@@ -210,18 +211,29 @@ class SampleStore:
         blocks = _blocks(self.count(stream))
         return [b for b, flag in zip(blocks, complete, strict=True) if flag != len(b)]
 
+    def missing_samples(self) -> int:
+        """Number of samples, in both streams, that are not rendered yet."""
+        return sum(len(b) for stream in self.streams() for b in self.missing_blocks(stream))
+
     def require_complete(self) -> None:
         """Raise :class:`DatasetError` unless every sample is there."""
-        missing = sum(len(b) for s in self.streams() for b in self.missing_blocks(s))
+        missing = self.missing_samples()
         if missing:
             raise DatasetError(
                 f"{self.path}: {missing} samples are not rendered yet; "
                 "run the same 'dataset' command again to finish it."
             )
 
+    def trim(self) -> None:
+        """Cut each stream off before the first sample that is missing."""
+        for stream in self.streams():
+            missing = self.missing_blocks(stream)
+            if missing:
+                self._resize(stream, missing[0].start)
+
     def streams(self) -> tuple[Stream, ...]:
-        """The streams of a store."""
-        return ("train", "holdout")
+        """The streams of a store, in the order in which they are rendered."""
+        return ("holdout", "train")
 
     def read(self, stream: Stream, indices: range) -> SampleBatch:
         """Read consecutive samples."""
@@ -272,9 +284,7 @@ class SampleStore:
         assert isinstance(array, zarr.Array)
         return array
 
-    def _grow(self, stream: Stream, count: int) -> None:
-        if count <= self.count(stream):
-            return
+    def _resize(self, stream: Stream, count: int) -> None:
         for name in ARRAYS:
             array = self._array(stream, name)
             array.resize((count, *array.shape[1:]))
@@ -286,6 +296,7 @@ def render_store(
     volume: Volume,
     workers: int | None = None,
     on_progress: Callable[[int], None] = lambda count: None,
+    until: Callable[[], bool] = lambda: False,
 ) -> None:
     """Render what a store still misses, in parallel processes.
 
@@ -297,6 +308,8 @@ def render_store(
         Number of processes, one per processor by default.
     on_progress : callable
         Called with the number of new samples after each block.
+    until : callable
+        Asked before each block; rendering stops once it is true.
     """
     tasks = [(s, block) for s in store.streams() for block in store.missing_blocks(s)]
     if not tasks:
@@ -307,10 +320,11 @@ def render_store(
     with ProcessPoolExecutor(
         workers, context, initializer=_start_worker, initargs=(store.path, volume)
     ) as pool:
-        queue = iter(tasks)
         running: set[Future[int]] = set()
         try:
-            for task in queue:
+            for task in tasks:
+                if until():
+                    break
                 running.add(pool.submit(_render_block, *task))
                 if len(running) >= 2 * workers:
                     running = _drain(running, on_progress)

@@ -1,0 +1,48 @@
+"""The command line. Imports what a command needs only when it runs."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+
+from model.errors import TfscopeError
+
+BAD_INPUT = 2
+
+
+def run(arguments: Sequence[str] | None = None) -> int:
+    """Run a command; the process's arguments by default.
+
+    Returns
+    -------
+    int
+        Exit code: 0, 2 with one line on standard error for bad input, or 130
+        after Ctrl-C.
+    """
+    from app.cli.commands import application
+
+    try:
+        code = application(arguments, standalone_mode=False)
+    except TfscopeError as error:
+        return _fail(str(error))
+    except KeyboardInterrupt:
+        print("Interrupted.", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        # The reader of our output has gone; keep Python from complaining at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except Exception as error:
+        # typer's usage errors, whose class is private, know how to say themselves.
+        if not hasattr(error, "format_message"):
+            if type(error).__name__ == "Abort":
+                return 130
+            raise
+        return _fail(f"{error.format_message()} See --help.")
+    return code if isinstance(code, int) else 0
+
+
+def _fail(message: str) -> int:
+    print(f"tfscope: {' '.join(message.split())}", file=sys.stderr)
+    return BAD_INPUT

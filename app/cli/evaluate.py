@@ -1,0 +1,114 @@
+"""``evaluate``: a model's hold-out errors beside those of the nearest training image."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from rich.table import Table
+
+from app.cli import options
+from app.cli.console import console, counting
+from model.dataset import SampleStore, render_store
+from model.errors import CheckpointError, DatasetError
+from model.evaluation import evaluate
+from model.generator import Generator
+
+
+def evaluate_model(
+    folder: Path,
+    count: int,
+    volume: Path | None,
+    store_path: Path | None,
+    neighbours: int,
+    json_path: Path | None,
+    device: str,
+    workers: int | None,
+) -> None:
+    """Measure the model, print a table, and write the result as JSON when asked.
+
+    Without a store the hold-out samples, and as many training samples as
+    asked for, are rendered anew: they follow from the model's seed.
+    """
+    generator = Generator.load(folder, device)
+    if store_path is not None:
+        store = SampleStore(store_path)
+        store.require_complete()
+        if store.scene != generator.scene:
+            raise DatasetError(
+                f"{store_path}: the data set was made for another scene than the model {folder}."
+            )
+        if count > store.count("holdout"):
+            raise DatasetError(
+                f"{store_path}: only {store.count('holdout')} hold-out samples are there, "
+                f"not {count}; lower --count, or add some with 'dataset --holdout'."
+            )
+        result = _measure(generator, store, count)
+    else:
+        with tempfile.TemporaryDirectory() as scratch:
+            store = _render(generator, Path(scratch), count, volume, neighbours, workers)
+            result = _measure(generator, store, count)
+    _print(result)
+    if json_path is not None:
+        text = json.dumps({"model": str(folder), **result}, indent=2, allow_nan=False)
+        try:
+            json_path.write_text(text + "\n", encoding="utf-8")
+        except OSError as error:
+            raise CheckpointError(
+                f"{json_path}: the result cannot be written ({error.strerror})."
+            ) from error
+
+
+def _render(
+    generator: Generator,
+    scratch: Path,
+    count: int,
+    volume_path: Path | None,
+    neighbours: int,
+    workers: int | None,
+) -> SampleStore:
+    scene = generator.scene
+    volume = options.volume_of(scene.volume_fingerprint, scene.volume_name, volume_path)
+    training = generator.card.training
+    neighbours = min(neighbours, int(training.get("samples_stored", neighbours)))
+    seed = int(training.get("dataset_seed", 0))
+    store = SampleStore.create(
+        scratch / "samples.zarr", scene, seed, {"holdout": count, "train": neighbours}
+    )
+    with counting("rendering", count + neighbours) as (progress, task):
+        render_store(store, volume, workers, lambda new: progress.advance(task, new))
+    return store
+
+
+def _measure(generator: Generator, store: SampleStore, count: int) -> dict[str, Any]:
+    with counting("measuring", count) as (progress, task):
+        result = evaluate(
+            generator, store, count, lambda done: progress.update(task, completed=done)
+        )
+    return result.to_json()
+
+
+def _print(result: dict[str, Any]) -> None:
+    neighbour = result["nearest_neighbour"]
+    names = {
+        "rmse": "image RMSE",
+        "masked_rmse": "RMSE where opacity > .01",
+        "emd": "colour EMD",
+        "ssim": "SSIM",
+        "opacity_rmse": "opacity image RMSE",
+    }
+    statistics = ("mean", "median", "p95")
+    table = Table(title=f"{result['count']} hold-out samples", title_justify="left")
+    table.add_column("")
+    for who in ("generator", "nearest"):
+        for statistic in statistics:
+            table.add_column(f"{who}\n{statistic}", justify="right")
+    for key, label in names.items():
+        other = neighbour.get(key, {})
+        cells = [f"{result[key][s]:.4f}" for s in statistics]
+        cells += [f"{other[s]:.4f}" if other else "" for s in statistics]
+        table.add_row(label, *cells)
+    console.print(table)
+    console.print(f"nearest: the nearest of {neighbour['count']} training images, by RMSE")

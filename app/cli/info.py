@@ -1,0 +1,44 @@
+"""``info``: what a volume file or a model folder holds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from app.cli.console import print_facts
+from model.checkpoint import MODEL_FILE, ModelCard, load_model
+from model.networks.blocks import parameter_count
+from model.volume_files import describe, read_volume
+
+
+def print_info(path: Path) -> None:
+    """Print a model's card, or a volume's description."""
+    if (path / MODEL_FILE).exists():
+        card, network = load_model(path)
+        print_facts(str(path), [*_card_rows(card), ("parameters", f"{parameter_count(network):,}")])
+    else:
+        print_facts(str(path), describe(read_volume(path)))
+
+
+def _card_rows(card: ModelCard) -> list[tuple[str, str]]:
+    scene, size, training = card.scene, card.size, card.training
+    rows = [
+        ("volume", scene.volume_name),
+        ("scalar range", "{:g} to {:g}".format(*scene.scalar_range)),
+        ("scalar window", "{:g} to {:g}".format(*scene.scalar_window)),
+        ("lighting", scene.lighting),
+        ("preset", f"{card.preset} (width {size.width:g} of the paper's network)"),
+        ("colour image", f"{size.image_size} x {size.image_size}"),
+        ("opacity image", f"{size.opacity_size} x {size.opacity_size}"),
+        ("latent code", f"{size.latent_dim} numbers"),
+    ]
+    if "seconds" in training:
+        rows.append(
+            (
+                "training",
+                f"{training['seconds'] / 60:.0f} minutes on {training['device']}, "
+                f"{training['samples_seen']:,} samples seen of {training['samples_stored']:,} stored",
+            )
+        )
+    for name, value in card.metrics.get("holdout", {}).items():
+        rows.append((f"hold-out {name}", f"{value:.4f}"))
+    return rows

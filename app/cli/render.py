@@ -1,0 +1,118 @@
+"""``render``: one image to a file, by the reference renderer or the generator."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from skimage.io import imsave
+from skimage.transform import resize
+
+from app.cli import options
+from model.checkpoint import load_card
+from model.default_transfer_function import default_transfer_function
+from model.errors import RenderError
+from model.scene import LightDirection, Scene
+from model.shipped import shipped_models
+from model.transfer_function import TransferFunction
+from model.view import View
+from model.volume import Volume
+
+DEFAULT_SIZE = 256
+
+
+@dataclass(frozen=True)
+class RenderOrder:
+    """What to render: the command's options, see there."""
+
+    renderer: str
+    volume: Path | None
+    model: Path | None
+    view: str
+    tf: Path | None
+    lighting: options.LightingOption | None
+    size: int | None
+    device: str
+    out: Path
+
+
+def render_to_file(order: RenderOrder) -> None:
+    """Render an image and write it; an existing file is replaced."""
+    if order.out.suffix.lower() not in (".png", ".npy"):
+        raise RenderError(f"{order.out}: the name must end in .png or .npy.")
+    view = View.parse(order.view)
+    tf = TransferFunction.load(order.tf) if order.tf else None
+    by = _render_generator if order.renderer == "generator" else _render_vtk
+    rgba = by(order, view, tf)
+    try:
+        if order.out.suffix.lower() == ".npy":
+            np.save(order.out, rgba)
+        else:
+            pixels = np.rint(np.clip(rgba[..., :3], 0, 1) * 255).astype(np.uint8)
+            imsave(order.out, pixels, check_contrast=False)
+    except OSError as error:
+        raise RenderError(
+            f"{order.out}: the image cannot be written ({error.strerror})."
+        ) from error
+
+
+def _render_vtk(order: RenderOrder, view: View, tf: TransferFunction | None) -> NDArray[np.float32]:
+    from model.rendering.vtk_renderer import VtkRenderer
+
+    scene = load_card(order.model).scene if order.model else None
+    volume = _volume(order, scene)
+    tf = tf or default_transfer_function(volume)
+    if order.lighting is not None:
+        lighting = options.lighting(order.lighting)
+        light = None if lighting == "none" else LightDirection()
+    else:
+        lighting = scene.lighting if scene else "none"
+        light = scene.light if scene else None
+    renderer = VtkRenderer(volume, lighting, light)
+    try:
+        size = order.size or (scene.image_size if scene else DEFAULT_SIZE)
+        return renderer.render(view, tf.opacity, tf.color, size)
+    finally:
+        renderer.close()
+
+
+def _render_generator(
+    order: RenderOrder, view: View, tf: TransferFunction | None
+) -> NDArray[np.float32]:
+    from model.generator import Generator
+
+    generator = Generator.load(_model_folder(order), order.device)
+    scene = generator.scene
+    if order.lighting is not None and options.lighting(order.lighting) != scene.lighting:
+        raise RenderError(
+            f"The model was trained with {scene.lighting} lighting; "
+            "leave --lighting out, or train a model with it."
+        )
+    tf = tf or default_transfer_function(_volume(order, scene))
+    rgba = generator.render(view, tf.opacity, tf.color)
+    if order.size and order.size != scene.image_size:
+        rgba = resize(rgba, (order.size, order.size), anti_aliasing=order.size < scene.image_size)
+    return np.clip(rgba, 0, 1).astype(np.float32)
+
+
+def _volume(order: RenderOrder, scene: Scene | None) -> Volume:
+    if scene is None:
+        return options.open_volume(order.volume)
+    return options.volume_of(scene.volume_fingerprint, scene.volume_name, order.volume)
+
+
+def _model_folder(order: RenderOrder) -> Path:
+    if order.model is not None:
+        return order.model
+    from model.shipped import model_for
+
+    volume = options.open_volume(order.volume)
+    folder = model_for(volume)
+    if folder is None:
+        names = ", ".join(str(path) for path in shipped_models()) or "none"
+        raise RenderError(
+            f"No shipped model was trained on '{volume.name}' (shipped: {names}); give --model."
+        )
+    return folder

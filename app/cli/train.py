@@ -1,0 +1,167 @@
+"""``train``: a generator of one volume's renderings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from rich.progress import (
+    BarColumn,
+    Progress,
+    TaskProgressColumn,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+
+from app.cli import options
+from app.cli.console import console, counting
+from model.dataset import SampleStore
+from model.errors import TrainingError
+from model.generator import choose_device
+from model.scene import Lighting, Scene
+from model.training.data import render_for_run
+from model.training.options import PRESETS, Budget, TrainingOptions
+from model.training.trainer import TrainingPlan, TrainingReport, train
+from model.transfer_function import Range
+
+DEFAULT_MINUTES = 60.0
+
+
+@dataclass(frozen=True)
+class TrainOrder:
+    """What to train: the command's options, see there."""
+
+    volume: Path | None
+    store: Path | None
+    preset: str
+    out: Path
+    minutes: float | None
+    samples: int | None
+    resume: bool
+    faithful: bool
+    overrides: dict[str, float | None]
+    lighting: Lighting
+    window: Range | None
+    seed: int
+    workers: int | None
+    device: str
+
+
+def train_model(order: TrainOrder) -> None:
+    """Train, with a progress bar; Ctrl-C saves the run before it ends."""
+    minutes = order.minutes
+    if minutes is None and order.samples is None:
+        minutes = DEFAULT_MINUTES
+    budget = Budget(minutes, order.samples)
+    device = choose_device(order.device)
+    store, budget = _samples(order, budget)
+    plan = TrainingPlan(
+        store=store,
+        preset=order.preset,
+        size=PRESETS[order.preset],
+        options=_recipe(order),
+        budget=budget,
+        folder=order.out,
+        device=device,
+    )
+    with _Display() as display:
+        try:
+            train(plan, order.resume, display.show)
+        except KeyboardInterrupt:
+            console.print(f"Stopped; the run is saved. Go on with --out {order.out} --resume.")
+            raise
+    console.print(f"The model is in {order.out}; open it with: python main.py --model {order.out}")
+
+
+def _recipe(order: TrainOrder) -> TrainingOptions:
+    recipe = TrainingOptions.faithful() if order.faithful else TrainingOptions()
+    given = {name: value for name, value in order.overrides.items() if value is not None}
+    return replace(recipe, seed=order.seed, **given)  # type: ignore[arg-type]
+
+
+def _samples(order: TrainOrder, budget: Budget) -> tuple[SampleStore, Budget]:
+    size = PRESETS[order.preset]
+    if order.store is not None:
+        store = SampleStore(order.store)
+        store.require_complete()
+        _check_store(order, store)
+        return store, budget
+    volume = options.open_volume(order.volume)
+    scene = Scene.of(volume, size.image_size, order.lighting, order.window)
+    with counting("rendering", 0) as (progress, task):
+        return render_for_run(
+            order.out / "samples.zarr",
+            volume,
+            scene,
+            order.seed,
+            budget,
+            order.workers,
+            lambda done, total: progress.update(task, completed=done, total=total),
+        )
+
+
+def _check_store(order: TrainOrder, store: SampleStore) -> None:
+    wanted = PRESETS[order.preset].image_size
+    if store.scene.image_size != wanted:
+        raise TrainingError(
+            f"{order.store}: its images have {store.scene.image_size} pixels but the preset "
+            f"'{order.preset}' draws {wanted}; make a data set with --size {wanted}."
+        )
+    if order.volume is not None:
+        volume = options.open_volume(order.volume)
+        if volume.fingerprint != store.scene.volume_fingerprint:
+            raise TrainingError(
+                f"{order.store}: the data set shows '{store.scene.volume_name}', "
+                f"not {order.volume}; leave --volume out or name the right one."
+            )
+
+
+class _Display:
+    """A bar over the budget with speed, losses, hold-out errors and remaining time."""
+
+    def __init__(self) -> None:
+        self._progress = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(bar_width=20),
+            TaskProgressColumn(),
+            TextColumn("{task.fields[speed]}"),
+            TimeElapsedColumn(),
+            TimeRemainingColumn(),
+            TextColumn("left"),
+            TextColumn("{task.fields[numbers]}"),
+            console=console,
+        )
+        self._task = self._progress.add_task("starting", total=1.0, speed="", numbers="")
+        self._first: TrainingReport | None = None
+        self._metrics: dict[str, float] = {}
+
+    def __enter__(self) -> _Display:
+        self._progress.start()
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self._progress.stop()
+
+    def show(self, report: TrainingReport) -> None:
+        """Show a report; a line stays for each new hold-out measurement."""
+        first = self._first = self._first or report
+        seconds = max(report.seconds - first.seconds, 1e-3)
+        speed = (report.samples - first.samples) / seconds
+        self._progress.update(
+            self._task,
+            description=f"stage {report.stage}",
+            completed=report.spent,
+            speed=f"{speed:.0f} samples/s",
+            numbers=_numbers(report.losses),
+        )
+        if report.metrics and report.metrics != self._metrics:
+            self._metrics = report.metrics
+            self._progress.console.print(
+                f"{report.seconds / 60:6.1f} min {report.samples:>9,} samples  "
+                f"hold-out {_numbers(report.metrics)}"
+            )
+
+
+def _numbers(values: dict[str, float]) -> str:
+    return "  ".join(f"{name} {value:.3f}" for name, value in values.items())

@@ -1,0 +1,12 @@
+"""tfscope's entry: the window by default, subcommands for everything it can do."""
+
+import os
+
+# Before torch is imported: with the window, VTK and torch in one process, OpenMP's
+# spinning threads would slow each other down ten times and more.
+os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
+
+from app.cli import run
+
+if __name__ == "__main__":
+    raise SystemExit(run())

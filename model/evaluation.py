@@ -1,0 +1,157 @@
+"""A model's errors on hold-out samples, beside those of the nearest training image.
+
+The nearest neighbour is the baseline that tells generalising from memorising
+(paper, section 6.3.1): for each true image, the training image with the
+smallest RMSE to it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from model import metrics
+from model.dataset import BLOCK, SampleBatch, SampleStore
+from model.encoding import decode_unit, encode_batch
+from model.generator import Generator
+
+RENDER_BATCH = 16
+
+Images = NDArray[np.uint8]
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """Errors per hold-out sample, arrays of shape (N,).
+
+    Attributes
+    ----------
+    generator : dict of ndarray
+        ``rmse``, ``emd``, ``ssim``, ``masked_rmse`` and ``opacity_rmse``.
+    nearest_neighbour : dict of ndarray
+        ``rmse``, ``emd``, ``ssim`` and ``masked_rmse``.
+    neighbours : int
+        Number of training images that were searched.
+    """
+
+    generator: dict[str, NDArray[np.float64]]
+    nearest_neighbour: dict[str, NDArray[np.float64]]
+    neighbours: int
+
+    @property
+    def count(self) -> int:
+        """Number of hold-out samples."""
+        return len(self.generator["rmse"])
+
+    def to_json(self) -> dict[str, Any]:
+        """Mean, median and 95th percentile of each measure, as plain data."""
+        return {
+            "count": self.count,
+            **{name: metrics.summary(v) for name, v in self.generator.items()},
+            "nearest_neighbour": {
+                "count": self.neighbours,
+                **{name: metrics.summary(v) for name, v in self.nearest_neighbour.items()},
+            },
+        }
+
+
+def evaluate(
+    generator: Generator,
+    store: SampleStore,
+    count: int,
+    on_progress: Callable[[int], None] = lambda done: None,
+) -> Evaluation:
+    """Measure a generator on the first hold-out samples of a store.
+
+    Parameters
+    ----------
+    generator : Generator
+    store : SampleStore
+        Samples of the generator's scene; its training stream is searched for
+        nearest neighbours.
+    count : int
+        Number of hold-out samples, at most those in the store.
+    on_progress : callable
+        Called with the number of samples measured so far.
+    """
+    samples = store.read("holdout", range(min(count, store.count("holdout"))))
+    nearest = nearest_images(samples.rgba, store)
+    ours: list[dict[str, float]] = []
+    neighbour: list[dict[str, float]] = []
+    for i, (image, opacity, true_opacity) in enumerate(_render(generator, samples)):
+        truth = samples.rgba[i].astype(np.float64) / 255
+        ours.append(_errors(image, truth) | {"opacity_rmse": metrics.rmse(opacity, true_opacity)})
+        neighbour.append(_errors(nearest[i, ..., :3] / 255, truth))
+        on_progress(i + 1)
+    return Evaluation(_columns(ours), _columns(neighbour), store.count("train"))
+
+
+def nearest_images(queries: Images, store: SampleStore) -> Images:
+    """The training image nearest to each query, by RMSE over RGB.
+
+    Parameters
+    ----------
+    queries : ndarray of uint8, shape (N, S, S, 4)
+    store : SampleStore
+
+    Returns
+    -------
+    ndarray of uint8, shape (N, S, S, 4)
+    """
+    flat = _flatten(queries)
+    best = np.full(len(queries), np.inf)
+    found = np.zeros_like(queries)
+    for start in range(0, store.count("train"), 8 * BLOCK):
+        stop = min(start + 8 * BLOCK, store.count("train"))
+        images = store.read("train", range(start, stop)).rgba
+        candidates = _flatten(images)
+        # |a - b|^2 up to |a|^2, which does not change which b is nearest to a.
+        distance = np.square(candidates).sum(axis=1) - 2 * flat @ candidates.T
+        index = distance.argmin(axis=1)
+        smallest = distance[np.arange(len(flat)), index]
+        better = smallest < best
+        best[better] = smallest[better]
+        found[better] = images[index[better]]
+    return found
+
+
+def _flatten(images: Images) -> NDArray[np.float32]:
+    return images[..., :3].reshape(len(images), -1).astype(np.float32) / np.float32(255)
+
+
+def _render(
+    generator: Generator, samples: SampleBatch
+) -> Iterator[tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]]:
+    """Yield colour image (S, S, 3), opacity image and true opacity image (So, So) per sample."""
+    size, view_range = generator.card.size, generator.scene.view_range
+    for start in range(0, len(samples), RENDER_BATCH):
+        batch = encode_batch(
+            samples[start : start + RENDER_BATCH], view_range, size.opacity_size
+        ).to(generator.device)
+        with torch.inference_mode():
+            image, opacity = generator.network(batch.view, batch.opacity_tf, batch.color_tf)
+        yield from zip(
+            decode_unit(image).permute(0, 2, 3, 1).cpu().numpy(),
+            decode_unit(opacity)[:, 0].cpu().numpy(),
+            decode_unit(batch.opacity_image)[:, 0].cpu().numpy(),
+            strict=True,
+        )
+
+
+def _errors(image: NDArray[Any], truth: NDArray[np.float64]) -> dict[str, float]:
+    color, opacity = truth[..., :3], truth[..., 3]
+    return {
+        "rmse": metrics.rmse(image, color),
+        "masked_rmse": metrics.masked_rmse(image, color, opacity),
+        "emd": metrics.color_emd(image, color),
+        "ssim": metrics.ssim(image, color),
+    }
+
+
+def _columns(rows: list[dict[str, float]]) -> dict[str, NDArray[np.float64]]:
+    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
