@@ -253,8 +253,8 @@ class SampleStore:
         """Yield one pass over a stream in random order, without holding it in memory.
 
         Blocks are read in random order; batches are drawn at random from a
-        pool of them. A last batch that is not full is left out, since batch
-        normalisation needs more than one sample.
+        pool of them. What does not fill a pool's last batch is left out of
+        this pass: batch normalisation needs more than a few samples.
 
         Parameters
         ----------

@@ -36,7 +36,8 @@ def _card_rows(card: ModelCard) -> list[tuple[str, str]]:
             (
                 "training",
                 f"{training['seconds'] / 60:.0f} minutes on {training['device']}, "
-                f"{training['samples_seen']:,} samples seen of {training['samples_stored']:,} stored",
+                f"{training['samples_seen']:,} samples seen "
+                f"of {training['samples_stored']:,} stored",
             )
         )
     for name, value in card.metrics.get("holdout", {}).items():

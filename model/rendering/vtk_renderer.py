@@ -42,7 +42,7 @@ AMBIENT, DIFFUSE, SPECULAR, SPECULAR_POWER = 0.25, 0.75, 0.3, 20.0
 SCATTERING_BLEND, GLOBAL_REACH = 1.0, 0.5
 """Global lighting: gradient shading and scattering in equal parts, rays of half the volume."""
 
-NATIVE_TYPES = (np.uint8, np.int8, np.uint16, np.int16)
+NATIVE_TYPES = (np.uint8, np.uint16, np.int16)
 """Scalars that go to the ray caster as they are."""
 
 

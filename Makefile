@@ -1,0 +1,45 @@
+# `make run` opens tfscope, `make test` passes its tests; both set everything up first.
+# Arguments for the program: make run ARGS="--volume FILE". Another torch: make run TORCH="torch==2.11.0".
+
+PYTHON ?= python3
+TORCH ?= torch==2.13.0
+ARGS ?=
+
+BIN := .venv/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check
+
+.PHONY: run test setup lint clean
+
+run: setup
+	@$(BIN)/python main.py $(ARGS)
+
+test: setup .venv/test-ready
+	@QT_QPA_PLATFORM=offscreen $(BIN)/python -m pytest
+
+setup: .venv/ready
+	@$(BIN)/python app/system_libraries.py
+
+lint: setup .venv/lint-ready
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+clean:
+	rm -rf .venv
+
+# torch first and pinned: left to itself, pip would take the newest build with gigabytes of CUDA.
+.venv/ready: pyproject.toml
+	@$(PYTHON) app/system_libraries.py --python
+	$(PYTHON) -m venv .venv
+	$(PIP) install --quiet "$(TORCH)"
+	$(PIP) install --quiet --editable .
+	@touch $@
+
+.venv/test-ready: .venv/ready
+	$(PIP) install --quiet --editable ".[test]"
+	@touch $@
+
+.venv/lint-ready: .venv/ready
+	$(PIP) install --quiet --editable ".[test,dev]"
+	@touch $@

@@ -1,0 +1,120 @@
+"""A widget that paints one rendered image, and what is to be said about it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QRect, QSize, Qt
+from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent
+from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from app import theme
+
+_MARGIN = 14
+
+
+def to_qimage(rgba: NDArray[np.float32]) -> QImage:
+    """Convert a rendering to an opaque image on black.
+
+    Parameters
+    ----------
+    rgba : ndarray of float32, shape (H, W, 4)
+        Colour premultiplied on black; values outside [0, 1] are clipped.
+    """
+    rgb = np.clip(np.nan_to_num(rgba[..., :3]), 0.0, 1.0)
+    levels = np.ascontiguousarray(np.rint(rgb * 255).astype(np.uint8))
+    height, width = levels.shape[:2]
+    # The copy makes the image own its pixels.
+    return QImage(levels.data, width, height, 3 * width, QImage.Format.Format_RGB888).copy()
+
+
+class ImageCanvas(QWidget):
+    """Shows an image as large as fits, a message over it, and a hint below.
+
+    An error darkens the image rather than replacing it: the user still sees
+    what was last there.
+    """
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.setContextMenuPolicy(Qt.ContextMenuPolicy.PreventContextMenu)
+        self.setCursor(Qt.CursorShape.OpenHandCursor)
+        self._image: QImage | None = None
+        self._message = ""
+        self._message_color = theme.DIM_TEXT
+        self._hint = ""
+
+    @property
+    def image(self) -> QImage | None:
+        """The image that is shown, at its own size."""
+        return self._image
+
+    @property
+    def message(self) -> str:
+        """The text over the image, empty when there is none."""
+        return self._message
+
+    @property
+    def hint(self) -> str:
+        """The text at the lower edge, empty when there is none."""
+        return self._hint
+
+    def show_image(self, image: QImage | None) -> None:
+        """Show an image, or none, without a message."""
+        self._image = image
+        self._message = ""
+        self.update()
+
+    def show_message(self, text: str, color: str = theme.DIM_TEXT) -> None:
+        """Write a message over the image."""
+        self._message = text
+        self._message_color = color
+        self.update()
+
+    def set_hint(self, text: str) -> None:
+        """Write a discreet hint at the lower edge."""
+        if text != self._hint:
+            self._hint = text
+            self.update()
+
+    def sizeHint(self) -> QSize:
+        """Return a size at which the whole window fits on a laptop's screen."""
+        return QSize(480, 420)
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the smallest size at which the image is still of use."""
+        return QSize(160, 160)
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint the image, then the texts."""
+        painter = QPainter(self)
+        painter.setRenderHints(
+            QPainter.RenderHint.SmoothPixmapTransform | QPainter.RenderHint.Antialiasing
+        )
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QColor(theme.CANVAS))
+        painter.drawRoundedRect(self.rect(), 6, 6)
+        if self._image is not None:
+            painter.setOpacity(0.3 if self._message else 1.0)
+            painter.drawImage(self._image_rect(self._image), self._image)
+            painter.setOpacity(1.0)
+        text_rect = self.rect().adjusted(_MARGIN, _MARGIN, -_MARGIN, -_MARGIN)
+        flags = Qt.TextFlag.TextWordWrap
+        if self._message:
+            painter.setPen(QColor(self._message_color))
+            # A narrower column than the canvas: long lines are hard to read.
+            column = text_rect.adjusted(text_rect.width() // 10, 0, -text_rect.width() // 10, 0)
+            painter.drawText(column, Qt.AlignmentFlag.AlignCenter | flags, self._message)
+        elif self._hint:
+            painter.setPen(QColor(theme.WARNING))
+            bottom = Qt.AlignmentFlag.AlignBottom | Qt.AlignmentFlag.AlignHCenter
+            painter.drawText(text_rect, bottom | flags, self._hint)
+        painter.end()
+
+    def _image_rect(self, image: QImage) -> QRect:
+        """Largest centred rectangle of the image's shape."""
+        size = image.size().scaled(self.size(), Qt.AspectRatioMode.KeepAspectRatio)
+        rect = QRect(0, 0, size.width(), size.height())
+        rect.moveCenter(self.rect().center())
+        return rect

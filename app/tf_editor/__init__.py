@@ -1,0 +1,1 @@
+"""The editor of the opacity and colour transfer functions."""

@@ -1,0 +1,142 @@
+"""The colour TF on its strip: the colours themselves and draggable stops."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pyqtgraph as pg
+from PySide6.QtCore import QObject, QPoint
+from PySide6.QtGui import QColor
+from PySide6.QtWidgets import QColorDialog, QMenu, QWidget
+
+from app import theme
+from app.session import Session
+from app.tf_editor import edits
+from app.tf_editor.handle import DragHandle
+from app.tf_editor.selection import Selection
+from model.transfer_function import ColorTF
+
+
+class ColorLayer(QObject):
+    """Draws the session's colour TF and turns drags and clicks into edits of it.
+
+    Parameters
+    ----------
+    plot : pyqtgraph.PlotItem
+        Of unit height.
+    session : Session
+    selection : Selection
+    parent : QWidget
+        Owner of the colour dialog.
+    """
+
+    def __init__(self, plot: Any, session: Session, selection: Selection, parent: QWidget) -> None:
+        super().__init__(parent)
+        self._plot = plot
+        self._session = session
+        self._selection = selection
+        self._dialog_parent = parent
+        self._strip: Any = pg.ImageItem(axisOrder="row-major")
+        plot.addItem(self._strip, ignoreBounds=True)
+        self._stops: list[DragHandle] = []
+        self._readout: Any = pg.TextItem(
+            color=theme.TEXT, fill=theme.FIELD, border=theme.BORDER, anchor=(0.5, 0.5)
+        )
+        self._readout.setZValue(200)
+        self._readout.hide()
+        plot.addItem(self._readout, ignoreBounds=True)
+        session.transferFunctionChanged.connect(self.refresh)
+        selection.changed.connect(self.refresh)
+
+    @property
+    def stops(self) -> tuple[DragHandle, ...]:
+        """The handles of the stops, in their order."""
+        return tuple(self._stops)
+
+    def refresh(self) -> None:
+        """Draw the session's colour TF as it is now."""
+        color = self._session.transfer_function.color
+        lo, hi = color.scalar_range
+        levels = np.rint(color.sample(count=1024) * 255).astype(np.uint8)
+        self._strip.setImage(levels[np.newaxis], levels=(0, 255))
+        self._strip.setRect(lo, 0.0, hi - lo, 1.0)
+        while len(self._stops) < len(color.stops):
+            self._stops.append(self._add_handle(len(self._stops)))
+        while len(self._stops) > len(color.stops):
+            self._plot.removeItem(self._stops.pop())
+        selected = self._selection.index("color")
+        for index, (value, *rgb) in enumerate(color.stops):
+            self._stops[index].setPos(value, 0.5)
+            self._stops[index].set_look(QColor.fromRgbF(*rgb), index == selected)
+
+    def add(self, value: float) -> None:
+        """Add a stop and select it."""
+        color, index = edits.add_stop(self._session.transfer_function.color, value)
+        self._commit(color, "add colour stop")
+        self._selection.select("color", index)
+
+    def remove(self, index: int) -> None:
+        """Remove a stop, unless it is at an end."""
+        color = self._session.transfer_function.color
+        if not edits.is_end_stop(color, index):
+            self._selection.clear()
+            self._commit(edits.remove_stop(color, index), "remove colour stop")
+
+    def choose_color(self, index: int) -> QColorDialog:
+        """Open the colour dialog for a stop; the images follow while it is open."""
+        _value, *rgb = self._session.transfer_function.color.stops[index]
+        dialog = QColorDialog(QColor.fromRgbF(*rgb), self._dialog_parent)
+        dialog.setWindowTitle("Colour of the stop")
+        dialog.currentColorChanged.connect(lambda color: self._preview_color(index, color))
+        dialog.accepted.connect(lambda: self._session.finish_preview("colour"))
+        dialog.rejected.connect(self._session.cancel_preview)
+        dialog.finished.connect(dialog.deleteLater)
+        dialog.open()
+        return dialog
+
+    def _preview_color(self, index: int, color: QColor) -> None:
+        tf = self._session.transfer_function
+        rgb = color.redF(), color.greenF(), color.blueF()
+        self._session.preview(replace(tf, color=edits.recolor_stop(tf.color, index, rgb)))
+
+    def _commit(self, color: ColorTF, text: str) -> None:
+        tf = self._session.transfer_function
+        self._session.commit(replace(tf, color=color), text)
+
+    def _add_handle(self, index: int) -> DragHandle:
+        handle = DragHandle("pin")
+        handle.pressed.connect(lambda: self._selection.select("color", index))
+        handle.dragged.connect(lambda x, _y: self._drag(index, x))
+        handle.released.connect(self._finish_drag)
+        handle.doubleClicked.connect(lambda: self.choose_color(index))
+        handle.menuRequested.connect(lambda point: self._menu(index, point))
+        self._plot.addItem(handle, ignoreBounds=True)
+        return handle
+
+    def _drag(self, index: int, value: float) -> None:
+        tf = self._session.transfer_function
+        color = edits.move_stop(tf.color, index, value)
+        self._session.preview(replace(tf, color=color))
+        x = color.stops[index][0]
+        lo, hi = color.scalar_range
+        self._readout.setText(f"{x:.5g}")
+        self._readout.setAnchor((-0.3, 0.5) if x < (lo + hi) / 2 else (1.3, 0.5))
+        self._readout.setPos(x, 0.5)
+        self._readout.show()
+
+    def _finish_drag(self) -> None:
+        self._readout.hide()
+        self._session.finish_preview("drag colour stop")
+
+    def _menu(self, index: int, point: QPoint) -> None:
+        menu = QMenu()
+        choose = menu.addAction("Choose colour…")
+        remove = menu.addAction("Remove stop")
+        remove.setEnabled(not edits.is_end_stop(self._session.transfer_function.color, index))
+        chosen = menu.exec(point)
+        if chosen is choose:
+            self.choose_color(index)
+        elif chosen is remove:
+            self.remove(index)

@@ -1,0 +1,159 @@
+"""The transfer-function editor: plots, numbers, and the keyboard."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QKeySequence, QShortcut
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QMenu, QVBoxLayout, QWidget
+
+from app.session import Session
+from app.tf_editor import edits
+from app.tf_editor.color_layer import ColorLayer
+from app.tf_editor.numbers import NumbersPanel
+from app.tf_editor.opacity_layer import OpacityLayer, handle_name
+from app.tf_editor.plot_area import PlotArea
+from app.tf_editor.selection import Selection
+from model.transfer_function import Range
+
+_NUDGE_HEIGHT = 0.01
+_BIG_NUDGE = 10
+"""How many small steps an arrow key makes with Shift."""
+
+_HINT = "Double-click adds a mode   ·   click the strip adds a colour   ·   Delete removes"
+
+
+class TransferFunctionEditor(QFrame):
+    """Edits a session's TF over a volume's histogram.
+
+    Parameters
+    ----------
+    session : Session
+    """
+
+    def __init__(self, session: Session, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setProperty("role", "panel")
+        self._session = session
+        self.selection = Selection(self)
+        # Before all other slots: none of them may see a selection whose handle is gone.
+        session.transferFunctionChanged.connect(self.selection.fit)
+        self.area = PlotArea(self)
+        self.opacity = OpacityLayer(self.area.opacity, session, self.selection, self)
+        self.color = ColorLayer(self.area.strip, session, self.selection, self)
+        self.numbers = NumbersPanel(session, self.selection, self)
+        self._lay_out()
+        self._connect()
+        self.setEnabled(False)
+
+    def set_data(
+        self,
+        counts: NDArray[np.int64],
+        edges: NDArray[np.float64],
+        scalar_range: Range,
+        units: str,
+    ) -> None:
+        """Show a volume's histogram and begin to edit over its scalar range.
+
+        Parameters
+        ----------
+        counts : ndarray of int64, shape (bins,)
+        edges : ndarray of float64, shape (bins + 1,)
+        scalar_range : tuple of float
+        units : str
+            Of the scalars, may be empty.
+        """
+        self.area.set_data(counts, edges, scalar_range, units)
+        self.setEnabled(True)
+        self.opacity.refresh()
+        self.color.refresh()
+
+    def _lay_out(self) -> None:
+        title = QLabel("Transfer function")
+        title.setProperty("role", "title")
+        hint = QLabel(_HINT)
+        hint.setProperty("role", "dim")
+        header = QHBoxLayout()
+        header.addWidget(title)
+        header.addStretch()
+        header.addWidget(hint)
+        plots = QVBoxLayout()
+        plots.setSpacing(6)
+        plots.addLayout(header)
+        plots.addWidget(self.area.widget, 1)
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(14, 10, 14, 10)
+        layout.setSpacing(18)
+        layout.addLayout(plots, 1)
+        layout.addWidget(self.numbers)
+
+    def _connect(self) -> None:
+        self.area.opacityClicked.connect(self.selection.clear)
+        self.area.opacityDoubleClicked.connect(self.opacity.add)
+        self.area.opacityMenuRequested.connect(self._opacity_menu)
+        self.area.stripClicked.connect(self.color.add)
+        self.numbers.addRequested.connect(self._add_in_the_middle)
+        self.numbers.removeRequested.connect(self.remove_selected)
+        self.numbers.colorRequested.connect(self._choose_selected_color)
+        self._shortcut(QKeySequence(Qt.Key.Key_Delete), self.remove_selected)
+        self._shortcut(QKeySequence(Qt.Key.Key_Backspace), self.remove_selected)
+        for key, right, up in (
+            (Qt.Key.Key_Left, -1, 0),
+            (Qt.Key.Key_Right, 1, 0),
+            (Qt.Key.Key_Up, 0, 1),
+            (Qt.Key.Key_Down, 0, -1),
+        ):
+            self._shortcut(QKeySequence(key), lambda r=right, u=up: self.nudge(r, u))
+            self._shortcut(
+                QKeySequence(Qt.Modifier.SHIFT | key),
+                lambda r=right, u=up: self.nudge(_BIG_NUDGE * r, _BIG_NUDGE * u),
+            )
+
+    def _shortcut(self, keys: QKeySequence, slot: object) -> None:
+        """Bind keys that act only while the plots have the focus."""
+        shortcut = QShortcut(keys, self.area.widget)
+        shortcut.setContext(Qt.ShortcutContext.WidgetShortcut)
+        shortcut.activated.connect(slot)
+
+    def remove_selected(self) -> None:
+        """Remove the selected mode, point or colour stop."""
+        selected = self.selection.selected
+        if selected is not None:
+            layer = self.opacity if selected.kind == "opacity" else self.color
+            layer.remove(selected.index)
+
+    def nudge(self, right: int, up: int) -> None:
+        """Move the selected handle by bins of the scalar range and hundredths of opacity."""
+        selected = self.selection.selected
+        if selected is None:
+            return
+        tf = self._session.transfer_function
+        shift = right * tf.opacity.bin_width
+        if selected.kind == "opacity":
+            value, height = edits.opacity_handles(tf.opacity)[selected.index]
+            opacity = edits.move_opacity_handle(
+                tf.opacity, selected.index, value + shift, height + up * _NUDGE_HEIGHT
+            )
+            tf = replace(tf, opacity=opacity)
+        else:
+            value = tf.color.stops[selected.index][0]
+            tf = replace(tf, color=edits.move_stop(tf.color, selected.index, value + shift))
+        self._session.commit(tf, "nudge", f"nudge {selected.kind} {selected.index}")
+
+    def _add_in_the_middle(self) -> None:
+        lo, hi = self._session.scalar_range
+        self.opacity.add((lo + hi) / 2, 0.3)
+
+    def _choose_selected_color(self) -> None:
+        index = self.selection.index("color")
+        if index is not None:
+            self.color.choose_color(index)
+
+    def _opacity_menu(self, value: float, height: float, point: QPoint) -> None:
+        menu = QMenu()
+        add = menu.addAction(f"Add {handle_name(self._session.transfer_function.opacity)} here")
+        if menu.exec(point) is add:
+            self.opacity.add(value, height)

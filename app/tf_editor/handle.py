@@ -1,0 +1,135 @@
+"""A small mark on a plot that the mouse can take and drag."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from PySide6.QtCore import QPoint, QPointF, QRectF, Qt, Signal
+from PySide6.QtGui import QColor, QPainter, QPen
+from PySide6.QtWidgets import (
+    QGraphicsItem,
+    QGraphicsObject,
+    QGraphicsSceneContextMenuEvent,
+    QGraphicsSceneHoverEvent,
+    QGraphicsSceneMouseEvent,
+    QStyleOptionGraphicsItem,
+    QWidget,
+)
+
+from app import theme
+
+Shape = Literal["circle", "square", "pin"]
+
+_RADIUS = {"circle": 6.5, "square": 4.5, "pin": 7.0}
+_REACH = 11.0
+"""Half the edge of the square that the mouse hits, in pixels: larger than the mark."""
+
+
+class DragHandle(QGraphicsObject):
+    """A mark of constant size in pixels, placed in the plot's coordinates.
+
+    It does not move by itself: it says where the mouse wants it, and whoever
+    owns it decides.
+    """
+
+    pressed = Signal()
+    dragged = Signal(float, float)
+    released = Signal()
+    doubleClicked = Signal()
+    menuRequested = Signal(QPoint)
+
+    def __init__(self, shape: Shape) -> None:
+        super().__init__()
+        self.setFlag(QGraphicsItem.GraphicsItemFlag.ItemIgnoresTransformations)
+        self.setAcceptHoverEvents(True)
+        self.setCursor(Qt.CursorShape.PointingHandCursor)
+        self._shape = shape
+        self._fill = QColor(theme.TEXT)
+        self._selected = False
+        self._hovered = False
+        self._grip: QPointF | None = None
+
+    def set_look(self, fill: QColor, selected: bool) -> None:
+        """Set the colour inside, and whether to stand out as the selected one."""
+        self._fill = fill
+        self._selected = selected
+        self.setZValue(101 if selected else 100)
+        self.update()
+
+    @property
+    def is_selected_look(self) -> bool:
+        """Whether the handle stands out as the selected one."""
+        return self._selected
+
+    def boundingRect(self) -> QRectF:
+        """Return the area that is painted and that the mouse hits, in pixels."""
+        return QRectF(-_REACH, -_REACH, 2 * _REACH, 2 * _REACH)
+
+    def paint(
+        self,
+        painter: QPainter,
+        _option: QStyleOptionGraphicsItem,
+        _widget: QWidget | None = None,
+    ) -> None:
+        """Draw the mark, with a ring around the selected one."""
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        radius = _RADIUS[self._shape] + (1.0 if self._hovered else 0.0)
+        if self._selected and self._shape != "square":
+            painter.setPen(QPen(QColor(theme.ACCENT), 2.0))
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            painter.drawEllipse(QPointF(), radius + 3.0, radius + 3.0)
+        painter.setPen(QPen(QColor(theme.BACKGROUND), 1.0))
+        painter.setBrush(QColor(theme.TEXT))
+        self._draw(painter, radius)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(self._fill)
+        self._draw(painter, radius - 2.0)
+
+    def _draw(self, painter: QPainter, radius: float) -> None:
+        if self._shape == "square":
+            painter.drawRect(QRectF(-radius, -radius, 2 * radius, 2 * radius))
+        else:
+            painter.drawEllipse(QPointF(), radius, radius)
+
+    def mousePressEvent(self, event: QGraphicsSceneMouseEvent) -> None:
+        """Select, and begin a drag with the left button."""
+        self.pressed.emit()
+        if event.button() == Qt.MouseButton.LeftButton:
+            # The distance between mouse and mark stays: nothing jumps at the press.
+            self._grip = self.pos() - self._plot_position(event)
+        event.accept()
+
+    def mouseMoveEvent(self, event: QGraphicsSceneMouseEvent) -> None:
+        """Say where the mouse wants the mark."""
+        if self._grip is not None:
+            wanted = self._plot_position(event) + self._grip
+            self.dragged.emit(wanted.x(), wanted.y())
+
+    def mouseReleaseEvent(self, _event: QGraphicsSceneMouseEvent) -> None:
+        """End the drag."""
+        if self._grip is not None:
+            self._grip = None
+            self.released.emit()
+
+    def mouseDoubleClickEvent(self, event: QGraphicsSceneMouseEvent) -> None:
+        """Say that the mark was double-clicked."""
+        event.accept()
+        self.doubleClicked.emit()
+
+    def contextMenuEvent(self, event: QGraphicsSceneContextMenuEvent) -> None:
+        """Ask for the mark's menu."""
+        event.accept()
+        self.menuRequested.emit(event.screenPos())
+
+    def hoverEnterEvent(self, _event: QGraphicsSceneHoverEvent) -> None:
+        """Grow a little under the mouse."""
+        self._hovered = True
+        self.update()
+
+    def hoverLeaveEvent(self, _event: QGraphicsSceneHoverEvent) -> None:
+        """Shrink again."""
+        self._hovered = False
+        self.update()
+
+    def _plot_position(self, event: QGraphicsSceneMouseEvent) -> QPointF:
+        return self.parentItem().mapFromScene(event.scenePos())

@@ -1,0 +1,165 @@
+"""The selected handle as exact numbers that can be typed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QColor
+from PySide6.QtWidgets import QFormLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+
+from app import theme
+from app.session import Session
+from app.tf_editor import edits
+from app.tf_editor.number_box import NumberBox
+from app.tf_editor.selection import Selection
+from model.transfer_function import ColorTF, OpacityTF
+
+PANEL_WIDTH = 216
+
+
+class NumbersPanel(QWidget):
+    """Position, width and height of the selected mode, point or colour stop."""
+
+    addRequested = Signal()
+    removeRequested = Signal()
+    colorRequested = Signal()
+
+    def __init__(
+        self, session: Session, selection: Selection, parent: QWidget | None = None
+    ) -> None:
+        super().__init__(parent)
+        self._session = session
+        self._selection = selection
+        self.setFixedWidth(PANEL_WIDTH)
+        self.heading = QLabel()
+        self.heading.setProperty("role", "title")
+        self.value = NumberBox()
+        self.width_box = NumberBox()
+        self.height_box = NumberBox()
+        self.color_button = QPushButton()
+        self.color_button.setToolTip("Choose the colour")
+        self.add_button = QPushButton("Add mode")
+        self.remove_button = QPushButton("Remove")
+        self._form = QFormLayout()
+        self._lay_out()
+        self.value.valueChanged.connect(self._value_typed)
+        self.width_box.valueChanged.connect(self._width_typed)
+        self.height_box.valueChanged.connect(self._height_typed)
+        self.color_button.clicked.connect(self.colorRequested)
+        self.add_button.clicked.connect(self.addRequested)
+        self.remove_button.clicked.connect(self.removeRequested)
+        session.transferFunctionChanged.connect(self.refresh)
+        selection.changed.connect(self.refresh)
+        self.refresh()
+
+    def _lay_out(self) -> None:
+        self._form.setContentsMargins(0, 0, 0, 0)
+        self._form.setVerticalSpacing(6)
+        self._form.setLabelAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
+        for text, field in (
+            ("Value", self.value),
+            ("Width", self.width_box),
+            ("Opacity", self.height_box),
+            ("Colour", self.color_button),
+        ):
+            label = QLabel(text)
+            label.setProperty("role", "dim")
+            label.setMinimumWidth(64)
+            self._form.addRow(label, field)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(8)
+        layout.addWidget(self.heading)
+        layout.addLayout(self._form)
+        layout.addStretch()
+        layout.addWidget(self.remove_button)
+        layout.addWidget(self.add_button)
+
+    def refresh(self) -> None:
+        """Show the selected handle's numbers as they are now."""
+        tf = self._session.transfer_function
+        mode_or_point = self._selection.index("opacity")
+        stop = self._selection.index("color")
+        self.add_button.setText("Add point" if tf.opacity.points else "Add mode")
+        if mode_or_point is not None:
+            self._show_opacity_handle(tf.opacity, mode_or_point)
+        elif stop is not None:
+            self._show_stop(tf.color, stop)
+        else:
+            self.heading.setText("Nothing selected")
+            self._show_rows()
+            self.remove_button.setEnabled(False)
+
+    def _show_opacity_handle(self, opacity: OpacityTF, index: int) -> None:
+        handles = edits.opacity_handles(opacity)
+        lo, hi = opacity.scalar_range
+        value, height = handles[index]
+        name = "Point" if opacity.points else "Mode"
+        self.heading.setText(f"{name} {index + 1} of {len(handles)}")
+        self._set_value(lo, hi, value)
+        self.height_box.show_value(height)
+        if opacity.points:
+            self._show_rows(self.value, self.height_box)
+        else:
+            self.width_box.set_limits(opacity.bin_width, hi - lo)
+            self.width_box.show_value(opacity.modes[index].width)
+            self._show_rows(self.value, self.width_box, self.height_box)
+        self.remove_button.setEnabled(edits.can_remove_opacity_handle(opacity, index))
+
+    def _show_stop(self, color: ColorTF, index: int) -> None:
+        value, *rgb = color.stops[index]
+        self.heading.setText(f"Colour stop {index + 1} of {len(color.stops)}")
+        self._set_value(*color.scalar_range, value)
+        fill = QColor.fromRgbF(*rgb).name()
+        self.color_button.setStyleSheet(
+            f"background: {fill}; border: 1px solid {theme.BORDER}; min-height: 16px;"
+        )
+        self._show_rows(self.value, self.color_button)
+        movable = not edits.is_end_stop(color, index)
+        self.value.setEnabled(movable)
+        self.remove_button.setEnabled(movable)
+
+    def _set_value(self, lo: float, hi: float, value: float) -> None:
+        self.value.setEnabled(True)
+        self.value.set_limits(lo, hi)
+        self.value.show_value(value)
+
+    def _show_rows(self, *shown: QWidget) -> None:
+        for field in (self.value, self.width_box, self.height_box, self.color_button):
+            self._form.setRowVisible(field, field in shown)
+
+    def _value_typed(self, value: float) -> None:
+        index = self._selection.index("opacity")
+        stop = self._selection.index("color")
+        if index is not None:
+            at = edits.opacity_handles(self._session.transfer_function.opacity)[index]
+            self._edit_opacity(lambda o: edits.move_opacity_handle(o, index, value, at[1]), "value")
+        elif stop is not None:
+            tf = self._session.transfer_function
+            color = edits.move_stop(tf.color, stop, value)
+            self._session.commit(replace(tf, color=color), "move colour stop", f"stop {stop}")
+            self.refresh()
+
+    def _height_typed(self, height: float) -> None:
+        index = self._selection.index("opacity")
+        if index is not None:
+            at = edits.opacity_handles(self._session.transfer_function.opacity)[index]
+            self._edit_opacity(
+                lambda o: edits.move_opacity_handle(o, index, at[0], height), "opacity"
+            )
+
+    def _width_typed(self, width: float) -> None:
+        index = self._selection.index("opacity")
+        if index is not None:
+            self._edit_opacity(lambda o: edits.resize_mode(o, index, width), "width")
+
+    def _edit_opacity(self, edit: Callable[[OpacityTF], OpacityTF], what: str) -> None:
+        tf = self._session.transfer_function
+        index = self._selection.index("opacity")
+        self._session.commit(
+            replace(tf, opacity=edit(tf.opacity)), f"set {what}", f"{what} {index}"
+        )
+        # Also when the edit changed nothing: a number outside the limits must not stay.
+        self.refresh()

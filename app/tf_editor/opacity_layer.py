@@ -1,0 +1,205 @@
+"""The opacity TF on its plot: curves, draggable peaks and widths."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pyqtgraph as pg
+from PySide6.QtCore import QObject, QPointF, Qt
+from PySide6.QtGui import QBrush, QColor, QLinearGradient, QPen
+
+from app import theme
+from app.session import Session
+from app.tf_editor import edits
+from app.tf_editor.handle import DragHandle
+from app.tf_editor.selection import Selection
+from model.transfer_function import OpacityTF, TransferFunction
+
+_FLANK = math.exp(-1.0)
+"""Height of a mode one width away from its mean, as a share of its amplitude."""
+
+_CURVE_SAMPLES = 1024
+
+
+class OpacityLayer(QObject):
+    """Draws the session's opacity TF and turns drags into edits of it.
+
+    Parameters
+    ----------
+    plot : pyqtgraph.PlotItem
+    session : Session
+    selection : Selection
+    """
+
+    def __init__(self, plot: Any, session: Session, selection: Selection, parent: QObject) -> None:
+        super().__init__(parent)
+        self._plot = plot
+        self._session = session
+        self._selection = selection
+        self._curve = self._add_curve(QPen(QColor(theme.TEXT), 0))
+        self._curve.setPen(pg.mkPen(theme.TEXT, width=1.6))
+        self._selected_curve = self._add_curve(
+            pg.mkPen(theme.ACCENT, width=1.2, style=Qt.PenStyle.DashLine)
+        )
+        self._peaks: list[DragHandle] = []
+        self._flanks = [self._add_flank() for _ in range(2)]
+        self._readout: Any = pg.TextItem(color=theme.TEXT, fill=theme.FIELD, border=theme.BORDER)
+        self._readout.setZValue(200)
+        self._readout.hide()
+        plot.addItem(self._readout, ignoreBounds=True)
+        session.transferFunctionChanged.connect(self.refresh)
+        selection.changed.connect(self.refresh)
+
+    @property
+    def peaks(self) -> tuple[DragHandle, ...]:
+        """The handles of the modes or points, in their order."""
+        return tuple(self._peaks)
+
+    @property
+    def flanks(self) -> tuple[DragHandle, ...]:
+        """The two handles for the selected mode's width, left and right."""
+        return tuple(self._flanks)
+
+    @property
+    def readout(self) -> str:
+        """The numbers shown beside the mouse, empty when nothing is dragged."""
+        return self._readout.toPlainText() if self._readout.isVisible() else ""
+
+    def refresh(self) -> None:
+        """Draw the session's TF as it is now."""
+        tf = self._session.transfer_function
+        values = np.linspace(*tf.scalar_range, _CURVE_SAMPLES)
+        self._curve.setData(values, tf.opacity(values))
+        self._curve.setBrush(_gradient(tf))
+        self._place_peaks(tf)
+        self._place_flanks(tf, values)
+
+    def add(self, value: float, height: float) -> None:
+        """Add a mode or point and select it."""
+        opacity, index = edits.add_opacity_handle(
+            self._session.transfer_function.opacity, value, height
+        )
+        self._commit(opacity, f"add {handle_name(opacity)}")
+        self._selection.select("opacity", index)
+
+    def remove(self, index: int) -> None:
+        """Remove a mode or point."""
+        opacity = self._session.transfer_function.opacity
+        if edits.can_remove_opacity_handle(opacity, index):
+            self._selection.clear()
+            self._commit(
+                edits.remove_opacity_handle(opacity, index), f"remove {handle_name(opacity)}"
+            )
+
+    def _commit(self, opacity: OpacityTF, text: str) -> None:
+        tf = self._session.transfer_function
+        self._session.commit(replace(tf, opacity=opacity), text)
+
+    def _place_peaks(self, tf: TransferFunction) -> None:
+        positions = edits.opacity_handles(tf.opacity)
+        while len(self._peaks) < len(positions):
+            self._peaks.append(self._add_peak(len(self._peaks)))
+        while len(self._peaks) > len(positions):
+            self._plot.removeItem(self._peaks.pop())
+        selected = self._selection.index("opacity")
+        lo, hi = tf.scalar_range
+        for index, (value, height) in enumerate(positions):
+            handle = self._peaks[index]
+            handle.setPos(min(max(value, lo), hi), height)
+            handle.set_look(QColor.fromRgbF(*map(float, tf.color(value))), index == selected)
+
+    def _place_flanks(self, tf: TransferFunction, values: Any) -> None:
+        index = self._selection.index("opacity")
+        shown = index is not None and not tf.opacity.points
+        for handle in self._flanks:
+            handle.setVisible(shown)
+        self._selected_curve.setVisible(shown)
+        if index is None or not shown:
+            return
+        mode = tf.opacity.modes[index]
+        alone = replace(tf.opacity, modes=(mode,))
+        self._selected_curve.setData(values, alone(values))
+        for handle, side in zip(self._flanks, (-1, 1), strict=True):
+            handle.setPos(mode.mean + side * mode.width, mode.amplitude * _FLANK)
+            handle.set_look(QColor(theme.ACCENT), True)
+
+    def _add_curve(self, pen: Any) -> Any:
+        curve = pg.PlotCurveItem(pen=pen, fillLevel=0, antialias=True)
+        self._plot.addItem(curve, ignoreBounds=True)
+        return curve
+
+    def _add_peak(self, index: int) -> DragHandle:
+        handle = DragHandle("circle")
+        handle.pressed.connect(lambda: self._selection.select("opacity", index))
+        handle.dragged.connect(lambda x, y: self._drag_peak(index, x, y))
+        handle.released.connect(self._finish_drag)
+        handle.menuRequested.connect(lambda point: self._peak_menu(index, point))
+        self._plot.addItem(handle, ignoreBounds=True)
+        return handle
+
+    def _add_flank(self) -> DragHandle:
+        handle = DragHandle("square")
+        handle.setCursor(Qt.CursorShape.SizeHorCursor)
+        handle.dragged.connect(lambda x, _y: self._drag_flank(x))
+        handle.released.connect(self._finish_drag)
+        handle.hide()
+        self._plot.addItem(handle, ignoreBounds=True)
+        return handle
+
+    def _drag_peak(self, index: int, value: float, height: float) -> None:
+        tf = self._session.transfer_function
+        opacity = edits.move_opacity_handle(tf.opacity, index, value, height)
+        self._session.preview(replace(tf, opacity=opacity))
+        x, y = edits.opacity_handles(opacity)[index]
+        self._show_readout(x, y, f"{x:.5g}   opacity {y:.3f}")
+
+    def _drag_flank(self, value: float) -> None:
+        index = self._selection.index("opacity")
+        tf = self._session.transfer_function
+        if index is None or tf.opacity.points:
+            return
+        width = abs(value - tf.opacity.modes[index].mean)
+        opacity = edits.resize_mode(tf.opacity, index, width)
+        self._session.preview(replace(tf, opacity=opacity))
+        mode = opacity.modes[index]
+        self._show_readout(mode.mean, mode.amplitude, f"width {mode.width:.4g}")
+
+    def _finish_drag(self) -> None:
+        self._readout.hide()
+        self._session.finish_preview(f"drag {handle_name(self._session.transfer_function.opacity)}")
+
+    def _show_readout(self, x: float, y: float, text: str) -> None:
+        lo, hi = self._session.scalar_range
+        on_right = x < (lo + hi) / 2
+        self._readout.setText(text)
+        self._readout.setAnchor((-0.12, 0.5) if on_right else (1.12, 0.5))
+        self._readout.setPos(x, min(max(y, 0.06), 0.94))
+        self._readout.show()
+
+    def _peak_menu(self, index: int, point: Any) -> None:
+        from PySide6.QtWidgets import QMenu
+
+        opacity = self._session.transfer_function.opacity
+        menu = QMenu()
+        remove = menu.addAction(f"Remove {handle_name(opacity)}")
+        remove.setEnabled(edits.can_remove_opacity_handle(opacity, index))
+        if menu.exec(point) is remove:
+            self.remove(index)
+
+
+def handle_name(opacity: OpacityTF) -> str:
+    """Return what a handle of this TF is called."""
+    return "point" if opacity.points else "mode"
+
+
+def _gradient(tf: TransferFunction) -> QBrush:
+    """Fill for the area under the curve: the colour TF along the scalar axis."""
+    lo, hi = tf.scalar_range
+    gradient = QLinearGradient(QPointF(lo, 0.0), QPointF(hi, 0.0))
+    for value, red, green, blue in tf.color.stops:
+        color = QColor.fromRgbF(red, green, blue, 0.55)
+        gradient.setColorAt(min(max((value - lo) / (hi - lo), 0.0), 1.0), color)
+    return QBrush(gradient)

@@ -1,0 +1,117 @@
+"""The two plots of the editor, one above the other over the same scalar axis."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pyqtgraph as pg
+from numpy.typing import NDArray
+from PySide6.QtCore import QObject, QPoint, QPointF, Qt, Signal
+from PySide6.QtGui import QColor
+
+from app import theme
+from model.transfer_function import Range
+
+STRIP_HEIGHT = 44
+AXIS_WIDTH = 44
+_SIDE_ROOM = 0.015
+"""Empty share of the scalar range at either side: room for the handles at the ends."""
+
+
+class PlotArea(QObject):
+    """Builds the plots and translates clicks beside the handles into values.
+
+    Attributes
+    ----------
+    widget : pyqtgraph.GraphicsLayoutWidget
+        What to put into a layout.
+    opacity, strip : pyqtgraph.PlotItem
+        The opacity plot above and the colour strip below.
+    """
+
+    opacityClicked = Signal()
+    opacityDoubleClicked = Signal(float, float)
+    opacityMenuRequested = Signal(float, float, QPoint)
+    stripClicked = Signal(float)
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.widget: Any = pg.GraphicsLayoutWidget()
+        self.widget.setBackground(theme.PANEL)
+        self.widget.ci.setContentsMargins(0, 0, 8, 0)
+        self.widget.ci.layout.setVerticalSpacing(2)
+        self.opacity: Any = self.widget.addPlot(row=0, col=0)
+        self.strip: Any = self.widget.addPlot(row=1, col=0)
+        for plot in (self.opacity, self.strip):
+            _make_still(plot)
+        self._style_axes()
+        self.strip.setXLink(self.opacity)
+        self.opacity.setYRange(-0.02, 1.06, padding=0)
+        self.strip.setYRange(0, 1, padding=0)
+        self.widget.ci.layout.setRowFixedHeight(1, STRIP_HEIGHT + 36)
+        histogram_color = QColor(theme.DIM_TEXT)
+        histogram_color.setAlpha(46)
+        self._histogram: Any = pg.PlotCurveItem(
+            stepMode="center", fillLevel=0, pen=None, brush=histogram_color
+        )
+        self.opacity.addItem(self._histogram, ignoreBounds=True)
+        self.widget.scene().sigMouseClicked.connect(self._clicked)
+
+    def set_data(
+        self,
+        counts: NDArray[np.int64],
+        edges: NDArray[np.float64],
+        scalar_range: Range,
+        units: str,
+    ) -> None:
+        """Show a volume's histogram, logarithmic in the counts, over its scalar range."""
+        lo, hi = scalar_range
+        room = _SIDE_ROOM * (hi - lo)
+        self.opacity.vb.setLimits(xMin=None, xMax=None)
+        self.opacity.setXRange(lo - room, hi + room, padding=0)
+        heights = np.log1p(counts)
+        self._histogram.setData(edges, heights / max(heights.max(), 1.0))
+        self.strip.getAxis("bottom").setLabel(f"Scalar value ({units})" if units else "Scalar value")
+
+    def _style_axes(self) -> None:
+        for plot in (self.opacity, self.strip):
+            for side in ("left", "bottom"):
+                axis = plot.getAxis(side)
+                axis.setPen(theme.BORDER)
+                axis.setTextPen(theme.DIM_TEXT)
+                axis.setStyle(tickLength=-4)
+                axis.enableAutoSIPrefix(False)
+            plot.getAxis("left").setWidth(AXIS_WIDTH)
+        self.opacity.getAxis("bottom").setStyle(showValues=False)
+        self.opacity.getAxis("left").setLabel("Opacity")
+        self.opacity.getAxis("left").setTicks(
+            [[(0, "0"), (0.25, ""), (0.5, "0.5"), (0.75, ""), (1, "1")]]
+        )
+        self.strip.getAxis("left").setTicks([[]])
+
+    def _clicked(self, event: Any) -> None:
+        """Tell clicks on the two plots apart; those on handles never come here."""
+        position: QPointF = event.scenePos()
+        left = event.button() == Qt.MouseButton.LeftButton
+        if self.opacity.vb.sceneBoundingRect().contains(position):
+            at = self.opacity.vb.mapSceneToView(position)
+            if event.button() == Qt.MouseButton.RightButton:
+                screen = event.screenPos()
+                point = QPoint(int(screen.x()), int(screen.y()))
+                self.opacityMenuRequested.emit(at.x(), at.y(), point)
+            elif left and event.double():
+                self.opacityDoubleClicked.emit(at.x(), at.y())
+            elif left:
+                self.opacityClicked.emit()
+        elif self.strip.vb.sceneBoundingRect().contains(position) and left:
+            self.stripClicked.emit(self.strip.vb.mapSceneToView(position).x())
+
+
+def _make_still(plot: Any) -> None:
+    """Switch off the plot's own panning, zooming, menu and buttons."""
+    plot.setMouseEnabled(x=False, y=False)
+    plot.setMenuEnabled(False)
+    plot.hideButtons()
+    plot.vb.setDefaultPadding(0)
+    plot.vb.disableAutoRange()

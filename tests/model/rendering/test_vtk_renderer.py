@@ -1,0 +1,244 @@
+"""The reference renderer against closed forms and against itself turned around."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from model.rendering.vtk_renderer import VtkRenderer
+from model.transfer_function import ColorTF, GaussianMode, OpacityTF
+from model.view import View
+from model.volume import Volume
+
+STEP = 1 / 255
+SIZE = 64
+RANGE = (0.0, 255.0)
+WHITE = ColorTF(RANGE, ((0.0, 1.0, 1.0, 1.0),))
+RAINBOW = ColorTF(
+    RANGE, ((0.0, 0.1, 0.2, 0.9), (100.0, 0.9, 0.8, 0.1), (255.0, 1.0, 0.3, 0.2))
+)
+MODES = OpacityTF(RANGE, (GaussianMode(120.0, 40.0, 0.2), GaussianMode(220.0, 30.0, 0.5)))
+VIEW = View(35.0, 25.0, 7.0, 0.9)
+
+
+@pytest.fixture(scope="module")
+def renderer(volume: Volume) -> Iterator[VtkRenderer]:
+    renderer = VtkRenderer(volume)
+    yield renderer
+    renderer.close()
+
+
+def render(volume: Volume, *args, **options) -> NDArray[np.float32]:
+    renderer = VtkRenderer(volume, **options)
+    image = renderer.render(*args)
+    renderer.close()
+    return image
+
+
+def constant(opacity: float) -> OpacityTF:
+    return OpacityTF(RANGE, points=((0.0, opacity), (255.0, opacity)))
+
+
+def slab(nx: int = 33, ny: int = 9, nz: int = 33, spacing=(1.0, 1.0, 1.0)) -> Volume:
+    """A nearly constant volume: one corner differs, since constant volumes are refused."""
+    scalars = np.full((nz, ny, nx), 128, np.uint8)
+    scalars[0, 0, 0] = 0
+    scalars[-1, -1, -1] = 255
+    return Volume(scalars, spacing)
+
+
+def test_an_image_is_float32_rgba(renderer: VtkRenderer) -> None:
+    image = renderer.render(VIEW, MODES, RAINBOW, SIZE)
+    assert (image.shape, image.dtype) == ((SIZE, SIZE, 4), np.float32)
+    assert image.min() >= 0 and image.max() <= 1
+    assert image[..., 3].max() > 0.5
+
+
+def test_an_empty_tf_gives_the_background(renderer: VtkRenderer) -> None:
+    assert not renderer.render(VIEW, OpacityTF(RANGE), RAINBOW, SIZE).any()
+
+
+def test_an_opaque_tf_is_opaque_inside_and_empty_outside(renderer: VtkRenderer) -> None:
+    alpha = renderer.render(View(0.0, 0.0), constant(1.0), WHITE, SIZE)[..., 3]
+    assert alpha[SIZE // 2, SIZE // 2] == 1.0
+    assert alpha[0, 0] == 0.0
+    assert np.isin(alpha, (0.0, 1.0)).mean() > 0.9
+
+
+@pytest.mark.parametrize("opacity", [0.02, 0.2, 0.6])
+@pytest.mark.parametrize("sample_distance", [0.25, 0.5, 1.0])
+def test_a_homogeneous_slab_absorbs_exponentially(opacity: float, sample_distance: float) -> None:
+    volume = slab()
+    image = render(volume, View(), constant(opacity), WHITE, 65, sample_distance=sample_distance)
+    # 1 - exp(-k l), where opacity a per voxel length means k = -log(1 - a); l is 8 voxels.
+    expected = 1 - np.exp(8.0 * np.log1p(-opacity))
+    # The ray has 8 / step samples; one more or less may fall on the faces.
+    one_sample = (1 - expected) * -np.expm1(sample_distance * np.log1p(-opacity))
+    assert image[32, 32, 3] == pytest.approx(expected, abs=1.5 * STEP + one_sample)
+
+
+def test_opacity_refers_to_a_voxel_of_any_size() -> None:
+    fine, coarse = slab(), slab(spacing=(7.0, 7.0, 7.0))
+    np.testing.assert_allclose(
+        render(fine, VIEW, constant(0.1), WHITE, SIZE),
+        render(coarse, VIEW, constant(0.1), WHITE, SIZE),
+        atol=1.01 * STEP,
+    )
+
+
+def test_halving_the_step_converges(volume: Volume) -> None:
+    images = [
+        render(volume, VIEW, MODES, RAINBOW, SIZE, sample_distance=s)
+        for s in (1.0, 0.5, 0.25, 0.125)
+    ]
+    errors = [np.sqrt(np.mean((image - images[-1]) ** 2)) for image in images[:-1]]
+    assert errors[0] > errors[1] > errors[2]
+    assert errors[2] < 0.01
+
+
+def test_turning_the_view_equals_turning_the_volume(volume: Volume) -> None:
+    # A quarter turn about z: x -> y, y -> -x.
+    turned = Volume(
+        np.ascontiguousarray(volume.scalars.transpose(0, 2, 1)[:, :, ::-1]),
+        (volume.spacing[1], volume.spacing[0], volume.spacing[2]),
+    )
+    one = render(volume, View(20.0, 15.0, 5.0, 0.9), MODES, RAINBOW, SIZE)
+    other = render(turned, View(110.0, 15.0, 5.0, 0.9), MODES, RAINBOW, SIZE)
+    assert np.abs(one - other).mean() < 0.5 * STEP
+    assert one[..., 3].any()
+
+
+def test_looking_from_above_shows_the_top(volume: Volume) -> None:
+    scalars = np.zeros((17, 17, 17), np.uint8)
+    scalars[12:16, 7:10, 7:10] = 255
+    volume = Volume(scalars)
+    tf = OpacityTF(RANGE, points=((100.0, 0.0), (200.0, 1.0)))
+    front = render(volume, View(0.0, 0.0), tf, WHITE, SIZE)[..., 3]
+    # The block sits near the top of z, so from the front it is in the upper half: row 0 is the top.
+    assert front[: SIZE // 2].sum() > 10 * front[SIZE // 2 :].sum()
+    scalars = np.zeros((17, 17, 17), np.uint8)
+    scalars[7:10, 7:10, 12:16] = 255
+    right = render(Volume(scalars), View(0.0, 0.0), tf, WHITE, SIZE)[..., 3]
+    assert right[:, SIZE // 2 :].sum() > 10 * right[:, : SIZE // 2].sum()
+
+
+def test_roll_turns_the_picture_clockwise(volume: Volume) -> None:
+    straight = render(volume, View(20.0, 10.0, 0.0), MODES, RAINBOW, SIZE)
+    rolled = render(volume, View(20.0, 10.0, 90.0), MODES, RAINBOW, SIZE)
+    assert np.abs(np.rot90(straight, -1) - rolled).mean() < 0.5 * STEP
+
+
+def test_colour_is_premultiplied(renderer: VtkRenderer) -> None:
+    color = ColorTF(RANGE, ((0.0, 0.25, 0.5, 1.0),))
+    image = renderer.render(VIEW, MODES, color, SIZE)
+    for channel, share in enumerate((0.25, 0.5, 1.0)):
+        np.testing.assert_allclose(image[..., channel], share * image[..., 3], atol=1.01 * STEP)
+
+
+def test_opacity_does_not_depend_on_colour(renderer: VtkRenderer) -> None:
+    one = renderer.render(VIEW, MODES, RAINBOW, SIZE)
+    other = renderer.render(VIEW, MODES, WHITE, SIZE)
+    assert np.array_equal(one[..., 3], other[..., 3])
+
+
+def test_images_do_not_depend_on_what_was_rendered_before(renderer: VtkRenderer) -> None:
+    first = renderer.render(VIEW, MODES, RAINBOW, SIZE)
+    renderer.render(View(200.0, -60.0), constant(0.4), WHITE, 32)
+    assert np.array_equal(first, renderer.render(VIEW, MODES, RAINBOW, SIZE))
+
+
+@pytest.mark.parametrize(
+    "dtype", ["int8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "float32", "float64"]
+)
+def test_every_scalar_type_gives_the_same_image(volume: Volume, dtype: str) -> None:
+    # Half of 255 fits int8.
+    scalars = volume.scalars // 2
+    as_bytes = Volume(scalars, volume.spacing)
+    other = Volume(scalars.astype(dtype), volume.spacing)
+    np.testing.assert_allclose(
+        render(other, VIEW, MODES, RAINBOW, SIZE),
+        render(as_bytes, VIEW, MODES, RAINBOW, SIZE),
+        atol=2.01 * STEP,
+    )
+
+
+@pytest.mark.parametrize(("scale", "offset"), [(1e-30, 0.0), (1e300, 0.0), (1.0, 1e9)])
+def test_extreme_ranges_give_the_same_image(volume: Volume, scale: float, offset: float) -> None:
+    scaled = Volume(volume.scalars.astype(np.float64) * scale + offset, volume.spacing)
+    lo, hi = scaled.scalar_range
+    tf = OpacityTF((lo, hi), points=((lo, 0.0), (hi, 0.6)))
+    plain = OpacityTF(RANGE, points=((0.0, 0.0), (255.0, 0.6)))
+    np.testing.assert_allclose(
+        render(scaled, VIEW, tf, ColorTF((lo, hi), ((lo, 1.0, 1.0, 1.0),)), SIZE),
+        render(volume, VIEW, plain, WHITE, SIZE),
+        atol=2.01 * STEP,
+    )
+
+
+def test_every_elevation_with_roll_gives_a_continuous_image(renderer: VtkRenderer) -> None:
+    images = [
+        renderer.render(View(10.0, float(e), 5.0), MODES, RAINBOW, 32) for e in range(-90, 91, 3)
+    ]
+    changes = [np.abs(a - b).mean() for a, b in zip(images, images[1:], strict=False)]
+    assert max(changes) < 5 * np.median(changes)
+
+
+def test_azimuth_0_and_360_give_the_same_bits(renderer: VtkRenderer) -> None:
+    zero = renderer.render(View(0.0, 30.0), MODES, RAINBOW, SIZE)
+    assert np.array_equal(zero, renderer.render(View(360.0, 30.0), MODES, RAINBOW, SIZE))
+
+
+@pytest.mark.parametrize("view", [View(0, 0), View(90, 0), View(180, 0), View(0, 90), View(0, -90)])
+def test_axis_aligned_rays_are_finite_and_hit(renderer: VtkRenderer, view: View) -> None:
+    image = renderer.render(view, constant(0.5), WHITE, SIZE)
+    assert np.isfinite(image).all()
+    assert image[SIZE // 2, SIZE // 2, 3] > 0.9
+
+
+def test_the_whole_volume_is_in_view_at_distance_1(renderer: VtkRenderer) -> None:
+    for azimuth in range(0, 360, 30):
+        alpha = renderer.render(View(azimuth, 35.0, 0.0, 1.0), constant(1.0), WHITE, SIZE)[..., 3]
+        edge = np.concatenate([alpha[0], alpha[-1], alpha[:, 0], alpha[:, -1]])
+        assert not edge.any()
+
+
+@pytest.mark.parametrize("lighting", ["direct", "global"])
+def test_light_changes_colour_but_not_opacity(volume: Volume, lighting) -> None:
+    unlit = render(volume, VIEW, MODES, RAINBOW, SIZE)
+    lit = render(volume, VIEW, MODES, RAINBOW, SIZE, lighting=lighting)
+    np.testing.assert_allclose(lit[..., 3], unlit[..., 3], atol=1.01 * STEP)
+    assert np.abs(lit[..., :3] - unlit[..., :3]).mean() > 0.01
+
+
+def test_the_light_turns_with_the_view() -> None:
+    # A ball looks the same from everywhere, light included.
+    z, y, x = np.mgrid[-10:11, -10:11, -10:11]
+    ball = Volume(np.clip(255 - 20 * np.sqrt(x**2 + y**2 + z**2), 0, 255).astype(np.uint8))
+    tf = OpacityTF(RANGE, points=((90.0, 0.0), (130.0, 1.0)))
+    images = [
+        render(ball, view, tf, WHITE, SIZE, lighting="direct") for view in (View(0), View(90))
+    ]
+    assert np.abs(images[0] - images[1]).mean() < STEP
+    # By default it comes from the upper left.
+    bright = images[0][..., :3].mean(axis=-1)
+    assert bright[20:32, 20:32].sum() > 1.1 * bright[32:44, 32:44].sum()
+
+
+def test_homogeneous_regions_can_be_lit() -> None:
+    image = render(slab(), VIEW, constant(0.3), WHITE, SIZE, lighting="direct")
+    assert np.isfinite(image).all()
+    assert image[..., :3].max() > 0
+
+
+def test_a_renderer_works_in_a_thread_of_its_own(volume: Volume) -> None:
+    images: list[NDArray[np.float32]] = []
+    thread = threading.Thread(
+        target=lambda: images.append(render(volume, VIEW, MODES, RAINBOW, SIZE))
+    )
+    thread.start()
+    thread.join()
+    assert np.array_equal(images[0], render(volume, VIEW, MODES, RAINBOW, SIZE))

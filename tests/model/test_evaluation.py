@@ -1,0 +1,69 @@
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+import torch
+from sklearn.neighbors import NearestNeighbors
+
+from model import metrics
+from model.checkpoint import ModelCard
+from model.dataset import SampleStore
+from model.evaluation import evaluate, nearest_images
+from model.generator import Generator
+from model.networks.blocks import NetworkSize
+from model.networks.two_stage import TwoStageGenerator
+from model.scene import Scene
+
+SIZE = NetworkSize(0.125, 32, 64)
+
+
+@pytest.fixture(scope="module")
+def generator(scene: Scene) -> Generator:
+    torch.manual_seed(0)
+    return Generator(ModelCard(scene, "draft", SIZE), TwoStageGenerator(SIZE), torch.device("cpu"))
+
+
+def test_nearest_images_agree_with_scikit_learn(store: SampleStore) -> None:
+    queries = store.read("holdout", range(32)).rgba
+    training = store.read("train", range(160)).rgba
+    search = NearestNeighbors(n_neighbors=1, algorithm="brute").fit(
+        training[..., :3].reshape(160, -1).astype(np.float64)
+    )
+    index = search.kneighbors(
+        queries[..., :3].reshape(32, -1).astype(np.float64), return_distance=False
+    )
+    np.testing.assert_array_equal(nearest_images(queries, store), training[index[:, 0]])
+
+
+def test_a_training_image_is_its_own_nearest_neighbour(store: SampleStore) -> None:
+    images = store.read("train", range(100, 110)).rgba
+    np.testing.assert_array_equal(nearest_images(images, store)[..., :3], images[..., :3])
+
+
+def test_errors_are_those_of_the_rendered_images(generator: Generator, store: SampleStore) -> None:
+    seen: list[int] = []
+    result = evaluate(generator, store, 5, seen.append)
+    assert (result.count, result.neighbours, seen) == (5, 160, [1, 2, 3, 4, 5])
+    from model.sampling import draw_sample
+
+    sample = draw_sample(store.scene, store.seed, "holdout", 3)
+    tf = sample.transfer_function
+    image = generator.render(sample.view, tf.opacity, tf.color)[..., :3]
+    truth = store.read("holdout", range(3, 4)).rgba[0, ..., :3] / 255
+    assert result.generator["rmse"][3] == pytest.approx(metrics.rmse(image, truth), abs=1e-5)
+    assert result.generator["emd"][3] == pytest.approx(metrics.color_emd(image, truth), abs=1e-3)
+    assert result.generator["ssim"][3] == pytest.approx(metrics.ssim(image, truth), abs=1e-4)
+    neighbour = nearest_images(store.read("holdout", range(3, 4)).rgba, store)[0, ..., :3] / 255
+    assert result.nearest_neighbour["rmse"][3] == pytest.approx(metrics.rmse(neighbour, truth))
+
+
+def test_the_report_has_the_documented_keys(generator: Generator, store: SampleStore) -> None:
+    report = json.loads(json.dumps(evaluate(generator, store, 4).to_json(), allow_nan=False))
+    assert report["count"] == 4
+    assert report["nearest_neighbour"]["count"] == 160
+    for part, keys in ((report, ("rmse", "emd", "ssim")), (report["nearest_neighbour"], ("rmse", "emd"))):
+        for key in keys:
+            assert set(part[key]) == {"mean", "median", "p95"}
+            assert all(np.isfinite(v) for v in part[key].values())

@@ -1,0 +1,115 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from model.checkpoint import ModelCard, save_model
+from model.encoding import decode_unit, encode_colors, encode_unit, encode_views
+from model.errors import DeviceError
+from model.generator import Generator
+from model.networks.blocks import NetworkSize
+from model.networks.two_stage import TwoStageGenerator
+from model.sampling import draw_sample
+from model.scene import Scene
+
+SIZE = NetworkSize(0.125, 32, 64)
+
+
+@pytest.fixture(scope="module")
+def generator(scene: Scene, tmp_path_factory: pytest.TempPathFactory) -> Generator:
+    folder: Path = tmp_path_factory.mktemp("model")
+    torch.manual_seed(0)
+    network = TwoStageGenerator(SIZE)
+    for parameter in network.parameters():
+        if parameter.ndim > 1:
+            parameter.data *= 3
+    save_model(folder, ModelCard(scene, "draft", SIZE), network)
+    return Generator.load(folder, "cpu")
+
+
+@pytest.fixture(scope="module")
+def samples(scene: Scene):
+    return [draw_sample(scene, 1, "train", i) for i in range(3)]
+
+
+def test_an_image_is_rgba_like_the_renderers(generator: Generator, samples) -> None:
+    s = samples[0]
+    image = generator.render(s.view, s.transfer_function.opacity, s.transfer_function.color)
+    assert (image.shape, image.dtype) == ((64, 64, 4), np.float32)
+    assert image.flags.c_contiguous
+    assert image.min() >= 0 and image.max() <= 1
+
+
+def test_an_image_is_what_the_network_says(generator: Generator, scene: Scene, samples) -> None:
+    s = samples[0]
+    opacity, color = s.transfer_function.opacity, s.transfer_function.color
+    with torch.inference_mode():
+        expected, opacity_image = generator.network(
+            encode_views([s.view], scene.view_range),
+            encode_unit(opacity.sample(scene.scalar_range)[None]),
+            encode_colors(color.sample(scene.scalar_range)[None]),
+        )
+    image = generator.render(s.view, opacity, color)
+    np.testing.assert_allclose(
+        image[..., :3], decode_unit(expected)[0].permute(1, 2, 0).numpy(), atol=1e-6
+    )
+    np.testing.assert_allclose(
+        generator.opacity_image(s.view, opacity), decode_unit(opacity_image)[0, 0], atol=1e-6
+    )
+    # Enlarged to the colour image's size: averaging back gives it again, up to the blur.
+    back = image[..., 3].reshape(32, 2, 32, 2).mean(axis=(1, 3))
+    assert np.abs(back - generator.opacity_image(s.view, opacity)).mean() < 0.02
+
+
+def test_a_batch_equals_single_images(generator: Generator, samples) -> None:
+    views = [s.view for s in samples]
+    opacities = [s.transfer_function.opacity for s in samples]
+    colors = [s.transfer_function.color for s in samples]
+    batch = generator.render_batch(views, opacities, colors)
+    assert batch.shape == (3, 64, 64, 4)
+    for image, v, o, c in zip(batch, views, opacities, colors, strict=True):
+        np.testing.assert_allclose(image, generator.render(v, o, c), atol=1e-5)
+
+
+def test_rendering_the_code_equals_rendering_the_tf(generator: Generator, samples) -> None:
+    s = samples[1]
+    opacity, color = s.transfer_function.opacity, s.transfer_function.color
+    code = generator.encode(opacity)
+    assert code.shape == (8,)
+    expected = generator.render(s.view, opacity, color)
+    np.testing.assert_allclose(generator.render_latent(code, s.view, color), expected, atol=1e-5)
+    several = generator.render_latent(np.stack([code, 0 * code]), s.view, color)
+    assert several.shape == (2, 64, 64, 4)
+    np.testing.assert_allclose(several[0], expected, atol=1e-5)
+
+
+def test_decoding_gives_opacities(generator: Generator, samples) -> None:
+    decoded = generator.decode(generator.encode(samples[0].transfer_function.opacity))
+    assert (decoded.shape, decoded.dtype) == ((256,), np.float32)
+    assert decoded.min() >= 0 and decoded.max() <= 1
+
+
+def test_a_tf_made_for_another_range_means_the_same_values(generator: Generator, samples) -> None:
+    from dataclasses import replace
+
+    s = samples[0]
+    opacity, color = s.transfer_function.opacity, s.transfer_function.color
+    wider = replace(opacity, scalar_range=(-50.0, 300.0))
+    np.testing.assert_array_equal(
+        generator.render(s.view, opacity, color), generator.render(s.view, wider, color)
+    )
+
+
+def test_devices(generator: Generator) -> None:
+    from model.generator import choose_device
+
+    assert choose_device("cpu").type == "cpu"
+    assert choose_device("auto").type == ("cuda" if torch.cuda.is_available() else "cpu")
+    with pytest.raises(DeviceError, match="choose auto, cpu or cuda"):
+        choose_device("tpu")
+    if not torch.cuda.is_available():
+        with pytest.raises(DeviceError, match="sees no NVIDIA GPU"):
+            choose_device("cuda")

@@ -1,0 +1,92 @@
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import ot
+import pytest
+
+from model import metrics
+from model.encoding import rgb_to_lab
+
+RNG = np.random.default_rng(0)
+NOISE = RNG.random((32, 32, 3))
+
+
+def flat(*rgb: float) -> np.ndarray:
+    return np.broadcast_to(np.array(rgb, dtype=float), (32, 32, 3)).copy()
+
+
+def test_rmse_of_known_images() -> None:
+    assert metrics.rmse(flat(0.5, 0.5, 0.5), flat(0.25, 0.25, 0.25)) == pytest.approx(0.25)
+    assert metrics.rmse(flat(1, 0, 0), flat(0, 0, 0)) == pytest.approx(np.sqrt(1 / 3))
+
+
+def test_predictions_are_clipped_first() -> None:
+    assert metrics.rmse(flat(1.7, -3, 2), flat(1, 0, 1)) == 0
+    assert metrics.color_emd(flat(1.7, -3, 2), flat(1, 0, 1)) == 0
+
+
+def test_masked_rmse_looks_at_covered_pixels_only() -> None:
+    opacity = np.zeros((32, 32))
+    opacity[:8] = 0.5
+    image = flat(0, 0, 0)
+    image[:8] = 0.5
+    image[8:] = 0.9
+    assert metrics.masked_rmse(image, flat(0, 0, 0), opacity) == pytest.approx(0.5)
+    assert metrics.masked_rmse(image, flat(0, 0, 0), np.zeros((32, 32))) == 0
+
+
+def test_equal_images_are_at_distance_zero_and_similarity_one() -> None:
+    assert metrics.color_emd(NOISE, NOISE) == pytest.approx(0, abs=1e-12)
+    assert metrics.ssim(NOISE, NOISE) == pytest.approx(1)
+
+
+def bin_of(*rgb: float) -> np.ndarray:
+    lab = rgb_to_lab(np.array(rgb, np.float32))
+    return np.minimum(((lab + 1) / 2 * metrics.EMD_BINS).astype(int), np.array(metrics.EMD_BINS) - 1)
+
+
+def test_emd_between_flat_images_is_the_distance_between_their_bins() -> None:
+    farthest = np.linalg.norm(np.array(metrics.EMD_BINS) - 1)
+    for one, other in (((0, 0, 0), (1, 1, 1)), ((1, 0, 0), (0, 0, 1)), ((0, 1, 0), (0.2, 0, 0.9))):
+        expected = np.linalg.norm(bin_of(*one) - bin_of(*other)) / farthest
+        assert metrics.color_emd(flat(*one), flat(*other)) == pytest.approx(expected)
+
+
+def test_emd_moves_mass_as_far_as_needed() -> None:
+    # A quarter of the pixels must travel from black to white.
+    image, truth = flat(0, 0, 0), flat(0, 0, 0)
+    truth[:8] = 1.0
+    whole = metrics.color_emd(flat(0, 0, 0), flat(1, 1, 1))
+    assert metrics.color_emd(image, truth) == pytest.approx(whole / 4)
+
+
+def test_emd_agrees_with_the_full_transport_problem() -> None:
+    image, truth = NOISE, np.clip(NOISE * 0.6 + 0.3, 0, 1)
+    histograms = []
+    for picture in (image, truth):
+        lab = (rgb_to_lab(picture.astype(np.float32)).reshape(-1, 3) + 1) / 2
+        counts, _ = np.histogramdd(lab, bins=metrics.EMD_BINS, range=[(0, 1)] * 3)
+        histograms.append(counts.ravel() / counts.sum())
+    index = np.stack(np.unravel_index(np.arange(8 * 12 * 12), metrics.EMD_BINS), axis=-1)
+    cost = ot.dist(index.astype(float), metric="euclidean")
+    expected = ot.emd2(*histograms, cost / cost.max())
+    assert metrics.color_emd(image, truth) == pytest.approx(expected, abs=1e-9)
+
+
+def test_emd_ignores_where_the_colours_are() -> None:
+    shuffled = RNG.permutation(NOISE.reshape(-1, 3)).reshape(NOISE.shape)
+    assert metrics.color_emd(NOISE, shuffled) == pytest.approx(0, abs=1e-12)
+
+
+def test_ssim_falls_with_noise() -> None:
+    smooth = np.linspace(0, 1, 32)[:, None, None] * np.ones((32, 32, 3))
+    values = [metrics.ssim(smooth + s * (NOISE - 0.5), smooth) for s in (0.0, 0.1, 0.5)]
+    assert values[0] > values[1] > values[2]
+
+
+def test_a_summary_is_plain_json() -> None:
+    summary = metrics.summary(np.arange(101))
+    assert summary == {"mean": 50.0, "median": 50.0, "p95": 95.0}
+    json.dumps(summary, allow_nan=False)

@@ -1,0 +1,90 @@
+from __future__ import annotations
+
+import colorsys
+
+import numpy as np
+import pytest
+
+from model.sampling import MAX_MODES, draw_color_tf, draw_opacity_tf, draw_sample, sample_rng
+from model.scene import Scene
+from model.view import ViewRange
+
+RANGE, WINDOW = (-1000.0, 1500.0), (-500.0, 1000.0)
+DRAWS = 2000
+
+
+def opacity_tfs() -> list:
+    rng = np.random.default_rng(0)
+    return [draw_opacity_tf(rng, RANGE, WINDOW) for _ in range(DRAWS)]
+
+
+def test_a_sample_depends_on_seed_stream_and_index_only(scene: Scene) -> None:
+    first = [draw_sample(scene, 3, "train", i) for i in (5, 6, 7)]
+    again = [draw_sample(scene, 3, "train", i) for i in (7, 5)]
+    assert (first[2], first[0]) == (again[0], again[1])
+    assert draw_sample(scene, 3, "holdout", 5) != first[0]
+    assert draw_sample(scene, 4, "train", 5) != first[0]
+
+
+def test_streams_never_meet() -> None:
+    bits = {
+        sample_rng(seed, stream, i).bit_generator.random_raw()
+        for seed in (0, 1)
+        for stream in ("train", "holdout")
+        for i in range(500)
+    }
+    assert len(bits) == 2000
+
+
+def test_views_fill_the_range_evenly(scene: Scene) -> None:
+    views = [draw_sample(scene, 0, "train", i).view for i in range(DRAWS)]
+    limits = ViewRange()
+    for name, lo, hi in (
+        ("azimuth", 0, 360),
+        ("elevation", -limits.max_elevation, limits.max_elevation),
+        ("roll", -limits.max_roll, limits.max_roll),
+        ("distance", limits.nearest, limits.farthest),
+    ):
+        values = np.array([getattr(view, name) for view in views])
+        counts, _ = np.histogram(values, bins=4, range=(lo, hi))
+        assert counts.sum() == DRAWS
+        # Four quarters of 500, standard deviation 19.4.
+        assert np.abs(counts - DRAWS / 4).max() < 5 * 19.4
+
+
+def test_one_to_five_modes_equally_often() -> None:
+    counts = np.bincount([len(tf.modes) for tf in opacity_tfs()], minlength=MAX_MODES + 1)
+    assert counts[0] == 0
+    assert np.abs(counts[1:] - DRAWS / 5).max() < 5 * 17.9
+
+
+def test_modes_keep_their_limits() -> None:
+    lo, hi = RANGE
+    for tf in opacity_tfs():
+        for mode in tf.modes:
+            assert WINDOW[0] <= mode.mean <= WINDOW[1]
+            floor = 2 * (hi - lo) / 256
+            assert floor <= mode.width <= max(floor, min(mode.mean - lo, hi - mode.mean) / 2)
+        amplitudes = [mode.amplitude for mode in tf.modes]
+        if len(amplitudes) == 1:
+            assert 0.1 <= amplitudes[0] <= 1
+        else:
+            assert sum(amplitudes) == pytest.approx(1)
+
+
+def test_modes_are_light_and_the_ends_dark() -> None:
+    rng = np.random.default_rng(1)
+    for tf in opacity_tfs()[:300]:
+        color = draw_color_tf(rng, tf)
+        lightness = [colorsys.rgb_to_hls(*stop[1:])[1] for stop in color.stops]
+        assert max(lightness[0], lightness[-1]) <= 0.4 + 1e-9
+        assert min(lightness[1:-1]) >= 0.6 - 1e-9
+        assert [stop[0] for stop in color.stops[1:-1]] == sorted(m.mean for m in tf.modes)
+        assert (color.stops[0][0], color.stops[-1][0]) == RANGE
+
+
+def test_the_window_reaches_the_samples(volume) -> None:
+    scene = Scene.of(volume, 64, scalar_window=(100.0, 110.0))
+    for i in range(50):
+        for mode in draw_sample(scene, 0, "train", i).transfer_function.opacity.modes:
+            assert 100 <= mode.mean <= 110
