@@ -52,6 +52,7 @@ class EnginePane(QWidget):
         self._wanted = -1
         self._error: str | None = None
         self._is_settled = False
+        self._paused = False
 
     @property
     def is_settled(self) -> bool:
@@ -72,6 +73,7 @@ class EnginePane(QWidget):
         """Replace the engine by one that `factory` builds in a new worker thread."""
         self.stop()
         self._expect_news(busy_text)
+        self._paused = False
         worker = RenderWorker(factory, self._thread_name, self)
         worker.engineReady.connect(self._engine_ready)
         worker.engineFailed.connect(self.show_error)
@@ -81,8 +83,8 @@ class EnginePane(QWidget):
         worker.start()
 
     def submit(self, request: RenderRequest) -> None:
-        """Ask the engine for an image; without an engine nothing happens."""
-        if self._worker is not None:
+        """Ask the engine for an image; paused or without an engine, nothing happens."""
+        if self._worker is not None and not self._paused:
             self._wanted = request.sequence
             self._is_settled = False
             self._worker.submit(request)
@@ -92,13 +94,23 @@ class EnginePane(QWidget):
         self.stop()
         self._expect_news(text)
 
-    def show_note(self, text: str) -> None:
-        """Say why there is no image, when that is no error; the engine is stopped."""
-        self.stop()
-        self._error = None
-        self.canvas.show_image(None)
-        self.canvas.show_message(text)
-        self._settle()
+    def pause(self, text: str, settled: bool = True) -> None:
+        """Say why there is no image, when that is no error; requests are ignored.
+
+        Parameters
+        ----------
+        text : str
+        settled : bool
+            False when an image is still to come.
+        """
+        self._expect_news(text)
+        self._paused = True
+        if settled:
+            self._settle()
+
+    def resume(self) -> None:
+        """Take requests again after :meth:`pause`."""
+        self._paused = False
 
     def show_error(self, text: str) -> None:
         """Write an error over the image."""
@@ -112,8 +124,6 @@ class EnginePane(QWidget):
             self._worker.stop()
             self._retired.append(self._worker)
             self._worker = None
-        self._detail.clear()
-        self.canvas.set_hint("")
 
     def join(self) -> None:
         """Wait until the threads of all stopped engines have ended."""
@@ -127,6 +137,8 @@ class EnginePane(QWidget):
         self.engineReady.emit(ready)
 
     def _show_result(self, result: RenderResult) -> None:
+        if self._paused:
+            return
         if result.image is None:
             self.show_error(result.error or "The engine returned no image.")
             return
@@ -145,7 +157,8 @@ class EnginePane(QWidget):
     def _expect_news(self, text: str) -> None:
         self._error = None
         self._is_settled = False
-        self._description = ""
+        self._detail.clear()
+        self.canvas.set_hint("")
         self.canvas.show_image(None)
         self.canvas.show_message(text)
 

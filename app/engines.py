@@ -94,7 +94,7 @@ class GeneratorEngine:
     @property
     def description(self) -> str:
         """The device in people's words."""
-        return {"cpu": "CPU", "cuda": "GPU"}.get(self._generator.device.split(":")[0], "")
+        return {"cpu": "CPU", "cuda": "GPU"}.get(self._generator.device.type, "")
 
     @property
     def scene(self) -> Scene:

@@ -34,6 +34,7 @@ QAbstractSpinBox {{
     background: {FIELD}; border: 1px solid {BORDER}; border-radius: 4px; padding: 3px 6px;
     selection-background-color: {ACCENT}; selection-color: {BACKGROUND};
 }}
+QAbstractSpinBox::up-button, QAbstractSpinBox::down-button {{ width: 0; border: none; }}
 QAbstractSpinBox:focus {{ border-color: {ACCENT}; }}
 QAbstractSpinBox:disabled {{ color: {FAINT_TEXT}; background: {PANEL}; }}
 QPushButton {{

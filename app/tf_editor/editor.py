@@ -56,7 +56,7 @@ class TransferFunctionEditor(QFrame):
         scalar_range: Range,
         units: str,
     ) -> None:
-        """Show a volume's histogram and begin to edit over its scalar range.
+        """Show a volume's histogram and allow editing over its scalar range.
 
         Parameters
         ----------
@@ -68,8 +68,12 @@ class TransferFunctionEditor(QFrame):
         """
         self.area.set_data(counts, edges, scalar_range, units)
         self.setEnabled(True)
-        self.opacity.refresh()
-        self.color.refresh()
+
+    def select_strongest(self) -> None:
+        """Select the most opaque mode or point, so that its handles and numbers show."""
+        handles = edits.opacity_handles(self._session.transfer_function.opacity)
+        if handles:
+            self.selection.select("opacity", max(range(len(handles)), key=lambda i: handles[i][1]))
 
     def _lay_out(self) -> None:
         title = QLabel("Transfer function")

@@ -19,7 +19,6 @@ class NumberBox(QDoubleSpinBox):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setKeyboardTracking(False)
-        self.setButtonSymbols(QDoubleSpinBox.ButtonSymbols.NoButtons)
         self.set_limits(0.0, 1.0)
 
     def set_limits(self, lo: float, hi: float) -> None:

@@ -8,8 +8,10 @@ from typing import Any
 
 import numpy as np
 import pyqtgraph as pg
+from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QPointF, Qt
-from PySide6.QtGui import QBrush, QColor, QLinearGradient, QPen
+from PySide6.QtGui import QBrush, QColor, QLinearGradient, QPainterPath, QPen
+from PySide6.QtWidgets import QGraphicsPathItem, QMenu
 
 from app import theme
 from app.session import Session
@@ -21,7 +23,7 @@ from model.transfer_function import OpacityTF, TransferFunction
 _FLANK = math.exp(-1.0)
 """Height of a mode one width away from its mean, as a share of its amplitude."""
 
-_CURVE_SAMPLES = 1024
+_CURVE_SAMPLES = 513
 
 
 class OpacityLayer(QObject):
@@ -39,8 +41,10 @@ class OpacityLayer(QObject):
         self._plot = plot
         self._session = session
         self._selection = selection
-        self._curve = self._add_curve(QPen(QColor(theme.TEXT), 0))
-        self._curve.setPen(pg.mkPen(theme.TEXT, width=1.6))
+        self._area = QGraphicsPathItem()
+        self._area.setPen(QPen(Qt.PenStyle.NoPen))
+        plot.addItem(self._area, ignoreBounds=True)
+        self._curve = self._add_curve(pg.mkPen(theme.TEXT, width=1.6))
         self._selected_curve = self._add_curve(
             pg.mkPen(theme.ACCENT, width=1.2, style=Qt.PenStyle.DashLine)
         )
@@ -72,8 +76,10 @@ class OpacityLayer(QObject):
         """Draw the session's TF as it is now."""
         tf = self._session.transfer_function
         values = np.linspace(*tf.scalar_range, _CURVE_SAMPLES)
-        self._curve.setData(values, tf.opacity(values))
-        self._curve.setBrush(_gradient(tf))
+        heights = tf.opacity(values)
+        self._curve.setData(values, heights)
+        self._area.setPath(_area_below(values, heights))
+        self._area.setBrush(_gradient(tf))
         self._place_peaks(tf)
         self._place_flanks(tf, values)
 
@@ -127,7 +133,7 @@ class OpacityLayer(QObject):
             handle.set_look(QColor(theme.ACCENT), True)
 
     def _add_curve(self, pen: Any) -> Any:
-        curve = pg.PlotCurveItem(pen=pen, fillLevel=0, antialias=True)
+        curve = pg.PlotCurveItem(pen=pen, antialias=True)
         self._plot.addItem(curve, ignoreBounds=True)
         return curve
 
@@ -180,8 +186,6 @@ class OpacityLayer(QObject):
         self._readout.show()
 
     def _peak_menu(self, index: int, point: Any) -> None:
-        from PySide6.QtWidgets import QMenu
-
         opacity = self._session.transfer_function.opacity
         menu = QMenu()
         remove = menu.addAction(f"Remove {handle_name(opacity)}")
@@ -193,6 +197,15 @@ class OpacityLayer(QObject):
 def handle_name(opacity: OpacityTF) -> str:
     """Return what a handle of this TF is called."""
     return "point" if opacity.points else "mode"
+
+
+def _area_below(values: NDArray[np.float64], heights: NDArray[np.float64]) -> QPainterPath:
+    """Outline of the area between a curve and the axis."""
+    path = QPainterPath(QPointF(values[0], 0.0))
+    for value, height in zip(values, heights, strict=True):
+        path.lineTo(value, height)
+    path.lineTo(values[-1], 0.0)
+    return path
 
 
 def _gradient(tf: TransferFunction) -> QBrush:

@@ -52,9 +52,7 @@ class PlotArea(QObject):
         self.widget.ci.layout.setRowFixedHeight(1, STRIP_HEIGHT + 36)
         histogram_color = QColor(theme.DIM_TEXT)
         histogram_color.setAlpha(46)
-        self._histogram: Any = pg.PlotCurveItem(
-            stepMode="center", fillLevel=0, pen=None, brush=histogram_color
-        )
+        self._histogram: Any = pg.PlotCurveItem(fillLevel=0, pen=None, brush=histogram_color)
         self.opacity.addItem(self._histogram, ignoreBounds=True)
         self.widget.scene().sigMouseClicked.connect(self._clicked)
 
@@ -68,10 +66,9 @@ class PlotArea(QObject):
         """Show a volume's histogram, logarithmic in the counts, over its scalar range."""
         lo, hi = scalar_range
         room = _SIDE_ROOM * (hi - lo)
-        self.opacity.vb.setLimits(xMin=None, xMax=None)
         self.opacity.setXRange(lo - room, hi + room, padding=0)
         heights = np.log1p(counts)
-        self._histogram.setData(edges, heights / max(heights.max(), 1.0))
+        self._histogram.setData(edges, heights / max(heights.max(), 1.0), stepMode="center")
         self.strip.getAxis("bottom").setLabel(f"Scalar value ({units})" if units else "Scalar value")
 
     def _style_axes(self) -> None:
@@ -89,6 +86,7 @@ class PlotArea(QObject):
             [[(0, "0"), (0.25, ""), (0.5, "0.5"), (0.75, ""), (1, "1")]]
         )
         self.strip.getAxis("left").setTicks([[]])
+        self.strip.getAxis("left").setPen(None)
 
     def _clicked(self, event: Any) -> None:
         """Tell clicks on the two plots apart; those on handles never come here."""

@@ -15,13 +15,23 @@ class TwoStageGenerator(nn.Module):
     Nothing is detached: the image depends on the opacity TF through the
     opacity image and through the latent code that enters the translation, and
     the gradient goes both ways.
+
+    Parameters
+    ----------
+    size : NetworkSize
+    opacity, translation : optional
+        Networks to use as they are; new ones otherwise.
     """
 
-    def __init__(self, size: NetworkSize) -> None:
+    def __init__(
+        self,
+        size: NetworkSize,
+        opacity: OpacityGenerator | None = None,
+        translation: TranslationGenerator | None = None,
+    ) -> None:
         super().__init__()
-        self.size = size
-        self.opacity = OpacityGenerator(size)
-        self.translation = TranslationGenerator(size)
+        self.opacity = opacity or OpacityGenerator(size)
+        self.translation = translation or TranslationGenerator(size)
 
     def forward(self, view: Tensor, opacity_tf: Tensor, color_tf: Tensor) -> tuple[Tensor, Tensor]:
         """Render from transfer functions.

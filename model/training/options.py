@@ -44,6 +44,8 @@ class TrainingOptions:
     opacity, translation : StageOptions
     l1_weight : float
         Lambda, the weight of the colour image's l1 loss (paper, Eq. 8).
+    decoded_tf_weight : float
+        Weight of the decoded opacity TF's squared error; 1 in the paper.
     opacity_l1_weight : float
         Weight of an l1 loss on the opacity image; the paper has none.
     predicted_share : float
@@ -60,6 +62,7 @@ class TrainingOptions:
     opacity: StageOptions = StageOptions(64, 2e-4, 30 / 5)
     translation: StageOptions = StageOptions(50, 8e-5, 30 / 8)
     l1_weight: float = 150.0
+    decoded_tf_weight: float = 20.0
     opacity_l1_weight: float = 150.0
     predicted_share: float = 1.0
     average_decay: float = 0.999
@@ -79,6 +82,7 @@ class TrainingOptions:
         """The paper's recipe, without what was added to it."""
         return replace(
             cls(seed=seed),
+            decoded_tf_weight=1.0,
             opacity_l1_weight=0.0,
             predicted_share=0.0,
             average_decay=0.0,

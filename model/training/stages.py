@@ -167,7 +167,7 @@ class OpacityStage(Stage):
     def _weights(self) -> dict[str, float]:
         return {
             "adversarial": 1.0,
-            "decoded_tf": 1.0,
+            "decoded_tf": self.options.decoded_tf_weight,
             "opacity_l1": self.options.opacity_l1_weight,
         }
 

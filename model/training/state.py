@@ -168,10 +168,15 @@ def _stage_tensors(stage: Stage) -> dict[str, Tensor]:
     return tensors
 
 
+@torch.no_grad()
 def _load_optimiser(optimiser: torch.optim.Optimizer, tensors: dict[str, Tensor]) -> None:
+    parameters = [p for group in optimiser.param_groups for p in group["params"]]
     state: dict[int, dict[str, Tensor]] = {}
     for key, value in tensors.items():
         index, name = key.split(".", 1)
+        if value.ndim:
+            # The fused optimiser takes for granted that moments lie in memory as weights do.
+            value = torch.empty_like(parameters[int(index)]).copy_(value)
         state.setdefault(int(index), {})[name] = value
     optimiser.load_state_dict(
         {"state": state, "param_groups": optimiser.state_dict()["param_groups"]}

@@ -131,21 +131,24 @@ class _Run:
         self.probe = HoldoutProbe(plan.store, plan.size, plan.device)
         torch.manual_seed(plan.options.seed)
         self.opacity = OpacityStage(plan.size, plan.options, plan.device)
-        self.stages: list[Stage] = [self.opacity]
-        if self.progress.stage == "translation":
-            self.stages.append(self._translation())
+        self.translation = TranslationStage(
+            plan.size, plan.options, self.opacity.average.network, plan.device
+        )
         if resume:
-            for stage in self.stages:
+            for stage in self._begun():
                 load_stage(plan.folder, stage)
         self._started = time.monotonic() - self.progress.seconds
         self._saved = time.monotonic()
 
     def train(self) -> None:
         try:
-            for name in STAGES:
-                if name == self.progress.stage:
-                    self._train_stage(self.stages[-1])
-                    self._next_stage()
+            if self.progress.stage == "opacity":
+                self._train_stage(self.opacity)
+                self.progress.enter("translation")
+                self._checkpoint()
+            self._train_stage(self.translation)
+            self.progress.stage = "done"
+            self._checkpoint()
         except KeyboardInterrupt:
             self._checkpoint()
             raise
@@ -179,18 +182,11 @@ class _Run:
             )
         return progress
 
-    def _translation(self) -> TranslationStage:
-        opacity = self.opacity.average.network
-        return TranslationStage(self.plan.size, self.plan.options, opacity, self.plan.device)
-
-    def _next_stage(self) -> None:
-        if self.progress.stage == "opacity":
-            self.progress.enter("translation")
-            self.stages.append(self._translation())
-            self._checkpoint()
-        else:
-            self.progress.stage = "done"
-            self._checkpoint()
+    def _begun(self) -> list[Stage]:
+        """The stages that have been trained so far."""
+        return (
+            [self.opacity] if self.progress.stage == "opacity" else [self.opacity, self.translation]
+        )
 
     def _train_stage(self, stage: Stage) -> None:
         share = self._stage_share()
@@ -246,17 +242,15 @@ class _Run:
         self.log.write(self.progress, losses, self.metrics)
 
     def _generator(self) -> TwoStageGenerator:
-        """The averaged networks as one generator; stage 2 is untrained during stage 1."""
-        generator = TwoStageGenerator(self.plan.size)
-        generator.opacity.load_state_dict(self.opacity.average.network.state_dict())
-        if len(self.stages) > 1:
-            generator.translation.load_state_dict(self.stages[1].average.network.state_dict())
-        return generator.to(self.plan.device).eval()
+        """The averaged networks as one generator."""
+        return TwoStageGenerator(
+            self.plan.size, self.opacity.average.network, self.translation.average.network
+        ).eval()
 
     def _checkpoint(self) -> None:
         self.progress.seconds = time.monotonic() - self._started
-        save_state(self.plan.folder, self.progress, self.plan.recipe(), self.stages)
-        if len(self.stages) > 1 and self.stages[1].steps:
+        save_state(self.plan.folder, self.progress, self.plan.recipe(), self._begun())
+        if self.translation.steps:
             save_model(self.plan.folder, self._card(), self._generator())
         self._saved = time.monotonic()
 

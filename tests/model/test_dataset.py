@@ -86,7 +86,7 @@ def test_a_killed_rendering_goes_on_without_loss_or_repetition(
     process = subprocess.Popen(
         [sys.executable, str(script), str(path)],
         stdout=subprocess.PIPE,
-        env={**os.environ, "PYTHONPATH": os.getcwd()},
+        env={**os.environ, "PYTHONPATH": str(Path.cwd())},
         start_new_session=True,
         text=True,
     )

@@ -63,7 +63,10 @@ def test_the_report_has_the_documented_keys(generator: Generator, store: SampleS
     report = json.loads(json.dumps(evaluate(generator, store, 4).to_json(), allow_nan=False))
     assert report["count"] == 4
     assert report["nearest_neighbour"]["count"] == 160
-    for part, keys in ((report, ("rmse", "emd", "ssim")), (report["nearest_neighbour"], ("rmse", "emd"))):
+    for part, keys in (
+        (report, ("rmse", "emd", "ssim")),
+        (report["nearest_neighbour"], ("rmse", "emd")),
+    ):
         for key in keys:
             assert set(part[key]) == {"mean", "median", "p95"}
             assert all(np.isfinite(v) for v in part[key].values())

@@ -44,7 +44,9 @@ def test_equal_images_are_at_distance_zero_and_similarity_one() -> None:
 
 def bin_of(*rgb: float) -> np.ndarray:
     lab = rgb_to_lab(np.array(rgb, np.float32))
-    return np.minimum(((lab + 1) / 2 * metrics.EMD_BINS).astype(int), np.array(metrics.EMD_BINS) - 1)
+    return np.minimum(
+        ((lab + 1) / 2 * metrics.EMD_BINS).astype(int), np.array(metrics.EMD_BINS) - 1
+    )
 
 
 def test_emd_between_flat_images_is_the_distance_between_their_bins() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -18,9 +19,7 @@ STEP = 1 / 255
 SIZE = 64
 RANGE = (0.0, 255.0)
 WHITE = ColorTF(RANGE, ((0.0, 1.0, 1.0, 1.0),))
-RAINBOW = ColorTF(
-    RANGE, ((0.0, 0.1, 0.2, 0.9), (100.0, 0.9, 0.8, 0.1), (255.0, 1.0, 0.3, 0.2))
-)
+RAINBOW = ColorTF(RANGE, ((0.0, 0.1, 0.2, 0.9), (100.0, 0.9, 0.8, 0.1), (255.0, 1.0, 0.3, 0.2)))
 MODES = OpacityTF(RANGE, (GaussianMode(120.0, 40.0, 0.2), GaussianMode(220.0, 30.0, 0.5)))
 VIEW = View(35.0, 25.0, 7.0, 0.9)
 
@@ -183,7 +182,7 @@ def test_every_elevation_with_roll_gives_a_continuous_image(renderer: VtkRendere
     images = [
         renderer.render(View(10.0, float(e), 5.0), MODES, RAINBOW, 32) for e in range(-90, 91, 3)
     ]
-    changes = [np.abs(a - b).mean() for a, b in zip(images, images[1:], strict=False)]
+    changes = [np.abs(a - b).mean() for a, b in pairwise(images)]
     assert max(changes) < 5 * np.median(changes)
 
 

@@ -1,0 +1,145 @@
+"""Opens the window, on the screen or for one screenshot."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from pathlib import Path
+
+from PySide6.QtCore import QTimer
+from PySide6.QtGui import QFontDatabase, QIcon
+from PySide6.QtWidgets import QApplication
+
+from app.engines import REAL_BACKENDS, Backends
+from app.main_window import MainWindow
+from app.theme import apply_theme
+from app.transfer_function_store import TransferFunctionStore
+
+ICON = Path(__file__).parent.parent / "resources" / "icons" / "tfscope.png"
+
+SCREENSHOT_PATIENCE_S = 300
+"""When a screenshot is taken of what there is, even if an image is missing."""
+
+_SIGNAL_TICK_MS = 200
+
+
+def run_window(
+    volume_path: Path,
+    model_path: Path | None,
+    device: str,
+    screenshot: Path | None,
+    backends: Backends = REAL_BACKENDS,
+) -> int:
+    """Open the window and stay until it is closed.
+
+    Parameters
+    ----------
+    volume_path : Path
+    model_path : Path or None
+        A model's folder.
+    device : str
+        For the generator: auto, cpu or cuda.
+    screenshot : Path or None
+        When given, the window opens off screen, is saved there as PNG as soon
+        as both images are final, and closes.
+    backends : Backends
+        What reads volumes and builds engines.
+
+    Returns
+    -------
+    int
+        Exit code: 0; 1 when a screenshot shows an error; 2 without a display.
+    """
+    if screenshot is None and not _display_is_there():
+        print(
+            "There is no display to open a window on; "
+            "give --screenshot OUT.png for a picture of the window instead.",
+            file=sys.stderr,
+        )
+        return 2
+    if screenshot is not None:
+        os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+    # Torch beside other busy threads: OpenMP's spinning would slow all of them.
+    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
+    application = _application()
+    store = TransferFunctionStore.of_user() if screenshot is None else None
+    window = MainWindow(backends, store, device)
+    window.workspace.open_model(model_path)
+    window.workspace.open_volume(volume_path)
+    window.show()
+    try:
+        if screenshot is not None:
+            return _take_screenshot(application, window, screenshot)
+        interrupts = _InterruptCloses(window)
+        try:
+            return application.exec()
+        finally:
+            interrupts.end()
+    finally:
+        window.close()
+        window.deleteLater()
+        application.processEvents()
+
+
+def _application() -> QApplication:
+    """Return the one application, made and styled at the first call."""
+    existing = QApplication.instance()
+    if isinstance(existing, QApplication):
+        application = existing
+    else:
+        application = QApplication(sys.argv[:1])
+    application.setApplicationName("tfscope")
+    application.setWindowIcon(QIcon(str(ICON)))
+    apply_theme(application)
+    if not QFontDatabase.families():
+        print(
+            "No fonts are installed, so the window has no text; "
+            "on Debian or Ubuntu: apt-get install fonts-dejavu-core",
+            file=sys.stderr,
+        )
+    return application
+
+
+def _display_is_there() -> bool:
+    """Whether Qt has somewhere to open a window; only Linux can be without."""
+    if not sys.platform.startswith("linux"):
+        return True
+    return any(os.environ.get(v) for v in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"))
+
+
+def _take_screenshot(application: QApplication, window: MainWindow, path: Path) -> int:
+    """Wait for both images, save the window, and say what is wrong in it."""
+    patience = QTimer(window, singleShot=True)
+    patience.timeout.connect(application.quit)
+    patience.start(1000 * SCREENSHOT_PATIENCE_S)
+    window.workspace.settled.connect(application.quit)
+    if not window.workspace.is_settled:
+        application.exec()
+    patience.stop()
+    # What the last signal changed is laid out and painted first.
+    application.processEvents()
+    problems = window.errors
+    if not window.workspace.is_settled:
+        problems = [*problems, f"The images were not there after {SCREENSHOT_PATIENCE_S} seconds."]
+    if not window.grab().save(str(path), "PNG"):
+        problems = [*problems, f"{path}: the screenshot cannot be written; choose another place."]
+    for problem in problems:
+        print(problem, file=sys.stderr)
+    return 1 if problems else 0
+
+
+class _InterruptCloses:
+    """Lets Ctrl-C in the terminal close the window, until :meth:`end`."""
+
+    def __init__(self, window: MainWindow) -> None:
+        self._before = signal.signal(signal.SIGINT, lambda *_: window.close())
+        # Python runs signal handlers only between its own instructions: give it some.
+        self._tick = QTimer(window, interval=_SIGNAL_TICK_MS)
+        self._tick.timeout.connect(lambda: None)
+        self._tick.start()
+
+    def end(self) -> None:
+        """Restore Ctrl-C."""
+        self._tick.stop()
+        signal.signal(signal.SIGINT, self._before)

@@ -1,0 +1,46 @@
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from model.errors import TrainingError
+from model.training.options import Budget, TrainingOptions
+
+
+def test_faithful_is_the_papers_recipe() -> None:
+    recipe = TrainingOptions.faithful()
+    assert (recipe.opacity.batch_size, recipe.opacity.learning_rate) == (64, 2e-4)
+    assert (recipe.translation.batch_size, recipe.translation.learning_rate) == (50, 8e-5)
+    assert recipe.l1_weight == 150
+    assert recipe.decoded_tf_weight == 1
+    assert recipe.opacity_l1_weight == 0
+    assert recipe.predicted_share == 0
+    assert recipe.average_decay == 0
+
+
+def test_options_survive_json() -> None:
+    options = TrainingOptions(predicted_share=0.25, seed=9)
+    assert TrainingOptions.from_json(json.loads(json.dumps(options.to_json()))) == options
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [{"predicted_share": 1.5}, {"average_decay": 1.0}, {"opacity_time_share": 0.0}],
+)
+def test_impossible_recipes_are_refused(bad: dict) -> None:
+    with pytest.raises(TrainingError):
+        TrainingOptions(**bad)
+
+
+def test_a_budget_is_spent_in_its_own_unit() -> None:
+    assert Budget(minutes=2.0).spent(seconds=30.0, samples=10**9) == 0.25
+    assert Budget(samples=200).spent(seconds=1e9, samples=50) == 0.25
+
+
+@pytest.mark.parametrize(
+    ("minutes", "samples"), [(None, None), (1.0, 1), (0.0, None), (None, -5), (float("nan"), None)]
+)
+def test_impossible_budgets_are_refused(minutes: float | None, samples: int | None) -> None:
+    with pytest.raises(TrainingError):
+        Budget(minutes, samples)

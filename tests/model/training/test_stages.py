@@ -1,0 +1,137 @@
+"""One step of each stage, against losses worked out by hand."""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from torch import nn
+
+from model.dataset import SampleStore
+from model.encoding import EncodedBatch, encode_batch
+from model.networks.blocks import NetworkSize
+from model.training.average import WeightAverage
+from model.training.options import StageOptions, TrainingOptions
+from model.training.stages import OpacityStage, TranslationStage, adversarial
+
+SIZE = NetworkSize(0.125, 16, 64)
+CPU = torch.device("cpu")
+
+
+@pytest.fixture(scope="module")
+def batch(store: SampleStore) -> EncodedBatch:
+    return encode_batch(store.read("train", range(24)), store.scene.view_range, 16)
+
+
+def stages(options: TrainingOptions) -> tuple[OpacityStage, TranslationStage]:
+    torch.manual_seed(0)
+    opacity = OpacityStage(SIZE, options, CPU)
+    return opacity, TranslationStage(SIZE, options, opacity.average.network, CPU)
+
+
+def test_the_adversarial_loss_is_minus_log_of_the_probability() -> None:
+    logits = torch.tensor([[0.3], [-2.0]])
+    probability = 1 / (1 + np.exp(-logits.numpy()))
+    assert adversarial(logits, 1.0).item() == pytest.approx(-np.log(probability).mean())
+    assert adversarial(logits, 0.0).item() == pytest.approx(-np.log(1 - probability).mean())
+
+
+def test_a_lost_discriminator_still_gives_a_gradient() -> None:
+    logits = torch.tensor([[-200.0]], requires_grad=True)
+    (gradient,) = torch.autograd.grad(adversarial(logits, 1.0), logits)
+    assert gradient.item() == pytest.approx(-1.0)
+
+
+def test_reported_losses_are_those_of_the_networks(batch: EncodedBatch) -> None:
+    opacity, _ = stages(TrainingOptions())
+    # The batch-norm statistics of the batch itself are used, so a copy gives the same output.
+    before = copy.deepcopy(opacity.generator)
+    with torch.no_grad(), torch.autocast("cpu", torch.bfloat16):
+        output = before(batch.view, batch.opacity_tf)
+    losses = opacity.step(batch, 0.0)
+    l1 = (output.image.float() - batch.opacity_image).abs().mean().item()
+    square = (output.decoded_tf.float() - batch.opacity_tf).square().mean().item()
+    assert losses["opacity_l1"] == pytest.approx(l1, rel=1e-3)
+    assert losses["decoded_tf"] == pytest.approx(square, rel=1e-3)
+
+
+def test_a_few_steps_on_one_batch_lower_its_losses(batch: EncodedBatch) -> None:
+    fast = StageOptions(24, 2e-3, 6.0)
+    opacity, translation = stages(TrainingOptions(opacity=fast, translation=fast))
+    for stage, name in ((opacity, "opacity_l1"), (opacity, "decoded_tf"), (translation, "l1")):
+        losses = [stage.step(batch, 0.0)[name] for _ in range(30)]
+        assert losses[-1] < 0.8 * losses[0]
+
+
+def test_stage_2_leaves_stage_1_alone(batch: EncodedBatch) -> None:
+    opacity, translation = stages(TrainingOptions())
+    before = {k: v.clone() for k, v in opacity.average.network.state_dict().items()}
+    translation.step(batch, 0.0)
+    after = opacity.average.network.state_dict()
+    assert all(torch.equal(v, after[k]) for k, v in before.items())
+
+
+@pytest.mark.parametrize(("share", "low", "high"), [(0.0, 0, 0), (0.5, 4, 20), (1.0, 24, 24)])
+def test_the_predicted_share_of_opacity_images_is_predicted(
+    batch: EncodedBatch, share: float, low: int, high: int
+) -> None:
+    _, translation = stages(TrainingOptions(predicted_share=share))
+    with torch.no_grad():
+        latent = translation.opacity.encode(batch.opacity_tf)
+        images = translation._opacity_images(batch, latent)
+        predicted = translation.opacity.draw(batch.view, latent)
+    from_stage_1 = [torch.equal(a, b) for a, b in zip(images, predicted, strict=True)]
+    assert low <= sum(from_stage_1) <= high
+    for image, truth, ours in zip(images, batch.opacity_image, from_stage_1, strict=True):
+        assert ours or torch.equal(image, truth)
+
+
+@pytest.mark.parametrize(("progress", "halvings"), [(0.0, 0), (0.16, 0), (0.17, 1), (0.99, 5)])
+def test_the_learning_rate_is_halved_as_in_the_paper(
+    batch: EncodedBatch, progress: float, halvings: int
+) -> None:
+    opacity, _ = stages(TrainingOptions())
+    opacity.step(batch, progress)
+    for optimiser in (opacity.generator_optimiser, opacity.discriminator_optimiser):
+        assert optimiser.param_groups[0]["lr"] == 2e-4 * 0.5**halvings
+
+
+def test_weights_of_losses_reach_the_generator(batch: EncodedBatch) -> None:
+    options = replace(TrainingOptions.faithful(), decoded_tf_weight=0.0)
+    opacity, _ = stages(options)
+    decoder = copy.deepcopy(opacity.generator.tf_decoder)
+    opacity.step(batch, 0.0)
+    # Without its loss nothing trains the decoder.
+    for before, after in zip(
+        decoder.parameters(), opacity.generator.tf_decoder.parameters(), strict=True
+    ):
+        assert torch.equal(before, after)
+
+
+def test_the_average_is_exponential() -> None:
+    network = nn.Linear(1, 1, bias=False)
+    average = WeightAverage(network, decay=0.9)
+    values = []
+    expected = network.weight.item()
+    for step in range(300):
+        with torch.no_grad():
+            network.weight.fill_(float(step))
+        average.update(network, step)
+        decay = min(0.9, (1 + step) / (10 + step))
+        expected = decay * expected + (1 - decay) * step
+        values.append(average.network.weight.item())
+        assert values[-1] == pytest.approx(expected, rel=1e-4)
+    # It lags behind a steady climb by decay / (1 - decay) steps.
+    assert 299 - values[-1] == pytest.approx(9.0, rel=1e-3)
+
+
+def test_without_decay_the_average_is_the_network() -> None:
+    network = nn.BatchNorm2d(3)
+    average = WeightAverage(network, decay=0.0)
+    network(torch.randn(4, 3, 2, 2))
+    average.update(network, 0)
+    for name, value in network.state_dict().items():
+        assert torch.equal(average.network.state_dict()[name], value)

@@ -1,0 +1,252 @@
+"""The real pipeline on a small volume: whole runs, kills and resumptions."""
+
+from __future__ import annotations
+
+import csv
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from skimage.io import imread
+
+from model.checkpoint import load_card, load_model
+from model.dataset import SampleStore
+from model.errors import TrainingError
+from model.networks.blocks import NetworkSize
+from model.scene import Scene
+from model.training.data import MIN_SAMPLES, render_for_run
+from model.training.options import Budget, StageOptions, TrainingOptions
+from model.training.trainer import TrainingPlan, TrainingReport, train
+from model.volume import Volume
+
+SIZE = NetworkSize(0.125, 16, 64)
+RECIPE = TrainingOptions(
+    opacity=StageOptions(16, 2e-4, 6.0), translation=StageOptions(16, 8e-5, 3.75), seed=3
+)
+
+
+def plan(
+    store: SampleStore, folder: Path, samples: int = 640, interval: float = 0.0
+) -> TrainingPlan:
+    return TrainingPlan(
+        store=store,
+        preset="draft",
+        size=SIZE,
+        options=RECIPE,
+        budget=Budget(samples=samples),
+        folder=folder,
+        device=torch.device("cpu"),
+        interval=interval,
+    )
+
+
+class Stop:
+    """Presses Ctrl-C after so many steps."""
+
+    def __init__(self, steps: int) -> None:
+        self.left = steps
+
+    def __call__(self, report: TrainingReport) -> None:
+        self.left -= 1
+        if self.left == 0:
+            raise KeyboardInterrupt
+
+
+@pytest.fixture(scope="module", autouse=True)
+def few_probes() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("model.training.progress.PROBE_SAMPLES", 8)
+        yield
+
+
+@pytest.fixture(scope="module")
+def finished(store: SampleStore, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run of 640 samples: 16 steps of stage 1 and 24 of stage 2."""
+    folder = tmp_path_factory.mktemp("runs") / "finished"
+    train(plan(store, folder))
+    return folder
+
+
+def test_a_run_leaves_a_model_a_curve_and_pictures(finished: Path, store: SampleStore) -> None:
+    card, network = load_model(finished)
+    assert card.scene == store.scene
+    assert card.training["samples_seen"] == 640
+    assert set(card.metrics["holdout"]) == {"tf_rmse", "opacity_rmse", "rmse", "emd"}
+    assert card.versions["torch"].startswith("2.")
+    assert not network.training
+    with (finished / "log.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [row["stage"] for row in rows] == ["opacity"] * 16 + ["translation"] * 24
+    assert float(rows[-1]["rmse"]) == pytest.approx(card.metrics["holdout"]["rmse"], abs=1e-6)
+    sheet = imread(sorted((finished / "sheets").glob("*.png"))[-1])
+    assert sheet.shape == (4 * 64, 8 * 64, 3)
+    truth = store.read("holdout", range(1)).rgba[0, ..., :3]
+    assert np.abs(sheet[:64, :64].astype(int) - truth).max() <= 1
+
+
+def test_the_curve_in_the_card_is_the_logs(finished: Path) -> None:
+    curve = load_card(finished).training["curve"]
+    assert len(curve) == 40
+    assert curve[-1]["samples"] == 640
+
+
+@pytest.mark.parametrize("steps", [7, 16, 30])
+def test_a_resumed_run_equals_an_uninterrupted_one(
+    finished: Path, store: SampleStore, tmp_path: Path, steps: int
+) -> None:
+    folder = tmp_path / "run"
+    with pytest.raises(KeyboardInterrupt):
+        train(plan(store, folder), on_report=Stop(steps))
+    train(plan(store, folder), resume=True)
+    expected = load_model(finished)[1].state_dict()
+    for name, value in load_model(folder)[1].state_dict().items():
+        torch.testing.assert_close(value, expected[name], rtol=0, atol=0, msg=name)
+
+
+def test_the_same_seed_gives_the_same_run_and_another_another(
+    finished: Path, store: SampleStore, tmp_path: Path
+) -> None:
+    train(plan(store, tmp_path / "same"))
+    other = plan(store, tmp_path / "other")
+    train(replace(other, options=replace(RECIPE, seed=4)))
+    first, same, another = (
+        load_model(folder)[1].opacity.encoder[1].weight
+        for folder in (finished, tmp_path / "same", tmp_path / "other")
+    )
+    assert torch.equal(first, same)
+    assert not torch.equal(first, another)
+
+
+KILLED = """
+import sys
+from pathlib import Path
+sys.path.insert(0, "tests/model/training")
+from model.dataset import SampleStore
+from model.training.trainer import train
+import model.training.progress
+model.training.progress.PROBE_SAMPLES = 8
+from test_trainer import plan
+store, folder = SampleStore(Path(sys.argv[1])), Path(sys.argv[2])
+train(plan(store, folder), on_report=lambda r: print(r.samples, flush=True))
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
+def test_a_killed_run_loses_at_most_one_interval(
+    finished: Path, store: SampleStore, tmp_path: Path
+) -> None:
+    folder = tmp_path / "run"
+    script = tmp_path / "train.py"
+    script.write_text(KILLED)
+    process = subprocess.Popen(
+        [sys.executable, str(script), str(store.path), str(folder)],
+        stdout=subprocess.PIPE,
+        env={**os.environ, "PYTHONPATH": str(Path.cwd())},
+        text=True,
+    )
+    assert process.stdout is not None
+    while int(process.stdout.readline()) < 400:
+        pass
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    process.stdout.close()
+    load_model(folder)  # whatever the moment of the kill, the model in the folder is whole
+    first: list[int] = []
+
+    def note(report: TrainingReport) -> None:
+        first.append(report.samples)
+
+    train(plan(store, folder), resume=True, on_report=note)
+    # With an interval of 0 every step is saved: the kill may cost the step in work.
+    assert first[0] >= 400
+    expected = load_model(finished)[1].state_dict()
+    assert all(torch.equal(v, expected[k]) for k, v in load_model(folder)[1].state_dict().items())
+
+
+def test_states_are_written_at_intervals_only(store: SampleStore, tmp_path: Path) -> None:
+    train(plan(store, tmp_path, samples=320, interval=3600.0))
+    with (tmp_path / "log.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    # The end of each stage is always recorded.
+    assert [row["stage"] for row in rows] == ["opacity", "translation"]
+
+
+def test_a_budget_in_minutes_ends_in_time(store: SampleStore, tmp_path: Path) -> None:
+    started = time.monotonic()
+    reports: list[TrainingReport] = []
+    timed = replace(plan(store, tmp_path, interval=60.0), budget=Budget(minutes=0.05))
+    train(timed, on_report=reports.append)
+    assert {r.stage for r in reports} == {"opacity", "translation"}
+    assert load_card(tmp_path).training["seconds"] <= time.monotonic() - started
+    assert reports[-1].spent == 1.0
+
+
+def test_what_cannot_be_resumed_is_said(finished: Path, store: SampleStore, tmp_path: Path) -> None:
+    with pytest.raises(TrainingError, match="add --resume"):
+        train(plan(store, finished))
+    with pytest.raises(TrainingError, match="no training run to resume"):
+        train(plan(store, tmp_path), resume=True)
+    with pytest.raises(TrainingError, match="is finished"):
+        train(plan(store, finished), resume=True)
+    other = replace(plan(store, finished), options=replace(RECIPE, seed=5))
+    with pytest.raises(TrainingError, match="another options"):
+        train(other, resume=True)
+
+
+@pytest.mark.parametrize("damage", ["json", "tensors"])
+def test_a_damaged_state_is_said(store: SampleStore, tmp_path: Path, damage: str) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        train(plan(store, tmp_path), on_report=Stop(2))
+    if damage == "json":
+        (tmp_path / "training.json").write_text("{")
+    else:
+        (tensors,) = tmp_path.glob("training-*.safetensors")
+        tensors.write_bytes(tensors.read_bytes()[:1000])
+    with pytest.raises(TrainingError, match="cannot be resumed"):
+        train(plan(store, tmp_path), resume=True)
+
+
+def test_a_loss_that_is_not_finite_stops_the_run(
+    store: SampleStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        "model.training.stages.OpacityStage.step", lambda *_: {"opacity_l1": float("nan")}
+    )
+    with pytest.raises(TrainingError, match="no longer finite"):
+        train(plan(store, tmp_path))
+
+
+def test_too_few_samples_are_refused(scene: Scene, tmp_path: Path) -> None:
+    store = SampleStore.create(tmp_path / "few.zarr", scene, 0, {"train": 3, "holdout": 1})
+    with pytest.raises(TrainingError, match="too few"):
+        train(plan(store, tmp_path / "run"))
+
+
+def test_a_run_renders_its_own_samples(volume: Volume, scene: Scene, tmp_path: Path) -> None:
+    budget = Budget(samples=100)
+    store, left = render_for_run(tmp_path / "own.zarr", volume, scene, 1, budget, workers=1)
+    assert left == budget
+    assert store.count("train") == MIN_SAMPLES
+    store.require_complete()
+    again, _ = render_for_run(tmp_path / "own.zarr", volume, scene, 1, budget, workers=1)
+    assert again.count("train") == MIN_SAMPLES
+
+
+def test_rendering_takes_its_share_of_the_minutes(
+    volume: Volume, scene: Scene, tmp_path: Path
+) -> None:
+    store, left = render_for_run(
+        tmp_path / "timed.zarr", volume, scene, 1, Budget(minutes=0.02), workers=1
+    )
+    # 0.3 seconds are over at once, so the least that training needs was rendered.
+    assert MIN_SAMPLES <= store.count("train") < 2000
+    store.require_complete()
+    assert left.minutes == pytest.approx(0.015)
