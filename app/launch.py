@@ -84,11 +84,8 @@ def run_window(
 
 def _application() -> QApplication:
     """Return the one application, made and styled at the first call."""
-    existing = QApplication.instance()
-    if isinstance(existing, QApplication):
-        application = existing
-    else:
-        application = QApplication(sys.argv[:1])
+    application = QApplication.instance() or QApplication(sys.argv[:1])
+    assert isinstance(application, QApplication)
     application.setApplicationName("tfscope")
     application.setWindowIcon(QIcon(str(ICON)))
     apply_theme(application)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject
@@ -118,24 +119,21 @@ class Menus(QObject):
         _add(menu, "&Reset view", lambda: session.set_view(HOME_VIEW), "Ctrl+0")
         menu.addSeparator()
         for number, (name, (azimuth, elevation)) in enumerate(STANDARD_VIEWS.items(), start=1):
-            _add(
-                menu,
-                name,
-                lambda a=azimuth, e=elevation: session.set_view(
-                    replace(session.view, azimuth=a, elevation=e, roll=0.0)
-                ),
-                f"Ctrl+{number}",
-            )
+            slot = partial(self._look_from, azimuth, elevation)
+            _add(menu, name, slot, f"Ctrl+{number}")
         menu.addSeparator()
         sizes = menu.addMenu("Reference image &size")
         group = QActionGroup(self)
         for name, size in REFERENCE_SIZES.items():
-            action = _add(
-                sizes, name, lambda s=size: self._window.workspace.set_reference_size(s)
-            )
+            slot = partial(self._window.workspace.set_reference_size, size)
+            action = _add(sizes, name, slot)
             action.setCheckable(True)
             action.setChecked(size is None)
             group.addAction(action)
+
+    def _look_from(self, azimuth: float, elevation: float) -> None:
+        session = self._window.session
+        session.set_view(replace(session.view, azimuth=azimuth, elevation=elevation, roll=0.0))
 
     def _build_help(self, menu: QMenu) -> None:
         _add(menu, "&Gestures", lambda: self._show_text("Gestures", GESTURES), "F1")

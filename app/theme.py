@@ -46,6 +46,9 @@ QPushButton:focus {{ border-color: {ACCENT}; }}
 QPushButton:disabled {{ color: {FAINT_TEXT}; background: {PANEL}; }}
 QLabel[role="title"] {{ font-weight: 600; }}
 QLabel[role="dim"] {{ color: {DIM_TEXT}; }}
+QLabel[role="readout"] {{
+    background: {FIELD}; border: 1px solid {BORDER}; border-radius: 4px; padding: 2px 6px;
+}}
 QFrame[role="panel"] {{ background: {PANEL}; border-radius: 6px; }}
 QFrame[role="notice"] {{ background: #33291a; border-radius: 6px; }}
 """

@@ -142,7 +142,7 @@ class Workspace(QObject):
     def _volume_opened(self, opened: OpenedVolume) -> None:
         self._reading = None
         self._opened = opened
-        self._settings = ReferenceSettings()
+        self._settings = self._wanted_settings()
         self._start_reference()
         self._match_generator()
         self._follow_scene()
@@ -196,11 +196,16 @@ class Workspace(QObject):
         scene = self._scene if self._matches() else None
         size = NO_MODEL_SIZE if scene is None else scene.image_size
         self._dispatcher.size = self._reference_size or size
-        settings = ReferenceSettings() if scene is None else ReferenceSettings.of(scene)
+        settings = self._wanted_settings()
         if settings != self._settings:
             self._settings = settings
             self._start_reference()
             self._dispatcher.send()
+
+    def _wanted_settings(self) -> ReferenceSettings:
+        if self._scene is None or not self._matches():
+            return ReferenceSettings()
+        return ReferenceSettings.of(self._scene)
 
     def _start_reference(self) -> None:
         if self._opened is not None:

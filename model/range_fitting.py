@@ -27,12 +27,17 @@ def fit_to_range(transfer_function: TransferFunction, scalar_range: Range) -> Tr
     if points:
         inside = tuple(p for p in points if lo < p[0] < hi)
         points = ((lo, float(opacity(lo))), *inside, (hi, float(opacity(hi))))
-    first, last = (tuple(map(float, color(end))) for end in scalar_range)
     inner = tuple(s for s in color.stops if lo < s[0] < hi)
-    stops = ((lo, *first), *inner, (hi, *last))
+    stops = (_stop(color, lo), *inner, _stop(color, hi))
     return TransferFunction(
         OpacityTF(scalar_range, opacity.modes, points), ColorTF(scalar_range, stops)
     )
+
+
+def _stop(color: ColorTF, value: float) -> tuple[float, float, float, float]:
+    """Return a stop that changes no colour."""
+    red, green, blue = color(value)
+    return value, float(red), float(green), float(blue)
 
 
 def _stretched(transfer_function: TransferFunction, scalar_range: Range) -> TransferFunction:

@@ -9,12 +9,12 @@ import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QObject, QPoint
 from PySide6.QtGui import QColor
-from PySide6.QtWidgets import QColorDialog, QMenu, QWidget
+from PySide6.QtWidgets import QColorDialog, QMenu
 
-from app import theme
 from app.session import Session
 from app.tf_editor import edits
 from app.tf_editor.handle import DragHandle
+from app.tf_editor.plot_area import PlotArea
 from app.tf_editor.selection import Selection
 from model.transfer_function import ColorTF
 
@@ -24,29 +24,21 @@ class ColorLayer(QObject):
 
     Parameters
     ----------
-    plot : pyqtgraph.PlotItem
-        Of unit height.
+    area : PlotArea
     session : Session
     selection : Selection
-    parent : QWidget
-        Owner of the colour dialog.
     """
 
-    def __init__(self, plot: Any, session: Session, selection: Selection, parent: QWidget) -> None:
-        super().__init__(parent)
+    def __init__(self, area: PlotArea, session: Session, selection: Selection) -> None:
+        super().__init__(area)
+        plot = area.strip
+        self._area = area
         self._plot = plot
         self._session = session
         self._selection = selection
-        self._dialog_parent = parent
         self._strip: Any = pg.ImageItem(axisOrder="row-major")
         plot.addItem(self._strip, ignoreBounds=True)
         self._stops: list[DragHandle] = []
-        self._readout: Any = pg.TextItem(
-            color=theme.TEXT, fill=theme.FIELD, border=theme.BORDER, anchor=(0.5, 0.5)
-        )
-        self._readout.setZValue(200)
-        self._readout.hide()
-        plot.addItem(self._readout, ignoreBounds=True)
         session.transferFunctionChanged.connect(self.refresh)
         selection.changed.connect(self.refresh)
 
@@ -87,7 +79,7 @@ class ColorLayer(QObject):
     def choose_color(self, index: int) -> QColorDialog:
         """Open the colour dialog for a stop; the images follow while it is open."""
         _value, *rgb = self._session.transfer_function.color.stops[index]
-        dialog = QColorDialog(QColor.fromRgbF(*rgb), self._dialog_parent)
+        dialog = QColorDialog(QColor.fromRgbF(*rgb), self._area.widget)
         dialog.setWindowTitle("Colour of the stop")
         dialog.currentColorChanged.connect(lambda color: self._preview_color(index, color))
         dialog.accepted.connect(lambda: self._session.finish_preview("colour"))
@@ -120,14 +112,10 @@ class ColorLayer(QObject):
         color = edits.move_stop(tf.color, index, value)
         self._session.preview(replace(tf, color=color))
         x = color.stops[index][0]
-        lo, hi = color.scalar_range
-        self._readout.setText(f"{x:.5g}")
-        self._readout.setAnchor((-0.3, 0.5) if x < (lo + hi) / 2 else (1.3, 0.5))
-        self._readout.setPos(x, 0.5)
-        self._readout.show()
+        self._area.show_readout(self._plot, x, 0.5, f"{x:.5g}")
 
     def _finish_drag(self) -> None:
-        self._readout.hide()
+        self._area.hide_readout()
         self._session.finish_preview("drag colour stop")
 
     def _menu(self, index: int, point: QPoint) -> None:

@@ -42,8 +42,8 @@ class TransferFunctionEditor(QFrame):
         # Before all other slots: none of them may see a selection whose handle is gone.
         session.transferFunctionChanged.connect(self.selection.fit)
         self.area = PlotArea(self)
-        self.opacity = OpacityLayer(self.area.opacity, session, self.selection, self)
-        self.color = ColorLayer(self.area.strip, session, self.selection, self)
+        self.opacity = OpacityLayer(self.area, session, self.selection)
+        self.color = ColorLayer(self.area, session, self.selection)
         self.numbers = NumbersPanel(session, self.selection, self)
         self._lay_out()
         self._connect()

@@ -19,6 +19,7 @@ class NumberBox(QDoubleSpinBox):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setKeyboardTracking(False)
+        self.lineEdit().setTextMargins(6, 0, 6, 0)
         self.set_limits(0.0, 1.0)
 
     def set_limits(self, lo: float, hi: float) -> None:

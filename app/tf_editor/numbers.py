@@ -66,7 +66,7 @@ class NumbersPanel(QWidget):
         ):
             label = QLabel(text)
             label.setProperty("role", "dim")
-            label.setMinimumWidth(64)
+            label.setMinimumSize(64, self.value.sizeHint().height())
             self._form.addRow(label, field)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)

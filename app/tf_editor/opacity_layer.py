@@ -17,11 +17,15 @@ from app import theme
 from app.session import Session
 from app.tf_editor import edits
 from app.tf_editor.handle import DragHandle
+from app.tf_editor.plot_area import PlotArea
 from app.tf_editor.selection import Selection
 from model.transfer_function import OpacityTF, TransferFunction
 
 _FLANK = math.exp(-1.0)
 """Height of a mode one width away from its mean, as a share of its amplitude."""
+
+_VISIBLE_WIDTHS = 2.2
+"""How far from its mean a mode is worth drawing."""
 
 _CURVE_SAMPLES = 513
 
@@ -31,29 +35,27 @@ class OpacityLayer(QObject):
 
     Parameters
     ----------
-    plot : pyqtgraph.PlotItem
+    area : PlotArea
     session : Session
     selection : Selection
     """
 
-    def __init__(self, plot: Any, session: Session, selection: Selection, parent: QObject) -> None:
-        super().__init__(parent)
+    def __init__(self, area: PlotArea, session: Session, selection: Selection) -> None:
+        super().__init__(area)
+        plot = area.opacity
+        self._area = area
         self._plot = plot
         self._session = session
         self._selection = selection
-        self._area = QGraphicsPathItem()
-        self._area.setPen(QPen(Qt.PenStyle.NoPen))
-        plot.addItem(self._area, ignoreBounds=True)
+        self._fill = QGraphicsPathItem()
+        self._fill.setPen(QPen(Qt.PenStyle.NoPen))
+        plot.addItem(self._fill, ignoreBounds=True)
         self._curve = self._add_curve(pg.mkPen(theme.TEXT, width=1.6))
         self._selected_curve = self._add_curve(
             pg.mkPen(theme.ACCENT, width=1.2, style=Qt.PenStyle.DashLine)
         )
         self._peaks: list[DragHandle] = []
         self._flanks = [self._add_flank() for _ in range(2)]
-        self._readout: Any = pg.TextItem(color=theme.TEXT, fill=theme.FIELD, border=theme.BORDER)
-        self._readout.setZValue(200)
-        self._readout.hide()
-        plot.addItem(self._readout, ignoreBounds=True)
         session.transferFunctionChanged.connect(self.refresh)
         selection.changed.connect(self.refresh)
 
@@ -67,19 +69,14 @@ class OpacityLayer(QObject):
         """The two handles for the selected mode's width, left and right."""
         return tuple(self._flanks)
 
-    @property
-    def readout(self) -> str:
-        """The numbers shown beside the mouse, empty when nothing is dragged."""
-        return self._readout.toPlainText() if self._readout.isVisible() else ""
-
     def refresh(self) -> None:
         """Draw the session's TF as it is now."""
         tf = self._session.transfer_function
         values = np.linspace(*tf.scalar_range, _CURVE_SAMPLES)
         heights = tf.opacity(values)
         self._curve.setData(values, heights)
-        self._area.setPath(_area_below(values, heights))
-        self._area.setBrush(_gradient(tf))
+        self._fill.setPath(_area_below(values, heights))
+        self._fill.setBrush(_gradient(tf))
         self._place_peaks(tf)
         self._place_flanks(tf, values)
 
@@ -127,7 +124,8 @@ class OpacityLayer(QObject):
             return
         mode = tf.opacity.modes[index]
         alone = replace(tf.opacity, modes=(mode,))
-        self._selected_curve.setData(values, alone(values))
+        nearby = values[np.abs(values - mode.mean) <= _VISIBLE_WIDTHS * mode.width]
+        self._selected_curve.setData(nearby, alone(nearby))
         for handle, side in zip(self._flanks, (-1, 1), strict=True):
             handle.setPos(mode.mean + side * mode.width, mode.amplitude * _FLANK)
             handle.set_look(QColor(theme.ACCENT), True)
@@ -160,7 +158,7 @@ class OpacityLayer(QObject):
         opacity = edits.move_opacity_handle(tf.opacity, index, value, height)
         self._session.preview(replace(tf, opacity=opacity))
         x, y = edits.opacity_handles(opacity)[index]
-        self._show_readout(x, y, f"{x:.5g}   opacity {y:.3f}")
+        self._area.show_readout(self._plot, x, y, f"{x:.5g}   opacity {y:.3f}")
 
     def _drag_flank(self, value: float) -> None:
         index = self._selection.index("opacity")
@@ -171,19 +169,11 @@ class OpacityLayer(QObject):
         opacity = edits.resize_mode(tf.opacity, index, width)
         self._session.preview(replace(tf, opacity=opacity))
         mode = opacity.modes[index]
-        self._show_readout(mode.mean, mode.amplitude, f"width {mode.width:.4g}")
+        self._area.show_readout(self._plot, mode.mean, mode.amplitude, f"width {mode.width:.4g}")
 
     def _finish_drag(self) -> None:
-        self._readout.hide()
+        self._area.hide_readout()
         self._session.finish_preview(f"drag {handle_name(self._session.transfer_function.opacity)}")
-
-    def _show_readout(self, x: float, y: float, text: str) -> None:
-        lo, hi = self._session.scalar_range
-        on_right = x < (lo + hi) / 2
-        self._readout.setText(text)
-        self._readout.setAnchor((-0.12, 0.5) if on_right else (1.12, 0.5))
-        self._readout.setPos(x, min(max(y, 0.06), 0.94))
-        self._readout.show()
 
     def _peak_menu(self, index: int, point: Any) -> None:
         opacity = self._session.transfer_function.opacity

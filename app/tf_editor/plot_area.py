@@ -9,12 +9,14 @@ import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QPoint, QPointF, Qt, Signal
 from PySide6.QtGui import QColor
+from PySide6.QtWidgets import QLabel
 
 from app import theme
 from model.transfer_function import Range
 
 STRIP_HEIGHT = 44
 AXIS_WIDTH = 44
+_READOUT_GAP = 18
 _SIDE_ROOM = 0.015
 """Empty share of the scalar range at either side: room for the handles at the ends."""
 
@@ -54,6 +56,10 @@ class PlotArea(QObject):
         histogram_color.setAlpha(46)
         self._histogram: Any = pg.PlotCurveItem(fillLevel=0, pen=None, brush=histogram_color)
         self.opacity.addItem(self._histogram, ignoreBounds=True)
+        self._readout = QLabel(self.widget)
+        self._readout.setProperty("role", "readout")
+        self._readout.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        self._readout.hide()
         self.widget.scene().sigMouseClicked.connect(self._clicked)
 
     def set_data(
@@ -69,7 +75,30 @@ class PlotArea(QObject):
         self.opacity.setXRange(lo - room, hi + room, padding=0)
         heights = np.log1p(counts)
         self._histogram.setData(edges, heights / max(heights.max(), 1.0), stepMode="center")
-        self.strip.getAxis("bottom").setLabel(f"Scalar value ({units})" if units else "Scalar value")
+        self.strip.getAxis("bottom").setLabel(
+            f"Scalar value ({units})" if units else "Scalar value"
+        )
+
+    @property
+    def readout(self) -> str:
+        """The numbers shown beside the mouse, empty when nothing is dragged."""
+        return "" if self._readout.isHidden() else self._readout.text()
+
+    def show_readout(self, plot: Any, value: float, height: float, text: str) -> None:
+        """Show numbers beside a point of one of the plots."""
+        at = self.widget.mapFromScene(plot.vb.mapViewToScene(QPointF(value, height)))
+        self._readout.setText(text)
+        self._readout.adjustSize()
+        size = self._readout.size()
+        on_right = at.x() < self.widget.width() / 2
+        x = at.x() + _READOUT_GAP if on_right else at.x() - _READOUT_GAP - size.width()
+        y = min(max(at.y() - size.height() // 2, 0), self.widget.height() - size.height())
+        self._readout.move(x, y)
+        self._readout.show()
+
+    def hide_readout(self) -> None:
+        """Hide the numbers again."""
+        self._readout.hide()
 
     def _style_axes(self) -> None:
         for plot in (self.opacity, self.strip):

@@ -1,0 +1,71 @@
+from __future__ import annotations
+
+import gc
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import QCoreApplication, QEvent, QThread, QTimer
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+from shiboken6 import isValid
+from window_fakes import FakeBackends, make_tf
+
+from app.main_window import MainWindow
+from app.session import Session
+from app.transfer_function_store import TransferFunctionStore
+from app.worker import THREAD_PREFIX
+
+
+@pytest.fixture(autouse=True)
+def nothing_left_alive(qapp: QApplication) -> Iterator[None]:
+    """Fail a test that leaves a thread, a running timer or a window behind."""
+    before = set(QApplication.topLevelWidgets())
+    yield
+    gc.collect()
+    QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+    gc.collect()
+    alive = [t.name for t in threading.enumerate() if t.name.startswith(THREAD_PREFIX)]
+    objects = [o for o in gc.get_objects() if isinstance(o, QTimer | QThread) and isValid(o)]
+    alive += [repr(o) for o in objects if isinstance(o, QTimer) and o.isActive()]
+    alive += [repr(o) for o in objects if isinstance(o, QThread) and o.isRunning() and o.loopLevel()]
+    alive += [repr(w) for w in set(QApplication.topLevelWidgets()) - before]
+    assert not alive
+
+
+@pytest.fixture
+def session() -> Session:
+    """A session over 100..200 with modes at 130 and 170."""
+    session = Session()
+    session.start_volume(make_tf(), None)
+    return session
+
+
+@pytest.fixture
+def backends() -> FakeBackends:
+    return FakeBackends()
+
+
+WindowMaker = Callable[..., MainWindow]
+
+
+@pytest.fixture
+def make_window(qtbot: QtBot, backends: FakeBackends) -> WindowMaker:
+    """Open a window on fake engines and wait until both images are there."""
+
+    def make(
+        volume: str = "ramp",
+        model: Path | None = Path("model"),
+        store: TransferFunctionStore | None = None,
+    ) -> MainWindow:
+        window = MainWindow(backends.make(), store)
+        qtbot.addWidget(window)
+        with qtbot.waitSignal(window.workspace.settled):
+            window.workspace.open_model(model)
+            window.workspace.open_volume(Path(volume))
+        window.show()
+        qtbot.waitExposed(window)
+        return window
+
+    return make

@@ -1,0 +1,35 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from window_fakes import make_tf
+
+from app.transfer_function_store import TransferFunctionStore
+from model.errors import TransferFunctionError
+
+
+def test_each_volume_gets_its_own_back(tmp_path: Path) -> None:
+    store = TransferFunctionStore(tmp_path / "not" / "there")
+    assert store.load("a" * 64) is None
+    store.save("a" * 64, make_tf(120.0))
+    store.save("b" * 64, make_tf(130.0))
+    assert store.load("a" * 64) == make_tf(120.0)
+    assert store.load("b" * 64) == make_tf(130.0)
+
+
+def test_a_damaged_file_is_told_once_and_set_aside(tmp_path: Path) -> None:
+    store = TransferFunctionStore(tmp_path)
+    path = store.path("a" * 64)
+    path.write_text("not json")
+    with pytest.raises(TransferFunctionError, match=path.stem):
+        store.load("a" * 64)
+    assert store.load("a" * 64) is None
+    assert [p.read_text() for p in tmp_path.iterdir()] == ["not json"]
+
+
+def test_a_place_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+    blocker = tmp_path / "file"
+    blocker.write_text("")
+    with pytest.raises(TransferFunctionError, match="file"):
+        TransferFunctionStore(blocker / "folder").save("a" * 64, make_tf())
