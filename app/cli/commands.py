@@ -41,11 +41,13 @@ def window(
 @application.command()
 def info(
     path: Annotated[Path, typer.Argument(metavar="FILE_OR_MODEL", help="A volume or a model.")],
+    raw: options.RawLayoutText = None,
+    component: options.ComponentName = None,
 ) -> None:
     """Print what a volume file or a model folder holds."""
     from app.cli.info import print_info
 
-    print_info(path)
+    print_info(options.VolumeSource(path, raw, component))
 
 
 @application.command()
@@ -60,6 +62,8 @@ def render(
         options.Renderer, typer.Option("--renderer", help="The reference or the trained model.")
     ] = options.Renderer.VTK,
     volume: options.VolumeFile = None,
+    raw: options.RawLayoutText = None,
+    component: options.ComponentName = None,
     model: options.ModelFolder = None,
     view: Annotated[
         str,
@@ -90,7 +94,17 @@ def render(
     from app.cli.render import RenderOrder, render_to_file
 
     render_to_file(
-        RenderOrder(str(renderer), volume, model, view, tf, lighting, size, str(device), out)
+        RenderOrder(
+            renderer=str(renderer),
+            volume=options.VolumeSource(volume, raw, component),
+            model=model,
+            view=view,
+            tf=tf,
+            lighting=lighting,
+            size=size,
+            device=str(device),
+            out=out,
+        )
     )
 
 
@@ -99,6 +113,8 @@ def dataset(
     out: Annotated[Path, typer.Option("--out", metavar="STORE", help="Zarr folder.")],
     count: Annotated[int, typer.Option("--count", min=1, help="Number of training samples.")],
     volume: options.VolumeFile = None,
+    raw: options.RawLayoutText = None,
+    component: options.ComponentName = None,
     size: Annotated[
         int, typer.Option("--size", min=16, max=4096, help="Width and height in pixels.")
     ] = 256,
@@ -114,7 +130,8 @@ def dataset(
     """Render random samples into a store; run it again to go on or to add more."""
     from app.cli.dataset import make_dataset
 
-    make_dataset(volume, out, count, holdout, size, seed, lighting, window, workers)
+    source = options.VolumeSource(volume, raw, component)
+    make_dataset(source, out, count, holdout, size, seed, lighting, window, workers)
 
 
 @application.command()
@@ -125,6 +142,8 @@ def train(
         typer.Option("--preset", help="64 x 64, 128 x 128 for CPUs, or the paper's 256 x 256."),
     ] = options.Preset.COMPACT,
     volume: options.VolumeFile = None,
+    raw: options.RawLayoutText = None,
+    component: options.ComponentName = None,
     store: Annotated[
         Path | None,
         typer.Option(
@@ -168,7 +187,7 @@ def train(
 
     train_model(
         TrainOrder(
-            volume=volume,
+            volume=options.VolumeSource(volume, raw, component),
             store=store,
             preset=str(preset),
             out=out,
@@ -195,6 +214,8 @@ def evaluate(
     model: Annotated[Path, typer.Option("--model", help="Folder of a trained model.")],
     count: Annotated[int, typer.Option("--count", min=1, help="Hold-out samples.")] = 200,
     volume: options.VolumeFile = None,
+    raw: options.RawLayoutText = None,
+    component: options.ComponentName = None,
     store: Annotated[
         Path | None,
         typer.Option("--dataset", metavar="STORE", help="The model's samples. [default: rendered]"),
@@ -211,4 +232,5 @@ def evaluate(
     """Measure a model on hold-out samples, beside the nearest training image."""
     from app.cli.evaluate import evaluate_model
 
-    evaluate_model(model, count, volume, store, neighbours, json, str(device), workers)
+    source = options.VolumeSource(volume, raw, component)
+    evaluate_model(model, count, source, store, neighbours, json, str(device), workers)

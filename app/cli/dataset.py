@@ -13,7 +13,7 @@ MAX_HOLDOUT = 2000
 
 
 def make_dataset(
-    volume_path: Path | None,
+    source: options.VolumeSource,
     out: Path,
     count: int,
     holdout: int | None,
@@ -24,7 +24,7 @@ def make_dataset(
     workers: int | None,
 ) -> None:
     """Create a store, or go on with the one that is there, until it holds `count` samples."""
-    volume = options.open_volume(volume_path)
+    volume = source.read()
     scene = Scene.of(volume, size, options.lighting(lighting), options.parse_window(window))
     holdout = holdout or max(1, min(count // 10, MAX_HOLDOUT))
     store = SampleStore.create(out, scene, seed, {"train": count, "holdout": holdout})

@@ -20,7 +20,7 @@ from model.generator import Generator
 def evaluate_model(
     folder: Path,
     count: int,
-    volume: Path | None,
+    source: options.VolumeSource,
     store_path: Path | None,
     neighbours: int,
     json_path: Path | None,
@@ -48,7 +48,7 @@ def evaluate_model(
         result = _measure(generator, store, count)
     else:
         with tempfile.TemporaryDirectory() as scratch:
-            store = _render(generator, Path(scratch), count, volume, neighbours, workers)
+            store = _render(generator, Path(scratch), count, source, neighbours, workers)
             result = _measure(generator, store, count)
     _print(result)
     if json_path is not None:
@@ -65,12 +65,12 @@ def _render(
     generator: Generator,
     scratch: Path,
     count: int,
-    volume_path: Path | None,
+    source: options.VolumeSource,
     neighbours: int,
     workers: int | None,
 ) -> SampleStore:
     scene = generator.scene
-    volume = options.volume_of(scene.volume_fingerprint, scene.volume_name, volume_path)
+    volume = options.volume_of(scene.volume_fingerprint, scene.volume_name, source)
     training = generator.card.training
     neighbours = min(neighbours, int(training.get("samples_stored", neighbours)))
     seed = int(training.get("dataset_seed", 0))

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
+from app.cli import options
 from app.cli.console import print_facts
 from model.checkpoint import MODEL_FILE, ModelCard, load_model
 from model.networks.blocks import parameter_count
-from model.volume_files import describe, read_volume
+from model.volume_files import describe
 
 
-def print_info(path: Path) -> None:
+def print_info(source: options.VolumeSource) -> None:
     """Print a model's card, or a volume's description."""
-    if (path / MODEL_FILE).exists():
+    path = source.path
+    if path is not None and (path / MODEL_FILE).exists():
         card, network = load_model(path)
         print_facts(str(path), [*_card_rows(card), ("parameters", f"{parameter_count(network):,}")])
     else:
-        print_facts(str(path), describe(read_volume(path)))
+        print_facts(str(path), describe(source.read()))
 
 
 def _card_rows(card: ModelCard) -> list[tuple[str, str]]:

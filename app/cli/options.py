@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, cast
@@ -13,7 +14,7 @@ from model.scene import Lighting
 from model.shipped import DEFAULT_VOLUME, shipped_volumes
 from model.transfer_function import Range
 from model.volume import Volume
-from model.volume_files import read_volume
+from model.volume_files import Component, RawLayout, read_volume
 
 
 class LightingOption(StrEnum):
@@ -50,6 +51,23 @@ class Preset(StrEnum):
 VolumeFile = Annotated[
     Path | None,
     typer.Option("--volume", help="Volume file or DICOM folder. [default: the shipped jet]"),
+]
+RawLayoutText = Annotated[
+    str | None,
+    typer.Option(
+        "--raw",
+        metavar="LAYOUT",
+        help="Of a headerless file: dimensions, type and byte order, "
+        "such as 256x256x110_uint16_big. [default: from its name]",
+    ),
+]
+ComponentName = Annotated[
+    str | None,
+    typer.Option(
+        "--component",
+        metavar="N|magnitude",
+        help="What to take where each voxel has several numbers.",
+    ),
 ]
 ModelFolder = Annotated[Path | None, typer.Option("--model", help="Folder of a trained model.")]
 DeviceName = Annotated[Device, typer.Option("--device", help="Where the generator runs.")]
@@ -92,12 +110,48 @@ def parse_window(text: str | None) -> Range | None:
     return lo, hi
 
 
-def open_volume(path: Path | None) -> Volume:
-    """Read a volume, the shipped default when none is named."""
-    return read_volume(path or DEFAULT_VOLUME)
+@dataclass(frozen=True)
+class VolumeSource:
+    """Where a volume comes from: ``--volume``, ``--raw`` and ``--component``."""
+
+    path: Path | None
+    raw: str | None = None
+    component: str | None = None
+
+    def read(self) -> Volume:
+        """Read the volume, the shipped default when none is named.
+
+        Raises
+        ------
+        VolumeError
+            When the options or the file are wrong.
+        """
+        return read_volume(
+            self.path or DEFAULT_VOLUME, raw=self._layout(), component=self._component()
+        )
+
+    def _layout(self) -> RawLayout | None:
+        if self.raw is None:
+            return None
+        layout = RawLayout.parse(self.raw)
+        if layout is None:
+            raise VolumeError(
+                f"'{self.raw}' is not the layout of a raw file; "
+                "give dimensions, type and byte order, such as 256x256x110_uint16_big."
+            )
+        return layout
+
+    def _component(self) -> Component | None:
+        if self.component is None or self.component == "magnitude":
+            return cast(Component | None, self.component)
+        if not self.component.isdecimal():
+            raise VolumeError(
+                f"'{self.component}' is not a component; give magnitude, or a number from 0."
+            )
+        return int(self.component)
 
 
-def volume_of(fingerprint: str, name: str, path: Path | None) -> Volume:
+def volume_of(fingerprint: str, name: str, source: VolumeSource) -> Volume:
     """Read the volume that a model was trained on: the one named, or the shipped one.
 
     Raises
@@ -106,10 +160,10 @@ def volume_of(fingerprint: str, name: str, path: Path | None) -> Volume:
         When the named volume is another one, or none is named and none of the
         shipped ones fits.
     """
-    if path is not None:
-        volume = read_volume(path)
+    if source.path is not None:
+        volume = source.read()
         if volume.fingerprint != fingerprint:
-            raise VolumeError(f"{path}: the model was trained on another volume, '{name}'.")
+            raise VolumeError(f"{source.path}: the model was trained on another volume, '{name}'.")
         return volume
     for candidate in shipped_volumes():
         volume = read_volume(candidate)

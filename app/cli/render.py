@@ -28,7 +28,7 @@ class RenderOrder:
     """What to render: the command's options, see there."""
 
     renderer: str
-    volume: Path | None
+    volume: options.VolumeSource
     model: Path | None
     view: str
     tf: Path | None
@@ -99,7 +99,7 @@ def _render_generator(
 
 def _volume(order: RenderOrder, scene: Scene | None) -> Volume:
     if scene is None:
-        return options.open_volume(order.volume)
+        return order.volume.read()
     return options.volume_of(scene.volume_fingerprint, scene.volume_name, order.volume)
 
 
@@ -108,7 +108,7 @@ def _model_folder(order: RenderOrder) -> Path:
         return order.model
     from model.shipped import model_for
 
-    volume = options.open_volume(order.volume)
+    volume = order.volume.read()
     folder = model_for(volume)
     if folder is None:
         names = ", ".join(str(path) for path in shipped_models()) or "none"

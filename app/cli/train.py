@@ -32,7 +32,7 @@ DEFAULT_MINUTES = 60.0
 class TrainOrder:
     """What to train: the command's options, see there."""
 
-    volume: Path | None
+    volume: options.VolumeSource
     store: Path | None
     preset: str
     out: Path
@@ -87,7 +87,7 @@ def _samples(order: TrainOrder, budget: Budget) -> tuple[SampleStore, Budget]:
         store.require_complete()
         _check_store(order, store)
         return store, budget
-    volume = options.open_volume(order.volume)
+    volume = order.volume.read()
     scene = Scene.of(volume, size.image_size, order.lighting, order.window)
     with counting("rendering", 0) as (progress, task):
         return render_for_run(
@@ -108,12 +108,12 @@ def _check_store(order: TrainOrder, store: SampleStore) -> None:
             f"{order.store}: its images have {store.scene.image_size} pixels but the preset "
             f"'{order.preset}' draws {wanted}; make a data set with --size {wanted}."
         )
-    if order.volume is not None:
-        volume = options.open_volume(order.volume)
+    if order.volume.path is not None:
+        volume = order.volume.read()
         if volume.fingerprint != store.scene.volume_fingerprint:
             raise TrainingError(
                 f"{order.store}: the data set shows '{store.scene.volume_name}', "
-                f"not {order.volume}; leave --volume out or name the right one."
+                f"not {order.volume.path}; leave --volume out or name the right one."
             )
 
 

@@ -36,7 +36,7 @@ from model.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, Range
 from model.view import VIEW_ANGLE, View
 from model.volume import Volume
 
-AMBIENT, DIFFUSE, SPECULAR, SPECULAR_POWER = 0.25, 0.75, 0.3, 20.0
+AMBIENT, DIFFUSE, SPECULAR, SPECULAR_POWER = 0.4, 0.9, 0.2, 20.0
 """Gradient shading of lit scenes."""
 
 SCATTERING_BLEND, GLOBAL_REACH = 1.0, 0.5

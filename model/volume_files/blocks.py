@@ -8,7 +8,7 @@ import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO, Literal
+from typing import Any, BinaryIO, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,18 +63,52 @@ def read_block(block: Block) -> NDArray[np.generic]:
     VolumeError
         When the file ends too early or a compressed stream is damaged.
     """
-    size = block.path.stat().st_size
-    offset = size - block.nbytes if block.offset < 0 else block.offset
-    if block.encoding == "raw":
-        check_present(block.path, size - max(offset, 0) if offset >= 0 else size, block.nbytes)
     voxels = np.empty(block.shape, block.dtype)
+    target = voxels.reshape(-1).view(np.uint8)
     with block.path.open("rb") as file:
-        file.seek(offset)
-        target = voxels.reshape(-1).view(np.uint8).data
-        if block.encoding == "raw":
-            check_present(block.path, _fill(target, iter(lambda: file.read(1 << 24), b"")), len(target))
+        if block.offset < 0:
+            file.seek(max(block.path.stat().st_size - block.nbytes, 0))
         else:
-            _inflate_into(target, file, block)
+            file.seek(block.offset)
+        if block.encoding == "raw":
+            check_present(block.path, file.readinto(target.data), block.nbytes)
+        else:
+            _inflate(file, block, target)
     if voxels.dtype.isnative:
         return voxels
     return voxels.byteswap(inplace=True).view(voxels.dtype.newbyteorder("="))
+
+
+def _inflate(file: BinaryIO, block: Block, target: NDArray[np.uint8]) -> None:
+    """Decompress the rest of a file into `target`, which it must fill exactly."""
+    done = 0
+    try:
+        for piece in _pieces(file, block.encoding):
+            if done + len(piece) > len(target):
+                raise damaged(block.path, "it holds more voxels than its header says")
+            target[done : done + len(piece)] = np.frombuffer(piece, np.uint8)
+            done += len(piece)
+    except EOFError:
+        raise truncated(block.path, "its compressed stream stops before the end") from None
+    except (zlib.error, OSError, ValueError) as error:
+        raise damaged(block.path, f"its compressed stream is invalid ({error})") from None
+    check_present(block.path, done, len(target))
+
+
+def _pieces(file: BinaryIO, encoding: Encoding) -> Iterator[bytes]:
+    """Yield the decompressed data of one or several streams on end; EOFError when one is cut."""
+
+    def fresh() -> Any:
+        if encoding == "bzip2":
+            return bz2.BZ2Decompressor()
+        return zlib.decompressobj(wbits=EITHER_ZLIB_OR_GZIP)
+
+    decoder = fresh()
+    while data := file.read(CHUNK):
+        while data:
+            yield decoder.decompress(data)
+            data = decoder.unused_data if decoder.eof else b""
+            if data:
+                decoder = fresh()
+    if not decoder.eof:
+        raise EOFError

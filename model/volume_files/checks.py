@@ -40,9 +40,7 @@ def physical_memory() -> int | None:
         return None
 
 
-def check_grid(
-    path: Path, dimensions: Sequence[int], dtype: DTypeLike, components: int = 1
-) -> int:
+def check_grid(path: Path, dimensions: Sequence[int], dtype: DTypeLike, components: int = 1) -> int:
     """Check that a header describes a volume that this machine can hold.
 
     Parameters
@@ -130,7 +128,9 @@ def usable_spacing(spacing: Sequence[float] | None) -> tuple[Triple, tuple[str, 
     """
     if spacing is None:
         return (1.0, 1.0, 1.0), ("The file gives no voxel spacing; 1 is assumed.",)
-    fixed = [abs(s) if SMALLEST_SPACING < abs(s) < LARGEST_SPACING else None for s in spacing]
+    fixed = [
+        float(abs(s)) if SMALLEST_SPACING < abs(s) < LARGEST_SPACING else None for s in spacing
+    ]
     unknown = ", ".join(axis for axis, s in zip(AXES, fixed, strict=True) if s is None)
     notes = (f"The file's voxel spacing along {unknown} is unusable; 1 is assumed.",)
     x, y, z = (1.0 if s is None else s for s in fixed)
@@ -139,7 +139,7 @@ def usable_spacing(spacing: Sequence[float] | None) -> tuple[Triple, tuple[str, 
 
 def usable_origin(origin: Sequence[float]) -> Triple:
     """Replace what is not finite by 0."""
-    x, y, z = (o if math.isfinite(o) else 0.0 for o in origin)
+    x, y, z = (float(o) if math.isfinite(o) else 0.0 for o in origin)
     return x, y, z
 
 

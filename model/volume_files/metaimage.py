@@ -1,0 +1,178 @@
+"""MetaImage files, with the voxels attached (.mha) or in a file of their own (.mhd).
+
+The header is read here and the voxels as a block, because VTK's MetaImage
+reader crashes on 64-bit integers and on four axes, and prints to the terminal.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from model.errors import VolumeError
+from model.volume_files.blocks import Block, read_block
+from model.volume_files.checks import (
+    check_grid,
+    damaged,
+    frame_notes,
+    truncated,
+    unsupported,
+    usable_origin,
+    usable_spacing,
+)
+from model.volume_files.grid import Grid
+
+LONGEST_HEADER = 1 << 16
+
+SCALAR_TYPES = {
+    "MET_CHAR": "i1",
+    "MET_UCHAR": "u1",
+    "MET_SHORT": "i2",
+    "MET_USHORT": "u2",
+    "MET_INT": "i4",
+    "MET_UINT": "u4",
+    "MET_LONG": "i4",
+    "MET_ULONG": "u4",
+    "MET_LONG_LONG": "i8",
+    "MET_ULONG_LONG": "u8",
+    "MET_FLOAT": "f4",
+    "MET_DOUBLE": "f8",
+}
+
+
+@dataclass(frozen=True)
+class _Header:
+    """The fields of a header by name, and its length in bytes."""
+
+    path: Path
+    fields: dict[str, str]
+    length: int
+
+    def first(self, *names: str) -> str | None:
+        """Value of the first of these fields that is there."""
+        return next((self.fields[name] for name in names if name in self.fields), None)
+
+    def numbers(self, count: int, *names: str) -> list[float] | None:
+        text = self.first(*names)
+        if text is None:
+            return None
+        try:
+            numbers = [float(word) for word in text.split()]
+        except ValueError:
+            numbers = []
+        if len(numbers) != count:
+            raise self.malformed(names[0])
+        return numbers
+
+    def integers(self, *names: str, default: str | None = None) -> list[int]:
+        try:
+            return [int(word) for word in (self.first(*names) or default or "").split()]
+        except ValueError:
+            raise self.malformed(names[0]) from None
+
+    def is_true(self, *names: str, default: str) -> bool:
+        return (self.first(*names) or default).lower() in ("true", "1", "t")
+
+    def malformed(self, name: str) -> VolumeError:
+        return damaged(self.path, f"its MetaImage header has a missing or malformed '{name}'")
+
+
+def read_metaimage(path: Path) -> Grid:
+    """Read a MetaImage file; a fourth axis is read as components.
+
+    Raises
+    ------
+    VolumeError
+        When the file is foreign, damaged, truncated, or of a kind that is not
+        read here (ASCII voxels, data over several files).
+    """
+    header = _read_header(path)
+    sizes = header.integers("DimSize")
+    if header.integers("NDims") != [len(sizes)]:
+        raise header.malformed("DimSize")
+    channels = header.integers("ElementNumberOfChannels", default="1")
+    if len(channels) != 1:
+        raise header.malformed("ElementNumberOfChannels")
+    dtype = _dtype(header)
+    components = channels[0] * (sizes[3] if len(sizes) == 4 else 1)
+    check_grid(path, sizes[:3] if len(sizes) == 4 else sizes, dtype, components)
+
+    shape = tuple(sizes[::-1]) + ((channels[0],) if channels[0] > 1 else ())
+    values = read_block(_block(header, shape, dtype))
+    if len(sizes) == 4:
+        values = np.moveaxis(values, 0, -1).reshape(*sizes[2::-1], components)
+    axes = len(sizes)
+    spacing, notes = usable_spacing(
+        _leading(header.numbers(axes, "ElementSpacing", "ElementSize"), 3)
+    )
+    matrix = header.numbers(axes * axes, "TransformMatrix", "Rotation", "Orientation")
+    if matrix is not None:
+        notes += frame_notes(np.array(matrix).reshape(axes, axes)[:3, :3])
+    origin = _leading(header.numbers(axes, "Offset", "Position", "Origin"), 3)
+    return Grid(values, spacing, usable_origin(origin or (0.0, 0.0, 0.0)), notes=notes)
+
+
+def _leading(numbers: list[float] | None, count: int) -> list[float] | None:
+    return None if numbers is None else numbers[:count]
+
+
+def _read_header(path: Path) -> _Header:
+    fields: dict[str, str] = {}
+    with path.open("rb") as file:
+        while "ElementDataFile" not in fields and file.tell() < LONGEST_HEADER:
+            line = file.readline(LONGEST_HEADER)
+            name, separator, value = line.decode("utf-8", "replace").partition("=")
+            if not separator:
+                break
+            fields[name.strip()] = value.strip()
+        if "NDims" not in fields and "ObjectType" not in fields:
+            raise VolumeError(
+                f"{path}: this is not a MetaImage file; choose another or correct its suffix."
+            )
+        if not fields.get("ElementDataFile"):
+            raise truncated(path, "its header has no end")
+        return _Header(path, fields, file.tell())
+
+
+def _dtype(header: _Header) -> np.dtype[np.generic]:
+    name = header.first("ElementType")
+    if name is None:
+        raise header.malformed("ElementType")
+    if name not in SCALAR_TYPES:
+        raise unsupported(header.path, f"voxels of the MetaImage type '{name}'", "convert them")
+    big = header.is_true("BinaryDataByteOrderMSB", "ElementByteOrderMSB", default="False")
+    return np.dtype(SCALAR_TYPES[name]).newbyteorder(">" if big else "<")
+
+
+def _block(header: _Header, shape: tuple[int, ...], dtype: np.dtype[np.generic]) -> Block:
+    path, offset = _data_file(header)
+    if not header.is_true("BinaryData", default="True"):
+        raise unsupported(header.path, "MetaImage with ASCII voxels", "save it as binary")
+    skip = header.integers("HeaderSize", default="0")
+    if len(skip) != 1 or skip[0] < -1:
+        raise header.malformed("HeaderSize")
+    compressed = header.is_true("CompressedData", default="False")
+    if skip[0] < 0 and not compressed:
+        offset = -1
+    elif skip[0] > 0:
+        offset = skip[0]
+    return Block(path, shape, dtype, offset, "deflate" if compressed else "raw")
+
+
+def _data_file(header: _Header) -> tuple[Path, int]:
+    """File that holds the voxels, and where they start."""
+    name = header.fields["ElementDataFile"]
+    if name.upper() == "LOCAL":
+        return header.path, header.length
+    if name.startswith("LIST") or "%" in name:
+        raise unsupported(
+            header.path, "a MetaImage header over several data files", "save it as one .mha file"
+        )
+    path = header.path.parent / name
+    if not path.is_file():
+        raise VolumeError(
+            f"{header.path}: its data file {name} is missing; put it beside the header."
+        )
+    return path, 0

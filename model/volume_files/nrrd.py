@@ -1,0 +1,252 @@
+"""NRRD files, with the header attached (.nrrd) or detached (.nhdr).
+
+The header is read here and the voxels as a block, because VTK's NRRD reader
+takes any first axis of nine or fewer voxels for components, crashes on
+two-dimensional files, returns noise for truncated and ASCII ones, and stops at
+4 GiB of compressed voxels.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.errors import VolumeError
+from model.volume_files.blocks import Block, Encoding, read_block
+from model.volume_files.checks import (
+    check_grid,
+    damaged,
+    frame_notes,
+    truncated,
+    unsupported,
+    usable_origin,
+    usable_spacing,
+)
+from model.volume_files.grid import Grid
+
+LONGEST_HEADER = 1 << 20
+SPATIAL_KINDS = {"domain", "space", "none", "???"}
+MOST_UNNAMED_COMPONENTS = 9
+
+ENCODINGS: dict[str, Encoding] = {
+    "raw": "raw",
+    **dict.fromkeys(("gzip", "gz"), "deflate"),
+    **dict.fromkeys(("bzip2", "bz2"), "bzip2"),
+}
+SCALAR_TYPES = {
+    **dict.fromkeys(("signed char", "int8", "int8_t"), "i1"),
+    **dict.fromkeys(("uchar", "unsigned char", "uint8", "uint8_t"), "u1"),
+    **dict.fromkeys(
+        ("short", "short int", "signed short", "signed short int", "int16", "int16_t"), "i2"
+    ),
+    **dict.fromkeys(("ushort", "unsigned short", "unsigned short int", "uint16", "uint16_t"), "u2"),
+    **dict.fromkeys(("int", "signed int", "int32", "int32_t"), "i4"),
+    **dict.fromkeys(("uint", "unsigned int", "uint32", "uint32_t"), "u4"),
+    **dict.fromkeys(
+        (
+            "longlong",
+            "long long",
+            "long long int",
+            "signed long long",
+            "signed long long int",
+            "int64",
+            "int64_t",
+        ),
+        "i8",
+    ),
+    **dict.fromkeys(
+        ("ulonglong", "unsigned long long", "unsigned long long int", "uint64", "uint64_t"), "u8"
+    ),
+    "float": "f4",
+    "double": "f8",
+}
+
+
+@dataclass(frozen=True)
+class _Header:
+    """The fields of a header, names in lower case without spaces, and its length in bytes."""
+
+    path: Path
+    fields: dict[str, str]
+    length: int
+
+    def text(self, name: str, default: str | None = None) -> str:
+        value = self.fields.get(name, default)
+        if value is None:
+            raise damaged(self.path, f"its NRRD header has no '{name}'")
+        return value
+
+    def integers(self, name: str, default: str | None = None) -> list[int]:
+        try:
+            return [int(word) for word in self.text(name, default).split()]
+        except ValueError:
+            raise self.malformed(name) from None
+
+    def malformed(self, name: str) -> VolumeError:
+        return damaged(self.path, f"its NRRD header has a malformed '{name}'")
+
+
+def read_nrrd(path: Path) -> Grid:
+    """Read a NRRD file.
+
+    Four axes are read as a volume with components: the axis whose kind is not
+    spatial, or for want of kinds a first axis of nine or fewer, else the last.
+
+    Raises
+    ------
+    VolumeError
+        When the file is foreign, damaged, truncated, or of a kind that is not
+        read here (ASCII or hex encoding, data over several files).
+    """
+    header = _read_header(path)
+    sizes = header.integers("sizes")
+    if header.integers("dimension") != [len(sizes)]:
+        raise header.malformed("sizes")
+    component_axis = _component_axis(header, sizes)
+    grid_axes = [axis for axis in range(len(sizes)) if axis != component_axis]
+    dtype = _dtype(header)
+    components = 1 if component_axis is None else sizes[component_axis]
+    check_grid(path, [sizes[axis] for axis in grid_axes], dtype, components)
+
+    values = read_block(_block(header, sizes, dtype))
+    if component_axis is not None:
+        values = np.moveaxis(values, len(sizes) - 1 - component_axis, -1)
+    directions = _directions(header, grid_axes)
+    if directions is None:
+        spacing, notes = usable_spacing(_spacings(header, grid_axes))
+    else:
+        spacing, notes = usable_spacing(list(np.linalg.norm(directions, axis=1)))
+        left_handed = header.fields.get("space", "").lower() in (
+            "las",
+            "left-anterior-superior",
+            "3d-left-handed",
+        )
+        notes += frame_notes(directions, -1 if left_handed else 1)
+    origin = _vectors(header.fields.get("spaceorigin", ""))
+    return Grid(
+        values,
+        spacing,
+        usable_origin(origin[0]) if origin and len(origin[0]) == 3 else (0.0, 0.0, 0.0),
+        header.fields.get("sampleunits", "").strip('"'),
+        notes,
+    )
+
+
+def _read_header(path: Path) -> _Header:
+    with path.open("rb") as file:
+        start = file.read(LONGEST_HEADER)
+    if not start.startswith(b"NRRD"):
+        raise VolumeError(f"{path}: this is not a NRRD file; choose another or correct its suffix.")
+    end = re.search(rb"\r?\n\r?\n", start)
+    text = start[: end.start() if end else None].decode("utf-8", "replace")
+    fields: dict[str, str] = {}
+    for line in text.splitlines()[1:]:
+        name, separator, value = line.partition(": ")
+        if not line.startswith("#") and separator and ":=" not in name:
+            fields[name.lower().replace(" ", "")] = value.strip()
+    if end is None and "datafile" not in fields:
+        raise truncated(path, "its header has no end")
+    return _Header(path, fields, end.end() if end else len(start))
+
+
+def _dtype(header: _Header) -> np.dtype[np.generic]:
+    name = header.text("type").lower()
+    if name not in SCALAR_TYPES:
+        raise unsupported(header.path, f"voxels of the NRRD type '{name}'", "convert them")
+    order = header.text("endian", "little").lower()
+    if order not in ("little", "big"):
+        raise header.malformed("endian")
+    return np.dtype(SCALAR_TYPES[name]).newbyteorder("<" if order == "little" else ">")
+
+
+def _component_axis(header: _Header, sizes: list[int]) -> int | None:
+    """Axis that counts components, not voxels; None for a scalar volume."""
+    kinds = header.fields.get("kinds", "").lower().split()
+    if len(kinds) == len(sizes):
+        named = [axis for axis, kind in enumerate(kinds) if kind not in SPATIAL_KINDS]
+        if len(named) == 1:
+            return named[0]
+    directions = re.findall(r"none|\([^)]*\)", header.fields.get("spacedirections", ""))
+    if len(directions) == len(sizes) and directions.count("none") == 1:
+        return directions.index("none")
+    if len(sizes) == 4:
+        return 0 if sizes[0] <= MOST_UNNAMED_COMPONENTS else 3
+    return None
+
+
+def _block(header: _Header, sizes: list[int], dtype: np.dtype[np.generic]) -> Block:
+    path, offset = _data_file(header)
+    encoding = header.text("encoding").lower()
+    if encoding not in ENCODINGS:
+        raise unsupported(header.path, f"the NRRD encoding '{encoding}'", "save it as raw or gzip")
+    line_skip = header.integers("lineskip", "0")
+    byte_skip = header.integers("byteskip", "0")
+    if len(line_skip) != 1 or len(byte_skip) != 1 or line_skip[0] < 0 or byte_skip[0] < -1:
+        raise header.malformed("line skip or byte skip")
+    if encoding != "raw" and byte_skip[0] != 0:
+        raise unsupported(header.path, "compressed NRRD with a byte skip", "save it without")
+    if line_skip[0]:
+        with path.open("rb") as file:
+            file.seek(offset)
+            for _ in range(line_skip[0]):
+                if not file.readline():
+                    raise truncated(path, "it ends within the lines to skip")
+            offset = file.tell()
+    offset = -1 if byte_skip[0] < 0 else offset + byte_skip[0]
+    return Block(path, tuple(sizes[::-1]), dtype, offset, ENCODINGS[encoding])
+
+
+def _data_file(header: _Header) -> tuple[Path, int]:
+    """File that holds the voxels, and where they start unless something is skipped."""
+    name = header.fields.get("datafile")
+    if name is None:
+        return header.path, header.length
+    if name.startswith("LIST") or re.search(r"%\d*d .*\d", name):
+        raise unsupported(
+            header.path, "a NRRD header over several data files", "save it as one .nrrd file"
+        )
+    path = header.path.parent / name
+    if not path.is_file():
+        raise VolumeError(
+            f"{header.path}: its data file {name} is missing; put it beside the header."
+        )
+    return path, 0
+
+
+def _directions(header: _Header, axes: list[int]) -> NDArray[np.float64] | None:
+    text = header.fields.get("spacedirections")
+    if text is None:
+        return None
+    vectors = _vectors(text)
+    if len(vectors) != len(axes) or any(len(vector) != 3 for vector in vectors):
+        raise header.malformed("space directions")
+    return np.array(vectors)
+
+
+def _spacings(header: _Header, axes: list[int]) -> list[float] | None:
+    text = header.fields.get("spacings")
+    if text is None:
+        return None
+    try:
+        spacings = [float(word) for word in text.split()]
+        return [spacings[axis] for axis in axes]
+    except (ValueError, IndexError):
+        raise header.malformed("spacings") from None
+
+
+def _vectors(text: str) -> list[list[float]]:
+    """Vectors such as ``(1,0,0) (0,1,0)``; unreadable numbers become NaN."""
+    return [
+        [_number(word) for word in vector.split(",")] for vector in re.findall(r"\(([^)]*)\)", text)
+    ]
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return float("nan")

@@ -1,0 +1,119 @@
+"""Headerless raw volumes: their layout, given or read from the file's name."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from model.errors import VolumeError
+from model.volume import Triple
+from model.volume_files.blocks import Block, read_block
+from model.volume_files.checks import check_grid, readable_size, times, usable_spacing
+from model.volume_files.grid import Grid
+
+ByteOrder = Literal["little", "big"]
+
+SCALAR_TYPES = {
+    **{name: name for name in ("int8", "int16", "int32", "int64", "float32", "float64")},
+    **{name: name for name in ("uint8", "uint16", "uint32", "uint64")},
+    **{"uchar": "uint8", "ushort": "uint16", "uint": "uint32"},
+    **{"char": "int8", "short": "int16", "int": "int32", "float": "float32", "double": "float64"},
+}
+"""Names of scalar types, as people write them, to numpy's."""
+
+_DIMENSIONS = re.compile(r"(?<!\d)(\d{1,9})x(\d{1,9})x(\d{1,9})(?!\d)", re.IGNORECASE)
+_WORD = re.compile(r"[a-z]+\d*", re.IGNORECASE)
+_BIG = {"be", "big", "bigendian", "msb"}
+
+
+@dataclass(frozen=True)
+class RawLayout:
+    """What a headerless file does not say about itself.
+
+    Attributes
+    ----------
+    dimensions : tuple of int
+        Voxels along x, y and z; x is fastest in the file.
+    scalar_type : str
+        One of :data:`SCALAR_TYPES`, for example ``"uint8"``.
+    byte_order : {"little", "big"}
+    spacing : tuple of float or None
+        Along x, y and z; None when unknown.
+
+    Raises
+    ------
+    VolumeError
+        When the scalar type or the byte order has no such name.
+    """
+
+    dimensions: tuple[int, int, int]
+    scalar_type: str
+    byte_order: ByteOrder = "little"
+    spacing: Triple | None = None
+
+    def __post_init__(self) -> None:
+        if self.scalar_type not in SCALAR_TYPES:
+            raise VolumeError(
+                f"'{self.scalar_type}' is not a scalar type of raw volumes; "
+                f"use one of {', '.join(sorted(set(SCALAR_TYPES.values())))}."
+            )
+        if self.byte_order not in ("little", "big"):
+            raise VolumeError(f"'{self.byte_order}' is not a byte order; use little or big.")
+
+    @classmethod
+    def parse(cls, text: str) -> RawLayout | None:
+        """Read a layout from a text such as ``engine_256x256x110_uint8_be``.
+
+        Returns
+        -------
+        RawLayout or None
+            None when the text lacks the dimensions or the scalar type. The
+            byte order is little unless a word after the dimensions says
+            ``be``, ``big``, ``bigendian`` or ``msb``.
+        """
+        found = list(_DIMENSIONS.finditer(text))
+        if not found:
+            return None
+        nx, ny, nz = (int(n) for n in found[-1].groups())
+        words = [word.lower() for word in _WORD.findall(text[found[-1].end() :])]
+        types = [word for word in words if word in SCALAR_TYPES]
+        if not types:
+            return None
+        order: ByteOrder = "big" if _BIG.intersection(words) else "little"
+        return cls((nx, ny, nz), types[0], order)
+
+    @property
+    def dtype(self) -> np.dtype[np.generic]:
+        """Scalar type with the byte order."""
+        return np.dtype(SCALAR_TYPES[self.scalar_type]).newbyteorder(self.byte_order)
+
+
+def read_raw(path: Path, layout: RawLayout | None) -> Grid:
+    """Read a raw file of exactly the layout's size.
+
+    Raises
+    ------
+    VolumeError
+        When there is no layout, or the file has another size.
+    """
+    layout = layout or RawLayout.parse(path.stem)
+    if layout is None:
+        raise VolumeError(
+            f"{path}: a raw file does not say its dimensions and scalar type; "
+            "put them into its name, for example engine_256x256x110_uint8.raw."
+        )
+    need = check_grid(path, layout.dimensions, layout.dtype)
+    present = path.stat().st_size
+    if present != need:
+        raise VolumeError(
+            f"{path}: {times(layout.dimensions)} voxels of {layout.scalar_type} are "
+            f"{need} bytes ({readable_size(need)}), but the file has {present}; "
+            "it is truncated, or the dimensions or the type are wrong."
+        )
+    values = read_block(Block(path, layout.dimensions[::-1], layout.dtype))
+    spacing, notes = usable_spacing(layout.spacing)
+    return Grid(values, spacing, notes=notes)

@@ -1,0 +1,178 @@
+"""The pages of a TIFF file: what their directories say, checked against the file's size.
+
+VTK's TIFF reader drops pages after a damaged directory, takes half floats for
+integers and returns noise for tiles and 64-bit voxels, all without an error;
+so the directories are looked through first.
+"""
+
+from __future__ import annotations
+
+import re
+import struct
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from model.errors import VolumeError
+from model.volume_files.checks import damaged, truncated
+
+WIDTH, HEIGHT, BITS, COMPRESSION, DESCRIPTION = 256, 257, 258, 259, 270
+STRIP_OFFSETS, SAMPLES, STRIP_BYTES, TILE_WIDTH, SAMPLE_FORMAT = 273, 277, 279, 322, 339
+X_RESOLUTION, Y_RESOLUTION, PHOTOMETRIC = 282, 283, 262
+
+FIELD_TYPES = {1: "B", 2: "s", 3: "H", 4: "I", 5: "II", 12: "d", 13: "I", 16: "Q"}
+FORMAT_KINDS = {1: "u", 2: "i", 3: "f"}
+MOST_VALUES = 1 << 24
+
+
+@dataclass(frozen=True)
+class Page:
+    """One image of a TIFF file.
+
+    Attributes
+    ----------
+    width, height : int
+    scalar_type : str
+        numpy's name, for example ``"u2"``.
+    samples : int
+        Values per pixel.
+    tiled, palette : bool
+    calibration : tuple of float or None
+        Pixel size along x and y and distance between slices, as ImageJ writes
+        them; None when the file has none.
+    """
+
+    width: int
+    height: int
+    scalar_type: str
+    samples: int
+    tiled: bool
+    palette: bool
+    calibration: tuple[float, float, float] | None
+
+    @property
+    def type_name(self) -> str:
+        """Scalar type for people: ``"float64"``."""
+        kind = {"u": "uint", "i": "int", "f": "float"}.get(self.scalar_type[0], "unknown")
+        return f"{kind}{float(self.scalar_type[1:]) * 8:g}"
+
+
+def read_pages(path: Path) -> list[Page]:
+    """Look through a TIFF file's directories.
+
+    Raises
+    ------
+    VolumeError
+        When the file is foreign, a directory is damaged, or pixels lie beyond
+        the file's end.
+    """
+    with path.open("rb") as file:
+        try:
+            return _Directories(path, file).pages()
+        except struct.error:
+            raise truncated(path, "a page's directory is cut off") from None
+
+
+class _Directories:
+    """The chain of directories in one open file."""
+
+    def __init__(self, path: Path, file: BinaryIO) -> None:
+        self.path, self.file = path, file
+        self.size = path.stat().st_size
+        start = file.read(8)
+        orders = {b"II": "<", b"MM": ">"}
+        self.order = orders.get(start[:2], "")
+        version = int.from_bytes(start[2:4], "little" if self.order == "<" else "big")
+        if not self.order or version not in (42, 43):
+            raise VolumeError(
+                f"{path}: this is not a TIFF file; choose another or correct its suffix."
+            )
+        self.big = version == 43
+        self.first = self._unpack("Q" if self.big else "I", 8 if self.big else 4)[0]
+
+    def _unpack(self, form: str, offset: int) -> tuple[Any, ...]:
+        form = self.order + form
+        self.file.seek(offset)
+        return struct.unpack(form, self.file.read(struct.calcsize(form)))
+
+    def pages(self) -> list[Page]:
+        """Follow the chain to its end."""
+        pages: list[Page] = []
+        seen: set[int] = set()
+        offset = self.first
+        while offset:
+            if offset in seen:
+                raise damaged(self.path, "its pages form a circle")
+            seen.add(offset)
+            fields, offset = self._directory(offset)
+            pages.append(self._page(fields))
+        if not pages:
+            raise damaged(self.path, "it has no pages")
+        return pages
+
+    def _directory(self, offset: int) -> tuple[dict[int, tuple[Any, ...]], int]:
+        """Fields of one directory, and the offset of the next."""
+        if offset >= self.size:
+            raise truncated(self.path, "a page's directory lies beyond its end")
+        (count,) = self._unpack("Q" if self.big else "H", offset)
+        offset += 8 if self.big else 2
+        width = 20 if self.big else 12
+        if offset + count * width > self.size:
+            raise truncated(self.path, "a page's directory is cut off")
+        fields = {}
+        for entry in range(offset, offset + count * width, width):
+            tag, kind, length = self._unpack("HHQ" if self.big else "HHI", entry)
+            if kind in FIELD_TYPES:
+                fields[tag] = self._values(entry + (12 if self.big else 8), kind, length)
+        return fields, self._unpack("Q" if self.big else "I", offset + count * width)[0]
+
+    def _values(self, place: int, kind: int, length: int) -> tuple[Any, ...]:
+        """Values of a field, in its entry when they fit there."""
+        if length > MOST_VALUES:
+            raise damaged(self.path, "a directory field is impossibly long")
+        code = FIELD_TYPES[kind]
+        form = f"{length}s" if code == "s" else code * length if code == "II" else f"{length}{code}"
+        inline = 8 if self.big else 4
+        if struct.calcsize(self.order + form) > inline:
+            (place,) = self._unpack("Q" if self.big else "I", place)
+        return self._unpack(form, place)
+
+    def _page(self, fields: dict[int, tuple[Any, ...]]) -> Page:
+        def first(tag: int, default: int) -> int:
+            values = fields.get(tag, (default,))
+            return int(values[0]) if values and not isinstance(values[0], bytes) else default
+
+        offsets, lengths = fields.get(STRIP_OFFSETS, ()), fields.get(STRIP_BYTES, ())
+        if any(o + n > self.size for o, n in zip(offsets, lengths, strict=False)):
+            raise truncated(self.path, "a page's pixels lie beyond its end")
+        kind = FORMAT_KINDS.get(first(SAMPLE_FORMAT, 1), "?")
+        page = Page(
+            first(WIDTH, 0),
+            first(HEIGHT, 0),
+            f"{kind}{first(BITS, 1) / 8:g}",
+            first(SAMPLES, 1),
+            TILE_WIDTH in fields,
+            first(PHOTOMETRIC, 1) == 3,
+            _calibration(fields),
+        )
+        plain = first(COMPRESSION, 1) == 1 and not page.tiled
+        need = page.width * page.height * page.samples * first(BITS, 1) // 8
+        if plain and sum(lengths) < need:
+            raise damaged(self.path, "a page has fewer pixels than its size says")
+        return page
+
+
+def _calibration(fields: dict[int, tuple[Any, ...]]) -> tuple[float, float, float] | None:
+    """Voxel size from the resolution and the description that ImageJ writes."""
+    description = (fields.get(DESCRIPTION) or (b"",))[0]
+    resolutions = fields.get(X_RESOLUTION, ()), fields.get(Y_RESOLUTION, ())
+    if not isinstance(description, bytes) or not description.startswith(b"ImageJ="):
+        return None
+    slices = re.search(rb"^spacing=([-+.\deE]+)", description, re.MULTILINE)
+    if slices is None or any(len(r) != 2 or 0 in r for r in resolutions):
+        return None
+    x, y = (denominator / numerator for numerator, denominator in resolutions)
+    try:
+        return x, y, float(slices.group(1))
+    except ValueError:
+        return None

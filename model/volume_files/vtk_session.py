@@ -1,0 +1,77 @@
+"""VTK's readers made to behave: silent on the terminal, their complaints turned into errors."""
+
+from __future__ import annotations
+
+import re
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.volume_files.checks import damaged
+
+_OUTPUT_WINDOW = threading.Lock()
+"""VTK has one output window per process: only one reader at a time may borrow it."""
+
+_MESSAGE = re.compile(
+    r"^(ERROR|Generic Warning): In [^\n]*\n(?:\w+ \(0x[0-9a-f]+\): )?([^\n]+)", re.MULTILINE
+)
+
+
+@contextmanager
+def _captured_messages() -> Iterator[Callable[[], str]]:
+    """Divert what VTK prints; yields a function that returns it."""
+    from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow
+
+    with _OUTPUT_WINDOW:
+        window, verbosity = vtkOutputWindow.GetInstance(), vtkLogger.GetCurrentVerbosityCutoff()
+        diverted = vtkStringOutputWindow()
+        vtkOutputWindow.SetInstance(diverted)
+        vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
+        try:
+            yield diverted.GetOutput
+        finally:
+            vtkLogger.SetStderrVerbosity(verbosity)
+            vtkOutputWindow.SetInstance(window)
+
+
+def run_quietly(path: Path, step: Callable[[], None]) -> None:
+    """Run one step of a VTK reader.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for the message.
+    step : callable
+        For example ``reader.Update``.
+
+    Raises
+    ------
+    VolumeError
+        When VTK reports an error; its first message is the reason given.
+    """
+    with _captured_messages() as messages:
+        step()
+        text = messages()
+    complaint = _MESSAGE.search(text)
+    if complaint is not None:
+        reason = complaint.group(2).strip().rstrip(".!").replace(str(path), path.name)
+        raise damaged(path, f"VTK says '{reason}'")
+
+
+def to_numpy(array: Any, dimensions: tuple[int, int, int]) -> NDArray[np.generic]:
+    """View a VTK array's memory as voxels.
+
+    Returns
+    -------
+    ndarray, shape (nz, ny, nx) or (nz, ny, nx, components)
+        Shares and keeps the array's memory.
+    """
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    values: NDArray[np.generic] = vtk_to_numpy(array)
+    return values.reshape(*dimensions[::-1], *values.shape[1:])

@@ -1,0 +1,69 @@
+from __future__ import annotations
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from pytestqt.qtbot import QtBot
+
+from app.tf_editor.number_box import NumberBox
+
+
+@pytest.fixture
+def box(qtbot: QtBot) -> NumberBox:
+    box = NumberBox()
+    qtbot.addWidget(box)
+    return box
+
+
+def type_number(box: NumberBox, text: str) -> None:
+    box.selectAll()
+    QTest.keyClicks(box, text)
+    QTest.keyClick(box, Qt.Key.Key_Return)
+
+
+@pytest.mark.parametrize(
+    ("limits", "text", "value"),
+    [
+        ((0.0, 1.0), "0.25", 0.25),
+        ((0.0, 1.0), "0,25", 0.25),
+        ((-1000.0, 3000.0), "-12.5", -12.5),
+        ((1e-9, 3e-9), "2.5e-9", 2.5e-9),
+        ((0.0, 1e12), "3e11", 3e11),
+    ],
+)
+def test_a_typed_number_counts_at_enter(
+    qtbot: QtBot, box: NumberBox, limits: tuple[float, float], text: str, value: float
+) -> None:
+    box.set_limits(*limits)
+    with qtbot.waitSignal(box.valueChanged) as changed:
+        type_number(box, text)
+    assert changed.args == [pytest.approx(value, rel=1e-6)]
+
+
+@pytest.mark.parametrize(("text", "value"), [("5", 1.0), ("-3", 0.0)])
+def test_a_number_outside_goes_to_the_nearer_end(box: NumberBox, text: str, value: float) -> None:
+    box.show_value(0.5)
+    type_number(box, text)
+    assert box.value() == value
+
+
+def test_nonsense_changes_nothing(box: NumberBox) -> None:
+    box.show_value(0.5)
+    type_number(box, "e-")
+    assert box.value() == 0.5
+
+
+def test_enter_without_typing_keeps_hidden_digits(qtbot: QtBot, box: NumberBox) -> None:
+    box.show_value(1 / 3)
+    exact = box.value()
+    with qtbot.assertNotEmitted(box.valueChanged):
+        QTest.keyClick(box, Qt.Key.Key_Return)
+    assert box.text() == "0.333333"
+    assert box.value() == exact
+
+
+def test_a_value_from_outside_is_silent(qtbot: QtBot, box: NumberBox) -> None:
+    with qtbot.assertNotEmitted(box.valueChanged):
+        box.set_limits(5.0, 6.0)
+        box.show_value(5.5)
+    assert box.text() == "5.5"
