@@ -34,9 +34,10 @@ def still_alive(before: set[QWidget]) -> list[str]:
     """Worker threads, running timers and Qt threads, and windows that were not there before."""
     alive = [t.name for t in threading.enumerate() if t.name.startswith(THREAD_PREFIX)]
     for each in gc.get_objects():
-        if isinstance(each, QTimer) and isValid(each) and each.isActive():
+        # By type: isinstance would ask every object alive for its __class__, and some warn.
+        if issubclass(type(each), QTimer) and isValid(each) and each.isActive():
             alive.append(repr(each))
-        elif isinstance(each, QThread) and isValid(each) and each.isRunning() and each.loopLevel():
+        elif issubclass(type(each), QThread) and isValid(each) and each.isRunning() and each.loopLevel():
             alive.append(repr(each))
     return alive + [repr(w) for w in set(QApplication.topLevelWidgets()) - before]
 

@@ -1,0 +1,237 @@
+"""The command line as a user meets it, in this process."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from skimage.io import imread
+
+from app.cli import run
+from model.checkpoint import load_card
+from model.dataset import SampleStore
+from model.rendering.vtk_renderer import VtkRenderer
+from model.scene import Scene
+from model.shipped import shipped_volumes
+from model.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
+from model.view import View
+from model.volume_files import read_volume
+
+RANGE = (0.0, 255.0)
+
+
+@pytest.fixture(scope="module")
+def raw_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A small volume, headerless, its layout in its name."""
+    path: Path = tmp_path_factory.mktemp("volumes") / "ball_20x18x16_uint8.raw"
+    z, y, x = np.mgrid[0:16, 0:18, 0:20]
+    distance = np.sqrt((x - 9) ** 2 + (y - 8) ** 2 + (z - 9) ** 2)
+    path.write_bytes(np.clip(255 - 25 * distance, 0, 255).astype(np.uint8).tobytes())
+    return path
+
+
+@pytest.fixture(scope="module")
+def tf_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path: Path = tmp_path_factory.mktemp("tfs") / "tf.json"
+    color = ColorTF(RANGE, ((0.0, 0.1, 0.2, 0.9), (255.0, 1.0, 0.3, 0.2)))
+    TransferFunction(OpacityTF(RANGE, (GaussianMode(120.0, 40.0, 0.2),)), color).save(path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def trained(raw_file: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A model folder from the real pipeline, at the smallest preset."""
+    folder: Path = tmp_path_factory.mktemp("runs") / "run"
+    arguments = f"train --volume {raw_file} --preset draft --out {folder} --samples 400 --workers 1"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("model.training.progress.PROBE_SAMPLES", 4)
+        assert run(arguments.split()) == 0
+    return folder
+
+
+def one_line(capsys: pytest.CaptureFixture[str]) -> str:
+    """The single line on standard error that bad input gets."""
+    captured = capsys.readouterr()
+    lines = captured.err.splitlines()
+    assert len(lines) == 1
+    assert lines[0].startswith("tfscope: ")
+    return lines[0]
+
+
+@pytest.mark.parametrize("command", ["", "info", "render", "dataset", "train", "evaluate"])
+def test_help_is_everywhere(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run([*command.split(), "--help"]) == 0
+    assert "--help" in capsys.readouterr().out
+
+
+def test_info_of_a_volume(raw_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["info", str(raw_file)]) == 0
+    out = capsys.readouterr().out
+    assert "20 x 18 x 16" in out
+    assert "uint8" in out
+
+
+def test_info_of_a_model(trained: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["info", str(trained)]) == 0
+    out = capsys.readouterr().out
+    assert "ball" in out
+    assert "64 x 64" in out
+    assert "hold-out rmse" in out
+
+
+def test_vtk_renders_what_the_renderer_renders(
+    raw_file: Path, tf_file: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "image.npy"
+    arguments = f"render --renderer vtk --volume {raw_file} --view 30,20,5,0.8 --tf {tf_file}"
+    assert run([*arguments.split(), "--size", "48", "--out", str(out)]) == 0
+    image = np.load(out)
+    assert (image.shape, image.dtype) == ((48, 48, 4), np.float32)
+    tf = TransferFunction.load(tf_file)
+    renderer = VtkRenderer(read_volume(raw_file))
+    expected = renderer.render(View(30, 20, 5, 0.8), tf.opacity, tf.color, 48)
+    renderer.close()
+    np.testing.assert_array_equal(image, expected)
+
+
+def test_a_png_shows_the_image_on_black(raw_file: Path, tf_file: Path, tmp_path: Path) -> None:
+    for name in ("image.npy", "image.png"):
+        arguments = f"render --volume {raw_file} --tf {tf_file} --size 32 --lighting direct"
+        assert run([*arguments.split(), "--out", str(tmp_path / name)]) == 0
+    pixels = imread(tmp_path / "image.png")
+    expected = np.load(tmp_path / "image.npy")[..., :3]
+    np.testing.assert_allclose(pixels / 255, expected, atol=1e-6)
+
+
+def test_a_layout_can_be_given(raw_file: Path, tmp_path: Path) -> None:
+    nameless = tmp_path / "nameless.bin"
+    nameless.write_bytes(raw_file.read_bytes())
+    for name, path in (("one", raw_file), ("two", nameless)):
+        arguments = ["render", "--volume", str(path), "--size", "32"]
+        if path is nameless:
+            arguments += ["--raw", "20x18x16_uint8"]
+        assert run([*arguments, "--out", str(tmp_path / f"{name}.npy")]) == 0
+    one, two = np.load(tmp_path / "one.npy"), np.load(tmp_path / "two.npy")
+    assert one[..., 3].any()
+    np.testing.assert_array_equal(one, two)
+
+
+def test_the_generator_renders_its_model(trained: Path, tf_file: Path, tmp_path: Path) -> None:
+    from model.generator import Generator
+
+    out = tmp_path / "image.npy"
+    arguments = f"render --renderer generator --model {trained} --tf {tf_file} --view 10,5"
+    assert run([*arguments.split(), "--out", str(out)]) == 0
+    tf = TransferFunction.load(tf_file)
+    expected = Generator.load(trained, "cpu").render(View(10, 5), tf.opacity, tf.color)
+    np.testing.assert_allclose(np.load(out), expected, atol=1e-6)
+    assert run([*arguments.split(), "--size", "128", "--out", str(out)]) == 0
+    assert np.load(out).shape == (128, 128, 4)
+
+
+def test_a_dataset_is_made_grown_and_trained_on(raw_file: Path, tmp_path: Path) -> None:
+    out = tmp_path / "samples.zarr"
+    arguments = f"dataset --volume {raw_file} --out {out} --size 64 --seed 5 --workers 1 --count"
+    assert run([*arguments.split(), "40"]) == 0
+    assert run([*arguments.split(), "70", "--holdout", "6"]) == 0
+    store = SampleStore(out)
+    store.require_complete()
+    assert (store.count("train"), store.count("holdout"), store.seed) == (70, 6, 5)
+    assert store.scene == Scene.of(read_volume(raw_file), 64)
+    train = f"train --dataset {out} --preset draft --out {tmp_path / 'run'} --samples 200"
+    assert run([*train.split(), "--faithful", "--predicted-share", "0.5"]) == 0
+    card = load_card(tmp_path / "run")
+    assert card.training["options"]["predicted_share"] == 0.5
+    assert card.training["options"]["opacity_l1_weight"] == 0
+    assert card.training["samples_stored"] == 70
+    assert card.training["dataset_seed"] == 5
+
+
+def test_evaluate_compares_with_the_nearest_neighbour(
+    trained: Path, raw_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "result.json"
+    arguments = f"evaluate --model {trained} --volume {raw_file} --count 6 --neighbours 40"
+    assert run([*arguments.split(), "--workers", "1", "--json", str(out)]) == 0
+    result = json.loads(out.read_text())
+    assert result["count"] == 6
+    assert result["nearest_neighbour"]["count"] == 40
+    for part in (result, result["nearest_neighbour"]):
+        for measure in ("rmse", "emd", "ssim"):
+            assert set(part[measure]) == {"mean", "median", "p95"}
+    assert f"{result['rmse']['mean']:.4f}" in capsys.readouterr().out
+    # The run's own store holds the same samples, and more of them.
+    stored = ["evaluate", "--model", str(trained), "--count", "6", "--json", str(out)]
+    assert run([*stored, "--dataset", str(trained / "samples.zarr")]) == 0
+    again = json.loads(out.read_text())
+    assert again["rmse"] == pytest.approx(result["rmse"])
+    assert again["nearest_neighbour"]["rmse"]["mean"] <= result["nearest_neighbour"]["rmse"]["mean"]
+
+
+def test_training_leaves_a_curve(trained: Path) -> None:
+    with (trained / "log.csv").open() as file:
+        assert [row["stage"] for row in csv.DictReader(file)] == ["opacity", "translation"]
+
+
+BAD_INPUT = [
+    ("render --volume none.nrrd --out x.png", "no such file"),
+    ("render --view 1,2,3,4,5 --out x.png", "not a view"),
+    ("render --tf none.json --out x.png", "cannot be read"),
+    ("render --out x.jpg", "must end in .png or .npy"),
+    ("render --renderer generator --model nowhere --out x.png", "no model here"),
+    ("render --size 5 --out x.png", "--size"),
+    ("render", "--out"),
+    ("render --renderer oil --out x.png", "--renderer"),
+    ("render --component 1.5 --out x.png", "not a component"),
+    ("render --volume x.bin --raw huge --out x.png", "not the layout"),
+    ("dataset --count 0 --out x", "--count"),
+    ("dataset --count 5 --window 1 --out x", "not a scalar window"),
+    ("train --out x --samples 0", "not positive"),
+    ("train --out x --samples 5 --minutes 5", "either"),
+    ("train --dataset none --out x", "no data set here"),
+    ("evaluate --model nowhere", "no model here"),
+    ("paint", "paint"),
+    ("--sepia", "--sepia"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "message"), BAD_INPUT)
+def test_bad_input_gets_one_line_and_code_2(
+    arguments: str,
+    message: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run(arguments.split()) == 2
+    assert message in one_line(capsys)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_more_bad_input(
+    trained: Path, raw_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    cases = [
+        (f"train --volume {raw_file} --preset draft --out {trained} --samples 9", "add --resume"),
+        (
+            f"render --renderer generator --model {trained} --lighting direct --out x.png",
+            "trained with none lighting",
+        ),
+        (f"evaluate --model {trained}", "not shipped; give --volume"),
+        (f"evaluate --model {trained} --volume {shipped_volumes()[0]}", "trained on another volume"),
+        (
+            f"train --dataset {trained / 'samples.zarr'} --preset compact --out {tmp_path}",
+            "make a data set with --size 128",
+        ),
+        (
+            f"evaluate --model {trained} --dataset {trained / 'samples.zarr'} --count 5000",
+            "lower --count",
+        ),
+    ]
+    for arguments, message in cases:
+        assert run(arguments.split()) == 2
+        assert message in one_line(capsys)
