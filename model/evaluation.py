@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from sklearn.metrics import pairwise_distances_argmin_min
 
 from model import metrics
 from model.dataset import BLOCK, SampleBatch, SampleStore
@@ -104,19 +105,15 @@ def nearest_images(queries: Images, store: SampleStore) -> Images:
     ndarray of uint8, shape (N, S, S, 4)
     """
     flat = _flatten(queries)
-    best = np.full(len(queries), np.inf)
+    smallest = np.full(len(queries), np.inf)
     found = np.zeros_like(queries)
     for start in range(0, store.count("train"), 8 * BLOCK):
         stop = min(start + 8 * BLOCK, store.count("train"))
         images = store.read("train", range(start, stop)).rgba
-        candidates = _flatten(images)
-        # |a - b|^2 up to |a|^2, which does not change which b is nearest to a.
-        distance = np.square(candidates).sum(axis=1) - 2 * flat @ candidates.T
-        index = distance.argmin(axis=1)
-        smallest = distance[np.arange(len(flat)), index]
-        better = smallest < best
-        best[better] = smallest[better]
-        found[better] = images[index[better]]
+        index, distance = pairwise_distances_argmin_min(flat, _flatten(images))
+        closer = distance < smallest
+        smallest[closer] = distance[closer]
+        found[closer] = images[index[closer]]
     return found
 
 

@@ -30,7 +30,9 @@ def test_modes_lie_in_the_window_with_light_colors_and_dark_ends(volume: Volume)
 @pytest.mark.parametrize("limits", [(0.0, 1.0), (-1000.0, 3000.0), (1e-9, 3e-9), (0.0, 1e12)])
 def test_the_default_follows_the_units_of_the_data(limits: tuple[float, float]) -> None:
     lo, hi = limits
-    places = [(m.mean - lo) / (hi - lo) for m in default_transfer_function(uniform(lo, hi)).opacity.modes]
+    places = [
+        (m.mean - lo) / (hi - lo) for m in default_transfer_function(uniform(lo, hi)).opacity.modes
+    ]
     unit = [m.mean for m in default_transfer_function(uniform(0.0, 1.0)).opacity.modes]
     assert places == pytest.approx(unit, abs=0.01)
 
