@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from app import theme
@@ -34,6 +34,9 @@ class EnginePane(QWidget):
         self._title.setProperty("role", "title")
         self._detail = QLabel()
         self._detail.setProperty("role", "dim")
+        # Wide enough for any numbers: changing digits must not move the layout.
+        self._detail.setMinimumWidth(240)
+        self._detail.setAlignment(Qt.AlignmentFlag.AlignRight)
         header = QHBoxLayout()
         header.setContentsMargins(2, 0, 2, 0)
         header.addWidget(self._title)
@@ -76,7 +79,7 @@ class EnginePane(QWidget):
         self._paused = False
         worker = RenderWorker(factory, self._thread_name, self)
         worker.engineReady.connect(self._engine_ready)
-        worker.engineFailed.connect(self.show_error)
+        worker.engineFailed.connect(self._engine_failed)
         worker.resultReady.connect(self._show_result)
         worker.finished.connect(self._clear_retired)
         self._worker = worker
@@ -135,6 +138,11 @@ class EnginePane(QWidget):
     def _engine_ready(self, ready: EngineReady) -> None:
         self._description = ready.description
         self.engineReady.emit(ready)
+
+    def _engine_failed(self, error: str) -> None:
+        # Without the worker later requests end at once, and the error stays.
+        self.stop()
+        self.show_error(error)
 
     def _show_result(self, result: RenderResult) -> None:
         if self._paused:

@@ -5,9 +5,11 @@ from __future__ import annotations
 import os
 import signal
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
-from PySide6.QtCore import QTimer
+from PySide6.QtCore import QEventLoop, QTimer
 from PySide6.QtGui import QFontDatabase, QIcon
 from PySide6.QtWidgets import QApplication
 
@@ -60,6 +62,8 @@ def run_window(
         return 2
     if screenshot is not None:
         os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+        # That platform warns of every hint that it cannot pass to a window manager.
+        os.environ.setdefault("QT_LOGGING_RULES", "default.warning=false")
     # Torch beside other busy threads: OpenMP's spinning would slow all of them.
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
     application = _application()
@@ -71,11 +75,8 @@ def run_window(
     try:
         if screenshot is not None:
             return _take_screenshot(application, window, screenshot)
-        interrupts = _InterruptCloses(window)
-        try:
+        with _interrupts_call(window.close):
             return application.exec()
-        finally:
-            interrupts.end()
     finally:
         window.close()
         window.deleteLater()
@@ -107,18 +108,21 @@ def _display_is_there() -> bool:
 
 def _take_screenshot(application: QApplication, window: MainWindow, path: Path) -> int:
     """Wait for both images, save the window, and say what is wrong in it."""
-    patience = QTimer(window, singleShot=True)
-    patience.timeout.connect(application.quit)
-    patience.start(1000 * SCREENSHOT_PATIENCE_S)
-    window.workspace.settled.connect(application.quit)
-    if not window.workspace.is_settled:
-        application.exec()
+    # A loop of its own: quitting the application would also end the loops that come later.
+    waiting = QEventLoop()
+    window.workspace.settled.connect(waiting.quit)
+    patience = QTimer(singleShot=True, interval=1000 * SCREENSHOT_PATIENCE_S)
+    patience.timeout.connect(waiting.quit)
+    patience.start()
+    with _interrupts_call(waiting.quit):
+        if not window.workspace.is_settled:
+            waiting.exec()
     patience.stop()
     # What the last signal changed is laid out and painted first.
     application.processEvents()
     problems = window.errors
     if not window.workspace.is_settled:
-        problems = [*problems, f"The images were not there after {SCREENSHOT_PATIENCE_S} seconds."]
+        problems = [*problems, "The screenshot was taken before both images were there."]
     if not window.grab().save(str(path), "PNG"):
         problems = [*problems, f"{path}: the screenshot cannot be written; choose another place."]
     for problem in problems:
@@ -126,17 +130,16 @@ def _take_screenshot(application: QApplication, window: MainWindow, path: Path) 
     return 1 if problems else 0
 
 
-class _InterruptCloses:
-    """Lets Ctrl-C in the terminal close the window, until :meth:`end`."""
-
-    def __init__(self, window: MainWindow) -> None:
-        self._before = signal.signal(signal.SIGINT, lambda *_: window.close())
-        # Python runs signal handlers only between its own instructions: give it some.
-        self._tick = QTimer(window, interval=_SIGNAL_TICK_MS)
-        self._tick.timeout.connect(lambda: None)
-        self._tick.start()
-
-    def end(self) -> None:
-        """Restore Ctrl-C."""
-        self._tick.stop()
-        signal.signal(signal.SIGINT, self._before)
+@contextmanager
+def _interrupts_call(action: Callable[[], object]) -> Iterator[None]:
+    """Let Ctrl-C in the terminal call an action, instead of raising an exception in Qt."""
+    before = signal.signal(signal.SIGINT, lambda *_: action())
+    # Python runs signal handlers only between its own instructions: give it some.
+    tick = QTimer(interval=_SIGNAL_TICK_MS)
+    tick.timeout.connect(lambda: None)
+    tick.start()
+    try:
+        yield
+    finally:
+        tick.stop()
+        signal.signal(signal.SIGINT, before)

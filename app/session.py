@@ -35,6 +35,8 @@ class Session(QObject):
     viewChangeFinished = Signal(object)
     transferFunctionChanged = Signal(object)
     transferFunctionChangeFinished = Signal(object)
+    edited = Signal()
+    """The user has changed the TF by an edit, an undo or a redo that is complete."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -110,7 +112,7 @@ class Session(QObject):
         """Turn the drag so far into one undo step, called `text` in the menu."""
         before, self._before_drag = self._before_drag, None
         if before is not None and before != self._transfer_function:
-            self.undo_stack.push(_Edit(self, before, self._transfer_function, text))
+            self._push(_Edit(self, before, self._transfer_function, text))
 
     def cancel_preview(self) -> None:
         """Return to the TF as it was before the drag."""
@@ -133,19 +135,19 @@ class Session(QObject):
         """
         self.finish_preview(text)
         if transfer_function != self._transfer_function:
-            self.undo_stack.push(
-                _Edit(self, self._transfer_function, transfer_function, text, merge_key)
-            )
+            self._push(_Edit(self, self._transfer_function, transfer_function, text, merge_key))
 
     def undo(self) -> None:
         """Take back the last edit; a drag under way counts as one."""
         self.finish_preview("drag")
         self.undo_stack.undo()
+        self.edited.emit()
 
     def redo(self) -> None:
         """Make the edit again that was taken back last."""
         self.finish_preview("drag")
         self.undo_stack.redo()
+        self.edited.emit()
 
     def reset_transfer_function(self) -> None:
         """Return to the default of the volume; it can be undone."""
@@ -172,6 +174,10 @@ class Session(QObject):
     def save_transfer_function(self, path: Path) -> None:
         """Write the current TF to a file."""
         self._transfer_function.save(path)
+
+    def _push(self, edit: QUndoCommand) -> None:
+        self.undo_stack.push(edit)
+        self.edited.emit()
 
     def _show(self, transfer_function: TransferFunction) -> None:
         self._transfer_function = transfer_function

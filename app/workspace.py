@@ -74,7 +74,7 @@ class Workspace(QObject):
         self._calls: list[BackgroundCall] = []
         session.viewChanged.connect(self._update_hint)
         session.transferFunctionChanged.connect(self._update_hint)
-        session.transferFunctionChangeFinished.connect(self._keep)
+        session.edited.connect(self._keep)
         generator.engineReady.connect(self._generator_ready)
         for pane in (generator, reference):
             pane.settled.connect(self._report_settled)
@@ -114,7 +114,7 @@ class Workspace(QObject):
             self._generator.pause(self._no_model_text())
         else:
             build = partial(self._backends.generator, folder, self._device)
-            self._generator.start(build, f"Loading the model {folder.name} …")
+            self._generator.start(build, "Loading the model …")
         self._follow_scene()
 
     def set_reference_size(self, size: int | None) -> None:
@@ -233,13 +233,12 @@ class Workspace(QObject):
             self.problem.emit(str(error))
             return None
 
-    def _keep(self, transfer_function: TransferFunction) -> None:
-        """Keep the TF for the next run, once the user has edited it."""
-        edited = self._session.undo_stack.count() > 0
-        if self._store is None or self._opened is None or not edited:
+    def _keep(self) -> None:
+        """Keep the TF for the next run after every edit, undo and redo."""
+        if self._store is None or self._opened is None:
             return
         try:
-            self._store.save(self._opened.fingerprint, transfer_function)
+            self._store.save(self._opened.fingerprint, self._session.transfer_function)
         except TransferFunctionError as error:
             self._store = None
             self.problem.emit(str(error))

@@ -9,12 +9,13 @@ import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QObject, QPoint
 from PySide6.QtGui import QColor
-from PySide6.QtWidgets import QColorDialog, QMenu
+from PySide6.QtWidgets import QColorDialog
 
 from app.session import Session
 from app.tf_editor import edits
 from app.tf_editor.handle import DragHandle
 from app.tf_editor.plot_area import PlotArea
+from app.tf_editor.popup import pop_up
 from app.tf_editor.selection import Selection
 from model.transfer_function import ColorTF
 
@@ -31,13 +32,13 @@ class ColorLayer(QObject):
 
     def __init__(self, area: PlotArea, session: Session, selection: Selection) -> None:
         super().__init__(area)
-        plot = area.strip
+        view = area.strip
         self._area = area
-        self._plot = plot
+        self._view = view
         self._session = session
         self._selection = selection
         self._strip: Any = pg.ImageItem(axisOrder="row-major")
-        plot.addItem(self._strip, ignoreBounds=True)
+        view.addItem(self._strip, ignoreBounds=True)
         self._stops: list[DragHandle] = []
         session.transferFunctionChanged.connect(self.refresh)
         selection.changed.connect(self.refresh)
@@ -57,7 +58,7 @@ class ColorLayer(QObject):
         while len(self._stops) < len(color.stops):
             self._stops.append(self._add_handle(len(self._stops)))
         while len(self._stops) > len(color.stops):
-            self._plot.removeItem(self._stops.pop())
+            self._view.removeItem(self._stops.pop())
         selected = self._selection.index("color")
         for index, (value, *rgb) in enumerate(color.stops):
             self._stops[index].setPos(value, 0.5)
@@ -104,7 +105,7 @@ class ColorLayer(QObject):
         handle.released.connect(self._finish_drag)
         handle.doubleClicked.connect(lambda: self.choose_color(index))
         handle.menuRequested.connect(lambda point: self._menu(index, point))
-        self._plot.addItem(handle, ignoreBounds=True)
+        self._view.addItem(handle, ignoreBounds=True)
         return handle
 
     def _drag(self, index: int, value: float) -> None:
@@ -112,19 +113,17 @@ class ColorLayer(QObject):
         color = edits.move_stop(tf.color, index, value)
         self._session.preview(replace(tf, color=color))
         x = color.stops[index][0]
-        self._area.show_readout(self._plot, x, 0.5, f"{x:.5g}")
+        self._area.show_readout(self._view, x, 0.5, f"{x:.5g}")
 
     def _finish_drag(self) -> None:
         self._area.hide_readout()
         self._session.finish_preview("drag colour stop")
 
     def _menu(self, index: int, point: QPoint) -> None:
-        menu = QMenu()
-        choose = menu.addAction("Choose colour…")
-        remove = menu.addAction("Remove stop")
-        remove.setEnabled(not edits.is_end_stop(self._session.transfer_function.color, index))
-        chosen = menu.exec(point)
-        if chosen is choose:
-            self.choose_color(index)
-        elif chosen is remove:
-            self.remove(index)
+        removable = not edits.is_end_stop(self._session.transfer_function.color, index)
+        pop_up(
+            self._area.widget,
+            point,
+            ("Choose colour…", lambda: self.choose_color(index), True),
+            ("Remove stop", lambda: self.remove(index), removable),
+        )

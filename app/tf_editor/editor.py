@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QKeySequence, QShortcut
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QMenu, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from app.session import Session
 from app.tf_editor import edits
@@ -16,6 +16,7 @@ from app.tf_editor.color_layer import ColorLayer
 from app.tf_editor.numbers import NumbersPanel
 from app.tf_editor.opacity_layer import OpacityLayer, handle_name
 from app.tf_editor.plot_area import PlotArea
+from app.tf_editor.popup import pop_up
 from app.tf_editor.selection import Selection
 from model.transfer_function import Range
 
@@ -157,7 +158,5 @@ class TransferFunctionEditor(QFrame):
             self.color.choose_color(index)
 
     def _opacity_menu(self, value: float, height: float, point: QPoint) -> None:
-        menu = QMenu()
-        add = menu.addAction(f"Add {handle_name(self._session.transfer_function.opacity)} here")
-        if menu.exec(point) is add:
-            self.opacity.add(value, height)
+        text = f"Add {handle_name(self._session.transfer_function.opacity)} here"
+        pop_up(self.area.widget, point, (text, lambda: self.opacity.add(value, height), True))

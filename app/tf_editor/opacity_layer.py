@@ -9,15 +9,16 @@ from typing import Any
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, QPointF, Qt
+from PySide6.QtCore import QObject, QPoint, QPointF, Qt
 from PySide6.QtGui import QBrush, QColor, QLinearGradient, QPainterPath, QPen
-from PySide6.QtWidgets import QGraphicsPathItem, QMenu
+from PySide6.QtWidgets import QGraphicsPathItem
 
 from app import theme
 from app.session import Session
 from app.tf_editor import edits
 from app.tf_editor.handle import DragHandle
 from app.tf_editor.plot_area import PlotArea
+from app.tf_editor.popup import pop_up
 from app.tf_editor.selection import Selection
 from model.transfer_function import OpacityTF, TransferFunction
 
@@ -42,14 +43,14 @@ class OpacityLayer(QObject):
 
     def __init__(self, area: PlotArea, session: Session, selection: Selection) -> None:
         super().__init__(area)
-        plot = area.opacity
+        view = area.opacity
         self._area = area
-        self._plot = plot
+        self._view = view
         self._session = session
         self._selection = selection
         self._fill = QGraphicsPathItem()
         self._fill.setPen(QPen(Qt.PenStyle.NoPen))
-        plot.addItem(self._fill, ignoreBounds=True)
+        view.addItem(self._fill, ignoreBounds=True)
         self._curve = self._add_curve(pg.mkPen(theme.TEXT, width=1.6))
         self._selected_curve = self._add_curve(
             pg.mkPen(theme.ACCENT, width=1.2, style=Qt.PenStyle.DashLine)
@@ -106,7 +107,7 @@ class OpacityLayer(QObject):
         while len(self._peaks) < len(positions):
             self._peaks.append(self._add_peak(len(self._peaks)))
         while len(self._peaks) > len(positions):
-            self._plot.removeItem(self._peaks.pop())
+            self._view.removeItem(self._peaks.pop())
         selected = self._selection.index("opacity")
         lo, hi = tf.scalar_range
         for index, (value, height) in enumerate(positions):
@@ -132,7 +133,7 @@ class OpacityLayer(QObject):
 
     def _add_curve(self, pen: Any) -> Any:
         curve = pg.PlotCurveItem(pen=pen, antialias=True)
-        self._plot.addItem(curve, ignoreBounds=True)
+        self._view.addItem(curve, ignoreBounds=True)
         return curve
 
     def _add_peak(self, index: int) -> DragHandle:
@@ -141,7 +142,7 @@ class OpacityLayer(QObject):
         handle.dragged.connect(lambda x, y: self._drag_peak(index, x, y))
         handle.released.connect(self._finish_drag)
         handle.menuRequested.connect(lambda point: self._peak_menu(index, point))
-        self._plot.addItem(handle, ignoreBounds=True)
+        self._view.addItem(handle, ignoreBounds=True)
         return handle
 
     def _add_flank(self) -> DragHandle:
@@ -150,7 +151,7 @@ class OpacityLayer(QObject):
         handle.dragged.connect(lambda x, _y: self._drag_flank(x))
         handle.released.connect(self._finish_drag)
         handle.hide()
-        self._plot.addItem(handle, ignoreBounds=True)
+        self._view.addItem(handle, ignoreBounds=True)
         return handle
 
     def _drag_peak(self, index: int, value: float, height: float) -> None:
@@ -158,7 +159,7 @@ class OpacityLayer(QObject):
         opacity = edits.move_opacity_handle(tf.opacity, index, value, height)
         self._session.preview(replace(tf, opacity=opacity))
         x, y = edits.opacity_handles(opacity)[index]
-        self._area.show_readout(self._plot, x, y, f"{x:.5g}   opacity {y:.3f}")
+        self._area.show_readout(self._view, x, y, f"{x:.5g}   opacity {y:.3f}")
 
     def _drag_flank(self, value: float) -> None:
         index = self._selection.index("opacity")
@@ -169,19 +170,17 @@ class OpacityLayer(QObject):
         opacity = edits.resize_mode(tf.opacity, index, width)
         self._session.preview(replace(tf, opacity=opacity))
         mode = opacity.modes[index]
-        self._area.show_readout(self._plot, mode.mean, mode.amplitude, f"width {mode.width:.4g}")
+        self._area.show_readout(self._view, mode.mean, mode.amplitude, f"width {mode.width:.4g}")
 
     def _finish_drag(self) -> None:
         self._area.hide_readout()
         self._session.finish_preview(f"drag {handle_name(self._session.transfer_function.opacity)}")
 
-    def _peak_menu(self, index: int, point: Any) -> None:
+    def _peak_menu(self, index: int, point: QPoint) -> None:
         opacity = self._session.transfer_function.opacity
-        menu = QMenu()
-        remove = menu.addAction(f"Remove {handle_name(opacity)}")
-        remove.setEnabled(edits.can_remove_opacity_handle(opacity, index))
-        if menu.exec(point) is remove:
-            self.remove(index)
+        removable = edits.can_remove_opacity_handle(opacity, index)
+        text = f"Remove {handle_name(opacity)}"
+        pop_up(self._area.widget, point, (text, lambda: self.remove(index), removable))
 
 
 def handle_name(opacity: OpacityTF) -> str:

@@ -28,7 +28,7 @@ class PlotArea(QObject):
     ----------
     widget : pyqtgraph.GraphicsLayoutWidget
         What to put into a layout.
-    opacity, strip : pyqtgraph.PlotItem
+    opacity, strip : pyqtgraph.ViewBox
         The opacity plot above and the colour strip below.
     """
 
@@ -43,15 +43,17 @@ class PlotArea(QObject):
         self.widget.setBackground(theme.PANEL)
         self.widget.ci.setContentsMargins(0, 0, 8, 0)
         self.widget.ci.layout.setVerticalSpacing(2)
-        self.opacity: Any = self.widget.addPlot(row=0, col=0)
-        self.strip: Any = self.widget.addPlot(row=1, col=0)
-        for plot in (self.opacity, self.strip):
-            _make_still(plot)
-        self._style_axes()
+        self.opacity: Any = self._add_view(row=0)
+        self.strip: Any = self._add_view(row=1)
         self.strip.setXLink(self.opacity)
         self.opacity.setYRange(-0.02, 1.06, padding=0)
         self.strip.setYRange(0, 1, padding=0)
-        self.widget.ci.layout.setRowFixedHeight(1, STRIP_HEIGHT + 36)
+        self.widget.ci.layout.setRowFixedHeight(1, STRIP_HEIGHT)
+        heights = self._add_axis("left", self.opacity, row=0, col=0)
+        heights.setWidth(AXIS_WIDTH)
+        heights.setLabel("Opacity")
+        heights.setTicks([[(0, "0"), (0.25, ""), (0.5, "0.5"), (0.75, ""), (1, "1")]])
+        self._values: Any = self._add_axis("bottom", self.strip, row=2, col=1)
         histogram_color = QColor(theme.DIM_TEXT)
         histogram_color.setAlpha(46)
         self._histogram: Any = pg.PlotCurveItem(fillLevel=0, pen=None, brush=histogram_color)
@@ -75,9 +77,7 @@ class PlotArea(QObject):
         self.opacity.setXRange(lo - room, hi + room, padding=0)
         heights = np.log1p(counts)
         self._histogram.setData(edges, heights / max(heights.max(), 1.0), stepMode="center")
-        self.strip.getAxis("bottom").setLabel(
-            f"Scalar value ({units})" if units else "Scalar value"
-        )
+        self._values.setLabel(f"Scalar value ({units})" if units else "Scalar value")
 
     @property
     def readout(self) -> str:
@@ -86,7 +86,7 @@ class PlotArea(QObject):
 
     def show_readout(self, plot: Any, value: float, height: float, text: str) -> None:
         """Show numbers beside a point of one of the plots."""
-        at = self.widget.mapFromScene(plot.vb.mapViewToScene(QPointF(value, height)))
+        at = self.widget.mapFromScene(plot.mapViewToScene(QPointF(value, height)))
         self._readout.setText(text)
         self._readout.adjustSize()
         size = self._readout.size()
@@ -100,29 +100,26 @@ class PlotArea(QObject):
         """Hide the numbers again."""
         self._readout.hide()
 
-    def _style_axes(self) -> None:
-        for plot in (self.opacity, self.strip):
-            for side in ("left", "bottom"):
-                axis = plot.getAxis(side)
-                axis.setPen(theme.BORDER)
-                axis.setTextPen(theme.DIM_TEXT)
-                axis.setStyle(tickLength=-4)
-                axis.enableAutoSIPrefix(False)
-            plot.getAxis("left").setWidth(AXIS_WIDTH)
-        self.opacity.getAxis("bottom").setStyle(showValues=False)
-        self.opacity.getAxis("left").setLabel("Opacity")
-        self.opacity.getAxis("left").setTicks(
-            [[(0, "0"), (0.25, ""), (0.5, "0.5"), (0.75, ""), (1, "1")]]
-        )
-        self.strip.getAxis("left").setTicks([[]])
-        self.strip.getAxis("left").setPen(None)
+    def _add_view(self, row: int) -> Any:
+        """Add a plot that neither pans nor zooms and has no menu of its own."""
+        view = pg.ViewBox(enableMouse=False, enableMenu=False, defaultPadding=0)
+        view.disableAutoRange()
+        self.widget.addItem(view, row=row, col=1)
+        return view
+
+    def _add_axis(self, side: str, view: Any, row: int, col: int) -> Any:
+        axis = pg.AxisItem(side, linkView=view, pen=theme.BORDER, textPen=theme.DIM_TEXT)
+        axis.setStyle(tickLength=-4)
+        axis.enableAutoSIPrefix(False)
+        self.widget.addItem(axis, row=row, col=col)
+        return axis
 
     def _clicked(self, event: Any) -> None:
         """Tell clicks on the two plots apart; those on handles never come here."""
         position: QPointF = event.scenePos()
         left = event.button() == Qt.MouseButton.LeftButton
-        if self.opacity.vb.sceneBoundingRect().contains(position):
-            at = self.opacity.vb.mapSceneToView(position)
+        if self.opacity.sceneBoundingRect().contains(position):
+            at = self.opacity.mapSceneToView(position)
             if event.button() == Qt.MouseButton.RightButton:
                 screen = event.screenPos()
                 point = QPoint(int(screen.x()), int(screen.y()))
@@ -131,14 +128,5 @@ class PlotArea(QObject):
                 self.opacityDoubleClicked.emit(at.x(), at.y())
             elif left:
                 self.opacityClicked.emit()
-        elif self.strip.vb.sceneBoundingRect().contains(position) and left:
-            self.stripClicked.emit(self.strip.vb.mapSceneToView(position).x())
-
-
-def _make_still(plot: Any) -> None:
-    """Switch off the plot's own panning, zooming, menu and buttons."""
-    plot.setMouseEnabled(x=False, y=False)
-    plot.setMenuEnabled(False)
-    plot.hideButtons()
-    plot.vb.setDefaultPadding(0)
-    plot.vb.disableAutoRange()
+        elif self.strip.sceneBoundingRect().contains(position) and left:
+            self.stripClicked.emit(self.strip.mapSceneToView(position).x())

@@ -17,12 +17,13 @@ from model.volume_files.dicom import dicom_slices, read_dicom
 from model.volume_files.dicom_tags import is_dicom
 from model.volume_files.finish import Component, make_volume
 from model.volume_files.grid import Grid
+from model.volume_files.legacy_vtk import read_legacy_vtk
 from model.volume_files.metaimage import read_metaimage
 from model.volume_files.nifti import read_nifti
 from model.volume_files.nrrd import read_nrrd
 from model.volume_files.raw import RawLayout, read_raw
 from model.volume_files.tiff import read_tiff, read_tiff_folder, tiff_slices
-from model.volume_files.vtk_files import read_legacy_vtk, read_vti
+from model.volume_files.vti import read_vti
 
 __all__ = ["SUFFIXES", "Component", "RawLayout", "describe", "read_volume"]
 

@@ -35,7 +35,7 @@ BITS_ALLOCATED, BITS_STORED, SIGNED = (0x0028, 0x0100), (0x0028, 0x0101), (0x002
 SAMPLES, FRAMES = (0x0028, 0x0002), (0x0028, 0x0008)
 PIXEL_SPACING, SLICE_SPACING, THICKNESS = (0x0028, 0x0030), (0x0018, 0x0088), (0x0018, 0x0050)
 POSITION, ORIENTATION, NUMBER = (0x0020, 0x0032), (0x0020, 0x0037), (0x0020, 0x0013)
-SERIES, MODALITY = (0x0020, 0x000E), (0x0008, 0x0060)
+SERIES, MODALITY, STORAGE_CLASS = (0x0020, 0x000E), (0x0008, 0x0060), (0x0002, 0x0002)
 INTERCEPT, SLOPE, RESCALE_TYPE = (0x0028, 0x1052), (0x0028, 0x1053), (0x0028, 0x1054)
 
 EVEN = 0.02
@@ -105,20 +105,20 @@ def read_dicom(files: list[Path], like: Path | None = None) -> Grid:
 
 def _series(files: list[Path], like: Path | None) -> tuple[list[Tags], tuple[str, ...]]:
     """Pick the images of one series."""
-    images, others = [], 0
+    images: list[Tags] = []
+    others: list[Tags] = []
     for path in files:
         if not is_dicom(path):
             raise VolumeError(f"{path}: this is not a DICOM file; remove it from the folder.")
         tags = read_tags(path)
-        if tags.pixels is not None:
-            images.append(tags)
-        elif ROWS in tags.values:
-            raise truncated(path, "it has no pixels")
-        else:
-            others += 1
+        (others if tags.pixels is None else images).append(tags)
+    image_classes = {tags.text(*STORAGE_CLASS) for tags in images} | {""}
+    for tags in others:
+        if ROWS in tags.values or tags.text(*STORAGE_CLASS) in image_classes:
+            raise truncated(tags.path, "it has no pixels")
     notes: tuple[str, ...] = ()
     if others:
-        notes = (f"DICOM files without an image were left out: {others}.",)
+        notes = (f"DICOM files without an image were left out: {len(others)}.",)
     counts = Counter(tags.text(*SERIES) for tags in images)
     if not counts:
         raise VolumeError(

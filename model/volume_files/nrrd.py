@@ -205,7 +205,7 @@ def _data_file(header: _Header) -> tuple[Path, int]:
     name = header.fields.get("datafile")
     if name is None:
         return header.path, header.length
-    if name.startswith("LIST") or re.search(r"%\d*d .*\d", name):
+    if name.startswith("LIST") or re.search(r"%\d*d.* ", name):
         raise unsupported(
             header.path, "a NRRD header over several data files", "save it as one .nrrd file"
         )

@@ -59,9 +59,10 @@ def _read(path: Path, files: list[Path], pages: list[Page]) -> Grid:
     from vtkmodules.vtkIOImage import vtkTIFFReader
 
     first = pages[0]
-    if any((p.width, p.height, p.scalar_type) != _shape(first) for p in pages):
+    if any(page.layout != first.layout for page in pages):
         raise VolumeError(
-            f"{path}: its slices differ in size or type; keep those of one volume together."
+            f"{path}: its slices differ in size, type or storage; "
+            "keep those of one volume together."
         )
     _check_kind(path, first)
     dimensions = (first.width, first.height, len(pages))
@@ -81,10 +82,6 @@ def _read(path: Path, files: list[Path], pages: list[Page]) -> Grid:
         raise unsupported(path, "this layout of TIFF pages", "save it as a plain grey-scale stack")
     spacing, notes = usable_spacing(first.calibration)
     return Grid(values, spacing, notes=notes)
-
-
-def _shape(page: Page) -> tuple[int, int, str]:
-    return page.width, page.height, page.scalar_type
 
 
 def _check_kind(path: Path, page: Page) -> None:

@@ -19,10 +19,19 @@ from model.volume_files.checks import damaged, truncated
 WIDTH, HEIGHT, BITS, COMPRESSION, DESCRIPTION = 256, 257, 258, 259, 270
 STRIP_OFFSETS, SAMPLES, STRIP_BYTES, TILE_WIDTH, SAMPLE_FORMAT = 273, 277, 279, 322, 339
 X_RESOLUTION, Y_RESOLUTION, PHOTOMETRIC = 282, 283, 262
+ROWS_PER_STRIP, PLANAR = 278, 284
+LAYOUT = {WIDTH, HEIGHT, BITS, COMPRESSION, PHOTOMETRIC, SAMPLES, SAMPLE_FORMAT, TILE_WIDTH} | {
+    ROWS_PER_STRIP,
+    PLANAR,
+}
+INTEGER_TYPES = (3, 4, 16)
 
 FIELD_TYPES = {1: "B", 2: "s", 3: "H", 4: "I", 5: "II", 12: "d", 13: "I", 16: "Q"}
 FORMAT_KINDS = {1: "u", 2: "i", 3: "f"}
 MOST_VALUES = 1 << 24
+
+Fields = dict[int, tuple[int, tuple[Any, ...]]]
+"""Type and values of a directory's fields, by tag."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +46,10 @@ class Page:
     samples : int
         Values per pixel.
     tiled, palette : bool
+    layout : dict
+        Type and values of each field that says how pixels are stored. In a
+        stack it is the same for every page, down to the fields left out;
+        VTK crashes on some stacks where it is not.
     calibration : tuple of float or None
         Pixel size along x and y and distance between slices, as ImageJ writes
         them; None when the file has none.
@@ -48,6 +61,7 @@ class Page:
     samples: int
     tiled: bool
     palette: bool
+    layout: Fields
     calibration: tuple[float, float, float] | None
 
     @property
@@ -110,7 +124,7 @@ class _Directories:
             raise damaged(self.path, "it has no pages")
         return pages
 
-    def _directory(self, offset: int) -> tuple[dict[int, tuple[Any, ...]], int]:
+    def _directory(self, offset: int) -> tuple[Fields, int]:
         """Fields of one directory, and the offset of the next."""
         if offset >= self.size:
             raise truncated(self.path, "a page's directory lies beyond its end")
@@ -119,11 +133,11 @@ class _Directories:
         width = 20 if self.big else 12
         if offset + count * width > self.size:
             raise truncated(self.path, "a page's directory is cut off")
-        fields = {}
+        fields: Fields = {}
         for entry in range(offset, offset + count * width, width):
             tag, kind, length = self._unpack("HHQ" if self.big else "HHI", entry)
-            if kind in FIELD_TYPES:
-                fields[tag] = self._values(entry + (12 if self.big else 8), kind, length)
+            if kind in FIELD_TYPES and tag not in fields:
+                fields[tag] = kind, self._values(entry + (12 if self.big else 8), kind, length)
         return fields, self._unpack("Q" if self.big else "I", offset + count * width)[0]
 
     def _values(self, place: int, kind: int, length: int) -> tuple[Any, ...]:
@@ -137,39 +151,52 @@ class _Directories:
             (place,) = self._unpack("Q" if self.big else "I", place)
         return self._unpack(form, place)
 
-    def _page(self, fields: dict[int, tuple[Any, ...]]) -> Page:
-        def first(tag: int, default: int) -> int:
-            values = fields.get(tag, (default,))
-            return int(values[0]) if values and not isinstance(values[0], bytes) else default
+    def _page(self, fields: Fields) -> Page:
+        def integers(tag: int, default: tuple[int, ...] = ()) -> tuple[int, ...]:
+            kind, values = fields.get(tag, (INTEGER_TYPES[0], default))
+            if kind not in INTEGER_TYPES or (default and not values):
+                raise damaged(self.path, f"a page's field {tag} is malformed")
+            return values
 
-        offsets, lengths = fields.get(STRIP_OFFSETS, ()), fields.get(STRIP_BYTES, ())
-        if any(o + n > self.size for o, n in zip(offsets, lengths, strict=False)):
-            raise truncated(self.path, "a page's pixels lie beyond its end")
-        kind = FORMAT_KINDS.get(first(SAMPLE_FORMAT, 1), "?")
+        def one(tag: int, default: int) -> int:
+            return integers(tag, (default,))[0]
+
+        bits, kind = one(BITS, 1), FORMAT_KINDS.get(one(SAMPLE_FORMAT, 1), "?")
         page = Page(
-            first(WIDTH, 0),
-            first(HEIGHT, 0),
-            f"{kind}{first(BITS, 1) / 8:g}",
-            first(SAMPLES, 1),
+            one(WIDTH, 0),
+            one(HEIGHT, 0),
+            f"{kind}{bits / 8:g}",
+            one(SAMPLES, 1),
             TILE_WIDTH in fields,
-            first(PHOTOMETRIC, 1) == 3,
+            one(PHOTOMETRIC, 1) == 3,
+            {tag: fields[tag] for tag in LAYOUT if tag in fields},
             _calibration(fields),
         )
-        plain = first(COMPRESSION, 1) == 1 and not page.tiled
-        need = page.width * page.height * page.samples * first(BITS, 1) // 8
-        if plain and sum(lengths) < need:
-            raise damaged(self.path, "a page has fewer pixels than its size says")
+        offsets, lengths = integers(STRIP_OFFSETS), integers(STRIP_BYTES)
+        if any(o + n > self.size for o, n in zip(offsets, lengths, strict=False)):
+            raise truncated(self.path, "a page's pixels lie beyond its end")
+        if not page.tiled:
+            rows = one(ROWS_PER_STRIP, page.height)
+            planes = page.samples if one(PLANAR, 1) == 2 else 1
+            strips = -(-page.height // rows) * planes if rows else -1
+            if not len(offsets) == len(lengths) == strips:
+                raise damaged(self.path, "a page's strips do not add up")
+            need = page.width * page.height * page.samples * bits // 8
+            if one(COMPRESSION, 1) == 1 and sum(lengths) < need:
+                raise damaged(self.path, "a page has fewer pixels than its size says")
         return page
 
 
-def _calibration(fields: dict[int, tuple[Any, ...]]) -> tuple[float, float, float] | None:
+def _calibration(fields: Fields) -> tuple[float, float, float] | None:
     """Voxel size from the resolution and the description that ImageJ writes."""
-    description = (fields.get(DESCRIPTION) or (b"",))[0]
-    resolutions = fields.get(X_RESOLUTION, ()), fields.get(Y_RESOLUTION, ())
-    if not isinstance(description, bytes) or not description.startswith(b"ImageJ="):
-        return None
+    description = b"".join(
+        part for part in fields.get(DESCRIPTION, (0, ()))[1] if isinstance(part, bytes)
+    )
+    resolutions = [fields.get(tag, (0, ()))[1] for tag in (X_RESOLUTION, Y_RESOLUTION)]
     slices = re.search(rb"^spacing=([-+.\deE]+)", description, re.MULTILINE)
-    if slices is None or any(len(r) != 2 or 0 in r for r in resolutions):
+    if not description.startswith(b"ImageJ=") or slices is None:
+        return None
+    if any(len(r) != 2 or 0 in r for r in resolutions):
         return None
     x, y = (denominator / numerator for numerator, denominator in resolutions)
     try:

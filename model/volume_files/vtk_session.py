@@ -12,7 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from model.volume_files.checks import damaged
+from model.errors import VolumeError
+from model.volume_files.checks import damaged, frame_notes, usable_origin, usable_spacing
+from model.volume_files.grid import Grid
 
 _OUTPUT_WINDOW = threading.Lock()
 """VTK has one output window per process: only one reader at a time may borrow it."""
@@ -23,8 +25,8 @@ _MESSAGE = re.compile(
 
 
 @contextmanager
-def _captured_messages() -> Iterator[Callable[[], str]]:
-    """Divert what VTK prints; yields a function that returns it."""
+def _captured_messages() -> Iterator[Callable[[], str | bytes]]:
+    """Divert what VTK prints; yields a function that returns it, as bytes if not UTF-8."""
     from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow
 
     with _OUTPUT_WINDOW:
@@ -57,6 +59,8 @@ def run_quietly(path: Path, step: Callable[[], None]) -> None:
     with _captured_messages() as messages:
         step()
         text = messages()
+    if isinstance(text, bytes):
+        text = text.decode("utf-8", "replace")
     complaint = _MESSAGE.search(text)
     if complaint is not None:
         reason = complaint.group(2).strip().rstrip(".!").replace(str(path), path.name)
@@ -75,3 +79,33 @@ def to_numpy(array: Any, dimensions: tuple[int, int, int]) -> NDArray[np.generic
 
     values: NDArray[np.generic] = vtk_to_numpy(array)
     return values.reshape(*dimensions[::-1], *values.shape[1:])
+
+
+def image_grid(path: Path, image: Any) -> Grid:
+    """Take the active scalars, or else the first array, from a VTK image.
+
+    Raises
+    ------
+    VolumeError
+        When there is no array with a value per point.
+    """
+    points = image.GetPointData()
+    arrays = [points.GetArray(index) for index in range(points.GetNumberOfArrays())]
+    array = points.GetScalars() or next((array for array in arrays if array is not None), None)
+    if array is None or array.GetNumberOfTuples() == 0:
+        what = "only values per cell" if image.GetCellData().GetNumberOfArrays() else "no values"
+        raise VolumeError(
+            f"{path}: the file holds {what}, but a volume needs values at the grid's points; "
+            "save it with point data."
+        )
+    others = [other.GetName() for other in arrays if other and other.GetName() != array.GetName()]
+    matrix = image.GetDirectionMatrix()
+    directions = np.array([[matrix.GetElement(r, c) for r in range(3)] for c in range(3)])
+    spacing, notes = usable_spacing(image.GetSpacing())
+    notes += frame_notes(directions)
+    if others:
+        notes += (f"Array '{array.GetName()}' is read; the file also holds {', '.join(others)}.",)
+    values = to_numpy(array, image.GetDimensions())
+    first_voxel = image.GetExtent()[::2]
+    origin = np.array(image.GetOrigin()) + np.multiply(first_voxel, image.GetSpacing())
+    return Grid(values, spacing, usable_origin(origin.tolist()), notes=notes)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import SimpleITK as sitk
+import SimpleITK as sitk  # noqa: N813
 from volume_writers import (
     ALL_TYPES,
     INTEGER_TYPES,
@@ -494,10 +494,14 @@ def test_component_zero_of_a_scalar_volume_is_the_volume(tmp_path, component):
 
 
 @pytest.mark.parametrize("bad", [[np.nan], [np.nan, np.inf, -np.inf, np.nan]])
-def test_bad_voxels_become_the_minimum_and_are_counted(tmp_path, bad):
+@pytest.mark.parametrize(
+    ("suffix", "write"),
+    [(".nrrd", write_itk), (".nii", write_itk), (".vti", write_vti), (".vtk", write_legacy)],
+)
+def test_bad_voxels_become_the_minimum_and_are_counted(tmp_path, suffix, write, bad):
     array = voxels("float32")
     array.ravel()[3 : 3 + len(bad)] = bad
-    volume = read_volume(write_itk(tmp_path / "a.nrrd", array))
+    volume = read_volume(write(tmp_path / f"a{suffix}", array))
     good = np.isfinite(array)
     np.testing.assert_array_equal(volume.scalars[good], array[good])
     assert (volume.scalars[~good] == array[good].min()).all()

@@ -222,7 +222,10 @@ def test_more_bad_input(
             "trained with none lighting",
         ),
         (f"evaluate --model {trained}", "not shipped; give --volume"),
-        (f"evaluate --model {trained} --volume {shipped_volumes()[0]}", "trained on another volume"),
+        (
+            f"evaluate --model {trained} --volume {shipped_volumes()[0]}",
+            "trained on another volume",
+        ),
         (
             f"train --dataset {trained / 'samples.zarr'} --preset compact --out {tmp_path}",
             "make a data set with --size 128",

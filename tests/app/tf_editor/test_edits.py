@@ -11,9 +11,7 @@ from model.transfer_function import ColorTF, GaussianMode, OpacityTF
 RANGE = (100.0, 200.0)
 MODES = OpacityTF(RANGE, (GaussianMode(130.0, 8.0, 0.5), GaussianMode(170.0, 8.0, 0.5)))
 CURVE = OpacityTF(RANGE, points=((100.0, 0.0), (140.0, 0.8), (160.0, 0.3), (200.0, 1.0)))
-COLOR = ColorTF(
-    RANGE, ((100.0, 0.0, 0.0, 0.0), (150.0, 1.0, 0.5, 0.0), (200.0, 1.0, 1.0, 1.0))
-)
+COLOR = ColorTF(RANGE, ((100.0, 0.0, 0.0, 0.0), (150.0, 1.0, 0.5, 0.0), (200.0, 1.0, 1.0, 1.0)))
 
 anywhere = st.floats(-1e6, 1e6)
 

@@ -1,0 +1,53 @@
+"""Legacy VTK files (.vtk) of structured points, through VTK's reader."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from model.errors import VolumeError
+from model.volume_files.checks import check_grid, check_present, truncated
+from model.volume_files.grid import Grid
+from model.volume_files.vtk_session import image_grid, run_quietly
+
+LONGEST_HEADER = 1 << 16
+
+
+def read_legacy_vtk(path: Path) -> Grid:
+    """Read legacy VTK structured points, binary or ASCII.
+
+    Raises
+    ------
+    VolumeError
+        When the file is foreign, damaged, truncated, or holds another kind of
+        data set or no array.
+    """
+    from vtkmodules.vtkIOLegacy import vtkStructuredPointsReader
+
+    with path.open("rb") as file:
+        start = file.read(LONGEST_HEADER)
+    if not start.startswith(b"# vtk DataFile"):
+        raise VolumeError(
+            f"{path}: this is not a legacy VTK file; choose another or correct its suffix."
+        )
+    kind = re.search(rb"^DATASET\s+(\w+)", start, re.MULTILINE | re.IGNORECASE)
+    if kind is not None and kind.group(1).upper() != b"STRUCTURED_POINTS":
+        raise VolumeError(
+            f"{path}: the file holds {kind.group(1).decode().lower()}, not structured_points; "
+            "resample it to image data first."
+        )
+    sizes = re.search(
+        rb"^DIMENSIONS\s+(-?\d{1,18})\s+(-?\d{1,18})\s+(-?\d{1,18})\s",
+        start,
+        re.MULTILINE | re.IGNORECASE,
+    )
+    if kind is None or sizes is None:
+        raise truncated(path, "its header has no dimensions")
+    dimensions = [int(size) for size in sizes.groups()]
+    check_present(path, path.stat().st_size, check_grid(path, dimensions, np.uint8))
+    reader = vtkStructuredPointsReader()
+    reader.SetFileName(str(path))
+    run_quietly(path, reader.Update)
+    return image_grid(path, reader.GetOutput())

@@ -1,0 +1,169 @@
+"""VTK image data in XML (.vti), through VTK's reader."""
+
+from __future__ import annotations
+
+import base64
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+
+from model.errors import VolumeError
+from model.volume_files.checks import check_grid, check_present, damaged, truncated
+from model.volume_files.grid import Grid
+from model.volume_files.vtk_session import image_grid, run_quietly
+
+LONGEST_HEADER = 1 << 20
+TAIL = 1 << 12
+GREATEST_RATIOS = {
+    "vtkZLibDataCompressor": 1032,
+    "vtkLZ4DataCompressor": 255,
+    "vtkLZMADataCompressor": 1 << 14,
+}
+"""Bytes that one compressed byte can stand for."""
+
+
+def read_vti(path: Path) -> Grid:
+    """Read VTK image data in XML: ASCII, base64 or raw, compressed or not.
+
+    Raises
+    ------
+    VolumeError
+        When the file is foreign, damaged, truncated, or holds no array.
+    """
+    from vtkmodules.vtkIOXML import vtkXMLImageDataReader
+
+    with path.open("rb") as file:
+        header = _read_header(path, file)
+        _check_extent(path, header)
+        if header.compressor:
+            for start in _compressed_arrays(path, header):
+                _check_blocks(path, file, header, *start)
+    reader = vtkXMLImageDataReader()
+    reader.SetFileName(str(path))
+    run_quietly(path, reader.Update)
+    return image_grid(path, reader.GetOutput())
+
+
+@dataclass(frozen=True)
+class _Header:
+    """The XML before the voxels, as latin-1 so that a character is a byte."""
+
+    text: str
+    file_size: int
+
+    def attribute(self, name: str, element: str | None = None) -> str:
+        """First value of an attribute, in an element or anywhere; empty when missing."""
+        found = re.search(rf"""\b{name}\s*=\s*["']([^"']*)["']""", element or self.text)
+        return found.group(1) if found else ""
+
+    @property
+    def compressor(self) -> str:
+        return self.attribute("compressor")
+
+    @property
+    def capacity(self) -> int:
+        """Bytes that a file of this size can hold, uncompressed."""
+        return self.file_size * GREATEST_RATIOS.get(self.compressor, 1)
+
+    @property
+    def arrays(self) -> list[re.Match[str]]:
+        """The elements that describe an array."""
+        return list(re.finditer(r"<DataArray\b[^>]*>", self.text))
+
+    @property
+    def word(self) -> np.dtype[np.generic]:
+        """Type of the numbers that head each array."""
+        order = ">" if self.attribute("byte_order") == "BigEndian" else "<"
+        return np.dtype(order + ("u8" if self.attribute("header_type") == "UInt64" else "u4"))
+
+
+def _read_header(path: Path, file: BinaryIO) -> _Header:
+    start = file.read(LONGEST_HEADER)
+    size = path.stat().st_size
+    file.seek(max(size - TAIL, 0))
+    tail = file.read()
+    if b"<VTKFile" not in start or b"ImageData" not in start:
+        raise VolumeError(
+            f"{path}: this is not VTK image data in XML; choose another or correct its suffix."
+        )
+    # VTK does not notice when raw appended data stop early.
+    if b"</VTKFile>" not in tail:
+        raise truncated(path, "its closing tag is missing")
+    return _Header(start.decode("latin-1"), size)
+
+
+def _check_extent(path: Path, header: _Header) -> None:
+    """Compare the extent with the memory, and with what the file's size can hold."""
+    ends = re.findall(r"-?\d{1,18}", header.attribute("WholeExtent"))
+    if len(ends) != 6:
+        raise damaged(path, "its header has no extent of six numbers")
+    dimensions = [
+        int(last) - int(first) + 1 for first, last in zip(ends[::2], ends[1::2], strict=True)
+    ]
+    check_grid(path, dimensions, np.dtype((np.void, _bytes_per_voxel(header))))
+    check_present(path, header.capacity, math.prod(dimensions))
+
+
+def _bytes_per_voxel(header: _Header) -> int:
+    """Bytes that all arrays take per voxel; at least 1."""
+    total = 0
+    for array in header.arrays:
+        bits = re.search(r"\d+$", header.attribute("type", array.group()))
+        components = header.attribute("NumberOfComponents", array.group())
+        if bits and int(bits.group()) in (8, 16, 32, 64):
+            total += (
+                int(bits.group())
+                // 8
+                * (int(components) if re.fullmatch(r"\d{1,4}", components) else 1)
+            )
+    return max(total, 1)
+
+
+def _compressed_arrays(path: Path, header: _Header) -> list[tuple[int, bool]]:
+    """First byte of each compressed array, and whether it is written in base64."""
+    appended = re.search(r"<AppendedData\b[^>]*>\s*_", header.text)
+    starts = []
+    for array in header.arrays:
+        offset = header.attribute("offset", array.group())
+        form = header.attribute("format", array.group())
+        if form == "appended" and appended and re.fullmatch(r"\d{1,18}", offset):
+            encoded = header.attribute("encoding", appended.group()) != "raw"
+            starts.append((appended.end() + int(offset), encoded))
+        elif form == "binary":
+            text = header.text[array.end() :]
+            starts.append((array.end() + len(text) - len(text.lstrip()), True))
+        elif form != "ascii":
+            raise damaged(path, "an array does not say where its values are")
+    return starts
+
+
+def _check_blocks(path: Path, file: BinaryIO, header: _Header, start: int, encoded: bool) -> None:
+    """Check the numbers that head a compressed array; VTK aborts, or hangs, on wild ones.
+
+    They are the number of blocks, the size of each, the size of a shorter last
+    one, and then the compressed size of every block.
+    """
+
+    def numbers(count: int) -> list[int]:
+        size = count * header.word.itemsize
+        file.seek(start)
+        # Base64 writes three bytes as four characters.
+        data = base64.b64decode(file.read(-(-size // 3) * 4)) if encoded else file.read(size)
+        return [int(number) for number in np.frombuffer(data[:size], header.word)]
+
+    try:
+        blocks, block, last = numbers(3)
+        if blocks * header.word.itemsize > header.file_size:
+            raise damaged(path, f"an array claims {blocks} compressed blocks")
+        compressed = sum(numbers(3 + blocks)[3:])
+    except ValueError:
+        raise damaged(path, "a compressed array has no head") from None
+    unpacked = (blocks - 1) * block + (last or block)
+    if blocks and (block == 0 or last > block or unpacked > header.capacity):
+        raise damaged(path, "the sizes of its compressed blocks cannot be")
+    if compressed > header.file_size:
+        raise truncated(path, "its compressed blocks are longer than the file")

@@ -1,0 +1,32 @@
+from __future__ import annotations
+
+from pytestqt.qtbot import QtBot
+from window_fakes import make_tf
+
+from app.tf_editor.selection import Selected, Selection
+
+
+def test_one_handle_at_a_time(qtbot: QtBot) -> None:
+    selection = Selection()
+    with qtbot.waitSignals([selection.changed] * 2):
+        selection.select("opacity", 1)
+        selection.select("color", 2)
+    assert selection.selected == Selected("color", 2)
+    assert selection.index("color") == 2
+    assert selection.index("opacity") is None
+
+
+def test_selecting_again_is_no_change(qtbot: QtBot) -> None:
+    selection = Selection()
+    selection.select("opacity", 1)
+    with qtbot.assertNotEmitted(selection.changed):
+        selection.select("opacity", 1)
+
+
+def test_a_handle_that_is_gone_is_dropped() -> None:
+    selection = Selection()
+    selection.select("opacity", 1)
+    selection.fit(make_tf(130.0, 170.0))
+    assert selection.index("opacity") == 1
+    selection.fit(make_tf(130.0))
+    assert selection.selected is None

@@ -1,0 +1,544 @@
+"""Every bad file gets one clear sentence, and nothing else: no noise, no crash, no noise data."""
+
+import contextlib
+import gzip
+import os
+import re
+import struct
+import zlib
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
+from volume_writers import (
+    voxels,
+    write_dicom,
+    write_itk,
+    write_legacy,
+    write_metaimage,
+    write_nrrd,
+    write_tiff,
+    write_vti,
+)
+from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow
+from vtkmodules.vtkIOXML import vtkXMLImageDataReader
+
+from model.errors import VolumeError
+from model.volume_files import RawLayout, checks, read_volume
+
+ARRAY = voxels()
+FLAT = voxels(shape=(5, 7))
+
+
+def refusal(path, **options):
+    """Message of the error that reading must raise: one sentence that names the file."""
+    with pytest.raises(VolumeError) as caught:
+        read_volume(path, **options)
+    message = str(caught.value)
+    assert "\n" not in message
+    assert message.startswith(str(path)) or path.is_dir() or path.name in message
+    assert message.endswith(".")
+    assert caught.value.__suppress_context__ or caught.value.__context__ is None
+    return message
+
+
+def patched(path, offset, dtype, value):
+    """Overwrite numbers in a file."""
+    data = bytearray(path.read_bytes())
+    packed = np.array(value, dtype).tobytes()
+    data[offset : offset + len(packed)] = packed
+    path.write_bytes(data)
+    return path
+
+
+def replaced(path, old, new):
+    data = path.read_bytes()
+    assert old in data
+    path.write_bytes(data.replace(old, new))
+    return path
+
+
+def nrrd(*fields, array=ARRAY, **kwargs):
+    return lambda path: write_nrrd(path.with_suffix(".nrrd"), array, *fields, **kwargs)
+
+
+def nrrd_header(text):
+    def build(path):
+        path = path.with_suffix(".nrrd")
+        path.write_bytes(b"NRRD0004\n" + text.encode() + b"\n\n" + ARRAY.tobytes())
+        return path
+
+    return build
+
+
+def metaimage(*fields, array=ARRAY, **kwargs):
+    return lambda path: write_metaimage(path.with_suffix(".mha"), array, *fields, **kwargs)
+
+
+def metaimage_header(text):
+    def build(path):
+        path = path.with_suffix(".mhd")
+        path.write_text(text)
+        return path
+
+    return build
+
+
+def nifti(offset, dtype, value):
+    return lambda path: patched(write_itk(path.with_suffix(".nii"), ARRAY), offset, dtype, value)
+
+
+def vti(old, new, **kwargs):
+    return lambda path: replaced(write_vti(path.with_suffix(".vti"), ARRAY, **kwargs), old, new)
+
+
+def vti_blocks(numbers):
+    """Change the numbers that head a compressed array."""
+
+    def build(path):
+        path = write_vti(path.with_suffix(".vti"), ARRAY, compressor="ZLib")
+        return patched(path, path.read_bytes().index(b"\n   _") + 5, "<u4", numbers)
+
+    return build
+
+
+def legacy(old, new):
+    return lambda path: replaced(write_legacy(path.with_suffix(".vtk"), ARRAY), old, new)
+
+
+def tiff(pages, **kwargs):
+    return lambda path: write_tiff(path.with_suffix(".tif"), pages, **kwargs)
+
+
+def named(name, content):
+    def build(path):
+        path = path.parent / name
+        path.write_bytes(content)
+        return path
+
+    return build
+
+
+def itk(suffix, array):
+    return lambda path: write_itk(path.with_suffix(suffix), array)
+
+
+ARRAY_3D = "type: short\ndimension: 3\nencoding: raw\n"
+WITH_NAN = np.full((3, 4, 5), np.nan, np.float32)
+
+BAD_FILES = {
+    # Flat images.
+    "flat nrrd": (itk(".nrrd", FLAT), r"flat image of 7 x 5"),
+    "flat mha": (itk(".mha", FLAT), r"flat image of 7 x 5"),
+    "flat nii": (itk(".nii", FLAT), r"flat image of 7 x 5"),
+    "flat tif": (tiff([FLAT]), r"flat image of 7 x 5 x 1"),
+    "one slice nrrd": (itk(".nrrd", FLAT[None]), r"flat image of 7 x 5 x 1"),
+    "one slice vti": (lambda p: write_vti(p.with_suffix(".vti"), FLAT[None]), r"flat .* 7 x 5 x 1"),
+    "one slice vtk": (lambda p: write_legacy(p.with_suffix(".vtk"), FLAT[None]), r"flat image"),
+    "rgb image nrrd": (
+        nrrd("kinds: RGB-color domain domain", "encoding: raw", array=voxels(shape=(5, 7, 3))),
+        r"flat image of 7 x 5",
+    ),
+    # Sizes that cannot be.
+    "negative nrrd": (nrrd_header(ARRAY_3D + "sizes: 7 -5 6"), r"7 x -5 x 6, which cannot be"),
+    "zero nrrd": (nrrd_header(ARRAY_3D + "sizes: 7 0 6"), r"7 x 0 x 6, which cannot be"),
+    "zero raw": (named("a_7x0x6_uint8.raw", b"123"), r"7 x 0 x 6, which cannot be"),
+    "negative mha": (
+        lambda p: replaced(metaimage()(p), b"DimSize = 7 5", b"DimSize = 7 -5"),
+        r"7 x -5 x 6, which cannot be",
+    ),
+    "negative nii": (nifti(44, "<i2", -5), r"dimension 2 is negative"),
+    "zero vti": (vti(b"0 6 0 4 0 5", b"0 6 0 -1 0 5"), r"7 x 0 x 6, which cannot be"),
+    "negative vtk": (legacy(b"DIMENSIONS 7 5 6", b"DIMENSIONS 7 -5 6"), r"-5 x 6, which cannot be"),
+    "five axes nrrd": (
+        nrrd("encoding: raw", array=voxels(shape=(2, 2, 2, 2, 2))),
+        r"has 5 axes",
+    ),
+    # More than the memory.
+    "huge nrrd": (nrrd_header(ARRAY_3D + "sizes: 100000 100000 100000"), r"1819\.0 TiB.*memory"),
+    "huge gzip nrrd": (
+        nrrd_header(ARRAY_3D.replace("raw", "gzip") + "sizes: 100000 100000 100000"),
+        r"100000 x 100000 x 100000 voxels, 1819\.0 TiB",
+    ),
+    "absurd nrrd": (nrrd_header(ARRAY_3D + f"sizes: {'9' * 30} 2 2"), r"of memory"),
+    "overlong nrrd": (nrrd_header(ARRAY_3D + f"sizes: {'9' * 5000} 2 2"), r"malformed 'sizes'"),
+    "huge mha": (
+        lambda p: replaced(metaimage()(p), b"DimSize = 7 5 6", b"DimSize = 100000 100000 100000"),
+        r"100000 x 100000 x 100000 voxels.*memory",
+    ),
+    "huge nii": (nifti(42, "<i2", [32000, 32000, 32000]), r"32000 x 32000 x 32000.*memory"),
+    "huge vti": (vti(b"0 6 0 4 0 5", b"0 99999 0 99999 0 99999"), r"100000 x .*memory"),
+    "huge vtk": (legacy(b"DIMENSIONS 7 5 6", b"DIMENSIONS 100000 100000 100000"), r"memory"),
+    "huge raw": (named("a_100000x100000x100000_float32.raw", b"1"), r"memory"),
+    # More than the file, though it would fit the memory.
+    "long nrrd": (nrrd_header(ARRAY_3D + "sizes: 7 5 600"), r"420 of the 42000 bytes"),
+    "long gzip nrrd": (
+        nrrd("encoding: gzip", data=gzip.compress(ARRAY[:3].tobytes())),
+        r"210 of the 420 bytes",
+    ),
+    "short gzip nrrd": (
+        nrrd("encoding: gzip", data=gzip.compress(ARRAY.tobytes() * 2)),
+        r"more voxels than its header says",
+    ),
+    "long mha": (
+        lambda p: replaced(metaimage()(p), b"DimSize = 7 5 6", b"DimSize = 7 5 600"),
+        r"420 of the 42000 bytes",
+    ),
+    "long nii": (nifti(46, "<i2", 600), r"420 of the 42000 bytes"),
+    "long nii.gz": (
+        lambda p: named("a.nii.gz", gzip.compress(nifti(46, "<i2", 600)(p).read_bytes()))(p),
+        r"truncated",
+    ),
+    "long vti": (vti(b"0 6 0 4 0 5", b"0 6 0 4 0 599"), r"truncated"),
+    "long compressed vti": (
+        vti(b"0 6 0 4 0 5", b"0 6 0 4 0 599", compressor="ZLib"),
+        r"VTK says '.*'",
+    ),
+    "long vtk": (legacy(b"7 5 6", b"7 5 600"), r"truncated"),
+    "longer vtk": (legacy(b"7 5 6", b"7 5 7"), r"VTK says"),
+    "long raw": (named("a_7x5x6_uint16.raw", b"1" * 419), r"420 bytes .* the file has 419"),
+    "short raw": (named("a_7x5x6_uint16.raw", b"1" * 421), r"the type are wrong"),
+    # Damaged, foreign and incomplete headers.
+    "foreign nrrd": (named("a.nrrd", b"\x89PNG" + b"?" * 500), r"not a NRRD file"),
+    "foreign mha": (named("a.mha", os.urandom(500)), r"not a MetaImage file"),
+    "foreign nii": (named("a.nii", b"?" * 500), r"not a NIfTI file"),
+    "foreign nii.gz": (named("a.nii.gz", b"?" * 500), r"not a NIfTI file"),
+    "foreign vti": (named("a.vti", b"<html></html>"), r"not VTK image data"),
+    "polygons in vti": (named("a.vti", b'<VTKFile type="PolyData">'), r"not VTK image data"),
+    "foreign vtk": (named("a.vtk", b"?" * 500), r"not a legacy VTK file"),
+    "polygons in vtk": (
+        named("a.vtk", b"# vtk DataFile Version 3.0\nx\nASCII\nDATASET POLYDATA\nPOINTS 0 float\n"),
+        r"holds polydata, not structured_points",
+    ),
+    "foreign tif": (named("a.tif", b"?" * 500), r"not a TIFF file"),
+    "foreign dcm": (named("a.dcm", b"?" * 500), r"not a DICOM file"),
+    "nameless raw": (named("a.raw", b"?" * 500), r"--raw .* in the name"),
+    "unknown": (named("a.xyz", b"?" * 500), r"'\.xyz' are not known.*\.nrrd.*\.nii\.gz.*folders"),
+    "no suffix": (named("volume", b"?" * 500), r"'volume' are not known.*supported are"),
+    "empty": (named("a.nrrd", b""), r"empty \(0 bytes\)"),
+    "nrrd without type": (nrrd_header("dimension: 3\nsizes: 7 5 6"), r"no 'type'"),
+    "nrrd without sizes": (nrrd_header("dimension: 3\ntype: short"), r"no 'sizes'"),
+    "nrrd of other dimension": (nrrd_header(ARRAY_3D + "sizes: 7 5"), r"malformed 'sizes'"),
+    "nrrd with word sizes": (nrrd_header(ARRAY_3D + "sizes: a b c"), r"malformed 'sizes'"),
+    "nrrd without end": (named("a.nrrd", b"NRRD0004\ntype: short\n"), r"its header has no end"),
+    "nrrd endian": (nrrd("endian: middle", "encoding: raw"), r"malformed 'endian'"),
+    "nrrd directions": (
+        nrrd("encoding: raw", "space directions: (1,0,0) (0,1,0)"),
+        r"malformed 'space directions'",
+    ),
+    "nrrd spacings": (nrrd("encoding: raw", "spacings: 1 2"), r"malformed 'spacings'"),
+    "nrrd skip": (nrrd("encoding: raw", "byte skip: -7"), r"malformed 'line skip or byte skip'"),
+    "nrrd block type": (nrrd("encoding: raw", kind="block"), r"NRRD type 'block' cannot be read"),
+    "nrrd ascii": (nrrd("encoding: ascii"), r"'ascii' cannot be read here; save it as raw or gzip"),
+    "nrrd list": (nrrd("encoding: raw", "data file: LIST\na.raw"), r"several data files"),
+    "nrrd pattern": (nrrd("encoding: raw", "data file: s%02d.raw 1 6 1"), r"several data files"),
+    "nrrd without data": (
+        nrrd("encoding: raw", "data file: b.raw"),
+        r"data file b\.raw is missing",
+    ),
+    "nrrd bad gzip": (nrrd("encoding: gzip", data=b"?" * 99), r"compressed stream is invalid"),
+    "nrrd bad bzip2": (nrrd("encoding: bzip2", data=b"?" * 99), r"compressed stream is invalid"),
+    "nrrd wrong sum": (
+        nrrd("encoding: gzip", data=gzip.compress(ARRAY.tobytes())[:-8] + b"?" * 8),
+        r"compressed stream is invalid",
+    ),
+    "mha without size": (
+        metaimage_header("ObjectType = Image\nNDims = 3\nElementDataFile = LOCAL\n"),
+        r"malformed 'DimSize'",
+    ),
+    "mha without end": (metaimage_header("ObjectType = Image\nNDims = 3\n"), r"header has no end"),
+    "mha type": (metaimage(kind="MET_STRING"), r"'MET_STRING' cannot be read"),
+    "mha ascii": (metaimage("BinaryData = False"), r"ASCII voxels cannot be read"),
+    "mha list": (metaimage(file="LIST"), r"several data files"),
+    "mha pattern": (metaimage(file="s%03d.raw 1 6 1"), r"several data files"),
+    "mha without data": (metaimage(file="b.raw"), r"data file b\.raw is missing"),
+    "mha spacing": (metaimage("ElementSpacing = 1 2"), r"malformed 'ElementSpacing'"),
+    "mha matrix": (metaimage("TransformMatrix = 1 0 0 0"), r"malformed 'TransformMatrix'"),
+    "mha bad zlib": (metaimage("CompressedData = True", data=b"?" * 99), r"stream is invalid"),
+    "mha cut zlib": (
+        metaimage("CompressedData = True", data=zlib.compress(ARRAY.tobytes())[:-2]),
+        r"compressed stream stops before the end",
+    ),
+    "nii type": (nifti(70, "<i2", 1), r"VTK says '.*data type"),
+    "vti extent": (vti(b"0 6 0 4 0 5", b"0 6 0 4"), r"no extent of six numbers"),
+    "vti syntax": (vti(b"<PointData", b"<PointDate"), r"VTK says"),
+    "vti without array": (
+        named(
+            "a.vti",
+            b'<VTKFile type="ImageData" version="0.1" byte_order="LittleEndian"><ImageData '
+            b'WholeExtent="0 2 0 2 0 2" Origin="0 0 0" Spacing="1 1 1">'
+            b'<Piece Extent="0 2 0 2 0 2"><PointData/><CellData/></Piece></ImageData></VTKFile>'
+            + b" "
+            * 99,
+        ),
+        r"holds no values",
+    ),
+    "vti format": (
+        vti(b'"appended"', b'"appendix"', compressor="ZLib"),
+        r"does not say where its values are",
+    ),
+    "vti cut": (vti(b"</VTKFile>", b""), r"closing tag is missing"),
+    "vti many blocks": (vti_blocks([1 << 31, 32768, 420]), r"claims 2147483648 compressed blocks"),
+    "vti long block": (vti_blocks([1, 32768, 420, 1 << 30]), r"blocks are longer than the file"),
+    "vti empty blocks": (vti_blocks([1, 0, 0]), r"sizes of its compressed blocks cannot be"),
+    "vti huge blocks": (vti_blocks([3, 1 << 31, 0]), r"sizes of its compressed blocks cannot be"),
+    "vtk kind": (legacy(b"STRUCTURED_POINTS", b"RECTILINEAR_GRID"), r"holds rectilinear_grid"),
+    "vtk keyword": (legacy(b"SCALARS", b"SCALERS"), r"."),
+    "vtk without size": (legacy(b"DIMENSIONS", b"DIMENSION"), r"no dimensions"),
+    # Kinds that are not read.
+    "tif float64": (tiff(voxels("float64")), r"TIFF of float64 voxels cannot be read here"),
+    "tif int64": (tiff(voxels("int64")), r"TIFF of int64 voxels cannot be read here"),
+    "tif half": (tiff(ARRAY.astype(np.float16)), r"TIFF of float16 voxels cannot be read here"),
+    "tif tiled": (tiff(ARRAY, fields=[(322, 16)]), r"tiled TIFF cannot be read here"),
+    "tif palette": (tiff(voxels("uint8"), fields=[(262, 3)]), r"palette cannot be read here"),
+    "tif pages differ": (tiff([FLAT, FLAT.T]), r"slices differ in size, type or storage"),
+    "tif types differ": (
+        tiff([FLAT, FLAT.astype("u1")]),
+        r"slices differ in size, type or storage",
+    ),
+    "tif short strip": (
+        lambda p: patched(tiff(ARRAY)(p), 8 + 70 + 2 + 12 * 8 + 8, "<u4", 3),
+        r"fewer pixels than its size says",
+    ),
+    # Voxels that show nothing.
+    "all nan": (itk(".nrrd", WITH_NAN), r"every voxel is NaN or infinite"),
+    "constant": (itk(".nrrd", np.full((3, 4, 5), 7, np.int16)), r"every voxel has the value 7"),
+    "constant but nan": (
+        itk(".nrrd", np.where(np.arange(60).reshape(3, 4, 5) < 9, np.nan, 2.0)),
+        r"every voxel has the value 2",
+    ),
+    # Components.
+    "vector": (
+        lambda p: write_itk(p.with_suffix(".mha"), voxels("float32", (4, 5, 6, 3)), vector=True),
+        r"3 components; .*--component magnitude\|0\|1\|2\.",
+    ),
+    "rgb": (
+        nrrd(
+            "kinds: RGB-color domain domain domain",
+            "encoding: raw",
+            array=voxels(shape=(4, 5, 6, 3)),
+        ),
+        r"3 components",
+    ),
+    "complex": (
+        lambda p: write_itk(p.with_suffix(".nii"), (voxels("float32") + 1j).astype(np.complex64)),
+        r"2 components; .*magnitude\|0\|1\.",
+    ),
+    "many": (
+        nrrd("encoding: raw", array=voxels(shape=(40, 4, 5, 10))),
+        r"40 components; .*magnitude\|0\|1\|2\|\.\.\|39\.",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", BAD_FILES)
+def test_bad_file(tmp_path, capfd, case):
+    build, expected = BAD_FILES[case]
+    path = build(tmp_path / "a.file")
+    message = refusal(path)
+    assert re.search(expected, message), message
+    assert capfd.readouterr() == ("", "")
+
+
+def test_missing_file(tmp_path):
+    assert "there is no such file or folder" in refusal(tmp_path / "a.nrrd")
+    assert "there is no such file or folder" in refusal(tmp_path / "folder" / "a.nrrd")
+
+
+def test_unreadable_file(tmp_path, monkeypatch):
+    path = write_itk(tmp_path / "a.nrrd", ARRAY)
+    path.chmod(0)
+    if os.access(path, os.R_OK):  # root reads everything, so play the system's refusal
+        monkeypatch.setattr("pathlib.Path.open", _refuse)
+    message = refusal(path)
+    assert "Permission denied" in message
+    assert "check the path and your permissions" in message
+
+
+def _refuse(path, *_, **__):
+    raise PermissionError(13, "Permission denied", str(path))
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs named pipes")
+def test_a_pipe_is_refused_at_once(tmp_path):
+    path = tmp_path / "a.nrrd"
+    os.mkfifo(path)
+    assert "neither a file nor a folder" in refusal(path)
+
+
+def test_memory_that_runs_out_while_reading(tmp_path, monkeypatch):
+    def exhausted(*_):
+        raise MemoryError
+
+    path = write_itk(tmp_path / "a.nrrd", ARRAY)
+    monkeypatch.setattr("model.volume_files.nrrd.read_block", exhausted)
+    assert "not enough free memory" in refusal(path)
+
+
+def test_a_system_that_does_not_tell_its_memory(tmp_path, monkeypatch):
+    monkeypatch.setattr(checks, "physical_memory", lambda: None)
+    path = write_itk(tmp_path / "a.nrrd", ARRAY)
+    np.testing.assert_array_equal(read_volume(path).scalars, ARRAY)
+
+
+def test_vtk_speaks_again_after_a_bad_file(tmp_path, capfd):
+    window, verbosity = vtkOutputWindow.GetInstance(), vtkLogger.GetCurrentVerbosityCutoff()
+    refusal(replaced(write_legacy(tmp_path / "a.vtk", ARRAY), b"7 5 6", b"7 5 7"))
+    assert vtkOutputWindow.GetInstance() is window
+    assert vtkLogger.GetCurrentVerbosityCutoff() == verbosity
+    assert capfd.readouterr().err == ""
+    vtkXMLImageDataReader().Update()
+    assert "vtkXMLImageDataReader" in capfd.readouterr().err
+
+
+# --- folders ------------------------------------------------------------------------------
+
+
+def test_folder_without_slices(tmp_path):
+    assert "no DICOM or TIFF slices" in refusal(tmp_path)
+    (tmp_path / "notes.txt").write_text("hello")
+    assert "no DICOM or TIFF slices" in refusal(tmp_path)
+
+
+def test_folder_of_unlike_tiffs(tmp_path):
+    write_tiff(tmp_path / "a.tif", [FLAT])
+    write_tiff(tmp_path / "b.tif", [FLAT[:4]])
+    assert "differ in size, type or storage" in refusal(tmp_path)
+    write_tiff(tmp_path / "b.tif", [FLAT, FLAT])
+    assert "b.tif: this slice of a stack has 2 pages" in refusal(tmp_path)
+
+
+def dicom_with(tmp_path, change):
+    """Write a series and change the bytes of its third file."""
+    folder = write_dicom(tmp_path / "ct", ARRAY.astype(np.int16))
+    path = folder / "002.dcm"
+    path.write_bytes(change(path.read_bytes()))
+    return folder
+
+
+DICOM_CHANGES = {
+    "truncated pixels": (lambda d: d[:-30], r"002\.dcm: the file is truncated"),
+    "no pixels": (lambda d: d[: d.index(b"\xe0\x7f\x10\x00")], r"002\.dcm: .*it has no pixels"),
+    "cut tag": (lambda d: d[:500], r"002\.dcm: the file is truncated"),
+    "foreign": (lambda d: b"?" * 900, r"002\.dcm: this is not a DICOM file"),
+    "other size": (
+        lambda d: d.replace(b"(\0\x10\0\x02\0\0\0\x05", b"(\0\x10\0\x02\0\0\0\x04"),
+        r"slices of the series differ",
+    ),
+    "colour": (
+        lambda d: d.replace(b"(\0\x04\0", b"(\0\x02\0\x02\0\0\0\x03\0(\0\x04\0", 1),
+        r"DICOM file in colour",
+    ),
+    "bits": (
+        lambda d: d.replace(b"(\0\0\x01\x02\0\0\0\x10", b"(\0\0\x01\x02\0\0\0\x0c"),
+        r"12 bits per pixel",
+    ),
+    "bits stored": (
+        lambda d: d.replace(b"(\0\x01\x01\x02\0\0\0\x10", b"(\0\x01\x01\x02\0\0\0\x13"),
+        r"bits stored exceed",
+    ),
+    "compressed": (
+        lambda d: d.replace(b"1.2.840.10008.1.2\0", b"1.2.840.10008.9.9\0"),
+        r"compressed pixels .*gdcmconv",
+    ),
+    "same place": (lambda d: d.replace(b"10\\-20\\36", b"10\\-20\\30"), r"lie at one position"),
+}
+
+
+@pytest.mark.parametrize("case", DICOM_CHANGES)
+def test_bad_dicom(tmp_path, case):
+    change, expected = DICOM_CHANGES[case]
+    folder = dicom_with(tmp_path, change)
+    with pytest.raises(VolumeError, match=expected):
+        read_volume(folder)
+
+
+def test_single_dicom_slice_is_flat(tmp_path):
+    folder = write_dicom(tmp_path / "ct", ARRAY[:1])
+    assert "flat image of 7 x 5 x 1" in refusal(folder)
+
+
+# --- options ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("component", "text"), [(3, "choose 0 to 2"), (-1, "choose 0 to 2")])
+def test_component_that_is_not_there(tmp_path, component, text):
+    path = write_itk(tmp_path / "a.mha", voxels("float32", (4, 5, 6, 3)), vector=True)
+    message = refusal(path, component=component)
+    assert f"no component {component}" in message
+    assert text in message
+
+
+def test_component_of_a_scalar_volume(tmp_path):
+    path = write_itk(tmp_path / "a.mha", ARRAY)
+    assert "the volume has one, number 0" in refusal(path, component=1)
+
+
+def test_layouts_that_cannot_be():
+    with pytest.raises(VolumeError, match="'complex64' is not a scalar type"):
+        RawLayout((2, 2, 2), "complex64")
+    with pytest.raises(VolumeError, match="'middle' is not a byte order"):
+        RawLayout((2, 2, 2), "uint8", "middle")
+
+
+# --- truncation ---------------------------------------------------------------------------
+
+TRUNCATED = {
+    "raw.nrrd": lambda path: write_itk(path, ARRAY),
+    "gzip.nrrd": lambda path: write_itk(path, ARRAY, compressed=True),
+    "raw.mha": lambda path: write_itk(path, ARRAY),
+    "zlib.mha": lambda path: write_itk(path, ARRAY, compressed=True),
+    "raw.nii": lambda path: write_itk(path, ARRAY),
+    "gzip.nii.gz": lambda path: write_itk(path, ARRAY),
+    "appended.vti": lambda path: write_vti(path, ARRAY),
+    "zlib.vti": lambda path: write_vti(path, ARRAY, compressor="ZLib"),
+    "base64.vti": lambda path: write_vti(path, ARRAY, mode="Binary"),
+    # ASCII legacy files are left out: "358" cut to "35" is still a number.
+    "binary.vtk": lambda path: write_legacy(path, ARRAY),
+    "hand.tif": lambda path: write_tiff(path, ARRAY),
+    "itk.tif": lambda path: write_itk(path, ARRAY),
+    "a_7x5x6_uint16.raw": lambda path: path.write_bytes(ARRAY.tobytes()) and path,
+}
+
+
+@pytest.fixture(scope="module")
+def whole_files(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("whole")
+    return {name: write(folder / name).read_bytes() for name, write in TRUNCATED.items()}
+
+
+@pytest.mark.parametrize("name", TRUNCATED)
+@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(share=st.floats(0, 1, exclude_max=True))
+@example(share=0.999999)
+@example(share=0.98)
+def test_a_file_cut_anywhere_is_refused_or_reads_equal(tmp_path, whole_files, name, share):
+    whole = whole_files[name]
+    path = tmp_path / name
+    path.write_bytes(whole[: int(share * len(whole))])
+    with contextlib.suppress(VolumeError):
+        np.testing.assert_array_equal(read_volume(path).scalars, ARRAY)
+
+
+@settings(max_examples=100, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(share=st.floats(0, 1, exclude_max=True))
+@example(share=0.999)
+def test_a_dicom_slice_cut_anywhere_is_refused(tmp_path, share):
+    folder = tmp_path / "ct"
+    if not folder.exists():
+        write_dicom(folder, ARRAY)
+    path = folder / "005.dcm"
+    whole = path.read_bytes()
+    path.write_bytes(whole[: int(share * len(whole))])
+    try:
+        with pytest.raises(VolumeError, match=r"005\.dcm"):
+            read_volume(folder)
+    finally:
+        path.write_bytes(whole)
+
+
+def test_tiff_directories_in_a_circle(tmp_path):
+    path = write_tiff(tmp_path / "a.tif", ARRAY)
+    first = struct.unpack("<I", path.read_bytes()[4:8])[0]
+    assert "form a circle" in refusal(patched(path, path.stat().st_size - 4, "<u4", first))
