@@ -42,6 +42,8 @@ class TrainingOptions:
     Attributes
     ----------
     opacity, translation : StageOptions
+        The paper halves its learning rates over 30 passes; runs of an hour are
+        far shorter, and want larger rates in stage 2 and fewer halvings.
     l1_weight : float
         Lambda, the weight of the colour image's l1 loss (paper, Eq. 8).
     decoded_tf_weight : float
@@ -59,8 +61,8 @@ class TrainingOptions:
     seed : int
     """
 
-    opacity: StageOptions = StageOptions(64, 2e-4, 30 / 5)
-    translation: StageOptions = StageOptions(50, 8e-5, 30 / 8)
+    opacity: StageOptions = StageOptions(64, 2e-4, 3.0)
+    translation: StageOptions = StageOptions(50, 3e-4, 3.0)
     l1_weight: float = 150.0
     decoded_tf_weight: float = 20.0
     opacity_l1_weight: float = 150.0
@@ -82,6 +84,8 @@ class TrainingOptions:
         """The paper's recipe, without what was added to it."""
         return replace(
             cls(seed=seed),
+            opacity=StageOptions(64, 2e-4, 30 / 5),
+            translation=StageOptions(50, 8e-5, 30 / 8),
             decoded_tf_weight=1.0,
             opacity_l1_weight=0.0,
             predicted_share=0.0,

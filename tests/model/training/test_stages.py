@@ -94,7 +94,7 @@ def test_the_predicted_share_of_opacity_images_is_predicted(
 def test_the_learning_rate_is_halved_as_in_the_paper(
     batch: EncodedBatch, progress: float, halvings: int
 ) -> None:
-    opacity, _ = stages(TrainingOptions())
+    opacity, _ = stages(TrainingOptions.faithful())
     opacity.step(batch, progress)
     for optimiser in (opacity.generator_optimiser, opacity.discriminator_optimiser):
         assert optimiser.param_groups[0]["lr"] == 2e-4 * 0.5**halvings
