@@ -116,4 +116,4 @@ class MainWindow(QMainWindow):
         volume = opened.volume
         shape = " × ".join(str(n) for n in volume.dimensions)
         self.setWindowTitle(f"{volume.name} ({shape}) – tfscope")
-        self.editor.set_data(opened.counts, opened.edges, volume.scalar_range, volume.units)
+        self.editor.set_data(opened.counts, volume.scalar_range, volume.units)

@@ -23,8 +23,7 @@ class OpenedVolume:
     path : Path
     volume : Volume
     counts : ndarray of int64, shape (256,)
-    edges : ndarray of float64, shape (257,)
-        Histogram over the scalar range.
+        Histogram over equal bins of the scalar range.
     fingerprint : str
     default : TransferFunction
     """
@@ -32,7 +31,6 @@ class OpenedVolume:
     path: Path
     volume: Volume
     counts: NDArray[np.int64]
-    edges: NDArray[np.float64]
     fingerprint: str
     default: TransferFunction
 
@@ -46,7 +44,5 @@ def open_volume(path: Path, read_volume: Callable[[Path], Volume]) -> OpenedVolu
         When the file holds no usable volume.
     """
     volume = read_volume(path)
-    counts, edges = volume.histogram(256)
-    return OpenedVolume(
-        path, volume, counts, edges, volume.fingerprint, default_transfer_function(volume)
-    )
+    counts, _ = volume.histogram(256)
+    return OpenedVolume(path, volume, counts, volume.fingerprint, default_transfer_function(volume))

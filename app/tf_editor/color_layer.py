@@ -17,6 +17,7 @@ from app.tf_editor.handle import DragHandle
 from app.tf_editor.plot_area import PlotArea
 from app.tf_editor.popup import pop_up
 from app.tf_editor.selection import Selection
+from app.tf_editor.unit_axis import from_unit, to_unit
 from model.transfer_function import ColorTF
 
 
@@ -51,17 +52,16 @@ class ColorLayer(QObject):
     def refresh(self) -> None:
         """Draw the session's colour TF as it is now."""
         color = self._session.transfer_function.color
-        lo, hi = color.scalar_range
         levels = np.rint(color.sample(count=1024) * 255).astype(np.uint8)
         self._strip.setImage(levels[np.newaxis], levels=(0, 255))
-        self._strip.setRect(lo, 0.0, hi - lo, 1.0)
+        self._strip.setRect(0.0, 0.0, 1.0, 1.0)
         while len(self._stops) < len(color.stops):
             self._stops.append(self._add_handle(len(self._stops)))
         while len(self._stops) > len(color.stops):
             self._view.removeItem(self._stops.pop())
         selected = self._selection.index("color")
         for index, (value, *rgb) in enumerate(color.stops):
-            self._stops[index].setPos(value, 0.5)
+            self._stops[index].setPos(to_unit(value, color.scalar_range), 0.5)
             self._stops[index].set_look(QColor.fromRgbF(*rgb), index == selected)
 
     def add(self, value: float) -> None:
@@ -108,9 +108,9 @@ class ColorLayer(QObject):
         self._view.addItem(handle, ignoreBounds=True)
         return handle
 
-    def _drag(self, index: int, value: float) -> None:
+    def _drag(self, index: int, place: float) -> None:
         tf = self._session.transfer_function
-        color = edits.move_stop(tf.color, index, value)
+        color = edits.move_stop(tf.color, index, from_unit(place, tf.scalar_range))
         self._session.preview(replace(tf, color=color))
         x = color.stops[index][0]
         self._area.show_readout(self._view, x, 0.5, f"{x:.5g}")

@@ -53,7 +53,6 @@ class TransferFunctionEditor(QFrame):
     def set_data(
         self,
         counts: NDArray[np.int64],
-        edges: NDArray[np.float64],
         scalar_range: Range,
         units: str,
     ) -> None:
@@ -62,12 +61,12 @@ class TransferFunctionEditor(QFrame):
         Parameters
         ----------
         counts : ndarray of int64, shape (bins,)
-        edges : ndarray of float64, shape (bins + 1,)
+            Over equal bins of the scalar range.
         scalar_range : tuple of float
         units : str
             Of the scalars, may be empty.
         """
-        self.area.set_data(counts, edges, scalar_range, units)
+        self.area.set_data(counts, scalar_range, units)
         self.setEnabled(True)
 
     def select_strongest(self) -> None:

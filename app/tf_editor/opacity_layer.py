@@ -20,6 +20,7 @@ from app.tf_editor.handle import DragHandle
 from app.tf_editor.plot_area import PlotArea
 from app.tf_editor.popup import pop_up
 from app.tf_editor.selection import Selection
+from app.tf_editor.unit_axis import from_unit, to_unit
 from model.transfer_function import OpacityTF, TransferFunction
 
 _FLANK = math.exp(-1.0)
@@ -29,6 +30,7 @@ _VISIBLE_WIDTHS = 2.2
 """How far from its mean a mode is worth drawing."""
 
 _CURVE_SAMPLES = 513
+_PLACES = np.linspace(0.0, 1.0, _CURVE_SAMPLES)
 
 
 class OpacityLayer(QObject):
@@ -73,13 +75,12 @@ class OpacityLayer(QObject):
     def refresh(self) -> None:
         """Draw the session's TF as it is now."""
         tf = self._session.transfer_function
-        values = np.linspace(*tf.scalar_range, _CURVE_SAMPLES)
-        heights = tf.opacity(values)
-        self._curve.setData(values, heights)
-        self._fill.setPath(_area_below(values, heights))
+        heights = tf.opacity.sample(count=_CURVE_SAMPLES)
+        self._curve.setData(_PLACES, heights)
+        self._fill.setPath(_area_below(heights))
         self._fill.setBrush(_gradient(tf))
         self._place_peaks(tf)
-        self._place_flanks(tf, values)
+        self._place_flanks(tf)
 
     def add(self, value: float, height: float) -> None:
         """Add a mode or point and select it."""
@@ -109,13 +110,12 @@ class OpacityLayer(QObject):
         while len(self._peaks) > len(positions):
             self._view.removeItem(self._peaks.pop())
         selected = self._selection.index("opacity")
-        lo, hi = tf.scalar_range
         for index, (value, height) in enumerate(positions):
             handle = self._peaks[index]
-            handle.setPos(min(max(value, lo), hi), height)
+            handle.setPos(min(max(to_unit(value, tf.scalar_range), 0.0), 1.0), height)
             handle.set_look(QColor.fromRgbF(*map(float, tf.color(value))), index == selected)
 
-    def _place_flanks(self, tf: TransferFunction, values: Any) -> None:
+    def _place_flanks(self, tf: TransferFunction) -> None:
         index = self._selection.index("opacity")
         shown = index is not None and not tf.opacity.points
         for handle in self._flanks:
@@ -124,11 +124,16 @@ class OpacityLayer(QObject):
         if index is None or not shown:
             return
         mode = tf.opacity.modes[index]
-        alone = replace(tf.opacity, modes=(mode,))
-        nearby = values[np.abs(values - mode.mean) <= _VISIBLE_WIDTHS * mode.width]
-        self._selected_curve.setData(nearby, alone(nearby))
+        heights = replace(tf.opacity, modes=(mode,)).sample(count=_CURVE_SAMPLES)
+        lo, hi = (
+            to_unit(mode.mean + side * _VISIBLE_WIDTHS * mode.width, tf.scalar_range)
+            for side in (-1, 1)
+        )
+        nearby = slice(*np.searchsorted(_PLACES, (lo, hi)))
+        self._selected_curve.setData(_PLACES[nearby], heights[nearby])
         for handle, side in zip(self._flanks, (-1, 1), strict=True):
-            handle.setPos(mode.mean + side * mode.width, mode.amplitude * _FLANK)
+            value = mode.mean + side * mode.width
+            handle.setPos(to_unit(value, tf.scalar_range), mode.amplitude * _FLANK)
             handle.set_look(QColor(theme.ACCENT), True)
 
     def _add_curve(self, pen: Any) -> Any:
@@ -154,19 +159,20 @@ class OpacityLayer(QObject):
         self._view.addItem(handle, ignoreBounds=True)
         return handle
 
-    def _drag_peak(self, index: int, value: float, height: float) -> None:
+    def _drag_peak(self, index: int, place: float, height: float) -> None:
         tf = self._session.transfer_function
+        value = from_unit(place, tf.scalar_range)
         opacity = edits.move_opacity_handle(tf.opacity, index, value, height)
         self._session.preview(replace(tf, opacity=opacity))
         x, y = edits.opacity_handles(opacity)[index]
         self._area.show_readout(self._view, x, y, f"{x:.5g}   opacity {y:.3f}")
 
-    def _drag_flank(self, value: float) -> None:
+    def _drag_flank(self, place: float) -> None:
         index = self._selection.index("opacity")
         tf = self._session.transfer_function
         if index is None or tf.opacity.points:
             return
-        width = abs(value - tf.opacity.modes[index].mean)
+        width = abs(from_unit(place, tf.scalar_range) - tf.opacity.modes[index].mean)
         opacity = edits.resize_mode(tf.opacity, index, width)
         self._session.preview(replace(tf, opacity=opacity))
         mode = opacity.modes[index]
@@ -188,20 +194,19 @@ def handle_name(opacity: OpacityTF) -> str:
     return "point" if opacity.points else "mode"
 
 
-def _area_below(values: NDArray[np.float64], heights: NDArray[np.float64]) -> QPainterPath:
-    """Outline of the area between a curve and the axis."""
-    path = QPainterPath(QPointF(values[0], 0.0))
-    for value, height in zip(values, heights, strict=True):
-        path.lineTo(value, height)
-    path.lineTo(values[-1], 0.0)
+def _area_below(heights: NDArray[np.float32]) -> QPainterPath:
+    """Outline of the area between the curve and the axis."""
+    path = QPainterPath(QPointF(0.0, 0.0))
+    for place, height in zip(_PLACES, heights, strict=True):
+        path.lineTo(place, float(height))
+    path.lineTo(1.0, 0.0)
     return path
 
 
 def _gradient(tf: TransferFunction) -> QBrush:
     """Fill for the area under the curve: the colour TF along the scalar axis."""
-    lo, hi = tf.scalar_range
-    gradient = QLinearGradient(QPointF(lo, 0.0), QPointF(hi, 0.0))
+    gradient = QLinearGradient(QPointF(0.0, 0.0), QPointF(1.0, 0.0))
     for value, red, green, blue in tf.color.stops:
-        color = QColor.fromRgbF(red, green, blue, 0.55)
-        gradient.setColorAt(min(max((value - lo) / (hi - lo), 0.0), 1.0), color)
+        place = min(max(to_unit(value, tf.scalar_range), 0.0), 1.0)
+        gradient.setColorAt(place, QColor.fromRgbF(red, green, blue, 0.55))
     return QBrush(gradient)

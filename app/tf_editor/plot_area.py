@@ -12,17 +12,20 @@ from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QLabel
 
 from app import theme
+from app.tf_editor.unit_axis import from_unit, ticks, to_unit
 from model.transfer_function import Range
 
 STRIP_HEIGHT = 44
 AXIS_WIDTH = 44
 _READOUT_GAP = 18
 _SIDE_ROOM = 0.015
-"""Empty share of the scalar range at either side: room for the handles at the ends."""
+"""Empty share of the axis at either side: room for the handles at the ends."""
 
 
 class PlotArea(QObject):
     """Builds the plots and translates clicks beside the handles into values.
+
+    The plots' horizontal axis is the scalar range mapped to 0..1.
 
     Attributes
     ----------
@@ -39,13 +42,15 @@ class PlotArea(QObject):
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
+        self._scalar_range: Range = (0.0, 1.0)
         self.widget: Any = pg.GraphicsLayoutWidget()
         self.widget.setBackground(theme.PANEL)
-        self.widget.ci.setContentsMargins(0, 0, 8, 0)
+        self.widget.ci.setContentsMargins(0, 0, 8, 4)
         self.widget.ci.layout.setVerticalSpacing(2)
         self.opacity: Any = self._add_view(row=0)
         self.strip: Any = self._add_view(row=1)
         self.strip.setXLink(self.opacity)
+        self.opacity.setXRange(-_SIDE_ROOM, 1.0 + _SIDE_ROOM, padding=0)
         self.opacity.setYRange(-0.02, 1.06, padding=0)
         self.strip.setYRange(0, 1, padding=0)
         self.widget.ci.layout.setRowFixedHeight(1, STRIP_HEIGHT)
@@ -67,16 +72,15 @@ class PlotArea(QObject):
     def set_data(
         self,
         counts: NDArray[np.int64],
-        edges: NDArray[np.float64],
         scalar_range: Range,
         units: str,
     ) -> None:
         """Show a volume's histogram, logarithmic in the counts, over its scalar range."""
-        lo, hi = scalar_range
-        room = _SIDE_ROOM * (hi - lo)
-        self.opacity.setXRange(lo - room, hi + room, padding=0)
+        self._scalar_range = scalar_range
         heights = np.log1p(counts)
-        self._histogram.setData(edges, heights / max(heights.max(), 1.0), stepMode="center")
+        places = np.linspace(0.0, 1.0, len(counts) + 1)
+        self._histogram.setData(places, heights / max(heights.max(), 1.0), stepMode="center")
+        self._values.setTicks([ticks(scalar_range)])
         self._values.setLabel(f"Scalar value ({units})" if units else "Scalar value")
 
     @property
@@ -86,7 +90,8 @@ class PlotArea(QObject):
 
     def show_readout(self, plot: Any, value: float, height: float, text: str) -> None:
         """Show numbers beside a point of one of the plots."""
-        at = self.widget.mapFromScene(plot.mapViewToScene(QPointF(value, height)))
+        place = to_unit(value, self._scalar_range)
+        at = self.widget.mapFromScene(plot.mapViewToScene(QPointF(place, height)))
         self._readout.setText(text)
         self._readout.adjustSize()
         size = self._readout.size()
@@ -120,13 +125,15 @@ class PlotArea(QObject):
         left = event.button() == Qt.MouseButton.LeftButton
         if self.opacity.sceneBoundingRect().contains(position):
             at = self.opacity.mapSceneToView(position)
+            value = from_unit(at.x(), self._scalar_range)
             if event.button() == Qt.MouseButton.RightButton:
                 screen = event.screenPos()
                 point = QPoint(int(screen.x()), int(screen.y()))
-                self.opacityMenuRequested.emit(at.x(), at.y(), point)
+                self.opacityMenuRequested.emit(value, at.y(), point)
             elif left and event.double():
-                self.opacityDoubleClicked.emit(at.x(), at.y())
+                self.opacityDoubleClicked.emit(value, at.y())
             elif left:
                 self.opacityClicked.emit()
         elif self.strip.sceneBoundingRect().contains(position) and left:
-            self.stripClicked.emit(self.strip.mapSceneToView(position).x())
+            place = self.strip.mapSceneToView(position).x()
+            self.stripClicked.emit(from_unit(place, self._scalar_range))

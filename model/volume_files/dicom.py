@@ -207,10 +207,17 @@ def _stored(tags: Tags, shape: tuple[int, int], dtype: np.dtype[np.generic]) -> 
     block = Block(tags.path, shape, dtype, offset)
     check_present(tags.path, length, block.nbytes)
     pixels = read_block(block)
-    unused = dtype.itemsize * 8 - tags.short(*BITS_STORED, default=dtype.itemsize * 8)
-    if not 0 <= unused < dtype.itemsize * 8:
-        raise damaged(tags.path, "its bits stored exceed its bits allocated")
+    unused = dtype.itemsize * 8 - _bits_stored(tags, dtype)
     return (pixels << unused) >> unused if unused else pixels  # type: ignore[operator]
+
+
+def _bits_stored(tags: Tags, dtype: np.dtype[np.generic]) -> int:
+    """Number of low bits that carry the value."""
+    allocated = dtype.itemsize * 8
+    stored = tags.short(*BITS_STORED, default=allocated)
+    if not 1 <= stored <= allocated:
+        raise damaged(tags.path, "its bits stored exceed its bits allocated")
+    return stored
 
 
 def _rescale(tags: Tags) -> tuple[float, float]:
@@ -228,7 +235,7 @@ def _rescaled_type(slices: list[Tags], dtype: np.dtype[np.generic]) -> np.dtype[
         return native
     if any(not number.is_integer() for scale in scales for number in scale):
         return np.dtype(np.float32)
-    bits = max(tags.short(*BITS_STORED, default=dtype.itemsize * 8) for tags in slices)
+    bits = max(_bits_stored(tags, dtype) for tags in slices)
     signed = dtype.kind == "i"
     lowest, highest = (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1) if signed else (0, 2**bits - 1)
     ends = [slope * end + intercept for slope, intercept in scales for end in (lowest, highest)]

@@ -24,8 +24,7 @@ LEFT = Qt.MouseButton.LeftButton
 def editor(qtbot: QtBot, session: Session) -> TransferFunctionEditor:
     editor = TransferFunctionEditor(session)
     qtbot.addWidget(editor)
-    edges = np.linspace(100.0, 200.0, 257)
-    editor.set_data(np.arange(256), edges, (100.0, 200.0), "K")
+    editor.set_data(np.arange(256), (100.0, 200.0), "K")
     editor.resize(1100, 300)
     editor.show()
     qtbot.waitExposed(editor)
@@ -34,12 +33,14 @@ def editor(qtbot: QtBot, session: Session) -> TransferFunctionEditor:
 
 
 def pixel(editor: TransferFunctionEditor, value: float, height: float) -> QPoint:
-    at = editor.area.opacity.mapViewToScene(QPointF(value, height))
+    at = editor.area.opacity.mapViewToScene(QPointF(value / 100 - 1, height))
     return editor.area.widget.mapFromScene(at)
 
 
 def strip_pixel(editor: TransferFunctionEditor, value: float) -> QPoint:
-    return editor.area.widget.mapFromScene(editor.area.strip.mapViewToScene(QPointF(value, 0.5)))
+    return editor.area.widget.mapFromScene(
+        editor.area.strip.mapViewToScene(QPointF(value / 100 - 1, 0.5))
+    )
 
 
 def press(editor: TransferFunctionEditor, at: QPoint) -> None:
@@ -59,7 +60,8 @@ def click(editor: TransferFunctionEditor, at: QPoint) -> None:
 
 
 def position(handle: DragHandle) -> tuple[float, float]:
-    return handle.pos().x(), handle.pos().y()
+    """Where a handle stands, in the data's units."""
+    return round(100 + 100 * handle.pos().x(), 9), handle.pos().y()
 
 
 def bins(session: Session) -> float:
@@ -68,7 +70,7 @@ def bins(session: Session) -> float:
 
 def test_handles_follow_the_session(editor: TransferFunctionEditor, session: Session) -> None:
     assert [position(h) for h in editor.opacity.peaks] == [(130.0, 0.5), (170.0, 0.5)]
-    assert [h.pos().x() for h in editor.color.stops] == [100.0, 150.0, 200.0]
+    assert [position(h)[0] for h in editor.color.stops] == [100.0, 150.0, 200.0]
     tf = session.transfer_function
     mode = replace(tf.opacity.modes[0], mean=110.0, amplitude=0.9)
     session.commit(replace(tf, opacity=OpacityTF((100.0, 200.0), (mode,))), "edit")
@@ -112,7 +114,7 @@ def test_dragging_a_flank_changes_only_the_width(
 ) -> None:
     click(editor, pixel(editor, 170.0, 0.5))
     left, right = editor.opacity.flanks
-    assert (left.pos().x(), right.pos().x()) == (162.0, 178.0)
+    assert (position(left)[0], position(right)[0]) == (162.0, 178.0)
     start = pixel(editor, 178.0, right.pos().y())
     end = pixel(editor, 185.0, right.pos().y())
     press(editor, start)

@@ -1,0 +1,48 @@
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.tf_editor.unit_axis import from_unit, ticks, to_unit
+
+RANGES = [
+    (0.0, 1.0),
+    (-1000.0, 3095.0),
+    (0.0, 255.0),
+    (1e-15, 3e-15),
+    (1e9, 1e9 + 1.0),
+    (-7e12, 5e12),
+    (0.0, 0.3),
+]
+
+
+@pytest.mark.parametrize("scalar_range", RANGES)
+@given(share=st.floats(0, 1))
+def test_places_and_values_are_each_others_inverse(
+    scalar_range: tuple[float, float], share: float
+) -> None:
+    value = from_unit(share, scalar_range)
+    assert scalar_range[0] <= value <= scalar_range[1]
+    assert to_unit(value, scalar_range) == pytest.approx(share, abs=1e-6)
+
+
+@pytest.mark.parametrize("scalar_range", RANGES)
+def test_the_ends_are_exact(scalar_range: tuple[float, float]) -> None:
+    assert (from_unit(0.0, scalar_range), from_unit(1.0, scalar_range)) == scalar_range
+
+
+@pytest.mark.parametrize("scalar_range", RANGES)
+def test_ticks_say_the_value_at_their_place(scalar_range: tuple[float, float]) -> None:
+    lo, hi = scalar_range
+    marks = ticks(scalar_range)
+    assert 3 <= len(marks) <= 8
+    assert len({text for _, text in marks}) == len(marks)
+    for place, text in marks:
+        assert -1e-6 <= place <= 1 + 1e-6
+        assert float(text) == pytest.approx(lo + place * (hi - lo), abs=1e-3 * (hi - lo))
+
+
+def test_ticks_are_round() -> None:
+    assert [text for _, text in ticks((0.0, 1.0))] == ["0", "0.2", "0.4", "0.6", "0.8", "1"]
+    assert [text for _, text in ticks((0.0, 255.0))] == ["0", "50", "100", "150", "200", "250"]
