@@ -6,7 +6,11 @@ import os
 # spinning threads would slow each other down ten times and more.
 os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 
-from app.cli import run
-
 if __name__ == "__main__":
-    raise SystemExit(run())
+    try:
+        from app.cli import run
+
+        raise SystemExit(run())
+    except KeyboardInterrupt:
+        # Ctrl-C while the imports, which take a second, were still running.
+        raise SystemExit(130) from None

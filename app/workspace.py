@@ -18,6 +18,7 @@ from app.training_range import outside_training_range
 from app.transfer_function_store import TransferFunctionStore
 from model.errors import TransferFunctionError
 from model.scene import Scene
+from model.shipped import model_for
 from model.transfer_function import TransferFunction
 
 
@@ -67,7 +68,8 @@ class Workspace(QObject):
         self._dispatcher = Dispatcher(session, (generator, reference), self)
         self._opened: OpenedVolume | None = None
         self._scene: Scene | None = None
-        self._has_model = False
+        self._model: Path | None = None
+        self._model_is_shipped = False
         self._settings = ReferenceSettings()
         self._reference_size: int | None = None
         self._reading: BackgroundCall | None = None
@@ -109,7 +111,8 @@ class Workspace(QObject):
     def open_model(self, folder: Path | None) -> None:
         """Load a generator in the background; None says that there is no model."""
         self._scene = None
-        self._has_model = folder is not None
+        self._model = folder
+        self._model_is_shipped = False
         if folder is None:
             self._generator.pause(self._no_model_text())
         else:
@@ -144,6 +147,7 @@ class Workspace(QObject):
         self._opened = opened
         self._settings = self._wanted_settings()
         self._start_reference()
+        self._open_shipped_model(opened)
         self._match_generator()
         self._follow_scene()
         kept = self._kept(opened)
@@ -171,7 +175,7 @@ class Workspace(QObject):
 
     def _match_generator(self) -> None:
         """Let the generator work only when it was trained on this volume."""
-        if not self._has_model:
+        if self._model is None:
             self._generator.pause(self._no_model_text())
         elif self._scene is not None and self._opened is None:
             settled = self._reading is None
@@ -184,6 +188,15 @@ class Workspace(QObject):
         else:
             self._generator.resume()
         self._update_hint()
+
+    def _open_shipped_model(self, opened: OpenedVolume) -> None:
+        """Take the shipped model of a volume, unless the user has chosen a model."""
+        if self._model is not None and not self._model_is_shipped:
+            return
+        folder = model_for(opened.fingerprint)
+        if folder != self._model:
+            self.open_model(folder)
+            self._model_is_shipped = True
 
     def _matches(self) -> bool:
         """Whether model and volume belong together."""

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
-
-from model.checkpoint import MODEL_FILE, load_card
-from model.errors import CheckpointError
-from model.volume import Volume
 
 RESOURCES = Path(__file__).resolve().parent.parent / "resources"
 
@@ -15,7 +12,7 @@ DEFAULT_VOLUME = RESOURCES / "volumes" / "reacting_jet_temperature_112x112x192_f
 
 def shipped_models() -> list[Path]:
     """Folders of the models that are there, in alphabetical order."""
-    return sorted(path.parent for path in (RESOURCES / "models").glob(f"*/{MODEL_FILE}"))
+    return sorted(path.parent for path in (RESOURCES / "models").glob("*/model.json"))
 
 
 def shipped_volumes() -> list[Path]:
@@ -23,12 +20,17 @@ def shipped_volumes() -> list[Path]:
     return sorted((RESOURCES / "volumes").glob("*.nrrd"))
 
 
-def model_for(volume: Volume) -> Path | None:
-    """The shipped model of a volume, if there is one."""
+def model_for(volume_fingerprint: str) -> Path | None:
+    """The shipped model of a volume, if there is one.
+
+    Reads the models' descriptions as plain JSON: torch, which takes seconds to
+    import, is not needed to find one.
+    """
     for folder in shipped_models():
         try:
-            if load_card(folder).scene.volume_fingerprint == volume.fingerprint:
+            description = json.loads((folder / "model.json").read_text(encoding="utf-8"))
+            if description["scene"]["volume_fingerprint"] == volume_fingerprint:
                 return folder
-        except CheckpointError:
+        except (OSError, ValueError, KeyError, TypeError):
             continue
     return None

@@ -15,7 +15,7 @@ from model.checkpoint import load_card
 from model.default_transfer_function import default_transfer_function
 from model.errors import RenderError
 from model.scene import LightDirection, Scene
-from model.shipped import shipped_models
+from model.shipped import model_for, shipped_models
 from model.transfer_function import TransferFunction
 from model.view import View
 from model.volume import Volume
@@ -106,10 +106,8 @@ def _volume(order: RenderOrder, scene: Scene | None) -> Volume:
 def _model_folder(order: RenderOrder) -> Path:
     if order.model is not None:
         return order.model
-    from model.shipped import model_for
-
     volume = order.volume.read()
-    folder = model_for(volume)
+    folder = model_for(volume.fingerprint)
     if folder is None:
         names = ", ".join(str(path) for path in shipped_models()) or "none"
         raise RenderError(

@@ -132,8 +132,9 @@ class OpacityLayer(QObject):
         nearby = slice(*np.searchsorted(_PLACES, (lo, hi)))
         self._selected_curve.setData(_PLACES[nearby], heights[nearby])
         for handle, side in zip(self._flanks, (-1, 1), strict=True):
-            value = mode.mean + side * mode.width
-            handle.setPos(to_unit(value, tf.scalar_range), mode.amplitude * _FLANK)
+            place = to_unit(mode.mean + side * mode.width, tf.scalar_range)
+            handle.setPos(place, mode.amplitude * _FLANK)
+            handle.setVisible(0.0 <= place <= 1.0)
             handle.set_look(QColor(theme.ACCENT), True)
 
     def _add_curve(self, pen: Any) -> Any:

@@ -9,7 +9,7 @@ import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QPoint, QPointF, Qt, Signal
 from PySide6.QtGui import QColor
-from PySide6.QtWidgets import QLabel
+from PySide6.QtWidgets import QGraphicsItem, QLabel
 
 from app import theme
 from app.tf_editor.unit_axis import from_unit, ticks, to_unit
@@ -109,6 +109,8 @@ class PlotArea(QObject):
         """Add a plot that neither pans nor zooms and has no menu of its own."""
         view = pg.ViewBox(enableMouse=False, enableMenu=False, defaultPadding=0)
         view.disableAutoRange()
+        # Qt clips handles of constant size in the wrong units: they could hardly be hit.
+        view.setFlag(QGraphicsItem.GraphicsItemFlag.ItemClipsChildrenToShape, False)
         self.widget.addItem(view, row=row, col=1)
         return view
 

@@ -109,6 +109,19 @@ def test_dragging_a_peak_edits_live_and_makes_one_undo_step(
     assert not session.undo_stack.canUndo()
 
 
+@pytest.mark.parametrize("dx", [-9, 0, 9])
+@pytest.mark.parametrize("dy", [-9, 0, 9])
+def test_a_handle_is_easy_to_hit_and_does_not_jump(
+    editor: TransferFunctionEditor, session: Session, dx: int, dy: int
+) -> None:
+    before = session.transfer_function
+    at = pixel(editor, 130.0, 0.5) + QPoint(dx, dy)
+    press(editor, at)
+    assert editor.selection.index("opacity") == 0
+    release(editor, at)
+    assert session.transfer_function == before
+
+
 def test_dragging_a_flank_changes_only_the_width(
     editor: TransferFunctionEditor, session: Session
 ) -> None:

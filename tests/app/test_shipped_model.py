@@ -1,0 +1,61 @@
+"""Which model the window takes when the user has named none."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from pytestqt.qtbot import QtBot
+from window_fakes import FakeBackends, make_volume
+
+from app.main_window import MainWindow
+from model.scene import Scene
+
+WindowMaker = Callable[..., MainWindow]
+
+
+@pytest.fixture(autouse=True)
+def shipped(backends: FakeBackends, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The ramp has a shipped model, the hill has none; returns the fingerprints looked up."""
+    backends.volumes["hill"] = make_volume("hill", top=150.0)
+    ramp = backends.volumes["ramp"].fingerprint
+    asked: list[str] = []
+
+    def model_for(fingerprint: str) -> Path | None:
+        asked.append(fingerprint)
+        return Path("shipped") if fingerprint == ramp else None
+
+    monkeypatch.setattr("app.workspace.model_for", model_for)
+    return asked
+
+
+def open_volume(qtbot: QtBot, window: MainWindow, name: str) -> None:
+    window.workspace.open_volume(Path(name))
+    qtbot.waitUntil(
+        lambda: window.workspace.is_settled
+        and window.workspace.opened is not None
+        and window.workspace.opened.volume.name == name
+    )
+
+
+def test_a_volume_brings_its_shipped_model(
+    qtbot: QtBot, make_window: WindowMaker, backends: FakeBackends
+) -> None:
+    window = make_window(model=None)
+    assert len(backends.generators) == 1
+    assert window.generator.canvas.image is not None
+    open_volume(qtbot, window, "hill")
+    assert len(backends.generators) == 1
+    assert window.generator.canvas.image is None
+
+
+def test_a_model_that_the_user_chose_stays(
+    qtbot: QtBot, make_window: WindowMaker, backends: FakeBackends
+) -> None:
+    backends.scene = Scene.of(backends.volumes["hill"], image_size=16)
+    window = make_window(volume="hill", model=Path("mine"))
+    open_volume(qtbot, window, "ramp")
+    assert len(backends.generators) == 1
+    open_volume(qtbot, window, "hill")
+    assert window.generator.canvas.image is not None
