@@ -6,7 +6,8 @@ from pathlib import Path
 
 from app.cli import options
 from app.cli.console import console, counting
-from model.dataset import SampleStore, render_store
+from model.dataset import SampleStore
+from model.sample_rendering import render_store
 from model.scene import Scene
 
 MAX_HOLDOUT = 2000

@@ -11,10 +11,11 @@ from rich.table import Table
 
 from app.cli import options
 from app.cli.console import console, counting
-from model.dataset import SampleStore, render_store
+from model.dataset import SampleStore
 from model.errors import CheckpointError, DatasetError
 from model.evaluation import evaluate
 from model.generator import Generator
+from model.sample_rendering import render_store
 
 
 def evaluate_model(

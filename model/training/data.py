@@ -6,8 +6,9 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from model.dataset import BLOCK, SampleStore, render_store
+from model.dataset import BLOCK, SampleStore
 from model.errors import DatasetError
+from model.sample_rendering import render_store
 from model.scene import Scene
 from model.training.options import Budget
 from model.volume import Volume

@@ -33,9 +33,11 @@ def shipped(backends: FakeBackends, monkeypatch: pytest.MonkeyPatch) -> list[str
 def open_volume(qtbot: QtBot, window: MainWindow, name: str) -> None:
     window.workspace.open_volume(Path(name))
     qtbot.waitUntil(
-        lambda: window.workspace.is_settled
-        and window.workspace.opened is not None
-        and window.workspace.opened.volume.name == name
+        lambda: (
+            window.workspace.is_settled
+            and window.workspace.opened is not None
+            and window.workspace.opened.volume.name == name
+        )
     )
 
 

@@ -8,7 +8,8 @@ os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 import numpy as np
 import pytest
 
-from model.dataset import SampleStore, render_store
+from model.dataset import SampleStore
+from model.sample_rendering import render_store
 from model.scene import Scene
 from model.volume import Volume
 

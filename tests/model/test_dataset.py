@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from model.dataset import ARRAYS, BLOCK, SampleBatch, SampleStore, make_renderer, render_store
+from model.dataset import ARRAYS, BLOCK, SampleBatch, SampleStore
 from model.errors import DatasetError
+from model.sample_rendering import make_renderer, render_store
 from model.sampling import Stream, draw_sample
 from model.scene import Scene
 from model.volume import Volume
@@ -67,7 +68,8 @@ def test_a_store_can_grow(store: SampleStore, scene: Scene, volume: Volume, tmp_
 KILLED = """
 import sys
 from pathlib import Path
-from model.dataset import SampleStore, render_store
+from model.dataset import SampleStore
+from model.sample_rendering import render_store
 sys.path.insert(0, "tests/model")
 from conftest import blobs
 if __name__ == "__main__":
