@@ -31,7 +31,7 @@ FUSION_SIZE = 8
 
 FUSION_BLOCKS = 4
 COLOR_CODE = 32
-"""Length of the bottleneck through which the colour TF passes."""
+"""Length of the bottleneck through which the colour TF passes, whatever the width."""
 
 
 class BottleneckBlock(nn.Module):
@@ -77,7 +77,7 @@ class TranslationGenerator(nn.Module):
         self.latent = mlp(size.latent_dim, c(256))
         self.color_tf = nn.Sequential(
             TFEncoder([3, c(16), c(32), c(64), c(128), c(128)], c(256), bias=False),
-            mlp(c(256), c(COLOR_CODE), c(256)),
+            mlp(c(256), COLOR_CODE, c(256)),
         )
         # Channels of the opacity image's encoding, from the first halving down to 8 x 8 pixels.
         halvings = int(math.log2(size.opacity_size // FUSION_SIZE))

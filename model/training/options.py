@@ -56,6 +56,10 @@ class TrainingOptions:
     average_decay : float
         Decay per step of the exponential moving average of the generator's
         weights, which is evaluated and shipped; 0 ships the last weights.
+    adversarial_start : float
+        Share of each stage after which the discriminator joins, 0..1; until
+        then the other losses train the generator alone, twice as fast. The
+        paper's joins at once.
     opacity_time_share : float
         Share of the budget that goes to stage 1.
     seed : int
@@ -68,12 +72,15 @@ class TrainingOptions:
     opacity_l1_weight: float = 150.0
     predicted_share: float = 1.0
     average_decay: float = 0.999
+    adversarial_start: float = 0.6
     opacity_time_share: float = 0.4
     seed: int = 0
 
     def __post_init__(self) -> None:
         if not 0 <= self.predicted_share <= 1:
             raise TrainingError("The share of predicted opacity images must be from 0 to 1.")
+        if not 0 <= self.adversarial_start <= 1:
+            raise TrainingError("The start of the adversarial loss must be from 0 to 1.")
         if not 0 <= self.average_decay < 1:
             raise TrainingError("The decay of the weight average must be from 0 to below 1.")
         if not 0 < self.opacity_time_share < 1:
@@ -90,6 +97,7 @@ class TrainingOptions:
             opacity_l1_weight=0.0,
             predicted_share=0.0,
             average_decay=0.0,
+            adversarial_start=0.0,
         )
 
     def to_json(self) -> dict[str, Any]:

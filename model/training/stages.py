@@ -76,19 +76,15 @@ class Stage(ABC):
             Each loss by name, unweighted.
         """
         self._set_learning_rate(progress)
+        adversaries = progress >= self.options.adversarial_start
         with self._autocast():
             fake, extra = self._generate(batch)
-            real_logits = self._judge(batch, self._real(batch))
-            fake_logits = self._judge(batch, fake.detach())
-        discriminator_loss = adversarial(real_logits, 1.0) + adversarial(fake_logits, 0.0)
-        self.discriminator_optimiser.zero_grad(set_to_none=True)
-        discriminator_loss.backward()  # type: ignore[no-untyped-call]
-        self.discriminator_optimiser.step()
-
-        with self._autocast():
-            logits = self._judge(batch, fake)
-        losses = {"adversarial": adversarial(logits, 1.0)}
-        losses |= self._generator_losses(batch, fake, extra)
+        losses = self._generator_losses(batch, fake, extra)
+        reported: Losses = {}
+        if adversaries:
+            reported["discriminator"] = self._train_discriminator(batch, fake.detach())
+            with self._autocast():
+                losses["adversarial"] = adversarial(self._judge(batch, fake), 1.0)
         weights = self._weights()
         total = torch.stack([weights[name] * loss for name, loss in losses.items()]).sum()
         self.generator_optimiser.zero_grad(set_to_none=True)
@@ -96,9 +92,18 @@ class Stage(ABC):
         self.generator_optimiser.step()
         self.average.update(self.generator, self.steps)
         self.steps += 1
-        return {name: float(v.detach()) for name, v in losses.items()} | {
-            "discriminator": float(discriminator_loss.detach())
-        }
+        return reported | {name: float(loss.detach()) for name, loss in losses.items()}
+
+    def _train_discriminator(self, batch: EncodedBatch, fake: Tensor) -> float:
+        """One step of the discriminator; returns its loss."""
+        with self._autocast():
+            real_logits = self._judge(batch, self._real(batch))
+            fake_logits = self._judge(batch, fake)
+        loss = adversarial(real_logits, 1.0) + adversarial(fake_logits, 0.0)
+        self.discriminator_optimiser.zero_grad(set_to_none=True)
+        loss.backward()  # type: ignore[no-untyped-call]
+        self.discriminator_optimiser.step()
+        return float(loss.detach())
 
     def _set_learning_rate(self, progress: float) -> None:
         rate = self.stage.learning_rate * 0.5 ** int(progress * self.stage.halvings)

@@ -233,7 +233,8 @@ class _Run:
             self.progress.batch = 0
 
     def _measure(self, stage: Stage, recent: list[Losses]) -> None:
-        losses = {k: float(np.mean([r[k] for r in recent])) for k in recent[0]}
+        names = dict.fromkeys(name for losses in recent for name in losses)
+        losses = {k: float(np.mean([r[k] for r in recent if k in r])) for k in names}
         generator = self._generator()
         self.metrics = self.probe.measure(generator)
         self.probe.save_sheet(

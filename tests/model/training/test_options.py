@@ -17,6 +17,7 @@ def test_faithful_is_the_papers_recipe() -> None:
     assert recipe.opacity_l1_weight == 0
     assert recipe.predicted_share == 0
     assert recipe.average_decay == 0
+    assert recipe.adversarial_start == 0
 
 
 def test_options_survive_json() -> None:
@@ -26,7 +27,12 @@ def test_options_survive_json() -> None:
 
 @pytest.mark.parametrize(
     "bad",
-    [{"predicted_share": 1.5}, {"average_decay": 1.0}, {"opacity_time_share": 0.0}],
+    [
+        {"predicted_share": 1.5},
+        {"average_decay": 1.0},
+        {"adversarial_start": 2.0},
+        {"opacity_time_share": 0.0},
+    ],
 )
 def test_impossible_recipes_are_refused(bad: dict) -> None:
     with pytest.raises(TrainingError):

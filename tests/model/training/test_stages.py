@@ -67,6 +67,18 @@ def test_a_few_steps_on_one_batch_lower_its_losses(batch: EncodedBatch) -> None:
             assert losses[-1][name] < 0.8 * losses[0][name]
 
 
+def test_the_discriminator_joins_at_its_time(batch: EncodedBatch) -> None:
+    for stage in stages(TrainingOptions(adversarial_start=0.5)):
+        before = copy.deepcopy(stage.discriminator).state_dict()
+        losses = stage.step(batch, 0.49)
+        assert not {"adversarial", "discriminator"} & set(losses)
+        after = stage.discriminator.state_dict()
+        assert all(torch.equal(v, after[k]) for k, v in before.items())
+        losses = stage.step(batch, 0.5)
+        assert {"adversarial", "discriminator"} <= set(losses)
+        assert not all(torch.equal(v, after[k]) for k, v in before.items())
+
+
 def test_stage_2_leaves_stage_1_alone(batch: EncodedBatch) -> None:
     opacity, translation = stages(TrainingOptions())
     before = {k: v.clone() for k, v in opacity.average.network.state_dict().items()}
