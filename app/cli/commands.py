@@ -176,6 +176,15 @@ def train(
         float | None,
         typer.Option("--average-decay", min=0, help="Decay of the weight average; 0 is none."),
     ] = None,
+    adversarial_start: Annotated[
+        float | None,
+        typer.Option(
+            "--adversarial-start",
+            min=0,
+            max=1,
+            help="Share of each stage after which the discriminator joins; 1 is never.",
+        ),
+    ] = None,
     lighting: options.LightingName = options.LightingOption.NONE,
     window: options.Window = None,
     seed: options.Seed = 0,
@@ -199,6 +208,7 @@ def train(
                 "opacity_l1_weight": opacity_l1,
                 "predicted_share": predicted_share,
                 "average_decay": average_decay,
+                "adversarial_start": adversarial_start,
             },
             lighting=options.lighting(lighting),
             window=options.parse_window(window),

@@ -42,8 +42,8 @@ class TrainingOptions:
     Attributes
     ----------
     opacity, translation : StageOptions
-        The paper halves its learning rates over 30 passes; runs of an hour are
-        far shorter, and want larger rates in stage 2 and fewer halvings.
+        The paper's runs see 30 passes over 200,000 samples; those of an hour
+        are far shorter, and want more steps: smaller batches, larger rates.
     l1_weight : float
         Lambda, the weight of the colour image's l1 loss (paper, Eq. 8).
     decoded_tf_weight : float
@@ -65,8 +65,8 @@ class TrainingOptions:
     seed : int
     """
 
-    opacity: StageOptions = StageOptions(64, 2e-4, 3.0)
-    translation: StageOptions = StageOptions(50, 3e-4, 3.0)
+    opacity: StageOptions = StageOptions(16, 4e-4, 3.0)
+    translation: StageOptions = StageOptions(16, 4e-4, 3.0)
     l1_weight: float = 150.0
     decoded_tf_weight: float = 20.0
     opacity_l1_weight: float = 150.0
