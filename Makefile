@@ -1,8 +1,10 @@
 # `make run` opens tfscope, `make test` passes its tests; both set everything up first.
-# Arguments for the program: make run ARGS="--volume FILE". Another torch: make run TORCH="torch==2.11.0".
+# Arguments for the program: make run ARGS="--volume FILE". Another build of torch:
+# make clean run TORCH=torch==2.11.0 TORCH_INDEX=https://download.pytorch.org/whl/cpu
 
 PYTHON ?= python3
 TORCH ?= torch==2.13.0
+TORCH_INDEX ?=
 ARGS ?=
 
 BIN := .venv/bin
@@ -28,11 +30,11 @@ lint: setup .venv/lint-ready
 clean:
 	rm -rf .venv
 
-# torch first and pinned: left to itself, pip would take the newest build with gigabytes of CUDA.
+# torch first and pinned, so that its build can be chosen.
 .venv/ready: pyproject.toml
 	@$(PYTHON) app/system_libraries.py --python
 	$(PYTHON) -m venv .venv
-	$(PIP) install --quiet "$(TORCH)"
+	$(PIP) install --quiet $(if $(TORCH_INDEX),--index-url $(TORCH_INDEX)) "$(TORCH)"
 	$(PIP) install --quiet --editable .
 	@touch $@
 

@@ -35,6 +35,9 @@ FORMAT_VERSION = 1
 BLOCK = 32
 """Samples per block: the unit of work of a process and of loss after a kill."""
 
+STREAMS: tuple[Stream, ...] = ("holdout", "train")
+"""In the order in which they are rendered."""
+
 POOL_BLOCKS = 64
 """Blocks that are shuffled together when a stream is read in random order."""
 
@@ -138,12 +141,7 @@ class SampleStore:
                     "choose another folder, or the same options to go on with it."
                 )
         else:
-            root = zarr.open_group(path, mode="w")
-            root.attrs.update(
-                {"tfscope_dataset": FORMAT_VERSION, "seed": seed, "scene": scene.to_json()}
-            )
-            for stream in counts:
-                _create_arrays(root.create_group(stream), scene.image_size)
+            _create_store(path, scene, seed)
             store = cls(path)
         for stream, count in counts.items():
             if count > store.count(stream):
@@ -156,13 +154,13 @@ class SampleStore:
 
     def missing_blocks(self, stream: Stream) -> list[range]:
         """The blocks that are not complete, as ranges of sample indices."""
-        complete = np.asarray(self._array(stream, "complete")[:])
         blocks = _blocks(self.count(stream))
+        complete = np.asarray(self._array(stream, "complete")[: len(blocks)])
         return [b for b, flag in zip(blocks, complete, strict=True) if flag != len(b)]
 
     def missing_samples(self) -> int:
         """Number of samples, in both streams, that are not rendered yet."""
-        return sum(len(b) for stream in self.streams() for b in self.missing_blocks(stream))
+        return sum(len(b) for stream in STREAMS for b in self.missing_blocks(stream))
 
     def require_complete(self) -> None:
         """Raise :class:`DatasetError` unless every sample is there."""
@@ -175,14 +173,10 @@ class SampleStore:
 
     def trim(self) -> None:
         """Cut each stream off before the first sample that is missing."""
-        for stream in self.streams():
+        for stream in STREAMS:
             missing = self.missing_blocks(stream)
             if missing:
                 self._resize(stream, missing[0].start)
-
-    def streams(self) -> tuple[Stream, ...]:
-        """The streams of a store, in the order in which they are rendered."""
-        return ("holdout", "train")
 
     def read(self, stream: Stream, indices: range) -> SampleBatch:
         """Read consecutive samples."""
@@ -192,9 +186,15 @@ class SampleStore:
     def write_block(self, stream: Stream, block: range, batch: SampleBatch) -> None:
         """Write one block and then mark it complete."""
         span = slice(block.start, block.stop)
-        for name in ARRAYS:
-            self._array(stream, name)[span] = getattr(batch, name)
-        self._array(stream, "complete")[block.start // BLOCK] = len(block)
+        try:
+            for name in ARRAYS:
+                self._array(stream, name)[span] = getattr(batch, name)
+            self._array(stream, "complete")[block.start // BLOCK] = len(block)
+        except OSError as error:
+            raise DatasetError(
+                f"{self.path}: samples cannot be written ({error.strerror}); "
+                "make room and run the command again to go on."
+            ) from error
 
     def shuffled(
         self, stream: Stream, rng: np.random.Generator, batch_size: int, skip: int = 0
@@ -229,19 +229,43 @@ class SampleStore:
             skip = 0
 
     def _array(self, stream: Stream, name: str) -> zarr.Array[Any]:
-        array = self._root[f"{stream}/{name}"]
-        assert isinstance(array, zarr.Array)
+        array = self._root.get(f"{stream}/{name}")
+        if not isinstance(array, zarr.Array):
+            raise DatasetError(
+                f"{self.path}: the array {stream}/{name} is missing; make the data set anew."
+            )
         return array
 
     def _resize(self, stream: Stream, count: int) -> None:
-        for name in ARRAYS:
+        # `view` counts the samples: a kill in between must not let it claim more than there is.
+        names = ["complete", *(name for name in ARRAYS if name != "view"), "view"]
+        for name in names if count > self.count(stream) else reversed(names):
             array = self._array(stream, name)
-            array.resize((count, *array.shape[1:]))
-        self._array(stream, "complete").resize((len(_blocks(count)),))
+            length = len(_blocks(count)) if name == "complete" else count
+            array.resize((length, *array.shape[1:]))
 
 
 def _blocks(count: int) -> list[range]:
     return [range(start, min(start + BLOCK, count)) for start in range(0, count, BLOCK)]
+
+
+def _create_store(path: Path, scene: Scene, seed: int) -> None:
+    """Make an empty store beside its place and then move it there, whole."""
+    partial = path.with_name(path.name + ".partial")
+    try:
+        root = zarr.open_group(partial, mode="w")
+        root.attrs.update(
+            {"tfscope_dataset": FORMAT_VERSION, "seed": seed, "scene": scene.to_json()}
+        )
+        for stream in STREAMS:
+            _create_arrays(root.create_group(stream), scene.image_size)
+        if path.exists():
+            path.rmdir()
+        partial.rename(path)
+    except OSError as error:
+        raise DatasetError(
+            f"{path}: the data set cannot be written ({error.strerror}); choose another place."
+        ) from error
 
 
 def _create_arrays(group: zarr.Group, image_size: int) -> None:

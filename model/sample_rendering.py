@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import signal
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
 import numpy as np
 
-from model.dataset import SampleBatch, SampleStore
-from model.errors import DatasetError
+from model.dataset import STREAMS, SampleBatch, SampleStore
+from model.errors import DatasetError, RenderError
 from model.rendering.vtk_renderer import VtkRenderer
 from model.sampling import Stream, draw_sample
 from model.scene import Scene
@@ -84,7 +86,7 @@ def render_store(
     until : callable
         Asked before each block; rendering stops once it is true.
     """
-    tasks = [(s, block) for s in store.streams() for block in store.missing_blocks(s)]
+    tasks = [(s, block) for s in STREAMS for block in store.missing_blocks(s)]
     if not tasks:
         return
     workers = min(workers or os.cpu_count() or 1, len(tasks))
@@ -103,6 +105,11 @@ def render_store(
                     running = _drain(running, on_progress)
             while running:
                 running = _drain(running, on_progress)
+        except BrokenProcessPool as error:
+            raise RenderError(
+                "A rendering process ended unexpectedly (out of memory?); "
+                "run the command again to go on, with fewer --workers."
+            ) from error
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             raise
@@ -118,19 +125,27 @@ def _drain(running: set[Future[int]], on_progress: Callable[[int], None]) -> set
 class _Worker:
     """What a rendering process keeps between blocks."""
 
-    store: SampleStore
+    path: Path
+    volume: Volume
+    store: SampleStore | None = None
     renderer: VtkRenderer
 
 
 def _start_worker(path: Path, volume: Volume) -> None:
     # Each process is one worker: Mesa's own threads would only compete with the others.
     os.environ.setdefault("LP_NUM_THREADS", "1")
-    _Worker.store = SampleStore(path)
-    _Worker.renderer = make_renderer(volume, _Worker.store.scene)
+    # Ctrl-C is the parent's to handle: it stops the pool.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _Worker.path, _Worker.volume = path, volume
 
 
 def _render_block(stream: Stream, block: range) -> int:
     store = _Worker.store
+    if store is None:
+        # Here and not when the process starts, so that errors reach the parent as data.
+        store = SampleStore(_Worker.path)
+        _Worker.renderer = make_renderer(_Worker.volume, store.scene)
+        _Worker.store = store
     batch = render_samples(_Worker.renderer, store.scene, store.seed, stream, block)
     store.write_block(stream, block, batch)
     return len(batch)

@@ -30,6 +30,11 @@ class LightDirection:
     azimuth: float = -45.0
     elevation: float = 45.0
 
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not (isinstance(value, int | float) and math.isfinite(value)):
+                raise TfscopeError(f"The light's {name} is {value!r}; give degrees.")
+
 
 @dataclass(frozen=True)
 class Scene:
@@ -131,7 +136,7 @@ class Scene:
             if values["light"] is not None:
                 values["light"] = LightDirection(**values["light"])
             return cls(**values)
-        except (KeyError, TypeError, ValueError) as error:
+        except (KeyError, TypeError, ValueError, AttributeError) as error:
             raise TfscopeError(f"The scene is malformed near {error}.") from error
 
 

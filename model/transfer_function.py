@@ -228,7 +228,7 @@ class TransferFunction:
             stops = tuple(
                 (float(v), float(r), float(g), float(b)) for v, r, g, b in data["color"]["stops"]
             )
-        except (KeyError, TypeError, ValueError, AttributeError) as error:
+        except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
             raise TransferFunctionError(
                 f"Its content is malformed near {error}; it needs range [lo, hi], opacity with "
                 "modes {mean, width, amplitude} or points [value, opacity], "

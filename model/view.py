@@ -45,6 +45,16 @@ class ViewRange:
     nearest: float = 0.4
     farthest: float = 1.0
 
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not (isinstance(value, int | float) and math.isfinite(value) and value > 0):
+                raise ViewError(f"The view range's {name} is {value!r}; give a number above 0.")
+        if self.max_elevation > 90 or self.nearest >= self.farthest:
+            raise ViewError(
+                "The view range must end at an elevation of at most 90 degrees, "
+                "and its nearest distance must be smaller than its farthest."
+            )
+
 
 @dataclass(frozen=True)
 class View:

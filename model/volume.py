@@ -69,6 +69,11 @@ class Volume:
         lo, hi = self.scalar_range
         if not (np.isfinite(lo) and np.isfinite(hi)):
             raise VolumeError(f"{self.name}: the volume holds NaN or infinite voxels.")
+        if not np.isfinite(hi - lo):
+            raise VolumeError(
+                f"{self.name}: the values from {lo:g} to {hi:g} span more than a floating-point "
+                "number can hold; scale them down."
+            )
         if lo == hi:
             raise VolumeError(
                 f"{self.name}: every voxel has the value {lo:g}; "

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from app.cli import options
+from model.errors import TfscopeError
 
 application = typer.Typer(
     add_completion=False,
@@ -36,6 +37,9 @@ def window(
         from app.cli.window import open_window
 
         raise typer.Exit(open_window(volume, model, str(device), screenshot))
+    if model or volume or screenshot or device != options.Device.AUTO:
+        command = context.invoked_subcommand
+        raise TfscopeError(f"Options before '{command}' are the window's; put them behind it.")
 
 
 @application.command()
@@ -228,7 +232,11 @@ def evaluate(
     component: options.ComponentName = None,
     store: Annotated[
         Path | None,
-        typer.Option("--dataset", metavar="STORE", help="The model's samples. [default: rendered]"),
+        typer.Option(
+            "--dataset",
+            metavar="STORE",
+            help="The model's samples. [default: those in its folder, or rendered anew]",
+        ),
     ] = None,
     neighbours: Annotated[
         int, typer.Option("--neighbours", min=1, help="Training images to look up, if rendered.")

@@ -20,7 +20,7 @@ from rich.progress import (
 from rich.table import Table
 from rich.text import Text
 
-console = Console()
+console = Console(markup=False, highlight=False, soft_wrap=True)
 
 
 class _SpeedColumn(ProgressColumn):
@@ -50,7 +50,7 @@ def counting(description: str, total: int, done: int = 0) -> Iterator[tuple[Prog
 
 def print_facts(title: str, rows: list[tuple[str, str]]) -> None:
     """Print names and values as a two-column table."""
-    table = Table(title=title, title_justify="left", show_header=False, box=None)
+    table = Table(title=Text(title), title_justify="left", show_header=False, box=None)
     table.add_column(style="bold", no_wrap=True)
     table.add_column()
     for name, value in rows:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from app.cli import options
 from app.cli.console import console, counting
-from model.dataset import SampleStore
+from model.dataset import STREAMS, SampleStore
 from model.sample_rendering import render_store
 from model.scene import Scene
 
@@ -29,7 +29,7 @@ def make_dataset(
     scene = Scene.of(volume, size, options.lighting(lighting), options.parse_window(window))
     holdout = holdout or max(1, min(count // 10, MAX_HOLDOUT))
     store = SampleStore.create(out, scene, seed, {"train": count, "holdout": holdout})
-    total = sum(store.count(stream) for stream in store.streams())
+    total = sum(store.count(stream) for stream in STREAMS)
     missing = store.missing_samples()
     with counting("rendering", total, total - missing) as (progress, task):
         render_store(store, volume, workers, lambda new: progress.advance(task, new))

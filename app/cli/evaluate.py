@@ -16,6 +16,7 @@ from model.errors import CheckpointError, DatasetError
 from model.evaluation import evaluate
 from model.generator import Generator
 from model.sample_rendering import render_store
+from model.training.data import OWN_SAMPLES
 
 
 def evaluate_model(
@@ -30,16 +31,22 @@ def evaluate_model(
 ) -> None:
     """Measure the model, print a table, and write the result as JSON when asked.
 
-    Without a store the hold-out samples, and as many training samples as
-    asked for, are rendered anew: they follow from the model's seed.
+    Without a store, and without enough samples in the model's own folder, the
+    hold-out samples, and as many training samples as asked for, are rendered
+    anew: they follow from the model's seed.
     """
     generator = Generator.load(folder, device)
+    own = folder / OWN_SAMPLES
+    if store_path is None and own.is_dir() and SampleStore(own).count("holdout") >= count:
+        store_path = own
     if store_path is not None:
         store = SampleStore(store_path)
         store.require_complete()
-        if store.scene != generator.scene:
+        seed = generator.card.training.get("dataset_seed", store.seed)
+        if store.scene != generator.scene or store.seed != seed:
             raise DatasetError(
-                f"{store_path}: the data set was made for another scene than the model {folder}."
+                f"{store_path}: the data set has another scene or seed than the model {folder}; "
+                "give the one that it was trained on, or none."
             )
         if count > store.count("holdout"):
             raise DatasetError(

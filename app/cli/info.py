@@ -31,7 +31,7 @@ def _card_rows(card: ModelCard) -> list[tuple[str, str]]:
         ("opacity image", f"{size.opacity_size} x {size.opacity_size}"),
         ("latent code", f"{size.latent_dim} numbers"),
     ]
-    if "seconds" in training:
+    if isinstance(training.get("seconds"), int | float):
         rows.append(
             (
                 "training",

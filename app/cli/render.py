@@ -14,6 +14,7 @@ from app.cli import options
 from model.checkpoint import load_card
 from model.default_transfer_function import default_transfer_function
 from model.errors import RenderError
+from model.range_fitting import fit_to_range
 from model.scene import LightDirection, Scene
 from model.shipped import model_for, shipped_models
 from model.transfer_function import TransferFunction
@@ -21,6 +22,7 @@ from model.view import View
 from model.volume import Volume
 
 DEFAULT_SIZE = 256
+DEFAULT_SAMPLE_DISTANCE = 0.5
 
 
 @dataclass(frozen=True)
@@ -63,14 +65,15 @@ def _render_vtk(order: RenderOrder, view: View, tf: TransferFunction | None) -> 
 
     scene = load_card(order.model).scene if order.model else None
     volume = _volume(order, scene)
-    tf = tf or default_transfer_function(volume)
+    tf = fit_to_range(tf, volume.scalar_range) if tf else default_transfer_function(volume)
     if order.lighting is not None:
         lighting = options.lighting(order.lighting)
         light = None if lighting == "none" else LightDirection()
     else:
         lighting = scene.lighting if scene else "none"
         light = scene.light if scene else None
-    renderer = VtkRenderer(volume, lighting, light)
+    step = scene.sample_distance if scene else DEFAULT_SAMPLE_DISTANCE
+    renderer = VtkRenderer(volume, lighting, light, step)
     try:
         size = order.size or (scene.image_size if scene else DEFAULT_SIZE)
         return renderer.render(view, tf.opacity, tf.color, size)
@@ -90,7 +93,10 @@ def _render_generator(
             f"The model was trained with {scene.lighting} lighting; "
             "leave --lighting out, or train a model with it."
         )
-    tf = tf or default_transfer_function(_volume(order, scene))
+    if tf:
+        tf = fit_to_range(tf, scene.scalar_range)
+    else:
+        tf = default_transfer_function(_volume(order, scene))
     rgba = generator.render(view, tf.opacity, tf.color)
     if order.size and order.size != scene.image_size:
         rgba = resize(rgba, (order.size, order.size), anti_aliasing=order.size < scene.image_size)

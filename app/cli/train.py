@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import shlex
+import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from rich.console import Group
+from rich.live import Live
 from rich.progress import (
     BarColumn,
     Progress,
@@ -13,6 +17,7 @@ from rich.progress import (
     TimeElapsedColumn,
     TimeRemainingColumn,
 )
+from rich.text import Text
 
 from app.cli import options
 from app.cli.console import console, counting
@@ -20,8 +25,9 @@ from model.dataset import SampleStore
 from model.errors import TrainingError
 from model.generator import choose_device
 from model.scene import Lighting, Scene
-from model.training.data import render_for_run
+from model.training.data import OWN_SAMPLES, render_for_run
 from model.training.options import PRESETS, Budget, TrainingOptions
+from model.training.state import load_progress
 from model.training.trainer import TrainingPlan, TrainingReport, train
 from model.transfer_function import Range
 
@@ -55,6 +61,8 @@ def train_model(order: TrainOrder) -> None:
         minutes = DEFAULT_MINUTES
     budget = Budget(minutes, order.samples)
     device = choose_device(order.device)
+    if order.resume:
+        _check_resumption(order)
     store, budget = _samples(order, budget)
     plan = TrainingPlan(
         store=store,
@@ -69,7 +77,8 @@ def train_model(order: TrainOrder) -> None:
         try:
             train(plan, order.resume, display.show)
         except KeyboardInterrupt:
-            console.print(f"Stopped; the run is saved. Go on with --out {order.out} --resume.")
+            again = shlex.join([*(a for a in sys.argv[1:] if a != "--resume"), "--resume"])
+            console.print(f"Stopped; the run is saved. Go on with: python main.py {again}")
             raise
     console.print(f"The model is in {order.out}; open it with: python main.py --model {order.out}")
 
@@ -78,6 +87,19 @@ def _recipe(order: TrainOrder) -> TrainingOptions:
     recipe = TrainingOptions.faithful() if order.faithful else TrainingOptions()
     given = {name: value for name, value in order.overrides.items() if value is not None}
     return replace(recipe, seed=order.seed, **given)  # type: ignore[arg-type]
+
+
+def _check_resumption(order: TrainOrder) -> None:
+    """Refuse before anything is rendered what the run itself would refuse."""
+    progress, _ = load_progress(order.out)
+    own = order.out / OWN_SAMPLES
+    if order.store is None and not own.is_dir():
+        raise TrainingError(
+            f"{order.out}: the run's samples are not in its folder; "
+            "name the data set that it was started with by --dataset."
+        )
+    if progress.stage == "done":
+        raise TrainingError(f"{order.out}: the run is finished; train longer in another folder.")
 
 
 def _samples(order: TrainOrder, budget: Budget) -> tuple[SampleStore, Budget]:
@@ -91,7 +113,7 @@ def _samples(order: TrainOrder, budget: Budget) -> tuple[SampleStore, Budget]:
     scene = Scene.of(volume, size.image_size, order.lighting, order.window)
     with counting("rendering", 0) as (progress, task):
         return render_for_run(
-            order.out / "samples.zarr",
+            order.out / OWN_SAMPLES,
             volume,
             scene,
             order.seed,
@@ -102,12 +124,6 @@ def _samples(order: TrainOrder, budget: Budget) -> tuple[SampleStore, Budget]:
 
 
 def _check_store(order: TrainOrder, store: SampleStore) -> None:
-    wanted = PRESETS[order.preset].image_size
-    if store.scene.image_size != wanted:
-        raise TrainingError(
-            f"{order.store}: its images have {store.scene.image_size} pixels but the preset "
-            f"'{order.preset}' draws {wanted}; make a data set with --size {wanted}."
-        )
     if order.volume.path is not None:
         volume = order.volume.read()
         if volume.fingerprint != store.scene.volume_fingerprint:
@@ -118,7 +134,7 @@ def _check_store(order: TrainOrder, store: SampleStore) -> None:
 
 
 class _Display:
-    """A bar over the budget with speed, losses, hold-out errors and remaining time."""
+    """A bar over the budget with speed and remaining time, and the losses below it."""
 
     def __init__(self) -> None:
         self._progress = Progress(
@@ -129,19 +145,19 @@ class _Display:
             TimeElapsedColumn(),
             TimeRemainingColumn(),
             TextColumn("left"),
-            TextColumn("{task.fields[numbers]}"),
-            console=console,
         )
-        self._task = self._progress.add_task("starting", total=1.0, speed="", numbers="")
+        self._losses = Text()
+        self._live = Live(Group(self._progress, self._losses), console=console)
+        self._task = self._progress.add_task("starting", total=1.0, speed="")
         self._first: TrainingReport | None = None
         self._metrics: dict[str, float] = {}
 
     def __enter__(self) -> _Display:
-        self._progress.start()
+        self._live.start()
         return self
 
     def __exit__(self, *exception: object) -> None:
-        self._progress.stop()
+        self._live.stop()
 
     def show(self, report: TrainingReport) -> None:
         """Show a report; a line stays for each new hold-out measurement."""
@@ -153,11 +169,11 @@ class _Display:
             description=f"stage {report.stage}",
             completed=report.spent,
             speed=f"{speed:.0f} samples/s",
-            numbers=_numbers(report.losses),
         )
+        self._losses.plain = _numbers(report.losses)
         if report.metrics and report.metrics != self._metrics:
             self._metrics = report.metrics
-            self._progress.console.print(
+            self._live.console.print(
                 f"{report.seconds / 60:6.1f} min {report.samples:>9,} samples  "
                 f"hold-out {_numbers(report.metrics)}"
             )

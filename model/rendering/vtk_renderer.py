@@ -86,7 +86,11 @@ class VtkRenderer:
         self._renderer = vtkRenderer()
         self._renderer.SetBackground(0.0, 0.0, 0.0)
         self._renderer.SetBackgroundAlpha(0.0)
-        self._renderer.AddVolume(self._actor(lighting))
+        self._properties = self._volume_property(lighting)
+        actor = vtkVolume()
+        actor.SetMapper(self._mapper)
+        actor.SetProperty(self._properties)
+        self._renderer.AddVolume(actor)
         self._renderer.AutomaticLightCreationOff()
         if lighting != "none":
             self._renderer.AddLight(_camera_light(light or LightDirection()))
@@ -116,15 +120,17 @@ class VtkRenderer:
             on black; row 0 at the top.
         """
         scalar_range = self._volume.scalar_range
-        self._opacity.BuildFunctionFromTable(
-            *self._texture_range, TF_SAMPLES, opacity_tf.sample(scalar_range).tolist()
-        )
+        opacity = per_sample(opacity_tf.sample(scalar_range), self.sample_distance)
+        self._opacity.BuildFunctionFromTable(*self._texture_range, TF_SAMPLES, opacity.tolist())
         self._color.BuildFunctionFromTable(
             *self._texture_range,
             TF_SAMPLES,
             color_tf.sample(scalar_range).ravel().tolist(),
         )
-        self._mapper.SetSampleDistance(self.sample_distance * self._volume.voxel_size)
+        step = self.sample_distance * self._volume.voxel_size
+        self._mapper.SetSampleDistance(step)
+        # VTK's own correction leaves out opacities below 1e-4: give it none to do.
+        self._properties.SetScalarOpacityUnitDistance(step)
         self._point_camera(view)
         self._window.SetSize(size, size)
         self._window.Render()
@@ -143,12 +149,11 @@ class VtkRenderer:
         self._renderer.RemoveAllViewProps()
         self._window.Finalize()
 
-    def _actor(self, lighting: Lighting) -> vtkVolume:
+    def _volume_property(self, lighting: Lighting) -> vtkVolumeProperty:
         properties = vtkVolumeProperty()
         properties.SetInterpolationTypeToLinear()
         properties.SetScalarOpacity(self._opacity)
         properties.SetColor(self._color)
-        properties.SetScalarOpacityUnitDistance(self._volume.voxel_size)
         if lighting == "none":
             properties.ShadeOff()
         else:
@@ -157,10 +162,7 @@ class VtkRenderer:
             properties.SetDiffuse(DIFFUSE)
             properties.SetSpecular(SPECULAR)
             properties.SetSpecularPower(SPECULAR_POWER)
-        actor = vtkVolume()
-        actor.SetMapper(self._mapper)
-        actor.SetProperty(properties)
-        return actor
+        return properties
 
     def _point_camera(self, view: View) -> None:
         _, up, back = view.basis()
@@ -176,6 +178,21 @@ class VtkRenderer:
         camera.SetClippingRange(
             max(distance - 1.01 * radius, 0.01 * radius), distance + 1.01 * radius
         )
+
+
+def per_sample(opacity: NDArray[np.float32], sample_distance: float) -> NDArray[np.float64]:
+    """Opacity of one sample from the opacity of a voxel's length: 1 - (1 - a)^s.
+
+    Parameters
+    ----------
+    opacity : ndarray, any shape
+        In [0, 1].
+    sample_distance : float
+        Length of the sample, in voxels.
+    """
+    # By logarithms, which keep all digits of small opacities; exact at 0 and at 1.
+    with np.errstate(divide="ignore"):
+        return -np.expm1(sample_distance * np.log1p(-opacity.astype(np.float64)))
 
 
 def _texture_scalars(volume: Volume) -> tuple[NDArray[Any], Range]:

@@ -6,12 +6,14 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from model.dataset import BLOCK, SampleStore
-from model.errors import DatasetError
+from model.dataset import BLOCK, STREAMS, SampleStore
 from model.sample_rendering import render_store
 from model.scene import Scene
 from model.training.options import Budget
 from model.volume import Volume
+
+OWN_SAMPLES = "samples.zarr"
+"""Name of the store in the run's folder."""
 
 RENDERING_SHARE = 0.25
 """Share of a budget in minutes that rendering may take."""
@@ -53,6 +55,11 @@ def render_for_run(
         the time allowed.
     budget : Budget
         What is left for training.
+
+    Raises
+    ------
+    DatasetError
+        When the folder holds samples of another scene or seed.
     """
     deadline = None
     count = MAX_SAMPLES
@@ -62,15 +69,11 @@ def render_for_run(
         assert budget.minutes is not None
         deadline = time.monotonic() + 60 * budget.minutes * RENDERING_SHARE
         budget = Budget(minutes=budget.minutes * (1 - RENDERING_SHARE))
-    try:
-        store = SampleStore(folder)
-        store.require_complete()
+    store = SampleStore.create(folder, scene, seed, {"holdout": HOLDOUT_SAMPLES})
+    if store.count("train") >= MIN_SAMPLES and not store.missing_samples():
         return store, budget
-    except DatasetError:
-        store = SampleStore.create(
-            folder, scene, seed, {"holdout": HOLDOUT_SAMPLES, "train": count}
-        )
-    total = sum(store.count(stream) for stream in store.streams())
+    store = SampleStore.create(folder, scene, seed, {"holdout": HOLDOUT_SAMPLES, "train": count})
+    total = sum(store.count(stream) for stream in STREAMS)
     done = total - store.missing_samples()
 
     def advance(new: int) -> None:

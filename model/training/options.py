@@ -56,6 +56,9 @@ class TrainingOptions:
     average_decay : float
         Decay per step of the exponential moving average of the generator's
         weights, which is evaluated and shipped; 0 ships the last weights.
+    keep_variance : bool
+        Whether the first weights of layers without batch norm follow from
+        their fan-in; the paper draws all from N(0, .02).
     adversarial_start : float
         Share of each stage after which the discriminator joins, 0..1; until
         then the other losses train the generator alone, twice as fast. The
@@ -72,6 +75,7 @@ class TrainingOptions:
     opacity_l1_weight: float = 150.0
     predicted_share: float = 1.0
     average_decay: float = 0.999
+    keep_variance: bool = True
     adversarial_start: float = 0.6
     opacity_time_share: float = 0.4
     seed: int = 0
@@ -97,6 +101,7 @@ class TrainingOptions:
             opacity_l1_weight=0.0,
             predicted_share=0.0,
             average_decay=0.0,
+            keep_variance=False,
             adversarial_start=0.0,
         )
 

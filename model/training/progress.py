@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import torch
 from skimage.io import imsave
 
 from model import metrics
+from model.checkpoint import write_atomically
 from model.dataset import SampleStore
 from model.encoding import decode_unit, encode_batch
 from model.networks.blocks import NetworkSize
@@ -20,6 +22,8 @@ from model.training.state import Progress
 
 PROBE_SAMPLES = 128
 SHEET_SAMPLES = 8
+PROBE_BATCH = 16
+MEASURES = ("tf_rmse", "opacity_rmse", "rmse", "emd")
 
 
 class HoldoutProbe:
@@ -37,15 +41,29 @@ class HoldoutProbe:
         samples = store.read("holdout", range(self.count))
         self.batch = encode_batch(samples, store.scene.view_range, size.opacity_size).to(device)
 
-    def measure(self, generator: TwoStageGenerator) -> dict[str, float]:
-        """Mean RMSE of opacity TFs, opacity images and images, and mean colour EMD."""
-        image, opacity = self._render(generator)
-        with torch.inference_mode():
-            tf = generator.opacity.decode(generator.opacity.encode(self.batch.opacity_tf))
-        truth = _pixels(self.batch.image)
-        pairs = list(zip(_pixels(image), truth, strict=True))
-        opacity_pairs = zip(_pixels(opacity), _pixels(self.batch.opacity_image), strict=True)
+    def measure(self, generator: TwoStageGenerator, sheet: Path) -> dict[str, float]:
+        """Measure a generator and write a picture of the first samples.
+
+        Parameters
+        ----------
+        generator : TwoStageGenerator
+        sheet : Path
+            PNG file. Rows, from the top: true images, generated images, true
+            opacity images, generated opacity images.
+
+        Returns
+        -------
+        dict of float
+            Mean RMSE of opacity TFs, opacity images and images, and mean
+            colour EMD.
+        """
+        image, opacity, tf = self._render(generator)
+        images, truth = _pixels(image), _pixels(self.batch.image)
+        opacities, true_opacities = _pixels(opacity), _pixels(self.batch.opacity_image)
+        _save_sheet(sheet, [truth, images, true_opacities, opacities])
         tf_error = decode_unit(tf) - decode_unit(self.batch.opacity_tf)
+        pairs = list(zip(images, truth, strict=True))
+        opacity_pairs = zip(opacities, true_opacities, strict=True)
         return {
             "tf_rmse": float(tf_error.square().mean(1).sqrt().mean()),
             "opacity_rmse": float(np.mean([metrics.rmse(a, b) for a, b in opacity_pairs])),
@@ -53,29 +71,21 @@ class HoldoutProbe:
             "emd": float(np.mean([metrics.color_emd(a, b) for a, b in pairs])),
         }
 
-    def save_sheet(self, generator: TwoStageGenerator, path: Path) -> None:
-        """Write a picture of fixed samples.
-
-        Rows, from the top: true images, generated images, true opacity
-        images, generated opacity images.
-        """
-        image, opacity = self._render(generator)
-        side = image.shape[-1]
-        rows = [
-            _pixels(self.batch.image),
-            _pixels(image),
-            _enlarge(_pixels(self.batch.opacity_image), side),
-            _enlarge(_pixels(opacity), side),
-        ]
-        sheet = np.concatenate([np.concatenate(list(r[:SHEET_SAMPLES]), axis=1) for r in rows])
-        path.parent.mkdir(parents=True, exist_ok=True)
-        imsave(path, np.rint(np.clip(sheet, 0, 1) * 255).astype(np.uint8), check_contrast=False)
-
     @torch.inference_mode()
-    def _render(self, generator: TwoStageGenerator) -> tuple[torch.Tensor, torch.Tensor]:
-        b = self.batch
-        image, opacity = generator(b.view, b.opacity_tf, b.color_tf)
-        return image, opacity
+    def _render(
+        self, generator: TwoStageGenerator
+    ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
+        """Images, opacity images and decoded opacity TFs, a few samples at a time."""
+        parts = []
+        for start in range(0, self.count, PROBE_BATCH):
+            part = slice(start, start + PROBE_BATCH)
+            latent = generator.opacity.encode(self.batch.opacity_tf[part])
+            image, opacity = generator.render_latent(
+                self.batch.view[part], latent, self.batch.color_tf[part]
+            )
+            parts.append((image, opacity, generator.opacity.decode(latent)))
+        image, opacity, tf = (torch.cat(column) for column in zip(*parts, strict=True))
+        return image, opacity, tf
 
 
 class RunLog:
@@ -107,11 +117,17 @@ class RunLog:
         row |= {k: round(v, 6) for k, v in measured.items()}
         self._rows.append(row)
         columns = list(dict.fromkeys(name for r in self._rows for name in r))
+        table = io.StringIO(newline="")
+        writer = csv.DictWriter(table, columns, restval="")
+        writer.writeheader()
+        writer.writerows(self._rows)
         self._path.parent.mkdir(parents=True, exist_ok=True)
-        with self._path.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.DictWriter(file, columns, restval="")
-            writer.writeheader()
-            writer.writerows(self._rows)
+        write_atomically(self._path, table.getvalue().encode())
+
+    def last_metrics(self) -> dict[str, float]:
+        """What the probe measured last; empty before the first time."""
+        last = self._rows[-1] if self._rows else {}
+        return {name: float(last[name]) for name in MEASURES if last.get(name)}
 
     def curve(self) -> list[dict[str, Any]]:
         """The rows, for the model's card."""
@@ -124,8 +140,13 @@ def _pixels(images: torch.Tensor) -> np.ndarray[Any, np.dtype[np.float32]]:
     return np.broadcast_to(array, (*array.shape[:3], 3))
 
 
-def _enlarge(
-    images: np.ndarray[Any, np.dtype[np.float32]], side: int
-) -> np.ndarray[Any, np.dtype[np.float32]]:
-    factor = side // images.shape[1]
-    return images.repeat(factor, axis=1).repeat(factor, axis=2)
+def _save_sheet(path: Path, rows: list[np.ndarray[Any, np.dtype[np.float32]]]) -> None:
+    """Write rows of images below one another, all enlarged to the largest."""
+    side = max(row.shape[1] for row in rows)
+    enlarged = []
+    for row in rows:
+        factor = side // row.shape[1]
+        enlarged.append(row[:SHEET_SAMPLES].repeat(factor, axis=1).repeat(factor, axis=2))
+    sheet = np.concatenate([np.concatenate(list(row), axis=1) for row in enlarged])
+    path.parent.mkdir(parents=True, exist_ok=True)
+    imsave(path, np.rint(np.clip(sheet, 0, 1) * 255).astype(np.uint8), check_contrast=False)

@@ -16,7 +16,7 @@ from torch import Tensor, nn
 from torch.nn.functional import binary_cross_entropy_with_logits, l1_loss, mse_loss
 
 from model.encoding import EncodedBatch
-from model.networks.blocks import NetworkSize, place
+from model.networks.blocks import NetworkSize, keep_variance, place
 from model.networks.opacity import OpacityDiscriminator, OpacityGenerator
 from model.networks.translation import TranslationDiscriminator, TranslationGenerator
 from model.training.average import WeightAverage
@@ -50,6 +50,9 @@ class Stage(ABC):
         options: TrainingOptions,
         device: torch.device,
     ) -> None:
+        if options.keep_variance:
+            keep_variance(generator)
+            keep_variance(discriminator)
         self.generator = place(generator, device)
         self.discriminator = place(discriminator, device)
         self.average: WeightAverage[Any] = WeightAverage(self.generator, options.average_decay)

@@ -125,9 +125,9 @@ class _Run:
     ) -> None:
         self.plan = plan
         self.on_report = on_report
-        self.metrics: dict[str, float] = {}
         self.progress = self._first_progress(resume)
         self.log = RunLog(plan.folder, self.progress.samples)
+        self.metrics = self.log.last_metrics()
         self.probe = HoldoutProbe(plan.store, plan.size, plan.device)
         torch.manual_seed(plan.options.seed)
         self.opacity = OpacityStage(plan.size, plan.options, plan.device)
@@ -142,6 +142,7 @@ class _Run:
 
     def train(self) -> None:
         try:
+            self.plan.folder.mkdir(parents=True, exist_ok=True)
             if self.progress.stage == "opacity":
                 self._train_stage(self.opacity)
                 self.progress.enter("translation")
@@ -152,9 +153,20 @@ class _Run:
         except KeyboardInterrupt:
             self._checkpoint()
             raise
+        except OSError as error:
+            raise TrainingError(
+                f"{self.plan.folder}: the run cannot be written ({error.strerror}); "
+                "make room or choose another folder."
+            ) from error
 
     def _first_progress(self, resume: bool) -> Progress:
         plan = self.plan
+        if plan.size.image_size != plan.store.scene.image_size:
+            raise TrainingError(
+                f"{plan.store.path}: its images have {plan.store.scene.image_size} pixels but the "
+                f"preset '{plan.preset}' draws {plan.size.image_size}; "
+                f"make a data set with --size {plan.size.image_size}."
+            )
         needed = max(plan.options.opacity.batch_size, plan.options.translation.batch_size)
         if plan.store.count("train") < needed or plan.store.count("holdout") < 1:
             raise TrainingError(
@@ -192,14 +204,14 @@ class _Run:
         share = self._stage_share()
         recent: list[Losses] = []
         for batch in self._batches(stage.stage.batch_size):
-            if share >= 1:
+            if share >= 1 and stage.steps:
                 break
             losses = stage.step(batch, share)
             if not all(map(np.isfinite, losses.values())):
                 raise TrainingError(
                     f"{self.plan.folder}: a loss of the {stage.name} stage is no longer finite "
-                    f"after {self.progress.samples} samples; resume from the last state with "
-                    "another seed, or lower the learning rate."
+                    f"after {self.progress.samples} samples; start again in another folder "
+                    "with another --seed."
                 )
             recent.append(losses)
             self.progress.batch += 1
@@ -216,7 +228,10 @@ class _Run:
         """Share of the current stage's part of the budget that is used up."""
         spent = self.plan.budget.spent(self.progress.seconds, self.progress.samples)
         first = self.plan.options.opacity_time_share
-        return spent / first if self.progress.stage == "opacity" else (spent - first) / (1 - first)
+        if self.progress.stage == "opacity":
+            return spent / first
+        # A run that is resumed with a larger budget may be before the start of its stage.
+        return max(0.0, (spent - first) / (1 - first))
 
     def _batches(self, batch_size: int) -> Iterator[EncodedBatch]:
         """Pass over the training samples again and again, from where the run stands."""
@@ -235,11 +250,8 @@ class _Run:
     def _measure(self, stage: Stage, recent: list[Losses]) -> None:
         names = dict.fromkeys(name for losses in recent for name in losses)
         losses = {k: float(np.mean([r[k] for r in recent if k in r])) for k in names}
-        generator = self._generator()
-        self.metrics = self.probe.measure(generator)
-        self.probe.save_sheet(
-            generator, self.plan.folder / "sheets" / f"{self.progress.samples:09d}.png"
-        )
+        sheet = self.plan.folder / "sheets" / f"{self.progress.samples:09d}.png"
+        self.metrics = self.probe.measure(self._generator(), sheet)
         self.log.write(self.progress, losses, self.metrics)
 
     def _generator(self) -> TwoStageGenerator:

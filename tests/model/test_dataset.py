@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import zarr
 
 from model.dataset import ARRAYS, BLOCK, SampleBatch, SampleStore
 from model.errors import DatasetError
@@ -141,6 +142,40 @@ def test_a_pass_can_start_in_the_middle(
     assert len(rest) == len(whole) - skip
     for one, other in zip(whole[skip:], rest, strict=True):
         assert_equal(one, other)
+
+
+def test_a_kill_while_growing_leaves_a_store_that_can_go_on(
+    scene: Scene, volume: Volume, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    counts: dict[Stream, int] = {"train": 40, "holdout": 5}
+    for resizes in range(5):
+        path = tmp_path / f"{resizes}.zarr"
+        SampleStore.create(path, scene, 7, counts)
+        with monkeypatch.context() as patch:
+            left = iter(range(resizes))
+            resize = zarr.Array.resize
+            patch.setattr(
+                zarr.Array,
+                "resize",
+                lambda self, shape, r=resize, n=left: (next(n), r(self, shape)),
+            )
+            with pytest.raises(StopIteration):
+                SampleStore.create(path, scene, 7, {"train": 100})
+        store = SampleStore.create(path, scene, 7, {"train": 100})
+        assert (store.count("train"), store.missing_samples()) == (100, 105)
+
+
+def test_errors_of_rendering_processes_arrive(store: SampleStore, tmp_path: Path) -> None:
+    other = Volume(np.arange(60, dtype=np.uint8).reshape(3, 4, 5))
+    growing = SampleStore.create(tmp_path / "s.zarr", store.scene, 7, {"train": 5})
+    with pytest.raises(DatasetError, match="is not the one"):
+        render_store(growing, other, workers=1)
+
+
+def test_an_unwritable_place_is_said(scene: Scene, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(DatasetError, match=r"cannot be written|not a tfscope"):
+        SampleStore.create(tmp_path / "file" / "s.zarr", scene, 7, {"train": 5})
 
 
 def test_foreign_folders_are_refused(tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -154,7 +155,10 @@ def test_evaluate_compares_with_the_nearest_neighbour(
     trained: Path, raw_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "result.json"
-    arguments = f"evaluate --model {trained} --volume {raw_file} --count 6 --neighbours 40"
+    elsewhere = shutil.copytree(
+        trained, tmp_path / "model", ignore=shutil.ignore_patterns("samples.zarr")
+    )
+    arguments = f"evaluate --model {elsewhere} --volume {raw_file} --count 6 --neighbours 40"
     assert run([*arguments.split(), "--workers", "1", "--json", str(out)]) == 0
     result = json.loads(out.read_text())
     assert result["count"] == 6
@@ -163,9 +167,8 @@ def test_evaluate_compares_with_the_nearest_neighbour(
         for measure in ("rmse", "emd", "ssim"):
             assert set(part[measure]) == {"mean", "median", "p95"}
     assert f"{result['rmse']['mean']:.4f}" in capsys.readouterr().out
-    # The run's own store holds the same samples, and more of them.
-    stored = ["evaluate", "--model", str(trained), "--count", "6", "--json", str(out)]
-    assert run([*stored, "--dataset", str(trained / "samples.zarr")]) == 0
+    # Without being asked to render, it takes the run's own store: the same samples, and more.
+    assert run(["evaluate", "--model", str(trained), "--count", "6", "--json", str(out)]) == 0
     again = json.loads(out.read_text())
     assert again["rmse"] == pytest.approx(result["rmse"])
     assert again["nearest_neighbour"]["rmse"]["mean"] <= result["nearest_neighbour"]["rmse"]["mean"]
@@ -194,6 +197,8 @@ BAD_INPUT = [
     ("train --dataset none --out x", "no data set here"),
     ("evaluate --model nowhere", "no model here"),
     ("paint", "paint"),
+    ("--device cpu render --out x.png", "put them behind it"),
+    ("train --out x --resume", "no training run to resume"),
     ("--sepia", "--sepia"),
 ]
 
@@ -221,7 +226,11 @@ def test_more_bad_input(
             f"render --renderer generator --model {trained} --lighting direct --out x.png",
             "trained with none lighting",
         ),
-        (f"evaluate --model {trained}", "not shipped; give --volume"),
+        (f"evaluate --model {trained} --count 5000", "not shipped; give --volume"),
+        (
+            f"train --volume {shipped_volumes()[0]} --preset draft --out {trained} --samples 9",
+            "made for another volume",
+        ),
         (
             f"evaluate --model {trained} --volume {shipped_volumes()[0]}",
             "trained on another volume",

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterator
+from fractions import Fraction
 from itertools import pairwise
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from model.rendering.vtk_renderer import VtkRenderer
+from model.rendering.vtk_renderer import VtkRenderer, per_sample
 from model.transfer_function import ColorTF, GaussianMode, OpacityTF
 from model.view import View
 from model.volume import Volume
@@ -66,6 +67,24 @@ def test_an_opaque_tf_is_opaque_inside_and_empty_outside(renderer: VtkRenderer) 
     assert alpha[SIZE // 2, SIZE // 2] == 1.0
     assert alpha[0, 0] == 0.0
     assert np.isin(alpha, (0.0, 1.0)).mean() > 0.9
+
+
+@pytest.mark.parametrize("opacity", [0.0, 1e-7, 0.5, 1.0])
+@pytest.mark.parametrize("sample_distance", [0.25, 0.5, 1.0, 2.0])
+def test_the_opacity_of_a_sample(opacity: float, sample_distance: float) -> None:
+    value = per_sample(np.array([opacity], np.float32), sample_distance)[0]
+    exact = 1 - (1 - Fraction(float(np.float32(opacity)))) ** Fraction(sample_distance)
+    assert value == pytest.approx(float(exact), rel=1e-9)
+
+
+@pytest.mark.parametrize("opacity", [2e-5, 9e-5, 1.1e-4])
+@pytest.mark.parametrize("sample_distance", [0.25, 1.0])
+def test_thin_haze_adds_up(opacity: float, sample_distance: float) -> None:
+    volume = slab(9, 1201, 9)
+    view = View(distance=0.27)
+    image = render(volume, view, constant(opacity), WHITE, 33, sample_distance=sample_distance)
+    expected = 1 - np.exp(1200 * np.log1p(-opacity))
+    assert image[16, 16, 3] == pytest.approx(expected, abs=1.5 * STEP)
 
 
 @pytest.mark.parametrize("opacity", [0.02, 0.2, 0.6])
