@@ -24,6 +24,7 @@ from app.cli.console import console, counting
 from model.dataset import SampleStore
 from model.errors import TrainingError
 from model.generator import choose_device
+from model.networks.blocks import NetworkSize
 from model.scene import Lighting, Scene
 from model.training.data import OWN_SAMPLES, render_for_run
 from model.training.options import PRESETS, Budget, TrainingOptions
@@ -67,7 +68,7 @@ def train_model(order: TrainOrder) -> None:
     plan = TrainingPlan(
         store=store,
         preset=order.preset,
-        size=PRESETS[order.preset],
+        size=_size(order),
         options=_recipe(order),
         budget=budget,
         folder=order.out,
@@ -81,6 +82,12 @@ def train_model(order: TrainOrder) -> None:
             console.print(f"Stopped; the run is saved. Go on with: python main.py {again}")
             raise
     console.print(f"The model is in {order.out}; open it with: python main.py --model {order.out}")
+
+
+def _size(order: TrainOrder) -> NetworkSize:
+    """The preset's size; the paper's networks have no modulation."""
+    size = PRESETS[order.preset]
+    return replace(size, modulation=False) if order.faithful else size
 
 
 def _recipe(order: TrainOrder) -> TrainingOptions:

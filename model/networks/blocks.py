@@ -37,6 +37,10 @@ class NetworkSize:
         1, 2, 4 or more powers of two.
     latent_dim : int
         Length of the latent code of an opacity TF.
+    modulation : bool
+        Whether the codes of view and TFs also scale and shift the translation
+        decoder's features at every resolution. The paper's network has only
+        the tiled codes; small networks then take very long to heed colours.
 
     Raises
     ------
@@ -48,6 +52,7 @@ class NetworkSize:
     opacity_size: int = 64
     image_size: int = 256
     latent_dim: int = 8
+    modulation: bool = False
 
     def __post_init__(self) -> None:
         for name in ("opacity_size", "image_size"):
@@ -161,6 +166,32 @@ class ImageDiscriminator(nn.Sequential):
         super().__init__(*layers)
 
 
+class Modulation(nn.Module):
+    """Scales and shifts features by linear functions of a code; the identity at first.
+
+    Parameters
+    ----------
+    code : int
+        Length of the code.
+    channels : int
+        Number of feature channels.
+    """
+
+    def __init__(self, code: int, channels: int) -> None:
+        super().__init__()
+        self.linear = nn.Linear(code, 2 * channels)
+
+    def start(self) -> None:
+        """Begin as the identity; to be called after the other weights are drawn."""
+        nn.init.zeros_(self.linear.weight)
+        nn.init.zeros_(self.linear.bias)
+
+    def forward(self, x: Tensor, code: Tensor) -> Tensor:
+        """Modulate features (N, channels, H, W) by codes (N, code)."""
+        scale, shift = self.linear(code)[:, :, None, None].chunk(2, dim=1)
+        return x * (1 + scale) + shift
+
+
 def mlp(*features: int) -> nn.Sequential:
     """Linear layers, each followed by LeakyReLU."""
     layers: list[nn.Module] = []
@@ -189,6 +220,7 @@ def initialise(module: nn.Module) -> None:
         elif isinstance(layer, nn.BatchNorm2d):
             nn.init.normal_(layer.weight, 1.0, 0.02)
             nn.init.zeros_(layer.bias)
+    _start_modulations(module)
 
 
 def keep_variance(module: nn.Module) -> None:
@@ -201,6 +233,13 @@ def keep_variance(module: nn.Module) -> None:
     for layer in module.modules():
         if isinstance(layer, nn.Conv1d | nn.Linear):
             nn.init.kaiming_normal_(layer.weight, LEAK, nonlinearity="leaky_relu")
+    _start_modulations(module)
+
+
+def _start_modulations(module: nn.Module) -> None:
+    for layer in module.modules():
+        if isinstance(layer, Modulation):
+            layer.start()
 
 
 def place(network: Network, device: torch.device) -> Network:

@@ -16,6 +16,7 @@ from model.networks.blocks import (
     LEAK,
     VIEW_PARAMETERS,
     ImageDiscriminator,
+    Modulation,
     NetworkSize,
     ResidualBlock,
     TFEncoder,
@@ -98,7 +99,12 @@ class TranslationGenerator(nn.Module):
             nn.Sequential(upsample(), ResidualBlock(a + skip, b))
             for a, skip, b in zip([ascending[0], *outputs[:-1]], skips, outputs, strict=True)
         )
-        self.paint = _painter(c(64), c(32), int(math.log2(size.image_size // size.opacity_size)))
+        doublings = int(math.log2(size.image_size // size.opacity_size))
+        last = c(64) if doublings < 2 else c(32)
+        self.paint = _painter(c(64), last, doublings)
+        self.color = nn.Sequential(nn.Conv2d(last, 3, 3, padding=1), nn.Tanh())
+        modulated = [*outputs, last] if size.modulation else []
+        self.modulations = nn.ModuleList(Modulation(3 * c(256), n) for n in modulated)
         initialise(self)
 
     def forward(self, view: Tensor, latent: Tensor, color_tf: Tensor, opacity: Tensor) -> Tensor:
@@ -126,8 +132,12 @@ class TranslationGenerator(nn.Module):
         x = self.fusion(concatenate(encodings[-1], tiled))
         for i, double in enumerate(self.decoder):
             x = double(x if i == 0 else concatenate(x, encodings[-1 - i]))
-        image: Tensor = self.paint(x)
+            x = self._modulate(i, x, codes)
+        image: Tensor = self.color(self._modulate(-1, self.paint(x), codes))
         return image
+
+    def _modulate(self, index: int, x: Tensor, codes: Tensor) -> Tensor:
+        return self.modulations[index](x, codes) if self.modulations else x
 
 
 class TranslationDiscriminator(nn.Module):
@@ -178,7 +188,7 @@ def _halve(channels_in: int, channels_out: int, norm: bool) -> nn.Sequential:
 
 
 def _painter(channels_in: int, channels: int, doublings: int) -> nn.Sequential:
-    """Draw RGB from the last features, doubling the number of pixels as often as asked."""
+    """Features for RGB from the decoder's, doubling the pixels as often as asked."""
     layers: list[nn.Module] = []
     for _ in range(doublings - 1):
         layers += [upsample(), ResidualBlock(channels_in, channels)]
@@ -189,7 +199,5 @@ def _painter(channels_in: int, channels: int, doublings: int) -> nn.Sequential:
         nn.Conv2d(channels_in, channels_in, 3, padding=1),
         nn.BatchNorm2d(channels_in),
         nn.ReLU(),
-        nn.Conv2d(channels_in, 3, 3, padding=1),
-        nn.Tanh(),
     ]
     return nn.Sequential(*layers)

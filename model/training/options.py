@@ -10,8 +10,8 @@ from model.errors import TrainingError
 from model.networks.blocks import NetworkSize
 
 PRESETS: dict[str, NetworkSize] = {
-    "draft": NetworkSize(width=0.25, image_size=64),
-    "compact": NetworkSize(width=0.25, image_size=128),
+    "draft": NetworkSize(width=0.25, image_size=64, modulation=True),
+    "compact": NetworkSize(width=0.25, image_size=128, modulation=True),
     "paper": NetworkSize(width=1.0, image_size=256),
 }
 """Network sizes by name: for experiments, for CPUs, and the paper's."""

@@ -12,7 +12,7 @@ import json
 import platform
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -65,6 +65,7 @@ class TrainingPlan:
         """What must not change when a run is resumed, as plain data."""
         return {
             "preset": self.preset,
+            "size": asdict(self.size),
             "scene": self.store.scene.to_json(),
             "dataset_seed": self.store.seed,
             "options": self.options.to_json(),

@@ -7,7 +7,14 @@ import torch
 from torch import nn
 
 from model.errors import TfscopeError
-from model.networks.blocks import NetworkSize, ResidualBlock, initialise, parameter_count
+from model.networks.blocks import (
+    Modulation,
+    NetworkSize,
+    ResidualBlock,
+    initialise,
+    keep_variance,
+    parameter_count,
+)
 from model.networks.opacity import OpacityDiscriminator, OpacityGenerator
 from model.networks.translation import TranslationDiscriminator, TranslationGenerator
 from model.networks.two_stage import TwoStageGenerator
@@ -36,6 +43,8 @@ SIZES = [
     NetworkSize(0.125, 64, 256),
     NetworkSize(0.125, 32, 32, latent_dim=3),
     NetworkSize(0.125, 16, 64),
+    NetworkSize(0.125, 64, 64, modulation=True),
+    NetworkSize(0.125, 32, 128, modulation=True),
 ]
 
 
@@ -87,6 +96,16 @@ def test_first_weights_have_the_papers_spread() -> None:
     assert convolution.weight.std().item() == pytest.approx(0.02, rel=0.05)
     assert norm.weight.mean().item() == pytest.approx(1.0, abs=0.02)
     assert not norm.bias.any()
+
+
+def test_narrow_encoders_pass_their_signal_on() -> None:
+    torch.manual_seed(0)
+    encoder = TranslationGenerator(NetworkSize(0.25)).color_tf
+    tf = torch.rand(16, 3, 256) * 2 - 1
+    lost = encoder(tf).std(0).mean()
+    keep_variance(encoder)
+    kept = encoder(tf).std(0).mean()
+    assert lost < 1e-4 < 0.05 < kept < 5
 
 
 def test_in_evaluation_a_sample_does_not_depend_on_its_batch() -> None:
@@ -147,6 +166,25 @@ def test_the_image_has_the_whole_gradient_to_the_opacity_tf() -> None:
         (network.render_latent(view, latent, color)[0] * weights).sum(), latent
     )[0]
     torch.testing.assert_close(whole, parts[0] + parts[1])
+
+
+def test_modulation_starts_as_the_identity_and_then_carries_the_codes() -> None:
+    plain, modulated = (
+        TwoStageGenerator(NetworkSize(0.125, 16, 16, modulation=m)) for m in (False, True)
+    )
+    missing = modulated.load_state_dict(plain.state_dict(), strict=False).missing_keys
+    assert missing
+    assert all("modulations" in name for name in missing)
+    inputs = torch.randn(2, 5), torch.rand(2, 256), torch.rand(2, 3, 256)
+    torch.testing.assert_close(plain.eval()(*inputs)[0], modulated.eval()(*inputs)[0])
+    last = modulated.translation.modulations[-1]
+    assert isinstance(last, Modulation)
+    x, code = torch.randn(2, last.linear.out_features // 2, 4, 4), torch.randn(2, 3 * 32)
+    with torch.no_grad():
+        last.linear.weight.normal_()
+        scale, shift = (code @ last.linear.weight.T).chunk(2, dim=1)
+        expected = torch.einsum("nchw,nc->nchw", x, 1 + scale) + shift[..., None, None]
+        torch.testing.assert_close(last(x, code), expected)
 
 
 @pytest.mark.parametrize("level", [-1.0, 1.0])
