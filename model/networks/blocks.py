@@ -167,7 +167,7 @@ class ImageDiscriminator(nn.Sequential):
 
 
 class Modulation(nn.Module):
-    """Scales and shifts features by linear functions of a code; the identity at first.
+    """Scales and shifts features by linear functions of a code; little at first.
 
     Parameters
     ----------
@@ -182,8 +182,8 @@ class Modulation(nn.Module):
         self.linear = nn.Linear(code, 2 * channels)
 
     def start(self) -> None:
-        """Begin as the identity; to be called after the other weights are drawn."""
-        nn.init.zeros_(self.linear.weight)
+        """Begin near the identity; to be called after the other weights are drawn."""
+        nn.init.normal_(self.linear.weight, 0.0, 0.05)
         nn.init.zeros_(self.linear.bias)
 
     def forward(self, x: Tensor, code: Tensor) -> Tensor:

@@ -106,6 +106,9 @@ class TranslationGenerator(nn.Module):
         modulated = [*outputs, last] if size.modulation else []
         self.modulations = nn.ModuleList(Modulation(3 * c(256), n) for n in modulated)
         initialise(self)
+        if size.modulation:
+            # From small weights, red, green and blue start alike and long stay grey.
+            nn.init.kaiming_normal_(self.color[0].weight)
 
     def forward(self, view: Tensor, latent: Tensor, color_tf: Tensor, opacity: Tensor) -> Tensor:
         """Render colour images.

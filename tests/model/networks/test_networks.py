@@ -168,15 +168,13 @@ def test_the_image_has_the_whole_gradient_to_the_opacity_tf() -> None:
     torch.testing.assert_close(whole, parts[0] + parts[1])
 
 
-def test_modulation_starts_as_the_identity_and_then_carries_the_codes() -> None:
+def test_modulation_scales_and_shifts_by_the_codes() -> None:
     plain, modulated = (
         TwoStageGenerator(NetworkSize(0.125, 16, 16, modulation=m)) for m in (False, True)
     )
-    missing = modulated.load_state_dict(plain.state_dict(), strict=False).missing_keys
-    assert missing
-    assert all("modulations" in name for name in missing)
-    inputs = torch.randn(2, 5), torch.rand(2, 256), torch.rand(2, 3, 256)
-    torch.testing.assert_close(plain.eval()(*inputs)[0], modulated.eval()(*inputs)[0])
+    names = modulated.state_dict().keys() - plain.state_dict().keys()
+    assert names
+    assert all("modulations" in name for name in names)
     last = modulated.translation.modulations[-1]
     assert isinstance(last, Modulation)
     x, code = torch.randn(2, last.linear.out_features // 2, 4, 4), torch.randn(2, 3 * 32)
