@@ -102,13 +102,14 @@ class TranslationGenerator(nn.Module):
         doublings = int(math.log2(size.image_size // size.opacity_size))
         last = c(64) if doublings < 2 else c(32)
         self.paint = _painter(c(64), last, doublings)
-        self.color = nn.Sequential(nn.Conv2d(last, 3, 3, padding=1), nn.Tanh())
+        color = nn.Conv2d(last, 3, 3, padding=1)
+        self.color = nn.Sequential(color, nn.Tanh())
         modulated = [*outputs, last] if size.modulation else []
         self.modulations = nn.ModuleList(Modulation(3 * c(256), n) for n in modulated)
         initialise(self)
         if size.modulation:
             # From small weights, red, green and blue start alike and long stay grey.
-            nn.init.kaiming_normal_(self.color[0].weight)
+            nn.init.kaiming_normal_(color.weight)
 
     def forward(self, view: Tensor, latent: Tensor, color_tf: Tensor, opacity: Tensor) -> Tensor:
         """Render colour images.
