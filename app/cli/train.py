@@ -165,6 +165,9 @@ class _Display:
 
     def __exit__(self, *exception: object) -> None:
         self._live.stop()
+        if not console.is_terminal:
+            # Into a file, rich leaves the cursor behind the last numbers.
+            console.print()
 
     def show(self, report: TrainingReport) -> None:
         """Show a report; a line stays for each new hold-out measurement."""
