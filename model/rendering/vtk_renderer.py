@@ -31,6 +31,8 @@ from vtkmodules.vtkRenderingCore import (
 from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkOpenGLGPUVolumeRayCastMapper
 
 from model.errors import RenderError
+from model.rendering.opacity_correction import per_sample
+from model.rendering.scalars import renderable_scalars
 from model.scene import LightDirection, Lighting
 from model.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, Range
 from model.view import VIEW_ANGLE, View
@@ -42,8 +44,11 @@ AMBIENT, DIFFUSE, SPECULAR, SPECULAR_POWER = 0.4, 0.9, 0.2, 20.0
 SCATTERING_BLEND, GLOBAL_REACH = 1.0, 0.5
 """Global lighting: gradient shading and scattering in equal parts, rays of half the volume."""
 
-NATIVE_TYPES = (np.uint8, np.uint16, np.int16)
+NATIVE_TYPES = (np.uint16, np.int16)
 """Scalars that go to the ray caster as they are."""
+
+TABLE_ENTRIES = 1024
+"""Length of VTK's look-up tables on the graphics card."""
 
 
 class VtkRenderer:
@@ -75,7 +80,8 @@ class VtkRenderer:
     ) -> None:
         self.sample_distance = sample_distance
         self._volume = volume
-        self._scalars, self._texture_range = _texture_scalars(volume)
+        self._scalars, texture_range = _texture_scalars(volume)
+        self._table_range = _table_range(texture_range)
         self._opacity = vtkPiecewiseFunction()
         self._color = vtkColorTransferFunction()
         self._mapper = vtkOpenGLGPUVolumeRayCastMapper()
@@ -121,9 +127,9 @@ class VtkRenderer:
         """
         scalar_range = self._volume.scalar_range
         opacity = per_sample(opacity_tf.sample(scalar_range), self.sample_distance)
-        self._opacity.BuildFunctionFromTable(*self._texture_range, TF_SAMPLES, opacity.tolist())
+        self._opacity.BuildFunctionFromTable(*self._table_range, TF_SAMPLES, opacity.tolist())
         self._color.BuildFunctionFromTable(
-            *self._texture_range,
+            *self._table_range,
             TF_SAMPLES,
             color_tf.sample(scalar_range).ravel().tolist(),
         )
@@ -180,36 +186,26 @@ class VtkRenderer:
         )
 
 
-def per_sample(opacity: NDArray[np.float32], sample_distance: float) -> NDArray[np.float64]:
-    """Opacity of one sample from the opacity of a voxel's length: 1 - (1 - a)^s.
-
-    Parameters
-    ----------
-    opacity : ndarray, any shape
-        In [0, 1].
-    sample_distance : float
-        Length of the sample, in voxels.
-    """
-    # By logarithms, which keep all digits of small opacities; exact at 0 and at 1.
-    with np.errstate(divide="ignore"):
-        return -np.expm1(sample_distance * np.log1p(-opacity.astype(np.float64)))
-
-
 def _texture_scalars(volume: Volume) -> tuple[NDArray[Any], Range]:
-    """Scalars in a type that the ray caster stores without loss, and their range.
+    """Scalars as the ray caster stores them without loss, and their range.
 
-    Wide types are mapped to float32 over [0, 1] first: as they are, a small
-    range far from zero would lose its digits.
+    Bytes are widened: Mesa interpolates 8-bit textures with 8 bits, which
+    moves the values by up to half a TF bin.
     """
-    lo, hi = volume.scalar_range
-    if volume.scalars.dtype in NATIVE_TYPES:
-        return volume.scalars, (lo, hi)
-    scaled = np.empty(volume.scalars.shape, dtype=np.float32)
-    # The extremes of float64 would overflow in hi - lo: halve first.
-    span = hi / 2 - lo / 2
-    for plane, out in zip(volume.scalars, scaled, strict=True):
-        out[...] = (plane.astype(np.float64) / 2 - lo / 2) / span
-    return scaled, (0.0, 1.0)
+    if volume.scalars.dtype == np.uint8:
+        return volume.scalars.astype(np.uint16), volume.scalar_range
+    return renderable_scalars(volume, NATIVE_TYPES)
+
+
+def _table_range(scalar_range: Range) -> Range:
+    """Range over which a TF is handed to VTK.
+
+    VTK samples it at both ends of the scalar range and in between, and then
+    reads entry i at (i + 1/2) / TABLE_ENTRIES: half an entry too far out.
+    """
+    lo, hi = scalar_range
+    half_entry = (hi - lo) / (2 * (TABLE_ENTRIES - 1))
+    return lo - half_entry, hi + half_entry
 
 
 def _image_data(volume: Volume, scalars: NDArray[Any]) -> vtkImageData:

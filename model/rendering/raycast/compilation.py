@@ -1,0 +1,87 @@
+"""How the ray caster's functions are compiled, and where the machine code is kept."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import llvmlite.binding
+import numba
+from llvmlite import ir
+from numba import types
+from numba.core import config
+from numba.extending import intrinsic
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+BATCH = 32
+"""Samples of a ray that are interpolated together: two vectors of AVX-512, four of AVX2."""
+
+OPTIONS: dict[str, Any] = {
+    "nogil": True,
+    "error_model": "numpy",
+    # All of fast math but the licence to forget NaN and infinity.
+    "fastmath": {"contract", "reassoc", "nsz", "arcp"},
+}
+
+
+def _use_cache() -> bool:
+    """Point Numba to a folder of the user's, one for each state of the sources.
+
+    Numba itself notices changes only in a function's own file, not in the
+    functions that it calls.
+    """
+    digest = hashlib.sha256(numba.__version__.encode())
+    for source in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(source.read_bytes())
+    base = os.environ.get("LOCALAPPDATA" if sys.platform == "win32" else "XDG_CACHE_HOME")
+    folder = Path(base) if base else Path.home() / ".cache"
+    folder = folder / "tfscope" / "kernels" / digest.hexdigest()[:16]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return False
+    config.CACHE_DIR = str(folder)
+    return os.access(folder, os.W_OK)
+
+
+def _avoid_gathers() -> None:
+    """Load the corners of trilinear interpolation one by one: gathers are slower."""
+    features = llvmlite.binding.get_host_cpu_features()
+    if features.get("avx2") and config.CPU_FEATURES is None:
+        config.CPU_FEATURES = features.flatten() + ",+prefer-no-gather"
+
+
+_avoid_gathers()
+_CACHE = _use_cache()
+
+
+def compiled(function: F) -> F:
+    """Compile a function for the CPU, without the interpreter lock; CUDA kernels may call it too."""
+    return numba.njit(function, cache=_CACHE, **OPTIONS)
+
+
+def inlined(function: F) -> F:
+    """Compile a function into each of its callers, so that their loops become vector code."""
+    return numba.njit(function, forceinline=True, **OPTIONS)
+
+
+@intrinsic
+def stack_pointer(context: Any) -> Any:
+    """Memory for :data:`BATCH` int32 numbers that nothing else points to.
+
+    With an array of Numba's own the compiler could not know that writing to
+    it leaves the volume as it is, and would keep to single samples.
+    """
+
+    def reserve(_context: Any, builder: Any, _signature: Any, _arguments: Any) -> Any:
+        with builder.goto_entry_block():
+            memory = builder.alloca(ir.ArrayType(ir.IntType(32), BATCH))
+            memory.align = 64
+        return builder.bitcast(memory, ir.IntType(32).as_pointer())
+
+    return types.CPointer(types.int32)(), reserve

@@ -1,0 +1,101 @@
+"""The ray caster on CPU threads."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import carray
+
+from model.rendering.raycast.compilation import BATCH, compiled, stack_pointer
+from model.rendering.raycast.marching import make_ray, march
+from model.rendering.raycast.preintegration import march_segments
+
+
+@compiled
+def draw_rows(
+    voxels: Any,
+    shape: Any,
+    scale: Any,
+    cells: Any,
+    cell_shape: Any,
+    shift: int,
+    alphas: Any,
+    colors: Any,
+    light: Any,
+    glow: Any,
+    opaque: Any,
+    camera: Any,
+    step: float,
+    rows: Any,
+    image: Any,
+    depth: Any,
+) -> None:
+    """Draw some rows of an image; see :func:`model.rendering.raycast.marching.march`.
+
+    Parameters
+    ----------
+    step : float
+        World distance between samples.
+    rows : tuple of int
+        First row, and the one behind the last.
+    image : ndarray of float32, shape (size, size, channels)
+        Output: RGBA, or opacity alone where there are no colours.
+    depth : ndarray of float32, shape (size, size), or None
+        Output: world distance from the eye to where something becomes visible,
+        infinite where nothing does.
+    """
+    size = image.shape[1]
+    levels = carray(stack_pointer(), BATCH)
+    for row in range(rows[0], rows[1]):
+        for column in range(size):
+            ray, distance, _ = make_ray(camera, shape, step, column, row, size)
+            red, green, blue, alpha, first = march(
+                voxels, shape, scale, cells, cell_shape, shift,
+                alphas, colors, light, glow, ray, opaque, levels,
+            )  # fmt: skip
+            if colors is None:
+                image[row, column, 0] = alpha
+            else:
+                image[row, column, 0] = red
+                image[row, column, 1] = green
+                image[row, column, 2] = blue
+                image[row, column, 3] = alpha
+            if depth is not None:
+                depth[row, column] = distance + first * step if first >= 0 else np.inf
+
+
+@compiled
+def draw_rows_preintegrated(
+    voxels: Any,
+    shape: Any,
+    scale: Any,
+    cells: Any,
+    cell_shape: Any,
+    shift: int,
+    integrals: Any,
+    opaque: Any,
+    camera: Any,
+    step: float,
+    rows: Any,
+    image: Any,
+    depth: Any,
+) -> None:
+    """Draw some rows of an image with pre-integrated classification; else as :func:`draw_rows`."""
+    size = image.shape[1]
+    for row in range(rows[0], rows[1]):
+        for column in range(size):
+            ray, distance, _ = make_ray(camera, shape, step, column, row, size)
+            image[row, column] = 0
+            first = -1
+            if ray.count > 0 or ray.rest > 0:
+                red, green, blue, alpha, first = march_segments(
+                    voxels, shape, scale, cells, cell_shape, shift, integrals, ray, opaque
+                )
+                if image.shape[2] > 1:
+                    image[row, column, 0] = red
+                    image[row, column, 1] = green
+                    image[row, column, 2] = blue
+                image[row, column, -1] = alpha
+            if depth is not None:
+                depth[row, column] = distance + first * step if first >= 0 else np.inf

@@ -1,0 +1,110 @@
+"""The ray caster on a GPU: one thread for each pixel."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import cuda, int32
+from numpy.typing import NDArray
+
+from model.errors import RenderError
+from model.rendering.raycast.marching import make_ray, march
+
+BLOCK = (8, 8)
+"""Pixels that a GPU's threads draw side by side."""
+
+BATCH = 4
+"""Samples that a GPU thread interpolates before it composites them."""
+
+
+def is_available() -> bool:
+    """Whether there is a GPU that Numba can use."""
+    return bool(cuda.is_available())
+
+
+@cuda.jit(fastmath=True)
+def _draw_pixels(
+    voxels: Any,
+    shape: Any,
+    scale: Any,
+    cells: Any,
+    cell_shape: Any,
+    shift: int,
+    alphas: Any,
+    colors: Any,
+    light: Any,
+    glow: Any,
+    opaque: Any,
+    camera: Any,
+    step: float,
+    image: Any,
+    depth: Any,
+) -> None:
+    """Draw one pixel; see :func:`model.rendering.raycast.cpu.draw_rows`."""
+    column, row = cuda.grid(2)
+    size = image.shape[1]
+    if column >= size or row >= size:
+        return
+    levels = cuda.local.array(BATCH, int32)
+    ray, distance, _ = make_ray(camera, shape, step, column, row, size)
+    red, green, blue, alpha, first = march(
+        voxels, shape, scale, cells, cell_shape, shift,
+        alphas, colors, light, glow, ray, opaque, levels,
+    )  # fmt: skip
+    if colors is None:
+        image[row, column, 0] = alpha
+    else:
+        image[row, column, 0] = red
+        image[row, column, 1] = green
+        image[row, column, 2] = blue
+        image[row, column, 3] = alpha
+    if depth is not None:
+        depth[row, column] = distance + first * step if first >= 0 else np.inf
+
+
+class Painter:
+    """Draws images of a volume that stays in the GPU's memory.
+
+    Parameters
+    ----------
+    voxels : ndarray, 1-D
+
+    Raises
+    ------
+    RenderError
+        When there is no GPU that Numba can use.
+    """
+
+    def __init__(self, voxels: NDArray[Any]) -> None:
+        if not is_available():
+            raise RenderError(
+                "The ray caster finds no CUDA GPU on this machine; render on the CPU instead."
+            )
+        self._voxels = cuda.to_device(voxels)
+
+    def draw(
+        self,
+        arguments: tuple[Any, ...],
+        image: NDArray[np.float32],
+        depth: NDArray[np.float32] | None,
+    ) -> None:
+        """Draw an image; `arguments` are those of ``draw_rows`` up to the step."""
+        size = len(image)
+        blocks = (-(-size // BLOCK[0]), -(-size // BLOCK[1]))
+        on_device = [_to_device(argument) for argument in arguments[1:]]
+        device_image = cuda.device_array(image.shape, image.dtype)
+        device_depth = None if depth is None else cuda.device_array(depth.shape, depth.dtype)
+        _draw_pixels[blocks, BLOCK](self._voxels, *on_device, device_image, device_depth)
+        device_image.copy_to_host(image)
+        if device_depth is not None:
+            device_depth.copy_to_host(depth)
+
+
+def _to_device(argument: Any) -> Any:
+    """An argument with its arrays in the GPU's memory."""
+    if isinstance(argument, np.ndarray):
+        return cuda.to_device(argument)
+    if hasattr(argument, "grid"):
+        return argument._replace(grid=cuda.to_device(argument.grid))
+    return argument

@@ -1,0 +1,211 @@
+"""Light for lit scenes: gradient shading's parameters, and cast light on a coarser grid.
+
+Global lighting follows the set-up of the paper (section 6): one distant light
+and ambient light. Opacity takes light away on its way through the volume; what
+reaches a place from the distant light, and from all around, is found by
+sweeping a coarse grid of the volume's extinction.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from concurrent.futures import Executor
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.rendering.opacity_correction import NEARLY_OPAQUE
+from model.rendering.raycast.compilation import compiled
+from model.rendering.raycast.shading import Light, LightGrid
+from model.scene import LightDirection
+from model.transfer_function import OpacityTF
+from model.view import View
+from model.volume import Volume
+
+DIFFUSE, SPECULAR, POWER = 0.9, 0.2, 20.0
+"""Gradient shading, as the reference renderer has it."""
+
+AMBIENT, DISTANT = 0.5, 0.9
+"""Global lighting: light from all around, and from the distant light, where nothing is in the way."""
+
+LONGEST_AXIS = 64
+"""Cells along the longest axis of the light's grid."""
+
+AROUND = [
+    np.array(direction) / np.linalg.norm(direction)
+    for direction in itertools.product((-1, 0, 1), repeat=3)
+    if np.count_nonzero(direction) in (1, 3)
+]
+"""Directions that ambient light comes from: the faces and corners of a cube."""
+
+
+def travel_direction(view: View, light: LightDirection) -> NDArray[np.float64]:
+    """World direction, of length 1, in which the light of a view travels."""
+    azimuth, elevation = math.radians(light.azimuth), math.radians(light.elevation)
+    towards = np.array(
+        [
+            math.sin(azimuth) * math.cos(elevation),
+            math.sin(elevation),
+            math.cos(azimuth) * math.cos(elevation),
+        ]
+    )
+    return -towards @ view.basis()
+
+
+def gradient_light(view: View, light: LightDirection, volume: Volume) -> Light:
+    """Gradient shading under the light of a view."""
+    return Light(
+        tuple(map(np.float32, travel_direction(view, light))),
+        tuple(map(np.float32, volume.spacing)),
+        np.float32(DIFFUSE),
+        np.float32(SPECULAR),
+        np.float32(POWER),
+    )
+
+
+class Illumination:
+    """Light that reaches the places of a volume, on a coarse grid.
+
+    Extinction and ambient light depend on the opacity TF alone and are kept
+    while the view changes. The distant light turns with the view: its shadow
+    is cast anew for each, by one sweep.
+
+    Parameters
+    ----------
+    scalars : ndarray, shape (nz, ny, nx)
+    bins : tuple of float
+        Lowest scalar value, and TF bins per unit of value.
+    volume : Volume
+    executor : Executor
+        Whose threads do the work.
+    """
+
+    def __init__(
+        self,
+        scalars: NDArray[Any],
+        bins: tuple[float, float],
+        volume: Volume,
+        executor: Executor,
+    ) -> None:
+        extent = np.array(volume.extent)
+        dimensions = np.array(volume.dimensions)
+        counts = np.ceil(LONGEST_AXIS * extent / extent.max()).astype(int)
+        self._counts = np.clip(counts, 2, dimensions)
+        self._spacing = extent / (self._counts - 1)
+        self._scale = ((self._counts - 1) / (dimensions - 1)).astype(np.float32)
+        self._scalars, self._bins, self._volume = scalars, bins, volume
+        self._executor = executor
+        self._opacity_tf: OpacityTF | None = None
+
+    def grid(self, view: View, light: LightDirection, opacity_tf: OpacityTF) -> LightGrid:
+        """Light under a view and an opacity TF."""
+        if opacity_tf != self._opacity_tf:
+            self._extinction = self._mean_extinction(opacity_tf)
+            self._ambient = np.mean(list(self._executor.map(self._sweep, AROUND)), axis=0)
+            self._opacity_tf = opacity_tf
+        distant = self._sweep(travel_direction(view, light))
+        received = np.float32(AMBIENT) * self._ambient + np.float32(DISTANT) * distant
+        nx, ny, nz = map(int, self._counts)
+        sx, sy, sz = self._scale
+        # More light than the colour can show is no more light.
+        return LightGrid(np.minimum(received, 1).reshape(-1), (nx, ny, nz), (sx, sy, sz))
+
+    def _mean_extinction(self, opacity_tf: OpacityTF) -> NDArray[np.float32]:
+        """Extinction per world length around each place."""
+        opacity = opacity_tf.sample(self._volume.scalar_range).astype(np.float64)
+        table = -np.log1p(-np.minimum(opacity, NEARLY_OPAQUE)) / self._volume.voxel_size
+        extinction = np.empty(self._counts[::-1], dtype=np.float32)
+
+        def fill(layer: int) -> None:
+            _average(self._scalars, self._bins, table, layer, extinction)
+
+        list(self._executor.map(fill, range(len(extinction))))
+        return extinction
+
+    def _sweep(self, direction: NDArray[np.float64]) -> NDArray[np.float32]:
+        """Share of a distant light that gets through to each place.
+
+        Parameters
+        ----------
+        direction : ndarray, shape (3,)
+            World direction in which the light travels.
+        """
+        # Axes from the one that the light follows most, which is swept layer by layer.
+        steps = direction / self._spacing
+        order = np.argsort(-np.abs(steps), kind="stable")
+        axes = tuple(2 - order)
+        along, u, v = steps[order]
+        transmitted = np.empty_like(self._extinction)
+        extinction_view, view = (
+            np.transpose(grid, axes)[:: 1 if along > 0 else -1]
+            for grid in (self._extinction, transmitted)
+        )
+        length = 1 / abs(along)
+        _sweep_layers(extinction_view, u * length, v * length, length, view)
+        return transmitted
+
+
+@compiled
+def _average(scalars: Any, bins: Any, table: Any, layer: int, out: Any) -> None:
+    """Average a table of the scalar over up to 4 x 4 x 4 voxels around each place of a layer."""
+    offset, factor = bins
+    nz, ny, nx = out.shape
+    z_first, z_last, z_step = _window(layer, nz, scalars.shape[0])
+    for j in range(ny):
+        y_first, y_last, y_step = _window(j, ny, scalars.shape[1])
+        for i in range(nx):
+            x_first, x_last, x_step = _window(i, nx, scalars.shape[2])
+            total, count = 0.0, 0
+            for z in range(z_first, z_last, z_step):
+                for y in range(y_first, y_last, y_step):
+                    for x in range(x_first, x_last, x_step):
+                        total += table[int((scalars[z, y, x] - offset) * factor + 0.5)]
+                        count += 1
+            out[layer, j, i] = total / count
+
+
+@compiled
+def _window(index: int, count: int, voxels: int) -> Any:
+    """Voxels around a place of the coarse grid: first, behind the last, step."""
+    size = (voxels - 1) / (count - 1)
+    first = max(int(math.ceil((index - 0.5) * size)), 0)
+    last = min(int(math.floor((index + 0.5) * size)) + 1, voxels)
+    return first, last, max((last - first) // 4, 1)
+
+
+@compiled
+def _sweep_layers(extinction: Any, u: float, v: float, length: float, out: Any) -> None:
+    """Carry light from layer to layer along the first axis.
+
+    Parameters
+    ----------
+    u, v : float
+        How far the light moves along the other two axes from one layer to the
+        next, in grid steps; at most 1.
+    length : float
+        World length of its way from one layer to the next.
+    """
+    layers, rows, columns = out.shape
+    out[0] = np.exp(-extinction[0] * np.float32(length / 2))
+    for n in range(1, layers):
+        for j in range(rows):
+            y = j - u
+            j0 = int(math.floor(y))
+            fy = y - j0
+            for i in range(columns):
+                x = i - v
+                i0 = int(math.floor(x))
+                fx = x - i0
+                light = path = 0.0
+                for dj, wy in ((0, 1 - fy), (1, fy)):
+                    for di, wx in ((0, 1 - fx), (1, fx)):
+                        if 0 <= j0 + dj < rows and 0 <= i0 + di < columns:
+                            light += wy * wx * out[n - 1, j0 + dj, i0 + di]
+                            path += wy * wx * extinction[n - 1, j0 + dj, i0 + di]
+                        else:
+                            # Beyond the volume nothing is in the light's way.
+                            light += wy * wx
+                half = (path + extinction[n, j, i]) / 2
+                out[n, j, i] = light * math.exp(-half * length)

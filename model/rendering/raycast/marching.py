@@ -1,0 +1,291 @@
+"""One ray through the volume: the functions that CPU threads and CUDA share.
+
+Emission and absorption are composited front to back (paper, Eqs. 1 to 3).
+Positions are in voxels, voxel (0, 0, 0) at the origin, x first. Sample k of a
+ray lies k + 1 steps behind the point where the ray enters the volume, on the
+same points whatever is skipped in between.
+
+What a scene does not have is None: Numba compiles one version for each
+combination of arguments and leaves out what is not there.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from model.rendering.raycast.compilation import inlined
+from model.rendering.raycast.shading import received, reflect
+from model.rendering.raycast.trilinear import interpolate
+from model.transfer_function import TF_SAMPLES
+
+LEVELS_PER_BIN = 16
+LEVELS = (TF_SAMPLES - 1) * LEVELS_PER_BIN + 1
+"""Entries of the look-up tables, several per bin of the TF; the nearest one is taken."""
+
+VISIBLE = np.float32(1 / 255)
+"""Accumulated opacity from which on something is visible."""
+
+TINY, HUGE = np.float32(1e-30), np.float32(1e30)
+ZERO, ONE, HALF = np.float32(0), np.float32(1), np.float32(0.5)
+
+
+class Ray(NamedTuple):
+    """A ray inside the volume.
+
+    Attributes
+    ----------
+    start : tuple of 3 float32
+        The first sample.
+    step : tuple of 3 float32
+        From one sample to the next.
+    inverse : tuple of 3 float32
+        One over `step`; huge where that is 0.
+    count : int
+        Number of samples.
+    rest : float32
+        What is left behind the last sample, as a share of a step.
+    """
+
+    start: Any
+    step: Any
+    inverse: Any
+    count: Any
+    rest: Any
+
+
+@inlined
+def make_ray(camera: Any, shape: Any, step: float, column: int, row: int, size: int) -> Any:
+    """The ray through the centre of a pixel.
+
+    Parameters
+    ----------
+    camera : ndarray of float64, shape (14,)
+        See :func:`model.rendering.raycast.camera.camera_array`.
+    shape : tuple of 3 int
+        Voxels along x, y and z.
+    step : float
+        World length.
+    column, row : int
+        Pixel, from the left and from the top.
+    size : int
+        Width and height of the image.
+
+    Returns
+    -------
+    ray : Ray
+        `count` is 0 for a ray that misses the volume.
+    distance, unit : float
+        World distance from the eye to the first sample; 1 / unit is the
+        length of the ray's direction before it was normalised.
+    """
+    x = (2 * column + 1) / size - 1
+    y = 1 - (2 * row + 1) / size
+    unit = 1 / math.sqrt(1 + (x * x + y * y) * camera[13])
+    dx = (camera[3] + x * camera[6] + y * camera[9]) * unit
+    dy = (camera[4] + x * camera[7] + y * camera[10]) * unit
+    dz = (camera[5] + x * camera[8] + y * camera[11]) * unit
+    near, far = camera[12] / unit, np.inf
+    near, far = _clip(camera[0], dx, shape[0], near, far)
+    near, far = _clip(camera[1], dy, shape[1], near, far)
+    near, far = _clip(camera[2], dz, shape[2], near, far)
+    steps = (far - near) / step if far > near else 0.0
+    count = int(steps)
+    first = near + step
+    sx, sy, sz = _step(dx * step), _step(dy * step), _step(dz * step)
+    ray = Ray(
+        (
+            np.float32(camera[0] + first * dx),
+            np.float32(camera[1] + first * dy),
+            np.float32(camera[2] + first * dz),
+        ),
+        (sx, sy, sz),
+        (_inverse(sx), _inverse(sy), _inverse(sz)),
+        count,
+        np.float32(steps - count),
+    )
+    return ray, first, unit
+
+
+@inlined
+def _clip(eye: float, direction: float, length: int, near: float, far: float) -> Any:
+    """Cut a ray to the space between two faces."""
+    last = float(length - 1)
+    if direction == 0.0:
+        # Parallel to the faces: a division would give 0 times infinity for a ray on one.
+        return (near, far) if 0.0 <= eye <= last else (near, -np.inf)
+    a = -eye / direction
+    b = (last - eye) / direction
+    return max(near, min(a, b)), min(far, max(a, b))
+
+
+@inlined
+def _step(step: float) -> Any:
+    return np.float32(step) if abs(step) > TINY else ZERO
+
+
+@inlined
+def _inverse(step: Any) -> Any:
+    return ONE / step if step != ZERO else HUGE
+
+
+@inlined
+def skip_empty(
+    ray: Any, k: int, cells: Any, cell_shape: Any, shift: int, margin: int = 0
+) -> int:
+    """The first sample behind the empty block of cells around sample k; k where it is not empty.
+
+    Parameters
+    ----------
+    margin : int
+        Cells next to one that is not empty which count as not empty, too.
+    """
+    t = np.float32(k)
+    cx = int(ray.start[0] + t * ray.step[0]) >> shift
+    cy = int(ray.start[1] + t * ray.step[1]) >> shift
+    cz = int(ray.start[2] + t * ray.step[2]) >> shift
+    # Rounding may put a sample just outside the grid.
+    cx, cy, cz = min(cx, cell_shape[0] - 1), min(cy, cell_shape[1] - 1), min(cz, cell_shape[2] - 1)
+    distance = int(cells[np.uint64(cx + cell_shape[0] * (cy + cell_shape[1] * cz))]) - margin
+    if distance <= 0:
+        return k
+    x = np.float32(((cx + distance) if ray.step[0] >= ZERO else (cx - distance + 1)) << shift)
+    y = np.float32(((cy + distance) if ray.step[1] >= ZERO else (cy - distance + 1)) << shift)
+    z = np.float32(((cz + distance) if ray.step[2] >= ZERO else (cz - distance + 1)) << shift)
+    leave = min(
+        (x - ray.start[0]) * ray.inverse[0],
+        (y - ray.start[1]) * ray.inverse[1],
+        (z - ray.start[2]) * ray.inverse[2],
+    )
+    # At least one sample on, whatever rounding says.
+    return max(int(min(leave, np.float32(ray.count))), k) + 1
+
+
+@inlined
+def fetch(voxels: Any, shape: Any, scale: Any, ray: Any, k: int, levels: Any) -> None:
+    """Interpolate a batch of samples from sample k on, as levels of the look-up table.
+
+    Parameters
+    ----------
+    scale : tuple of 2 float32
+        Lowest scalar value, and levels per unit of value.
+    levels : ndarray of int32
+        Output.
+    """
+    last = np.int32(ray.count - 1)
+    highest = np.float32(LEVELS - 1)
+    for m in range(len(levels)):
+        t = np.float32(min(np.int32(k) + np.int32(m), last))
+        value = interpolate(
+            voxels,
+            shape,
+            ray.start[0] + t * ray.step[0],
+            ray.start[1] + t * ray.step[1],
+            ray.start[2] + t * ray.step[2],
+        )
+        # Rounding may leave the range, and the table with it.
+        level = min(max((value - scale[0]) * scale[1], ZERO), highest)
+        levels[m] = np.int32(level + HALF)
+
+
+@inlined
+def march(
+    voxels: Any,
+    shape: Any,
+    scale: Any,
+    cells: Any,
+    cell_shape: Any,
+    shift: int,
+    alphas: Any,
+    colors: Any,
+    light: Any,
+    glow: Any,
+    ray: Any,
+    opaque: Any,
+    levels: Any,
+) -> Any:
+    """Composite the samples of one ray.
+
+    Parameters
+    ----------
+    voxels : ndarray, 1-D
+        x fastest.
+    shape : tuple of 3 int
+        Voxels along x, y and z.
+    scale : tuple of 2 float32
+    cells : ndarray of int8, 1-D
+        Distance of each cell to the nearest one that is not empty, in cells.
+    cell_shape : tuple of 3 int
+    shift : int
+        Logarithm of a cell's edge.
+    alphas : ndarray of float32, shape (levels,)
+        Opacity of a sample.
+    colors : ndarray of float32, shape (3 levels,), or None
+        Colour of a sample, premultiplied; None for the opacity alone.
+    light : Light or None
+        Of gradient shading.
+    glow : LightGrid or None
+        Light that has been cast before.
+    ray : Ray
+    opaque : float32
+        The ray ends when less light than this comes through.
+    levels : ndarray of int32
+        Scratch memory for a batch of samples.
+
+    Returns
+    -------
+    red, green, blue, alpha : float32
+        Premultiplied.
+    first : int
+        The sample at which the opacity reaches :data:`VISIBLE`, or -1.
+    """
+    red = green = blue = alpha = ZERO
+    through = ONE
+    first = -1
+    k = 0
+    while k < ray.count:
+        behind = skip_empty(ray, k, cells, cell_shape, shift)
+        if behind > k:
+            k = behind
+            continue
+        # A whole batch, even across the end of the cell: the vectors are there anyway.
+        fetch(voxels, shape, scale, ray, k, levels)
+        before = through
+        for m in range(min(ray.count - k, len(levels))):
+            level = np.uint64(np.uint32(levels[m]))
+            a = alphas[level]
+            alpha += through * a
+            if colors is not None:
+                level *= np.uint64(3)
+                r = colors[level]
+                g = colors[level + np.uint64(1)]
+                b = colors[level + np.uint64(2)]
+                if light is not None and a > ZERO:
+                    diffuse, gloss = reflect(voxels, shape, light, ray, np.float32(k + m))
+                    gloss *= a
+                    r, g, b = r * diffuse + gloss, g * diffuse + gloss, b * diffuse + gloss
+                if glow is not None and a > ZERO:
+                    lit = received(glow, ray, np.float32(k + m))
+                    r, g, b = r * lit, g * lit, b * lit
+                red += through * r
+                green += through * g
+                blue += through * b
+            through *= ONE - a
+        if first < 0 and through <= ONE - VISIBLE:
+            first = k + _first_visible(alphas, levels, before)
+        k += len(levels)
+        if through < opaque:
+            break
+    return red, green, blue, alpha, first
+
+
+@inlined
+def _first_visible(alphas: Any, levels: Any, through: Any) -> int:
+    """Which sample of a batch brings the transparency down to where something is visible."""
+    for m in range(len(levels)):
+        through *= ONE - alphas[np.uint64(np.uint32(levels[m]))]
+        if through <= ONE - VISIBLE:
+            return m
+    return len(levels) - 1

@@ -1,0 +1,111 @@
+"""One ray with pre-integrated classification: no peak of the TF falls between two samples."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from model.rendering.raycast.compilation import inlined
+from model.rendering.raycast.marching import LEVELS_PER_BIN, VISIBLE, skip_empty
+from model.rendering.raycast.trilinear import interpolate
+from model.transfer_function import TF_SAMPLES
+
+SAME_BIN = 1e-4
+"""Values nearer than this, in bins, count as equal."""
+
+
+@inlined
+def march_segments(
+    voxels: Any,
+    shape: Any,
+    scale: Any,
+    cells: Any,
+    cell_shape: Any,
+    shift: int,
+    integrals: Any,
+    ray: Any,
+    opaque: Any,
+) -> Any:
+    """Composite the segments between the samples of one ray, from face to face of the volume.
+
+    Parameters and results are those of :func:`model.rendering.raycast.marching.march`,
+    with `integrals` from :func:`model.rendering.raycast.tables.preintegrated_table`.
+    """
+    red = green = blue = alpha = 0.0
+    through = 1.0
+    first = -1
+    before = _bin_at(voxels, shape, scale, ray, np.float32(-1))
+    k = 0
+    while k <= ray.count:
+        # The piece behind the last sample is shorter than the others.
+        share = np.float32(1) if k < ray.count else ray.rest
+        if k < ray.count:
+            # A segment may cross a cell next to those of its ends.
+            behind = skip_empty(ray, k, cells, cell_shape, shift, 1)
+            if behind > k:
+                k = min(behind, ray.count)
+                before = -1.0
+                continue
+        here = _bin_at(voxels, shape, scale, ray, np.float32(k - 1) + share)
+        if before < 0.0:
+            # All of the segment up to here is empty.
+            before = here
+        a, r, g, b = _classify(integrals, before, here, share)
+        alpha += through * a
+        red += through * r
+        green += through * g
+        blue += through * b
+        through *= 1.0 - a
+        if first < 0 and through <= 1.0 - VISIBLE:
+            first = k
+        if through < opaque:
+            break
+        before = here
+        k += 1
+    return np.float32(red), np.float32(green), np.float32(blue), np.float32(alpha), first
+
+
+@inlined
+def _bin_at(voxels: Any, shape: Any, scale: Any, ray: Any, k: Any) -> float:
+    """The TF bin, with its fraction, of the scalar at sample k."""
+    value = interpolate(
+        voxels,
+        shape,
+        max(ray.start[0] + k * ray.step[0], np.float32(0)),
+        max(ray.start[1] + k * ray.step[1], np.float32(0)),
+        max(ray.start[2] + k * ray.step[2], np.float32(0)),
+    )
+    bins = float((value - scale[0]) * scale[1]) / LEVELS_PER_BIN
+    return min(max(bins, 0.0), float(TF_SAMPLES - 1))
+
+
+@inlined
+def _classify(integrals: Any, first: float, last: float, share: Any) -> Any:
+    """Opacity and premultiplied colour of a share of a step whose scalar runs from first to last."""
+    i, j = min(int(first), TF_SAMPLES - 2), min(int(last), TF_SAMPLES - 2)
+    f, g = first - i, last - j
+    span = last - first
+    if abs(span) < SAME_BIN:
+        i, j, f, g, span = i, i, 0.0, 1.0, 1.0
+    depth = _difference(integrals, 0, i, f, j, g) / span * share
+    if depth <= 0.0:
+        return 0.0, 0.0, 0.0, 0.0
+    a = -math.expm1(-depth)
+    # The colours of a segment mix by their extinction; within it none hides another.
+    mixed = a * share / (span * depth)
+    return (
+        a,
+        mixed * _difference(integrals, 1, i, f, j, g),
+        mixed * _difference(integrals, 2, i, f, j, g),
+        mixed * _difference(integrals, 3, i, f, j, g),
+    )
+
+
+@inlined
+def _difference(integrals: Any, column: int, i: int, f: float, j: int, g: float) -> float:
+    """Integral from bin i + f to bin j + g."""
+    low = integrals[i, column] + f * (integrals[i + 1, column] - integrals[i, column])
+    high = integrals[j, column] + g * (integrals[j + 1, column] - integrals[j, column])
+    return high - low

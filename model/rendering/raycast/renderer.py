@@ -1,0 +1,242 @@
+"""The ray caster as a renderer: the same call as the reference renderer's, and more."""
+
+from __future__ import annotations
+
+import os
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.errors import RenderError
+from model.rendering.raycast import cuda
+from model.rendering.raycast.camera import camera_array
+from model.rendering.raycast.cells import SHIFT, MinMaxCells
+from model.rendering.raycast.cpu import draw_rows, draw_rows_preintegrated
+from model.rendering.raycast.illumination import Illumination, gradient_light
+from model.rendering.raycast.marching import LEVELS_PER_BIN
+from model.rendering.raycast.tables import color_table, opacity_table, preintegrated_table
+from model.rendering.scalars import renderable_scalars
+from model.scene import LightDirection, Lighting
+from model.transfer_function import TF_SAMPLES, ColorTF, OpacityTF
+from model.view import View
+from model.volume import Volume
+
+NATIVE_TYPES = (np.uint8, np.uint16, np.int16, np.float32)
+"""Scalars that rays go through as they are."""
+
+LARGEST_ERROR = 1 / 510
+"""What skipping and early termination may change in a pixel, together: half a step of 8 bits."""
+
+ROWS_PER_TASK = 8
+
+Device = Literal["cpu", "cuda"]
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One image and what belongs to it.
+
+    Attributes
+    ----------
+    rgba : ndarray of float32, shape (size, size, 4)
+        In [0, 1]; colour premultiplied by opacity on black; row 0 at the top.
+    depth : ndarray of float32, shape (size, size)
+        Distance from the eye, in world units, at which the opacity reaches
+        1/255; infinite where nothing is visible.
+    """
+
+    rgba: NDArray[np.float32]
+    depth: NDArray[np.float32]
+
+
+class RaycastRenderer:
+    """Renders one volume under one lighting, on CPU threads or a GPU.
+
+    Parameters
+    ----------
+    volume : Volume
+    lighting : {"none", "direct", "global"}
+        Emission-absorption; with gradient shading; with cast shadows and
+        ambient occlusion.
+    light : LightDirection, optional
+        Direction of the distant light relative to the view; ignored when unlit.
+    sample_distance : float
+        Distance between samples along a ray, in voxels; may be changed between
+        images through the attribute of the same name.
+    threads : int, optional
+        CPU threads, one per processor by default.
+    preintegrated : bool
+        Integrate the transfer functions over each step, so that a narrow peak
+        between two samples is not missed; for unlit scenes on the CPU.
+    device : {"cpu", "cuda"}
+
+    Attributes
+    ----------
+    skip_empty, terminate_early : bool
+        What makes it fast; both on, to be turned off for measurements.
+
+    Raises
+    ------
+    RenderError
+        For a combination that there is not, or a GPU that there is not.
+    """
+
+    def __init__(
+        self,
+        volume: Volume,
+        lighting: Lighting = "none",
+        light: LightDirection | None = None,
+        sample_distance: float = 0.5,
+        *,
+        threads: int | None = None,
+        preintegrated: bool = False,
+        device: Device = "cpu",
+    ) -> None:
+        if preintegrated and (lighting != "none" or device != "cpu"):
+            raise RenderError(
+                "Pre-integration is there for unlit scenes on the CPU only; "
+                "turn it off, or the light."
+            )
+        self.sample_distance = sample_distance
+        self.skip_empty = self.terminate_early = True
+        self._volume = volume
+        self._lighting = lighting
+        self._light = light or LightDirection()
+        self._preintegrated = preintegrated
+        self._executor = ThreadPoolExecutor(
+            threads or os.cpu_count() or 1, thread_name_prefix="raycast"
+        )
+        scalars, (lo, hi) = renderable_scalars(volume, NATIVE_TYPES)
+        self._voxels = scalars.reshape(-1)
+        bins = (lo, (TF_SAMPLES - 1) / (hi - lo))
+        self._scale = (np.float32(lo), np.float32(bins[1] * LEVELS_PER_BIN))
+        self.cells = MinMaxCells(scalars, bins, self._executor)
+        self._distances = lru_cache(maxsize=4)(self._distances_of)
+        self._illumination = (
+            Illumination(scalars, bins, volume, self._executor) if lighting == "global" else None
+        )
+        self._cuda = cuda.Painter(self._voxels) if device == "cuda" else None
+
+    def render(
+        self, view: View, opacity_tf: OpacityTF, color_tf: ColorTF, size: int
+    ) -> NDArray[np.float32]:
+        """Render one image.
+
+        Parameters
+        ----------
+        view : View
+        opacity_tf : OpacityTF
+        color_tf : ColorTF
+        size : int
+            Width and height in pixels.
+
+        Returns
+        -------
+        ndarray of float32, shape (size, size, 4)
+            RGBA in [0, 1]; colour premultiplied by opacity on black; row 0 at
+            the top.
+        """
+        return self._draw(view, opacity_tf, color_tf, size, None)
+
+    def frame(self, view: View, opacity_tf: OpacityTF, color_tf: ColorTF, size: int) -> Frame:
+        """Render one image, with the depth of what is first visible in each pixel."""
+        depth = np.empty((size, size), dtype=np.float32)
+        return Frame(self._draw(view, opacity_tf, color_tf, size, depth), depth)
+
+    def opacity_image(self, view: View, opacity_tf: OpacityTF, size: int) -> NDArray[np.float32]:
+        """Render the opacity alone: float32 (size, size) in [0, 1], row 0 at the top."""
+        return self._draw(view, opacity_tf, None, size, None)[..., 0]
+
+    def close(self) -> None:
+        """End the threads; the renderer cannot be used afterwards."""
+        self._executor.shutdown()
+
+    def _draw(
+        self,
+        view: View,
+        opacity_tf: OpacityTF,
+        color_tf: ColorTF | None,
+        size: int,
+        depth: NDArray[np.float32] | None,
+    ) -> NDArray[np.float32]:
+        image = np.empty((size, size, 1 if color_tf is None else 4), dtype=np.float32)
+        if self._preintegrated:
+            draw, tables = draw_rows_preintegrated, self._integrals(opacity_tf, color_tf)
+        else:
+            draw, tables = draw_rows, self._tables(view, opacity_tf, color_tf)
+        volume = self._volume
+        arguments = (
+            self._voxels,
+            volume.dimensions,
+            self._scale,
+            self._distances(opacity_tf, self.sample_distance, self.skip_empty),
+            self.cells.shape,
+            SHIFT,
+            *tables,
+            np.float32(LARGEST_ERROR / 2 if self.terminate_early else 0),
+            camera_array(view, volume),
+            self.sample_distance * volume.voxel_size,
+        )
+        if self._cuda is not None:
+            self._cuda.draw(arguments, image, depth)
+        else:
+            self._run(draw, arguments, image, depth)
+        # White gloss may be brighter than what an image can show.
+        return np.clip(image, 0, 1, out=image)
+
+    def _run(
+        self,
+        draw: Any,
+        arguments: tuple[Any, ...],
+        image: NDArray[np.float32],
+        depth: NDArray[np.float32] | None,
+    ) -> None:
+        """Draw an image on this renderer's threads, a few rows at a time."""
+        size = len(image)
+
+        def task(row: int) -> None:
+            draw(*arguments, (row, min(row + ROWS_PER_TASK, size)), image, depth)
+
+        list(self._executor.map(task, range(0, size, ROWS_PER_TASK)))
+
+    def _tables(
+        self, view: View, opacity_tf: OpacityTF, color_tf: ColorTF | None
+    ) -> tuple[Any, ...]:
+        """Look-up tables and light, as :func:`draw_rows` takes them."""
+        scalar_range = self._volume.scalar_range
+        alphas = opacity_table(opacity_tf, scalar_range, self.sample_distance)
+        if color_tf is None:
+            return alphas, None, None, None
+        light = glow = None
+        if self._lighting == "direct":
+            light = gradient_light(view, self._light, self._volume)
+        if self._illumination is not None:
+            glow = self._illumination.grid(view, self._light, opacity_tf)
+        return alphas, color_table(color_tf, scalar_range, alphas), light, glow
+
+    def _integrals(self, opacity_tf: OpacityTF, color_tf: ColorTF | None) -> tuple[Any, ...]:
+        """The integrated table, as :func:`draw_rows_preintegrated` takes it."""
+        scalar_range = self._volume.scalar_range
+        return (preintegrated_table(opacity_tf, color_tf, scalar_range, self.sample_distance),)
+
+    def _distances_of(
+        self, opacity_tf: OpacityTF, sample_distance: float, skip_empty: bool
+    ) -> NDArray[np.int8]:
+        """Distances in cells to what the TF shows."""
+        if not skip_empty:
+            return np.zeros(np.prod(self.cells.shape), dtype=np.int8)
+        volume = self._volume
+        opacity = opacity_table(opacity_tf, volume.scalar_range, sample_distance)
+        samples = 2 * volume.radius / (sample_distance * volume.voxel_size)
+        # What all samples of a ray add up to may be left out, and no more.
+        shown = opacity > LARGEST_ERROR / 2 / samples
+        in_bin = np.zeros(TF_SAMPLES, dtype=bool)
+        # Levels between two bins count for both.
+        level = np.flatnonzero(shown)
+        in_bin[level // LEVELS_PER_BIN] = True
+        in_bin[-(-level // LEVELS_PER_BIN)] = True
+        return self.cells.distances(in_bin)

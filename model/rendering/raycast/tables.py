@@ -1,0 +1,85 @@
+"""Transfer functions as look-up tables of one sample's opacity and colour."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.rendering.opacity_correction import per_sample
+from model.rendering.raycast.marching import LEVELS
+from model.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, Range
+
+TINY = 1e-30
+"""The transparency of an opaque TF, so that its logarithm is a number."""
+
+
+def opacity_table(
+    opacity_tf: OpacityTF, scalar_range: Range, sample_distance: float
+) -> NDArray[np.float32]:
+    """Opacity of one sample at each level, corrected at the bins and linear between them.
+
+    Returns
+    -------
+    ndarray of float32, shape (LEVELS,)
+    """
+    opacity = per_sample(opacity_tf.sample(scalar_range), sample_distance)
+    return np.interp(_levels(), np.arange(TF_SAMPLES), opacity).astype(np.float32)
+
+
+def color_table(
+    color_tf: ColorTF, scalar_range: Range, opacity: NDArray[np.float32]
+) -> NDArray[np.float32]:
+    """Colour of one sample at each level, premultiplied by its opacity.
+
+    Returns
+    -------
+    ndarray of float32, shape (3 * LEVELS,)
+        Red, green and blue of the first level, then of the next.
+    """
+    bins = color_tf.sample(scalar_range)
+    levels, every = _levels(), np.arange(TF_SAMPLES)
+    color = np.stack([np.interp(levels, every, channel) for channel in bins.T], axis=1)
+    return (color * opacity[:, None]).astype(np.float32).ravel()
+
+
+def preintegrated_table(
+    opacity_tf: OpacityTF,
+    color_tf: ColorTF | None,
+    scalar_range: Range,
+    sample_distance: float,
+) -> NDArray[np.float64]:
+    """Extinction, and extinction times colour, integrated over the scalar value.
+
+    Between two values the mean extinction is the difference of this table over
+    the difference of the values: exact for a scalar that is linear between two
+    samples, however narrow the TF's peaks are.
+
+    Returns
+    -------
+    ndarray of float64, shape (256, 4)
+        Per sample distance, over bins: extinction, then red, green and blue.
+    """
+    opacity = opacity_tf.sample(scalar_range).astype(np.float64)
+    extinction = sample_distance * _mean_extinction(opacity[:-1], opacity[1:])
+    table = np.zeros((TF_SAMPLES, 4))
+    table[1:, 0] = np.cumsum(extinction)
+    if color_tf is not None:
+        color = color_tf.sample(scalar_range).astype(np.float64)
+        table[1:, 1:] = np.cumsum(extinction[:, None] * (color[:-1] + color[1:]) / 2, axis=0)
+    return table
+
+
+def _mean_extinction(
+    first: NDArray[np.float64], last: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Mean of -log(1 - a) for opacities a that run linearly from first to last."""
+    p, q = (np.maximum(1 - opacity, TINY) for opacity in (first, last))
+    nearly_equal = np.abs(q - p) <= 1e-4 * np.maximum(p, q)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        exact = 1 - (q * np.log(q) - p * np.log(p)) / (q - p)
+    return np.where(nearly_equal, -np.log((p + q) / 2), exact)
+
+
+def _levels() -> NDArray[np.float64]:
+    """The levels, in bins."""
+    return np.linspace(0, TF_SAMPLES - 1, LEVELS)
