@@ -41,6 +41,18 @@ from model.volume import Volume
 AMBIENT, DIFFUSE, SPECULAR, SPECULAR_POWER = 0.4, 0.9, 0.2, 20.0
 """Gradient shading of lit scenes."""
 
+NORMAL_CORRECTION = (
+    "in_textureToEye[0] * vec4(shading_gradient.xyz, 0.0)",
+    False,
+    "in_modelViewMatrix * in_volumeMatrix[0] * vec4(shading_gradient.xyz, 0.0)",
+    False,
+)
+"""VTK stretches surface normals by the volume's extents, along the axes of the view.
+
+With this replacement in its shader (text, before VTK's own substitutions or
+after, new text, every occurrence) they are turned only.
+"""
+
 SCATTERING_BLEND, GLOBAL_REACH = 1.0, 0.5
 """Global lighting: gradient shading and scattering in equal parts, rays of half the volume."""
 
@@ -100,6 +112,7 @@ class VtkRenderer:
         self._renderer.AutomaticLightCreationOff()
         if lighting != "none":
             self._renderer.AddLight(_camera_light(light or LightDirection()))
+            actor.GetShaderProperty().AddFragmentShaderReplacement(*NORMAL_CORRECTION)
         if lighting == "global":
             self._mapper.SetVolumetricScatteringBlending(SCATTERING_BLEND)
             self._mapper.SetGlobalIlluminationReach(GLOBAL_REACH)

@@ -59,6 +59,7 @@ def gradient_light(view: View, light: LightDirection, volume: Volume) -> Light:
     return Light(
         tuple(map(np.float32, travel_direction(view, light))),
         tuple(map(np.float32, volume.spacing)),
+        tuple(np.float32(1 / s) for s in volume.spacing),
         np.float32(DIFFUSE),
         np.float32(SPECULAR),
         np.float32(POWER),

@@ -132,9 +132,7 @@ def _inverse(step: Any) -> Any:
 
 
 @inlined
-def skip_empty(
-    ray: Any, k: int, cells: Any, cell_shape: Any, shift: int, margin: int = 0
-) -> int:
+def skip_empty(ray: Any, k: int, cells: Any, cell_shape: Any, shift: int, margin: int = 0) -> int:
     """The first sample behind the empty block of cells around sample k; k where it is not empty.
 
     Parameters

@@ -15,6 +15,8 @@ from model.errors import RenderError
 from model.rendering.raycast import cuda
 from model.rendering.raycast.camera import camera_array
 from model.rendering.raycast.cells import SHIFT, MinMaxCells
+from model.rendering.opacity_correction import per_sample_derivative
+from model.rendering.raycast.differentiation import differentiate_windows
 from model.rendering.raycast.cpu import draw_rows, draw_rows_preintegrated
 from model.rendering.raycast.illumination import Illumination, gradient_light
 from model.rendering.raycast.marching import LEVELS_PER_BIN
@@ -32,6 +34,8 @@ LARGEST_ERROR = 1 / 510
 """What skipping and early termination may change in a pixel, together: half a step of 8 bits."""
 
 ROWS_PER_TASK = 8
+TASKS = 32
+"""Pieces that the work on one image is cut into, so that no thread waits long for the others."""
 
 Device = Literal["cpu", "cuda"]
 
@@ -150,6 +154,75 @@ class RaycastRenderer:
     def opacity_image(self, view: View, opacity_tf: OpacityTF, size: int) -> NDArray[np.float32]:
         """Render the opacity alone: float32 (size, size) in [0, 1], row 0 at the top."""
         return self._draw(view, opacity_tf, None, size, None)[..., 0]
+
+    def differentiate(
+        self,
+        view: View,
+        opacity_tf: OpacityTF,
+        color_tf: ColorTF,
+        size: int,
+        windows: NDArray[np.int64],
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Differentiate windows of the unlit image by the opacity TF.
+
+        Parameters
+        ----------
+        view : View
+        opacity_tf : OpacityTF
+        color_tf : ColorTF
+        size : int
+            Width and height of the image in pixels.
+        windows : ndarray of int64, shape (n, 4)
+            First row, row behind the last, first column, column behind the
+            last.
+
+        Returns
+        -------
+        gradients : ndarray of float64, shape (n, 256)
+            Sum of I dI / dt over the window's pixels and colour channels, t
+            being the TF's opacity (of a voxel's length) at 256 scalar values.
+        energies : ndarray of float64, shape (n,)
+            Sum of I squared.
+
+        Raises
+        ------
+        RenderError
+            For a lit or pre-integrated scene, or one on a GPU.
+        """
+        if self._lighting != "none" or self._preintegrated or self._cuda is not None:
+            raise RenderError(
+                "The exact sensitivity is there for unlit scenes on the CPU, without "
+                "pre-integration; choose those."
+            )
+        volume = self._volume
+        scalar_range = volume.scalar_range
+        step = self.sample_distance * volume.voxel_size
+        arguments = (
+            self._voxels,
+            volume.dimensions,
+            self._scale,
+            self._distances(opacity_tf, self.sample_distance, self.skip_empty),
+            self.cells.shape,
+            SHIFT,
+            opacity_table(opacity_tf, scalar_range, self.sample_distance),
+            color_table(color_tf, scalar_range),
+            camera_array(view, volume),
+            step,
+            size,
+            int(2 * volume.radius / step) + 2,
+        )
+        gradients = np.empty((len(windows), TF_SAMPLES))
+        energies = np.empty(len(windows))
+        per_task = max(1, len(windows) // TASKS)
+
+        def task(first: int) -> None:
+            part = slice(first, first + per_task)
+            differentiate_windows(*arguments, windows[part], gradients[part], energies[part])
+
+        list(self._executor.map(task, range(0, len(windows), per_task)))
+        opacity = opacity_tf.sample(scalar_range)
+        gradients *= per_sample_derivative(opacity, self.sample_distance)
+        return gradients, energies
 
     def close(self) -> None:
         """End the threads; the renderer cannot be used afterwards."""

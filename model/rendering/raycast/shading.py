@@ -21,12 +21,16 @@ class Light(NamedTuple):
     travel : tuple of 3 float32
         World direction in which the light travels, of length 1.
     spacing : tuple of 3 float32
+    slope : tuple of 3 float32
+        What the differences between neighbouring voxels are multiplied by to
+        give the normal.
     diffuse, specular, power : float32
         VTK leaves the ambient term out for a distant light; so do we.
     """
 
     travel: Any
     spacing: Any
+    slope: Any
     diffuse: Any
     specular: Any
     power: Any
@@ -68,11 +72,11 @@ def reflect(voxels: Any, shape: Any, light: Any, ray: Any, k: Any) -> Any:
     y = ray.start[1] + k * ray.step[1]
     z = ray.start[2] + k * ray.step[2]
     nx = interpolate_inside(voxels, shape, x + ONE, y, z)
-    nx = (nx - interpolate_inside(voxels, shape, x - ONE, y, z)) / light.spacing[0]
+    nx = (nx - interpolate_inside(voxels, shape, x - ONE, y, z)) * light.slope[0]
     ny = interpolate_inside(voxels, shape, x, y + ONE, z)
-    ny = (ny - interpolate_inside(voxels, shape, x, y - ONE, z)) / light.spacing[1]
+    ny = (ny - interpolate_inside(voxels, shape, x, y - ONE, z)) * light.slope[1]
     nz = interpolate_inside(voxels, shape, x, y, z + ONE)
-    nz = (nz - interpolate_inside(voxels, shape, x, y, z - ONE)) / light.spacing[2]
+    nz = (nz - interpolate_inside(voxels, shape, x, y, z - ONE)) * light.slope[2]
     length = math.sqrt(nx * nx + ny * ny + nz * nz)
     if not length > ZERO:
         # A homogeneous region has no surface to reflect anything.

@@ -27,9 +27,9 @@ def opacity_table(
 
 
 def color_table(
-    color_tf: ColorTF, scalar_range: Range, opacity: NDArray[np.float32]
+    color_tf: ColorTF, scalar_range: Range, opacity: NDArray[np.float32] | None = None
 ) -> NDArray[np.float32]:
-    """Colour of one sample at each level, premultiplied by its opacity.
+    """Colour of one sample at each level, premultiplied by its opacity where that is given.
 
     Returns
     -------
@@ -39,7 +39,9 @@ def color_table(
     bins = color_tf.sample(scalar_range)
     levels, every = _levels(), np.arange(TF_SAMPLES)
     color = np.stack([np.interp(levels, every, channel) for channel in bins.T], axis=1)
-    return (color * opacity[:, None]).astype(np.float32).ravel()
+    if opacity is not None:
+        color *= opacity[:, None]
+    return color.astype(np.float32).ravel()
 
 
 def preintegrated_table(
@@ -69,9 +71,7 @@ def preintegrated_table(
     return table
 
 
-def _mean_extinction(
-    first: NDArray[np.float64], last: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _mean_extinction(first: NDArray[np.float64], last: NDArray[np.float64]) -> NDArray[np.float64]:
     """Mean of -log(1 - a) for opacities a that run linearly from first to last."""
     p, q = (np.maximum(1 - opacity, TINY) for opacity in (first, last))
     nearly_equal = np.abs(q - p) <= 1e-4 * np.maximum(p, q)

@@ -1,0 +1,167 @@
+"""The derivative of a region's norm by the opacity of each level of the table.
+
+The unlit image is a composition of samples, front to back, with transparency
+T_i in front of sample i and the colour B_{i+1} composited behind it:
+
+    d I / d alpha_i = T_i (c_i - B_{i+1}).
+
+B is found back to front. Nothing is divided by 1 - alpha_i, so that the
+derivative holds at opaque samples, too; and transparent samples count as much
+as others: an edit may make them visible.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import carray
+
+from model.rendering.raycast.compilation import BATCH, compiled, inlined, stack_pointer
+from model.rendering.raycast.marching import (
+    LEVELS_PER_BIN,
+    ONE,
+    ZERO,
+    fetch,
+    make_ray,
+    skip_empty,
+)
+from model.transfer_function import TF_SAMPLES
+
+NEGLIGIBLE = np.float32(1e-6)
+"""Light that is left out, of what comes through."""
+
+
+@compiled
+def differentiate_windows(
+    voxels: Any,
+    shape: Any,
+    scale: Any,
+    cells: Any,
+    cell_shape: Any,
+    shift: int,
+    alphas: Any,
+    colors: Any,
+    camera: Any,
+    step: float,
+    size: int,
+    longest: int,
+    windows: Any,
+    gradients: Any,
+    energies: Any,
+) -> None:
+    """Differentiate half the energy of windows of an image.
+
+    Parameters
+    ----------
+    alphas : ndarray of float32, shape (levels,)
+        Opacity of a sample.
+    colors : ndarray of float32, shape (3 levels,)
+        Colour, not premultiplied.
+    size : int
+        Width and height of the image.
+    longest : int
+        Number of samples of the longest ray.
+    windows : ndarray of int64, shape (n, 4)
+        First row, row behind the last, first column, column behind the last.
+    gradients : ndarray of float64, shape (n, 256)
+        Output: sum of I dI / d alpha over the pixels and channels of a window,
+        alpha being the opacity of one sample at each bin of the TF.
+    energies : ndarray of float64, shape (n,)
+        Output: sum of I squared.
+    """
+    levels = carray(stack_pointer(), BATCH)
+    path = np.empty(longest, dtype=np.int32)
+    light = np.empty(longest, dtype=np.float32)
+    image = np.empty(3, dtype=np.float32)
+    for n in range(len(windows)):
+        gradient = gradients[n]
+        gradient[:] = 0
+        energy = 0.0
+        for row in range(windows[n, 0], windows[n, 1]):
+            for column in range(windows[n, 2], windows[n, 3]):
+                ray, _, _ = make_ray(camera, shape, step, column, row, size)
+                if _misses(ray, cells, cell_shape, shift):
+                    continue
+                count = _look(voxels, shape, scale, alphas, colors, ray, levels, path, light, image)
+                energy += image[0] ** 2 + image[1] ** 2 + image[2] ** 2
+                _look_back(alphas, colors, path, light, count, image, gradient)
+        energies[n] = energy
+
+
+@inlined
+def _misses(ray: Any, cells: Any, cell_shape: Any, shift: int) -> bool:
+    """Whether a ray meets nothing visible: its pixel is black, and black has no derivative."""
+    k = 0
+    while k < ray.count:
+        behind = skip_empty(ray, k, cells, cell_shape, shift)
+        if behind == k:
+            return False
+        k = behind
+    return True
+
+
+@inlined
+def _look(
+    voxels: Any,
+    shape: Any,
+    scale: Any,
+    alphas: Any,
+    colors: Any,
+    ray: Any,
+    levels: Any,
+    path: Any,
+    light: Any,
+    image: Any,
+) -> int:
+    """Composite front to back, and keep each sample's level and the light that reaches it.
+
+    Returns
+    -------
+    int
+        Number of samples kept. The ray goes on behind an opaque sample until
+        what lies there is opaque, too: it shows as soon as the sample thins out.
+    """
+    image[:] = ZERO
+    through = behind = ONE
+    k = 0
+    while k < ray.count:
+        fetch(voxels, shape, scale, ray, k, levels)
+        for m in range(min(ray.count - k, len(levels))):
+            level = np.uint64(np.uint32(levels[m]))
+            a = alphas[level]
+            path[k] = levels[m]
+            light[k] = through
+            k += 1
+            if through > NEGLIGIBLE:
+                weight = through * a
+                image[0] += weight * colors[np.uint64(3) * level]
+                image[1] += weight * colors[np.uint64(3) * level + np.uint64(1)]
+                image[2] += weight * colors[np.uint64(3) * level + np.uint64(2)]
+                through -= weight
+            else:
+                behind -= behind * a
+        if behind < NEGLIGIBLE:
+            break
+    return k
+
+
+@inlined
+def _look_back(
+    alphas: Any, colors: Any, path: Any, light: Any, count: int, image: Any, gradient: Any
+) -> None:
+    """Go back to front, and add the derivative by each sample to the bins it lies between."""
+    composited = ZERO
+    red, green, blue = image[0], image[1], image[2]
+    for k in range(count - 1, -1, -1):
+        level = np.uint64(np.uint32(path[k]))
+        a = alphas[level]
+        c = np.uint64(3) * level
+        # Colours enter by their product with the image alone: one number for three.
+        color = red * colors[c] + green * colors[c + np.uint64(1)] + blue * colors[c + np.uint64(2)]
+        slope = light[k] * (color - composited)
+        composited += a * (color - composited)
+        lower = np.uint64(path[k] // LEVELS_PER_BIN)
+        share = np.float32(path[k] % LEVELS_PER_BIN) / np.float32(LEVELS_PER_BIN)
+        gradient[lower] += slope * (ONE - share)
+        gradient[np.uint64(min(int(lower) + 1, TF_SAMPLES - 1))] += slope * share
