@@ -61,16 +61,16 @@ _CACHE = _use_cache()
 
 
 def compiled(function: F) -> F:
-    """Compile a function for the CPU, without the interpreter lock; CUDA kernels may call it too."""
+    """Compile a function that runs on the CPU without the interpreter lock."""
     return numba.njit(function, cache=_CACHE, **OPTIONS)
 
 
 def inlined(function: F) -> F:
-    """Compile a function into each of its callers, so that their loops become vector code."""
+    """Compile a function into its callers, on CPU or GPU, so that loops become vector code."""
     return numba.njit(function, forceinline=True, **OPTIONS)
 
 
-@intrinsic
+@intrinsic  # type: ignore[untyped-decorator]
 def stack_pointer(context: Any) -> Any:
     """Memory for :data:`BATCH` int32 numbers that nothing else points to.
 

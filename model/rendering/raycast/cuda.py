@@ -23,7 +23,7 @@ def is_available() -> bool:
     return bool(cuda.is_available())
 
 
-@cuda.jit(fastmath=True)
+@cuda.jit(fastmath=True)  # type: ignore[untyped-decorator]
 def _draw_pixels(
     voxels: Any,
     shape: Any,

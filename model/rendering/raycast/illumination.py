@@ -28,7 +28,7 @@ DIFFUSE, SPECULAR, POWER = 0.9, 0.2, 20.0
 """Gradient shading, as the reference renderer has it."""
 
 AMBIENT, DISTANT = 0.5, 0.9
-"""Global lighting: light from all around, and from the distant light, where nothing is in the way."""
+"""Global lighting: light from all around and from the distant light, with nothing in the way."""
 
 LONGEST_AXIS = 64
 """Cells along the longest axis of the light's grid."""
@@ -171,8 +171,8 @@ def _average(scalars: Any, bins: Any, table: Any, layer: int, out: Any) -> None:
 def _window(index: int, count: int, voxels: int) -> Any:
     """Voxels around a place of the coarse grid: first, behind the last, step."""
     size = (voxels - 1) / (count - 1)
-    first = max(int(math.ceil((index - 0.5) * size)), 0)
-    last = min(int(math.floor((index + 0.5) * size)) + 1, voxels)
+    first = max(math.ceil((index - 0.5) * size), 0)
+    last = min(math.floor((index + 0.5) * size) + 1, voxels)
     return first, last, max((last - first) // 4, 1)
 
 
@@ -193,11 +193,11 @@ def _sweep_layers(extinction: Any, u: float, v: float, length: float, out: Any) 
     for n in range(1, layers):
         for j in range(rows):
             y = j - u
-            j0 = int(math.floor(y))
+            j0 = math.floor(y)
             fy = y - j0
             for i in range(columns):
                 x = i - v
-                i0 = int(math.floor(x))
+                i0 = math.floor(x)
                 fx = x - i0
                 light = path = 0.0
                 for dj, wy in ((0, 1 - fy), (1, fy)):

@@ -83,7 +83,7 @@ def _bin_at(voxels: Any, shape: Any, scale: Any, ray: Any, k: Any) -> float:
 
 @inlined
 def _classify(integrals: Any, first: float, last: float, share: Any) -> Any:
-    """Opacity and premultiplied colour of a share of a step whose scalar runs from first to last."""
+    """Opacity and premultiplied colour of a share of a step, between two scalar values."""
     i, j = min(int(first), TF_SAMPLES - 2), min(int(last), TF_SAMPLES - 2)
     f, g = first - i, last - j
     span = last - first

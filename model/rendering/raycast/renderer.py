@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import RenderError
+from model.rendering.opacity_correction import per_sample_derivative
 from model.rendering.raycast import cuda
 from model.rendering.raycast.camera import camera_array
 from model.rendering.raycast.cells import SHIFT, MinMaxCells
-from model.rendering.opacity_correction import per_sample_derivative
-from model.rendering.raycast.differentiation import differentiate_windows
 from model.rendering.raycast.cpu import draw_rows, draw_rows_preintegrated
+from model.rendering.raycast.differentiation import differentiate_windows
 from model.rendering.raycast.illumination import Illumination, gradient_light
 from model.rendering.raycast.marching import LEVELS_PER_BIN
 from model.rendering.raycast.tables import color_table, opacity_table, preintegrated_table
@@ -237,10 +237,8 @@ class RaycastRenderer:
         depth: NDArray[np.float32] | None,
     ) -> NDArray[np.float32]:
         image = np.empty((size, size, 1 if color_tf is None else 4), dtype=np.float32)
-        if self._preintegrated:
-            draw, tables = draw_rows_preintegrated, self._integrals(opacity_tf, color_tf)
-        else:
-            draw, tables = draw_rows, self._tables(view, opacity_tf, color_tf)
+        draw: Any = draw_rows_preintegrated if self._preintegrated else draw_rows
+        tables = self._tables(view, opacity_tf, color_tf)
         volume = self._volume
         arguments = (
             self._voxels,
@@ -279,8 +277,10 @@ class RaycastRenderer:
     def _tables(
         self, view: View, opacity_tf: OpacityTF, color_tf: ColorTF | None
     ) -> tuple[Any, ...]:
-        """Look-up tables and light, as :func:`draw_rows` takes them."""
+        """Look-up tables and light, as the functions that draw rows take them."""
         scalar_range = self._volume.scalar_range
+        if self._preintegrated:
+            return (preintegrated_table(opacity_tf, color_tf, scalar_range, self.sample_distance),)
         alphas = opacity_table(opacity_tf, scalar_range, self.sample_distance)
         if color_tf is None:
             return alphas, None, None, None
@@ -290,11 +290,6 @@ class RaycastRenderer:
         if self._illumination is not None:
             glow = self._illumination.grid(view, self._light, opacity_tf)
         return alphas, color_table(color_tf, scalar_range, alphas), light, glow
-
-    def _integrals(self, opacity_tf: OpacityTF, color_tf: ColorTF | None) -> tuple[Any, ...]:
-        """The integrated table, as :func:`draw_rows_preintegrated` takes it."""
-        scalar_range = self._volume.scalar_range
-        return (preintegrated_table(opacity_tf, color_tf, scalar_range, self.sample_distance),)
 
     def _distances_of(
         self, opacity_tf: OpacityTF, sample_distance: float, skip_empty: bool
