@@ -16,6 +16,7 @@ disk. A killed run loses the blocks in work, which the next run renders anew.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -197,9 +198,9 @@ class SampleStore:
             ) from error
 
     def shuffled(
-        self, stream: Stream, rng: np.random.Generator, batch_size: int, skip: int = 0
+        self, stream: Stream, seed: list[int], batch_size: int, skip: int = 0
     ) -> Iterator[SampleBatch]:
-        """Yield one pass over a stream in random order, without holding it in memory.
+        """Yield a stream in random order, pass after pass, without holding it in memory.
 
         Blocks are read in random order; batches are drawn at random from a
         pool of them. What does not fill a pool's last batch is left out of
@@ -208,25 +209,28 @@ class SampleStore:
         Parameters
         ----------
         stream : {"train", "holdout"}
-        rng : numpy.random.Generator
+        seed : list of int
+            Equal seeds give the same order.
         batch_size : int
+            At most the number of samples.
         skip : int
-            Number of batches to leave out at the start, to go on where an
-            earlier pass with an equal `rng` stopped.
+            Number of batches to leave out at the start.
         """
         all_blocks = _blocks(self.count(stream))
-        order = rng.permutation(len(all_blocks))
-        for start in range(0, len(order), POOL_BLOCKS):
-            blocks = [all_blocks[i] for i in order[start : start + POOL_BLOCKS]]
-            shuffle = rng.permutation(sum(map(len, blocks)))
-            batches = np.split(shuffle, range(batch_size, len(shuffle), batch_size))
-            full = [b for b in batches if len(b) == batch_size]
-            if skip >= len(full):
-                skip -= len(full)
-                continue
-            pool = SampleBatch.concatenate([self.read(stream, b) for b in blocks])
-            yield from (pool[indices] for indices in full[skip:])
-            skip = 0
+        for epoch in itertools.count():
+            rng = np.random.default_rng([*seed, epoch])
+            order = rng.permutation(len(all_blocks))
+            for start in range(0, len(order), POOL_BLOCKS):
+                blocks = [all_blocks[i] for i in order[start : start + POOL_BLOCKS]]
+                shuffle = rng.permutation(sum(map(len, blocks)))
+                batches = np.split(shuffle, range(batch_size, len(shuffle), batch_size))
+                full = [b for b in batches if len(b) == batch_size]
+                if skip >= len(full):
+                    skip -= len(full)
+                    continue
+                pool = SampleBatch.concatenate([self.read(stream, b) for b in blocks])
+                yield from (pool[indices] for indices in full[skip:])
+                skip = 0
 
     def _array(self, stream: Stream, name: str) -> zarr.Array[Any]:
         array = self._root.get(f"{stream}/{name}")

@@ -34,6 +34,8 @@ class EncodedBatch:
     color_tf : Tensor, shape (N, 3, 256)
     opacity_image : Tensor, shape (N, 1, So, So)
     image : Tensor, shape (N, 3, S, S)
+    weight : Tensor, shape (N,)
+        Weight of each sample's losses; not encoded.
     """
 
     view: Tensor
@@ -41,6 +43,7 @@ class EncodedBatch:
     color_tf: Tensor
     opacity_image: Tensor
     image: Tensor
+    weight: Tensor
 
     def to(self, device: torch.device) -> EncodedBatch:
         """The same batch on a device."""
@@ -77,7 +80,12 @@ def encode_colors(color_tf: NDArray[np.float32]) -> Tensor:
     return torch.from_numpy(np.ascontiguousarray(rgb_to_lab(color_tf).transpose(0, 2, 1)))
 
 
-def encode_batch(batch: SampleBatch, view_range: ViewRange, opacity_size: int) -> EncodedBatch:
+def encode_batch(
+    batch: SampleBatch,
+    view_range: ViewRange,
+    opacity_size: int,
+    weights: NDArray[np.float32] | None = None,
+) -> EncodedBatch:
     """Encode stored samples.
 
     Parameters
@@ -88,6 +96,8 @@ def encode_batch(batch: SampleBatch, view_range: ViewRange, opacity_size: int) -
     opacity_size : int
         Width and height of the opacity image: the image's opacity, averaged
         over square blocks of pixels.
+    weights : ndarray of float32, shape (N,), optional
+        Of the samples' losses; 1 by default.
     """
     rgba = torch.from_numpy(np.ascontiguousarray(batch.rgba.transpose(0, 3, 1, 2)))
     rgba = rgba.float() / 127.5 - 1
@@ -98,4 +108,5 @@ def encode_batch(batch: SampleBatch, view_range: ViewRange, opacity_size: int) -
         color_tf=encode_colors(batch.color_tf),
         opacity_image=opacity,
         image=rgba[:, :3].contiguous(),
+        weight=torch.ones(len(batch)) if weights is None else torch.from_numpy(weights),
     )

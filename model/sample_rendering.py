@@ -14,20 +14,20 @@ import numpy as np
 
 from model.dataset import STREAMS, SampleBatch, SampleStore
 from model.errors import DatasetError, RenderError
-from model.rendering.vtk_renderer import VtkRenderer
+from model.rendering.renderer import Renderer, open_renderer
 from model.sampling import Stream, draw_sample
 from model.scene import Scene
 from model.volume import Volume
 
 
 def render_samples(
-    renderer: VtkRenderer, scene: Scene, seed: int, stream: Stream, indices: range
+    renderer: Renderer, scene: Scene, seed: int, stream: Stream, indices: range
 ) -> SampleBatch:
     """Draw and render samples of a stream.
 
     Parameters
     ----------
-    renderer : VtkRenderer
+    renderer : Renderer
         Of the scene's volume and lighting.
     scene : Scene
     seed : int
@@ -50,8 +50,16 @@ def render_samples(
     )
 
 
-def make_renderer(volume: Volume, scene: Scene) -> VtkRenderer:
-    """The reference renderer of a scene.
+def make_renderer(volume: Volume, scene: Scene, threads: int | None = 1) -> Renderer:
+    """The renderer of a scene.
+
+    Parameters
+    ----------
+    volume : Volume
+    scene : Scene
+    threads : int, optional
+        Of the ray caster: by default one, for processes or threads that each
+        render samples of their own; None for one per processor.
 
     Raises
     ------
@@ -63,7 +71,9 @@ def make_renderer(volume: Volume, scene: Scene) -> VtkRenderer:
             f"The volume '{volume.name}' is not the one that the scene was made for "
             f"('{scene.volume_name}'); open that volume, or make a new data set."
         )
-    return VtkRenderer(volume, scene.lighting, scene.light, scene.sample_distance)
+    return open_renderer(
+        scene.renderer, volume, scene.lighting, scene.light, scene.sample_distance, threads
+    )
 
 
 def render_store(
@@ -128,7 +138,7 @@ class _Worker:
     path: Path
     volume: Volume
     store: SampleStore | None = None
-    renderer: VtkRenderer
+    renderer: Renderer
 
 
 def _start_worker(path: Path, volume: Volume) -> None:

@@ -18,6 +18,13 @@ from model.volume import Volume
 Lighting = Literal["none", "direct", "global"]
 """Emission-absorption alone, gradient shading, or volumetric scattering with shadows."""
 
+RendererName = Literal["vtk", "raycast"]
+"""VTK, the reference; or the own ray caster, which is several times faster.
+
+Unlit and under direct lighting their images are the same; global lighting is
+scattering in VTK, and shadows with ambient occlusion in the ray caster.
+"""
+
 
 @dataclass(frozen=True)
 class LightDirection:
@@ -58,6 +65,8 @@ class Scene:
     sample_distance : float
         Distance between samples along a ray, in voxels.
     view_range : ViewRange
+    renderer : {"vtk", "raycast"}
+        What renders the images that are learned from.
     """
 
     volume_name: str
@@ -69,6 +78,7 @@ class Scene:
     light: LightDirection | None = None
     sample_distance: float = 0.5
     view_range: ViewRange = field(default_factory=ViewRange)
+    renderer: RendererName = "vtk"
 
     def __post_init__(self) -> None:
         lo, hi = self.scalar_range
@@ -77,6 +87,8 @@ class Scene:
             raise TfscopeError(
                 f"The lighting '{self.lighting}' is unknown; choose none, direct or global."
             )
+        if self.renderer not in get_args(RendererName):
+            raise TfscopeError(f"The renderer '{self.renderer}' is unknown; choose vtk or raycast.")
         if (self.light is None) != (self.lighting == "none"):
             raise TfscopeError("A lit scene needs a light direction, and an unlit one has none.")
         if not (math.isfinite(lo) and math.isfinite(hi) and lo < hi):
@@ -103,6 +115,7 @@ class Scene:
         image_size: int,
         lighting: Lighting = "none",
         scalar_window: Range | None = None,
+        renderer: RendererName = "vtk",
     ) -> Scene:
         """The scene of a volume, with the default light and window for it."""
         return cls(
@@ -113,6 +126,7 @@ class Scene:
             image_size=image_size,
             lighting=lighting,
             light=None if lighting == "none" else LightDirection(),
+            renderer=renderer,
         )
 
     def to_json(self) -> dict[str, Any]:

@@ -16,6 +16,9 @@ application = typer.Typer(
     help="Look into volumes through transfer functions, beside a generative model.",
 )
 
+bench = typer.Typer(help="Measure speed and accuracy on this machine.", no_args_is_help=True)
+application.add_typer(bench, name="bench")
+
 
 @application.callback(invoke_without_command=True)
 def window(
@@ -63,34 +66,22 @@ def render(
         ),
     ],
     renderer: Annotated[
-        options.Renderer, typer.Option("--renderer", help="The reference or the trained model.")
+        options.Renderer,
+        typer.Option("--renderer", help="The reference, the fast ray caster, or the model."),
     ] = options.Renderer.VTK,
     volume: options.VolumeFile = None,
     raw: options.RawLayoutText = None,
     component: options.ComponentName = None,
     model: options.ModelFolder = None,
-    view: Annotated[
-        str,
-        typer.Option(
-            "--view",
-            metavar="AZ,EL,ROLL,DIST",
-            help="Degrees, and the distance in units of the one at which the whole volume is in "
-            "view: 1 is the farthest that models are trained for, 0.4 the nearest.",
-        ),
-    ] = "30,20,0,1",
-    tf: Annotated[
-        Path | None,
-        typer.Option("--tf", metavar="TF.json", help="Transfer function. [default: from the data]"),
-    ] = None,
+    view: options.ViewText = "30,20,0,1",
+    tf: options.TFFile = None,
     lighting: Annotated[
         options.LightingOption | None,
-        typer.Option("--lighting", help="For VTK. [default: the model's, or none]"),
+        typer.Option("--lighting", help="For VTK and ray caster. [default: the model's, or none]"),
     ] = None,
     size: Annotated[
         int | None,
-        typer.Option(
-            "--size", min=16, max=4096, help="Pixels. [default: the model's, or 256 for VTK]"
-        ),
+        typer.Option("--size", min=16, max=4096, help="Pixels. [default: the model's, or 256]"),
     ] = None,
     device: options.DeviceName = options.Device.AUTO,
 ) -> None:
@@ -113,6 +104,60 @@ def render(
 
 
 @application.command()
+def sensitivity(
+    out: Annotated[
+        Path,
+        typer.Option("--out", metavar="OUT", help="OUT.npz: all numbers, or OUT.png: a picture."),
+    ],
+    exact: Annotated[
+        bool, typer.Option("--exact", help="The renderer's own derivative. There is no other yet.")
+    ] = False,
+    volume: options.VolumeFile = None,
+    raw: options.RawLayoutText = None,
+    component: options.ComponentName = None,
+    view: options.ViewText = "30,20,0,1",
+    tf: options.TFFile = None,
+    size: Annotated[
+        int, typer.Option("--size", min=16, max=4096, help="Width and height in pixels.")
+    ] = 256,
+    region: Annotated[
+        str | None,
+        typer.Option(
+            "--region",
+            metavar="LEFT,TOP,RIGHT,BOTTOM",
+            help="Of one rectangle of pixels. [default: of all blocks]",
+        ),
+    ] = None,
+    block: Annotated[
+        int, typer.Option("--block", min=1, help="Width and height of a block in pixels.")
+    ] = 16,
+    value: Annotated[
+        float | None,
+        typer.Option(
+            "--value",
+            help="Scalar value whose field OUT.png shows. [default: all values together]",
+        ),
+    ] = None,
+) -> None:
+    """Where in the TF an edit changes a region, or where in the image an edit shows."""
+    from app.cli.sensitivity import SensitivityOrder, save_sensitivity
+
+    save_sensitivity(
+        SensitivityOrder(
+            volume=options.VolumeSource(volume, raw, component),
+            view=view,
+            tf=tf,
+            size=size,
+            region=region,
+            block=block,
+            value=value,
+            exact=exact,
+            out=out,
+        )
+    )
+
+
+@application.command()
 def dataset(
     out: Annotated[Path, typer.Option("--out", metavar="STORE", help="Zarr folder.")],
     count: Annotated[int, typer.Option("--count", min=1, help="Number of training samples.")],
@@ -123,6 +168,7 @@ def dataset(
         int, typer.Option("--size", min=16, max=4096, help="Width and height in pixels.")
     ] = 256,
     seed: options.Seed = 0,
+    renderer: options.SampleRendererName = options.SampleRenderer.RAYCAST,
     lighting: options.LightingName = options.LightingOption.NONE,
     window: options.Window = None,
     holdout: Annotated[
@@ -130,12 +176,23 @@ def dataset(
         typer.Option("--holdout", min=1, help="Hold-out samples. [default: a tenth, at most 2000]"),
     ] = None,
     workers: options.Workers = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(
+            "--scheduler",
+            metavar="ADDRESS",
+            help="Render on the workers of a Dask scheduler such as tcp://host:8786, or of a "
+            "local one. [default: processes of its own]",
+        ),
+    ] = None,
 ) -> None:
     """Render random samples into a store; run it again to go on or to add more."""
     from app.cli.dataset import make_dataset
 
     source = options.VolumeSource(volume, raw, component)
-    make_dataset(source, out, count, holdout, size, seed, lighting, window, workers)
+    make_dataset(
+        source, out, count, holdout, size, seed, lighting, renderer, window, workers, scheduler
+    )
 
 
 @application.command()
@@ -153,7 +210,7 @@ def train(
         typer.Option(
             "--dataset",
             metavar="STORE",
-            help="Samples made with 'dataset'. [default: rendered first, in a quarter of the time]",
+            help="Samples made with 'dataset'. [default: rendered in the background]",
         ),
     ] = None,
     minutes: Annotated[float | None, typer.Option("--minutes", help="Budget in minutes.")] = None,
@@ -189,6 +246,20 @@ def train(
             help="Share of each stage after which the discriminator joins; 1 is never.",
         ),
     ] = None,
+    reuse: Annotated[
+        float | None,
+        typer.Option(
+            "--reuse",
+            min=1,
+            help="How often each fresh sample is learned from; more takes less rendering. "
+            "[default: 4, or more when lit]",
+        ),
+    ] = None,
+    error_driven: Annotated[
+        bool,
+        typer.Option("--error-driven", help="Draw fresh samples with a high error more often."),
+    ] = False,
+    renderer: options.SampleRendererName = options.SampleRenderer.RAYCAST,
     lighting: options.LightingName = options.LightingOption.NONE,
     window: options.Window = None,
     seed: options.Seed = 0,
@@ -215,6 +286,9 @@ def train(
                 "adversarial_start": adversarial_start,
             },
             lighting=options.lighting(lighting),
+            renderer=options.renderer_name(renderer),
+            reuse=reuse,
+            error_driven=error_driven,
             window=options.parse_window(window),
             seed=seed,
             workers=workers,
@@ -235,7 +309,7 @@ def evaluate(
         typer.Option(
             "--dataset",
             metavar="STORE",
-            help="The model's samples. [default: those in its folder, or rendered anew]",
+            help="The model's samples. [default: rendered anew]",
         ),
     ] = None,
     neighbours: Annotated[
@@ -252,3 +326,31 @@ def evaluate(
 
     source = options.VolumeSource(volume, raw, component)
     evaluate_model(model, count, source, store, neighbours, json, str(device), workers)
+
+
+@bench.command()
+def renderers(
+    volume: Annotated[
+        list[Path] | None,
+        typer.Option("--volume", help="Volume file; may be repeated. [default: the shipped ones]"),
+    ] = None,
+    count: Annotated[
+        int, typer.Option("--count", min=1, help="Random views and TFs per volume.")
+    ] = 20,
+    size: Annotated[
+        int, typer.Option("--size", min=16, max=4096, help="Width and height in pixels.")
+    ] = 256,
+    lighting: options.LightingName = options.LightingOption.NONE,
+    seed: options.Seed = 0,
+    json: Annotated[
+        Path | None, typer.Option("--json", metavar="OUT.json", help="Also write the result.")
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option("--plot", metavar="OUT.png", help="Also draw speed against accuracy."),
+    ] = None,
+) -> None:
+    """VTK and the ray caster: images per second and errors over sample distances."""
+    from app.cli.bench import bench_renderers
+
+    bench_renderers(volume, count, size, options.lighting(lighting), seed, json, plot)

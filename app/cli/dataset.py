@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from app.cli import options
 from app.cli.console import console, counting
 from model.dataset import STREAMS, SampleStore
+from model.errors import TfscopeError
 from model.sample_rendering import render_store
 from model.scene import Scene
+from model.volume import Volume
 
 MAX_HOLDOUT = 2000
 
@@ -21,19 +24,47 @@ def make_dataset(
     size: int,
     seed: int,
     lighting: options.LightingOption,
+    renderer: options.SampleRenderer,
     window: str | None,
     workers: int | None,
+    scheduler: str | None,
 ) -> None:
     """Create a store, or go on with the one that is there, until it holds `count` samples."""
+    if workers and scheduler not in (None, "local"):
+        raise TfscopeError(
+            "--workers counts processes of this machine, and those of a scheduler are started "
+            "with 'dask worker'; leave one of --workers and --scheduler out."
+        )
     volume = source.read()
-    scene = Scene.of(volume, size, options.lighting(lighting), options.parse_window(window))
+    scene = Scene.of(
+        volume,
+        size,
+        options.lighting(lighting),
+        options.parse_window(window),
+        options.renderer_name(renderer),
+    )
     holdout = holdout or max(1, min(count // 10, MAX_HOLDOUT))
     store = SampleStore.create(out, scene, seed, {"train": count, "holdout": holdout})
     total = sum(store.count(stream) for stream in STREAMS)
     missing = store.missing_samples()
     with counting("rendering", total, total - missing) as (progress, task):
-        render_store(store, volume, workers, lambda new: progress.advance(task, new))
+        _render(store, volume, workers, scheduler, lambda new: progress.advance(task, new))
     console.print(
         f"{out}: {store.count('train')} training and {store.count('holdout')} hold-out samples "
         f"of '{volume.name}', {size} x {size}, {scene.lighting} lighting, seed {seed}."
     )
+
+
+def _render(
+    store: SampleStore,
+    volume: Volume,
+    workers: int | None,
+    scheduler: str | None,
+    on_progress: Callable[[int], None],
+) -> None:
+    if scheduler is None:
+        render_store(store, volume, workers, on_progress)
+    else:
+        from model.distributed_rendering import render_store_on_cluster
+
+        render_store_on_cluster(store, volume, scheduler, workers, on_progress)

@@ -16,7 +16,6 @@ from model.errors import CheckpointError, DatasetError
 from model.evaluation import evaluate
 from model.generator import Generator
 from model.sample_rendering import render_store
-from model.training.data import OWN_SAMPLES
 
 
 def evaluate_model(
@@ -31,14 +30,10 @@ def evaluate_model(
 ) -> None:
     """Measure the model, print a table, and write the result as JSON when asked.
 
-    Without a store, and without enough samples in the model's own folder, the
-    hold-out samples, and as many training samples as asked for, are rendered
-    anew: they follow from the model's seed.
+    Without a store, the hold-out samples, and as many training samples as
+    asked for, are rendered anew: they follow from the model's seed.
     """
     generator = Generator.load(folder, device)
-    own = folder / OWN_SAMPLES
-    if store_path is None and own.is_dir() and SampleStore(own).count("holdout") >= count:
-        store_path = own
     if store_path is not None:
         store = SampleStore(store_path)
         store.require_complete()

@@ -10,7 +10,7 @@ from typing import Annotated, cast
 import typer
 
 from model.errors import TfscopeError, VolumeError
-from model.scene import Lighting
+from model.scene import Lighting, RendererName
 from model.shipped import DEFAULT_VOLUME, shipped_volumes
 from model.transfer_function import Range
 from model.volume import Volume
@@ -29,7 +29,15 @@ class Renderer(StrEnum):
     """Who renders."""
 
     VTK = "vtk"
+    RAYCAST = "raycast"
     GENERATOR = "generator"
+
+
+class SampleRenderer(StrEnum):
+    """Who renders what is learned from."""
+
+    VTK = "vtk"
+    RAYCAST = "raycast"
 
 
 class Device(StrEnum):
@@ -78,6 +86,27 @@ LightingName = Annotated[
         help="Emission-absorption alone, gradient shading, or scattering with shadows.",
     ),
 ]
+SampleRendererName = Annotated[
+    SampleRenderer,
+    typer.Option(
+        "--renderer",
+        help="What renders the samples: the fast ray caster, or VTK. They differ in global "
+        "lighting only.",
+    ),
+]
+ViewText = Annotated[
+    str,
+    typer.Option(
+        "--view",
+        metavar="AZ,EL,ROLL,DIST",
+        help="Degrees, and the distance in units of the one at which the whole volume is in "
+        "view: 1 is the farthest that models are trained for, 0.4 the nearest.",
+    ),
+]
+TFFile = Annotated[
+    Path | None,
+    typer.Option("--tf", metavar="TF.json", help="Transfer function. [default: from the data]"),
+]
 Window = Annotated[
     str | None,
     typer.Option(
@@ -90,6 +119,11 @@ Workers = Annotated[
     int | None, typer.Option("--workers", min=1, help="Processes. [default: one per core]")
 ]
 Seed = Annotated[int, typer.Option("--seed", min=0, help="The same seed gives the same result.")]
+
+
+def renderer_name(option: StrEnum) -> RendererName:
+    """The renderer of an option."""
+    return cast(RendererName, str(option))
 
 
 def lighting(option: LightingOption) -> Lighting:

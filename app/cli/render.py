@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,7 @@ from model.checkpoint import load_card
 from model.default_transfer_function import default_transfer_function
 from model.errors import RenderError
 from model.range_fitting import fit_to_range
-from model.scene import LightDirection, Scene
+from model.scene import LightDirection, RendererName, Scene
 from model.shipped import model_for, shipped_models
 from model.transfer_function import TransferFunction
 from model.view import View
@@ -46,7 +47,7 @@ def render_to_file(order: RenderOrder) -> None:
         raise RenderError(f"{order.out}: the name must end in .png or .npy.")
     view = View.parse(order.view)
     tf = TransferFunction.load(order.tf) if order.tf else None
-    by = _render_generator if order.renderer == "generator" else _render_vtk
+    by = _render_generator if order.renderer == "generator" else _render_volume
     rgba = by(order, view, tf)
     try:
         if order.out.suffix.lower() == ".npy":
@@ -60,8 +61,10 @@ def render_to_file(order: RenderOrder) -> None:
         ) from error
 
 
-def _render_vtk(order: RenderOrder, view: View, tf: TransferFunction | None) -> NDArray[np.float32]:
-    from model.rendering.vtk_renderer import VtkRenderer
+def _render_volume(
+    order: RenderOrder, view: View, tf: TransferFunction | None
+) -> NDArray[np.float32]:
+    from model.rendering.renderer import open_renderer
 
     scene = load_card(order.model).scene if order.model else None
     volume = _volume(order, scene)
@@ -73,7 +76,8 @@ def _render_vtk(order: RenderOrder, view: View, tf: TransferFunction | None) -> 
         lighting = scene.lighting if scene else "none"
         light = scene.light if scene else None
     step = scene.sample_distance if scene else DEFAULT_SAMPLE_DISTANCE
-    renderer = VtkRenderer(volume, lighting, light, step)
+    name = cast(RendererName, order.renderer)
+    renderer = open_renderer(name, volume, lighting, light, step)
     try:
         size = order.size or (scene.image_size if scene else DEFAULT_SIZE)
         return renderer.render(view, tf.opacity, tf.color, size)

@@ -20,15 +20,16 @@ from rich.progress import (
 from rich.text import Text
 
 from app.cli import options
-from app.cli.console import console, counting
+from app.cli.console import console
 from model.dataset import SampleStore
 from model.errors import TrainingError
 from model.generator import choose_device
 from model.networks.blocks import NetworkSize
-from model.scene import Lighting, Scene
-from model.training.data import OWN_SAMPLES, render_for_run
+from model.scene import Lighting, RendererName, Scene
 from model.training.options import PRESETS, Budget, TrainingOptions
+from model.training.sources import SampleSource, StoredSource
 from model.training.state import load_progress
+from model.training.stream import StreamSource
 from model.training.trainer import TrainingPlan, TrainingReport, train
 from model.transfer_function import Range
 
@@ -49,6 +50,9 @@ class TrainOrder:
     faithful: bool
     overrides: dict[str, float | None]
     lighting: Lighting
+    renderer: RendererName
+    reuse: float | None
+    error_driven: bool
     window: Range | None
     seed: int
     workers: int | None
@@ -64,9 +68,9 @@ def train_model(order: TrainOrder) -> None:
     device = choose_device(order.device)
     if order.resume:
         _check_resumption(order)
-    store, budget = _samples(order, budget)
+    source = _source(order)
     plan = TrainingPlan(
-        store=store,
+        source=source,
         preset=order.preset,
         size=_size(order),
         options=_recipe(order),
@@ -97,37 +101,29 @@ def _recipe(order: TrainOrder) -> TrainingOptions:
 
 
 def _check_resumption(order: TrainOrder) -> None:
-    """Refuse before anything is rendered what the run itself would refuse."""
-    progress, _ = load_progress(order.out)
-    own = order.out / OWN_SAMPLES
-    if order.store is None and not own.is_dir():
+    """Refuse with a better sentence what the run itself would refuse."""
+    progress, recipe = load_progress(order.out)
+    if order.store is None and "reuse" not in recipe:
         raise TrainingError(
-            f"{order.out}: the run's samples are not in its folder; "
-            "name the data set that it was started with by --dataset."
+            f"{order.out}: the run learns from a stored data set; name it by --dataset."
+        )
+    if order.store is not None and "reuse" in recipe:
+        raise TrainingError(
+            f"{order.out}: the run renders its samples itself; leave --dataset out."
         )
     if progress.stage == "done":
         raise TrainingError(f"{order.out}: the run is finished; train longer in another folder.")
 
 
-def _samples(order: TrainOrder, budget: Budget) -> tuple[SampleStore, Budget]:
-    size = PRESETS[order.preset]
+def _source(order: TrainOrder) -> SampleSource:
     if order.store is not None:
         store = SampleStore(order.store)
-        store.require_complete()
         _check_store(order, store)
-        return store, budget
+        return StoredSource(store)
     volume = order.volume.read()
-    scene = Scene.of(volume, size.image_size, order.lighting, order.window)
-    with counting("rendering", 0) as (progress, task):
-        return render_for_run(
-            order.out / OWN_SAMPLES,
-            volume,
-            scene,
-            order.seed,
-            budget,
-            order.workers,
-            lambda done, total: progress.update(task, completed=done, total=total),
-        )
+    size = PRESETS[order.preset]
+    scene = Scene.of(volume, size.image_size, order.lighting, order.window, order.renderer)
+    return StreamSource(volume, scene, order.seed, order.reuse, order.workers, order.error_driven)
 
 
 def _check_store(order: TrainOrder, store: SampleStore) -> None:

@@ -16,6 +16,9 @@ WELL_CONDITIONED = 256.0
 At this ratio rounding is 1/256 of a TF bin.
 """
 
+NARROWEST, WIDEST = 1e-30, 1e30
+"""Ranges between which float32 has room for differences and reciprocals of the values."""
+
 
 def renderable_scalars(
     volume: Volume, native: tuple[type[np.generic], ...]
@@ -37,8 +40,9 @@ def renderable_scalars(
     scalar_range : tuple of float
     """
     lo, hi = volume.scalar_range
-    conditioned = max(abs(lo), abs(hi)) / WELL_CONDITIONED <= hi - lo
-    if volume.scalars.dtype in native and (volume.scalars.dtype.kind != "f" or conditioned):
+    well_conditioned = max(abs(lo), abs(hi)) / WELL_CONDITIONED <= hi - lo
+    fits_float32 = well_conditioned and NARROWEST <= hi - lo <= WIDEST
+    if volume.scalars.dtype in native and (volume.scalars.dtype.kind != "f" or fits_float32):
         return np.ascontiguousarray(volume.scalars), (lo, hi)
     scaled = np.empty(volume.scalars.shape, dtype=np.float32)
     # The extremes of float64 would overflow in hi - lo: halve first.

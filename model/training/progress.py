@@ -13,10 +13,10 @@ from skimage.io import imsave
 
 from model import metrics
 from model.checkpoint import write_atomically
-from model.dataset import SampleStore
 from model.encoding import decode_unit, encode_batch
 from model.networks.blocks import NetworkSize
 from model.networks.two_stage import TwoStageGenerator
+from model.training.sources import SampleSource
 from model.training.stages import Losses
 from model.training.state import Progress
 
@@ -31,15 +31,15 @@ class HoldoutProbe:
 
     Parameters
     ----------
-    store : SampleStore
+    source : SampleSource
     size : NetworkSize
     device : torch.device
     """
 
-    def __init__(self, store: SampleStore, size: NetworkSize, device: torch.device) -> None:
-        self.count = min(PROBE_SAMPLES, store.count("holdout"))
-        samples = store.read("holdout", range(self.count))
-        self.batch = encode_batch(samples, store.scene.view_range, size.opacity_size).to(device)
+    def __init__(self, source: SampleSource, size: NetworkSize, device: torch.device) -> None:
+        samples = source.holdout(PROBE_SAMPLES)
+        self.count = len(samples)
+        self.batch = encode_batch(samples, source.scene.view_range, size.opacity_size).to(device)
 
     def measure(self, generator: TwoStageGenerator, sheet: Path) -> dict[str, float]:
         """Measure a generator and write a picture of the first samples.

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from contextlib import AbstractContextManager
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import torch
 from torch import Tensor, nn
-from torch.nn.functional import binary_cross_entropy_with_logits, l1_loss, mse_loss
+from torch.nn.functional import binary_cross_entropy_with_logits
 
 from model.encoding import EncodedBatch
 from model.networks.blocks import NetworkSize, keep_variance, place
@@ -23,6 +24,22 @@ from model.training.average import WeightAverage
 from model.training.options import StageOptions, TrainingOptions
 
 Losses = dict[str, float]
+
+
+@dataclass(frozen=True)
+class StepResult:
+    """What one optimisation step tells.
+
+    Attributes
+    ----------
+    losses : dict of float
+        Each loss by name, without its factor in the sum.
+    errors : Tensor of float32, shape (N,)
+        Image error of each sample: its mean absolute difference.
+    """
+
+    losses: Losses
+    errors: Tensor
 
 
 class Stage(ABC):
@@ -63,7 +80,7 @@ class Stage(ABC):
         self.generator_optimiser = _adam(self.generator, stage)
         self.discriminator_optimiser = _adam(self.discriminator, stage)
 
-    def step(self, batch: EncodedBatch, progress: float) -> Losses:
+    def step(self, batch: EncodedBatch, progress: float) -> StepResult:
         """Train both networks on one batch.
 
         Parameters
@@ -75,19 +92,19 @@ class Stage(ABC):
 
         Returns
         -------
-        dict of float
-            Each loss by name, unweighted.
+        StepResult
         """
         self._set_learning_rate(progress)
         adversaries = progress >= self.options.adversarial_start
         with self._autocast():
             fake, extra = self._generate(batch)
+        errors = (fake.detach().float() - self._real(batch)).abs().mean(dim=(1, 2, 3))
         losses = self._generator_losses(batch, fake, extra)
         reported: Losses = {}
         if adversaries:
             reported["discriminator"] = self._train_discriminator(batch, fake.detach())
             with self._autocast():
-                losses["adversarial"] = adversarial(self._judge(batch, fake), 1.0)
+                losses["adversarial"] = adversarial(self._judge(batch, fake), 1.0, batch.weight)
         weights = self._weights()
         total = torch.stack([weights[name] * loss for name, loss in losses.items()]).sum()
         self.generator_optimiser.zero_grad(set_to_none=True)
@@ -95,14 +112,16 @@ class Stage(ABC):
         self.generator_optimiser.step()
         self.average.update(self.generator, self.steps)
         self.steps += 1
-        return reported | {name: float(loss.detach()) for name, loss in losses.items()}
+        reported |= {name: float(loss.detach()) for name, loss in losses.items()}
+        return StepResult(reported, errors)
 
     def _train_discriminator(self, batch: EncodedBatch, fake: Tensor) -> float:
         """One step of the discriminator; returns its loss."""
         with self._autocast():
             real_logits = self._judge(batch, self._real(batch))
             fake_logits = self._judge(batch, fake)
-        loss = adversarial(real_logits, 1.0) + adversarial(fake_logits, 0.0)
+        loss = adversarial(real_logits, 1.0, batch.weight)
+        loss = loss + adversarial(fake_logits, 0.0, batch.weight)
         self.discriminator_optimiser.zero_grad(set_to_none=True)
         loss.backward()  # type: ignore[no-untyped-call]
         self.discriminator_optimiser.step()
@@ -168,8 +187,8 @@ class OpacityStage(Stage):
         self, batch: EncodedBatch, fake: Tensor, extra: Tensor
     ) -> dict[str, Tensor]:
         return {
-            "decoded_tf": mse_loss(extra.float(), batch.opacity_tf),
-            "opacity_l1": l1_loss(fake.float(), batch.opacity_image),
+            "decoded_tf": weighted((extra.float() - batch.opacity_tf).square(), batch.weight),
+            "opacity_l1": weighted((fake.float() - batch.opacity_image).abs(), batch.weight),
         }
 
     def _weights(self) -> dict[str, float]:
@@ -238,16 +257,24 @@ class TranslationStage(Stage):
     def _generator_losses(
         self, batch: EncodedBatch, fake: Tensor, extra: Tensor
     ) -> dict[str, Tensor]:
-        return {"l1": l1_loss(fake.float(), batch.image)}
+        return {"l1": weighted((fake.float() - batch.image).abs(), batch.weight)}
 
     def _weights(self) -> dict[str, float]:
         return {"adversarial": 1.0, "l1": self.options.l1_weight}
 
 
-def adversarial(logits: Tensor, target: float) -> Tensor:
-    """Binary cross-entropy of logits against one target, in float32."""
+def weighted(errors: Tensor, weight: Tensor) -> Tensor:
+    """Mean of errors (N, ...), each sample's with its weight (N,)."""
+    return (errors.flatten(1).mean(dim=1) * weight).mean()
+
+
+def adversarial(logits: Tensor, target: float, weight: Tensor) -> Tensor:
+    """Binary cross-entropy of logits (N, ...) against one target, in float32."""
     logits = logits.float()
-    return binary_cross_entropy_with_logits(logits, torch.full_like(logits, target))
+    errors = binary_cross_entropy_with_logits(
+        logits, torch.full_like(logits, target), reduction="none"
+    )
+    return weighted(errors, weight)
 
 
 def _adam(network: nn.Module, stage: StageOptions) -> torch.optim.Adam:

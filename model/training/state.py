@@ -20,7 +20,7 @@ from model.checkpoint import write_atomically
 from model.errors import TrainingError
 from model.training.stages import Stage
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 STATE_FILE = "training.json"
 
 
@@ -36,19 +36,18 @@ class Progress:
         Wall clock spent in all sessions of the run.
     samples : int
         Samples seen in both stages.
-    epoch, batch : int
-        Pass over the data in this stage, and batches done in it.
+    batch : int
+        Batches done in this stage.
     """
 
     stage: str = "opacity"
     seconds: float = 0.0
     samples: int = 0
-    epoch: int = 0
     batch: int = 0
 
     def enter(self, stage: str) -> None:
         """Go on with the first batch of a stage."""
-        self.stage, self.epoch, self.batch = stage, 0, 0
+        self.stage, self.batch = stage, 0
 
 
 def save_state(

@@ -21,13 +21,13 @@ import numpy as np
 import torch
 
 from model.checkpoint import ModelCard, save_model
-from model.dataset import SampleStore
 from model.encoding import EncodedBatch, encode_batch
 from model.errors import TrainingError
 from model.networks.blocks import NetworkSize
 from model.networks.two_stage import TwoStageGenerator
 from model.training.options import Budget, TrainingOptions
 from model.training.progress import HoldoutProbe, RunLog
+from model.training.sources import SampleSource, TrainingBatch
 from model.training.stages import Losses, OpacityStage, Stage, TranslationStage
 from model.training.state import STATE_FILE, Progress, load_progress, load_stage, save_state
 
@@ -40,7 +40,7 @@ class TrainingPlan:
 
     Attributes
     ----------
-    store : SampleStore
+    source : SampleSource
     preset : str
         Name of the preset, for the record.
     size : NetworkSize
@@ -52,7 +52,7 @@ class TrainingPlan:
         Seconds between states on disk: what a kill can lose at most.
     """
 
-    store: SampleStore
+    source: SampleSource
     preset: str
     size: NetworkSize
     options: TrainingOptions
@@ -66,8 +66,7 @@ class TrainingPlan:
         return {
             "preset": self.preset,
             "size": asdict(self.size),
-            "scene": self.store.scene.to_json(),
-            "dataset_seed": self.store.seed,
+            **self.source.recipe(),
             "options": self.options.to_json(),
         }
 
@@ -117,7 +116,10 @@ def train(
         When the folder holds a run (or, resuming, none or another one), when
         the data set is too small, or when a loss is no longer finite.
     """
-    _Run(plan, resume, on_report).train()
+    try:
+        _Run(plan, resume, on_report).train()
+    finally:
+        plan.source.close()
 
 
 class _Run:
@@ -129,7 +131,7 @@ class _Run:
         self.progress = self._first_progress(resume)
         self.log = RunLog(plan.folder, self.progress.samples)
         self.metrics = self.log.last_metrics()
-        self.probe = HoldoutProbe(plan.store, plan.size, plan.device)
+        self.probe = HoldoutProbe(plan.source, plan.size, plan.device)
         torch.manual_seed(plan.options.seed)
         self.opacity = OpacityStage(plan.size, plan.options, plan.device)
         self.translation = TranslationStage(
@@ -162,19 +164,13 @@ class _Run:
 
     def _first_progress(self, resume: bool) -> Progress:
         plan = self.plan
-        if plan.size.image_size != plan.store.scene.image_size:
+        image_size = plan.source.scene.image_size
+        if plan.size.image_size != image_size:
             raise TrainingError(
-                f"{plan.store.path}: its images have {plan.store.scene.image_size} pixels but the "
-                f"preset '{plan.preset}' draws {plan.size.image_size}; "
-                f"make a data set with --size {plan.size.image_size}."
+                f"The samples have {image_size} pixels but the preset '{plan.preset}' draws "
+                f"{plan.size.image_size}; make a data set with --size {plan.size.image_size}."
             )
-        needed = max(plan.options.opacity.batch_size, plan.options.translation.batch_size)
-        if plan.store.count("train") < needed or plan.store.count("holdout") < 1:
-            raise TrainingError(
-                f"{plan.store.path}: {plan.store.count('train')} training and "
-                f"{plan.store.count('holdout')} hold-out samples are too few; at least {needed} "
-                "and 1 are needed, so render more."
-            )
+        plan.source.check(max(plan.options.opacity.batch_size, plan.options.translation.batch_size))
         if not resume:
             if (plan.folder / STATE_FILE).exists():
                 raise TrainingError(
@@ -204,19 +200,21 @@ class _Run:
     def _train_stage(self, stage: Stage) -> None:
         share = self._stage_share()
         recent: list[Losses] = []
-        for batch in self._batches(stage.stage.batch_size):
+        for drawn in self._batches(stage.stage.batch_size):
             if share >= 1 and stage.steps:
                 break
-            losses = stage.step(batch, share)
+            result = stage.step(self._encoded(drawn), share)
+            losses = result.losses
             if not all(map(np.isfinite, losses.values())):
                 raise TrainingError(
                     f"{self.plan.folder}: a loss of the {stage.name} stage is no longer finite "
                     f"after {self.progress.samples} samples; start again in another folder "
                     "with another --seed."
                 )
+            self.plan.source.report(drawn.ticket, result.errors.cpu().numpy())
             recent.append(losses)
             self.progress.batch += 1
-            self.progress.samples += len(batch.view)
+            self.progress.samples += len(drawn.samples)
             self.progress.seconds = time.monotonic() - self._started
             share = self._stage_share()
             self._report(losses)
@@ -234,19 +232,17 @@ class _Run:
         # A run that is resumed with a larger budget may be before the start of its stage.
         return max(0.0, (spent - first) / (1 - first))
 
-    def _batches(self, batch_size: int) -> Iterator[EncodedBatch]:
-        """Pass over the training samples again and again, from where the run stands."""
-        plan = self.plan
+    def _batches(self, batch_size: int) -> Iterator[TrainingBatch]:
+        """Training samples without end, from where the run stands."""
         stage = STAGES.index(self.progress.stage)
-        while True:
-            rng = np.random.default_rng([plan.options.seed, stage, self.progress.epoch])
-            batches = plan.store.shuffled("train", rng, batch_size, skip=self.progress.batch)
-            for batch in batches:
-                yield encode_batch(batch, plan.store.scene.view_range, plan.size.opacity_size).to(
-                    plan.device
-                )
-            self.progress.epoch += 1
-            self.progress.batch = 0
+        seed = self.plan.options.seed
+        return self.plan.source.batches(stage, batch_size, seed, self.progress.batch)
+
+    def _encoded(self, drawn: TrainingBatch) -> EncodedBatch:
+        plan = self.plan
+        view_range = plan.source.scene.view_range
+        batch = encode_batch(drawn.samples, view_range, plan.size.opacity_size, drawn.weights)
+        return batch.to(plan.device)
 
     def _measure(self, stage: Stage, recent: list[Losses]) -> None:
         names = dict.fromkeys(name for losses in recent for name in losses)
@@ -271,7 +267,7 @@ class _Run:
     def _card(self) -> ModelCard:
         plan = self.plan
         return ModelCard(
-            scene=plan.store.scene,
+            scene=plan.source.scene,
             preset=plan.preset,
             size=plan.size,
             training={
@@ -279,8 +275,7 @@ class _Run:
                 "stage": self.progress.stage,
                 "seconds": round(self.progress.seconds, 1),
                 "samples_seen": self.progress.samples,
-                "samples_stored": plan.store.count("train"),
-                "dataset_seed": plan.store.seed,
+                **plan.source.summary(),
                 "device": str(plan.device),
                 "curve": self.log.curve(),
             },

@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -68,6 +69,7 @@ def test_a_store_can_grow(store: SampleStore, scene: Scene, volume: Volume, tmp_
 
 KILLED = """
 import sys
+from itertools import islice
 from pathlib import Path
 from model.dataset import SampleStore
 from model.sample_rendering import render_store
@@ -124,7 +126,7 @@ def test_rendering_stops_when_asked_and_the_rest_is_trimmed(
 
 
 def test_a_pass_shows_each_sample_once_in_random_order(store: SampleStore) -> None:
-    batches = list(store.shuffled("train", np.random.default_rng(0), 16))
+    batches = list(islice(store.shuffled("train", [0], 16), 10))
     assert [len(b) for b in batches] == [16] * 10
     azimuths = np.concatenate([b.view[:, 0] for b in batches])
     expected = content(store, "train").view[:, 0]
@@ -132,14 +134,13 @@ def test_a_pass_shows_each_sample_once_in_random_order(store: SampleStore) -> No
     np.testing.assert_array_equal(np.sort(azimuths), np.sort(expected))
 
 
-@pytest.mark.parametrize("skip", [0, 1, 3, 6])
+@pytest.mark.parametrize("skip", [0, 1, 3, 6, 13])
 def test_a_pass_can_start_in_the_middle(
     store: SampleStore, skip: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("model.dataset.POOL_BLOCKS", 2)
-    whole = list(store.shuffled("train", np.random.default_rng(5), 20))
-    rest = list(store.shuffled("train", np.random.default_rng(5), 20, skip=skip))
-    assert len(rest) == len(whole) - skip
+    whole = list(islice(store.shuffled("train", [5], 20), 20))
+    rest = list(islice(store.shuffled("train", [5], 20, skip=skip), 20 - skip))
     for one, other in zip(whole[skip:], rest, strict=True):
         assert_equal(one, other)
 

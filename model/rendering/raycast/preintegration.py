@@ -8,12 +8,8 @@ from typing import Any
 import numpy as np
 
 from model.rendering.raycast.compilation import inlined
-from model.rendering.raycast.marching import LEVELS_PER_BIN, VISIBLE, skip_empty
+from model.rendering.raycast.marching import LEVELS, VISIBLE, skip_empty
 from model.rendering.raycast.trilinear import interpolate
-from model.transfer_function import TF_SAMPLES
-
-SAME_BIN = 1e-4
-"""Values nearer than this, in bins, count as equal."""
 
 
 @inlined
@@ -36,7 +32,7 @@ def march_segments(
     red = green = blue = alpha = 0.0
     through = 1.0
     first = -1
-    before = _bin_at(voxels, shape, scale, ray, np.float32(-1))
+    before = _level_at(voxels, shape, scale, ray, np.float32(-1))
     k = 0
     while k <= ray.count:
         # The piece behind the last sample is shorter than the others.
@@ -48,7 +44,7 @@ def march_segments(
                 k = min(behind, ray.count)
                 before = -1.0
                 continue
-        here = _bin_at(voxels, shape, scale, ray, np.float32(k - 1) + share)
+        here = _level_at(voxels, shape, scale, ray, np.float32(k - 1) + share)
         if before < 0.0:
             # All of the segment up to here is empty.
             before = here
@@ -68,8 +64,8 @@ def march_segments(
 
 
 @inlined
-def _bin_at(voxels: Any, shape: Any, scale: Any, ray: Any, k: Any) -> float:
-    """The TF bin, with its fraction, of the scalar at sample k."""
+def _level_at(voxels: Any, shape: Any, scale: Any, ray: Any, k: Any) -> float:
+    """The level, with its fraction, of the scalar at sample k."""
     value = interpolate(
         voxels,
         shape,
@@ -77,18 +73,19 @@ def _bin_at(voxels: Any, shape: Any, scale: Any, ray: Any, k: Any) -> float:
         max(ray.start[1] + k * ray.step[1], np.float32(0)),
         max(ray.start[2] + k * ray.step[2], np.float32(0)),
     )
-    bins = float((value - scale[0]) * scale[1]) / LEVELS_PER_BIN
-    return min(max(bins, 0.0), float(TF_SAMPLES - 1))
+    return min(max(float((value - scale[0]) * scale[1]), 0.0), float(LEVELS - 1))
 
 
 @inlined
 def _classify(integrals: Any, first: float, last: float, share: Any) -> Any:
     """Opacity and premultiplied colour of a share of a step, between two scalar values."""
-    i, j = min(int(first), TF_SAMPLES - 2), min(int(last), TF_SAMPLES - 2)
-    f, g = first - i, last - j
     span = last - first
-    if abs(span) < SAME_BIN:
-        i, j, f, g, span = i, i, 0.0, 1.0, 1.0
+    if abs(span) < 1.0:
+        # The mean around the value: between equal ones there is nothing to integrate.
+        first = min(max((first + last - 1.0) / 2, 0.0), float(LEVELS - 2))
+        last, span = first + 1.0, 1.0
+    i, j = min(int(first), LEVELS - 2), min(int(last), LEVELS - 2)
+    f, g = first - i, last - j
     depth = _difference(integrals, 0, i, f, j, g) / span * share
     if depth <= 0.0:
         return 0.0, 0.0, 0.0, 0.0
@@ -105,7 +102,7 @@ def _classify(integrals: Any, first: float, last: float, share: Any) -> Any:
 
 @inlined
 def _difference(integrals: Any, column: int, i: int, f: float, j: int, g: float) -> float:
-    """Integral from bin i + f to bin j + g."""
+    """Integral from level i + f to level j + g."""
     low = integrals[i, column] + f * (integrals[i + 1, column] - integrals[i, column])
     high = integrals[j, column] + g * (integrals[j + 1, column] - integrals[j, column])
     return high - low

@@ -58,15 +58,17 @@ def preintegrated_table(
 
     Returns
     -------
-    ndarray of float64, shape (256, 4)
-        Per sample distance, over bins: extinction, then red, green and blue.
+    ndarray of float64, shape (LEVELS, 4)
+        Per sample distance, over levels: extinction, then red, green and blue.
     """
-    opacity = opacity_tf.sample(scalar_range).astype(np.float64)
+    levels, every = _levels(), np.arange(TF_SAMPLES)
+    opacity = np.interp(levels, every, opacity_tf.sample(scalar_range))
     extinction = sample_distance * _mean_extinction(opacity[:-1], opacity[1:])
-    table = np.zeros((TF_SAMPLES, 4))
+    table = np.zeros((LEVELS, 4))
     table[1:, 0] = np.cumsum(extinction)
     if color_tf is not None:
-        color = color_tf.sample(scalar_range).astype(np.float64)
+        bins = color_tf.sample(scalar_range)
+        color = np.stack([np.interp(levels, every, channel) for channel in bins.T], axis=1)
         table[1:, 1:] = np.cumsum(extinction[:, None] * (color[:-1] + color[1:]) / 2, axis=0)
     return table
 

@@ -19,6 +19,7 @@ from model.training.stages import OpacityStage, TranslationStage, adversarial
 
 SIZE = NetworkSize(0.125, 16, 64)
 CPU = torch.device("cpu")
+ONES = torch.ones(2)
 
 
 @pytest.fixture(scope="module")
@@ -35,13 +36,13 @@ def stages(options: TrainingOptions) -> tuple[OpacityStage, TranslationStage]:
 def test_the_adversarial_loss_is_minus_log_of_the_probability() -> None:
     logits = torch.tensor([[0.3], [-2.0]])
     probability = 1 / (1 + np.exp(-logits.numpy()))
-    assert adversarial(logits, 1.0).item() == pytest.approx(-np.log(probability).mean())
-    assert adversarial(logits, 0.0).item() == pytest.approx(-np.log(1 - probability).mean())
+    assert adversarial(logits, 1.0, ONES).item() == pytest.approx(-np.log(probability).mean())
+    assert adversarial(logits, 0.0, ONES).item() == pytest.approx(-np.log(1 - probability).mean())
 
 
 def test_a_lost_discriminator_still_gives_a_gradient() -> None:
     logits = torch.tensor([[-200.0]], requires_grad=True)
-    (gradient,) = torch.autograd.grad(adversarial(logits, 1.0), logits)
+    (gradient,) = torch.autograd.grad(adversarial(logits, 1.0, torch.ones(1)), logits)
     assert gradient.item() == pytest.approx(-1.0)
 
 
@@ -51,7 +52,7 @@ def test_reported_losses_are_those_of_the_networks(batch: EncodedBatch) -> None:
     before = copy.deepcopy(opacity.generator)
     with torch.no_grad(), torch.autocast("cpu", torch.bfloat16):
         output = before(batch.view, batch.opacity_tf)
-    losses = opacity.step(batch, 0.0)
+    losses = opacity.step(batch, 0.0).losses
     l1 = (output.image.float() - batch.opacity_image).abs().mean().item()
     square = (output.decoded_tf.float() - batch.opacity_tf).square().mean().item()
     assert losses["opacity_l1"] == pytest.approx(l1, rel=1e-3)
@@ -62,7 +63,7 @@ def test_a_few_steps_on_one_batch_lower_its_losses(batch: EncodedBatch) -> None:
     fast = StageOptions(24, 2e-3, 6.0)
     opacity, translation = stages(TrainingOptions(opacity=fast, translation=fast))
     for stage, names in ((opacity, ("opacity_l1", "decoded_tf")), (translation, ("l1",))):
-        losses = [stage.step(batch, 0.0) for _ in range(30)]
+        losses = [stage.step(batch, 0.0).losses for _ in range(30)]
         for name in names:
             assert losses[-1][name] < 0.8 * losses[0][name]
 
@@ -70,11 +71,11 @@ def test_a_few_steps_on_one_batch_lower_its_losses(batch: EncodedBatch) -> None:
 def test_the_discriminator_joins_at_its_time(batch: EncodedBatch) -> None:
     for stage in stages(TrainingOptions(adversarial_start=0.5)):
         before = copy.deepcopy(stage.discriminator).state_dict()
-        losses = stage.step(batch, 0.49)
+        losses = stage.step(batch, 0.49).losses
         assert not {"adversarial", "discriminator"} & set(losses)
         after = stage.discriminator.state_dict()
         assert all(torch.equal(v, after[k]) for k, v in before.items())
-        losses = stage.step(batch, 0.5)
+        losses = stage.step(batch, 0.5).losses
         assert {"adversarial", "discriminator"} <= set(losses)
         assert not all(torch.equal(v, after[k]) for k, v in before.items())
 

@@ -8,6 +8,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -20,11 +21,13 @@ from skimage.io import imread
 
 from model.checkpoint import load_card, load_model
 from model.dataset import SampleStore
-from model.errors import TrainingError
+from model.errors import DatasetError, TrainingError
 from model.networks.blocks import NetworkSize
 from model.scene import Scene
-from model.training.data import MIN_SAMPLES, render_for_run
 from model.training.options import Budget, StageOptions, TrainingOptions
+from model.training.sources import StoredSource
+from model.training.stages import StepResult
+from model.training.stream import StreamSource
 from model.training.trainer import TrainingPlan, TrainingReport, train
 from model.volume import Volume
 
@@ -38,7 +41,7 @@ def plan(
     store: SampleStore, folder: Path, samples: int = 640, interval: float = 0.0
 ) -> TrainingPlan:
     return TrainingPlan(
-        store=store,
+        source=StoredSource(store),
         preset="draft",
         size=SIZE,
         options=RECIPE,
@@ -131,6 +134,9 @@ import sys
 from pathlib import Path
 sys.path.insert(0, "tests/model/training")
 from model.dataset import SampleStore
+from model.training.sources import StoredSource
+from model.training.stages import StepResult
+from model.training.stream import StreamSource
 from model.training.trainer import train
 import model.training.progress
 model.training.progress.PROBE_SAMPLES = 8
@@ -251,7 +257,8 @@ def test_a_loss_that_is_not_finite_stops_the_run(
     store: SampleStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
-        "model.training.stages.OpacityStage.step", lambda *_: {"opacity_l1": float("nan")}
+        "model.training.stages.OpacityStage.step",
+        lambda *_: StepResult({"opacity_l1": float("nan")}, torch.zeros(16)),
     )
     with pytest.raises(TrainingError, match="no longer finite"):
         train(plan(store, tmp_path))
@@ -259,27 +266,38 @@ def test_a_loss_that_is_not_finite_stops_the_run(
 
 def test_too_few_samples_are_refused(scene: Scene, tmp_path: Path) -> None:
     store = SampleStore.create(tmp_path / "few.zarr", scene, 0, {"train": 3, "holdout": 1})
-    with pytest.raises(TrainingError, match="too few"):
+    with pytest.raises(DatasetError, match="too few"):
         train(plan(store, tmp_path / "run"))
 
 
-def test_a_run_renders_its_own_samples(volume: Volume, scene: Scene, tmp_path: Path) -> None:
-    budget = Budget(samples=100)
-    store, left = render_for_run(tmp_path / "own.zarr", volume, scene, 1, budget, workers=1)
-    assert left == budget
-    assert store.count("train") == MIN_SAMPLES
-    store.require_complete()
-    again, _ = render_for_run(tmp_path / "own.zarr", volume, scene, 1, budget, workers=1)
-    assert again.count("train") == MIN_SAMPLES
+def streamed(volume: Volume, scene: Scene, folder: Path) -> TrainingPlan:
+    source = StreamSource(volume, scene, seed=5, reuse=8, threads=1)
+    return TrainingPlan(
+        source=source,
+        preset="draft",
+        size=SIZE,
+        options=RECIPE,
+        budget=Budget(samples=640),
+        folder=folder,
+        device=torch.device("cpu"),
+        interval=1e9,
+    )
 
 
-def test_rendering_takes_its_share_of_the_minutes(
+def test_a_run_on_fresh_samples_resumes_exactly(
     volume: Volume, scene: Scene, tmp_path: Path
 ) -> None:
-    store, left = render_for_run(
-        tmp_path / "timed.zarr", volume, scene, 1, Budget(minutes=0.02), workers=1
-    )
-    # 0.3 seconds are over at once, so the least that training needs was rendered.
-    assert MIN_SAMPLES <= store.count("train") < 2000
-    store.require_complete()
-    assert left.minutes == pytest.approx(0.015)
+    scene = replace(scene, renderer="raycast")
+    train(streamed(volume, scene, tmp_path / "whole"))
+    for steps in (5, 20):
+        folder = tmp_path / f"stopped after {steps}"
+        with pytest.raises(KeyboardInterrupt):
+            train(streamed(volume, scene, folder), on_report=Stop(steps))
+        train(streamed(volume, scene, folder), resume=True)
+        expected = load_model(tmp_path / "whole")[1].state_dict()
+        for name, value in load_model(folder)[1].state_dict().items():
+            torch.testing.assert_close(value, expected[name], rtol=0, atol=0, msg=name)
+    card = load_card(tmp_path / "whole")
+    assert card.scene == scene
+    assert card.training["reuse"] == 8
+    assert not [t for t in threading.enumerate() if t.name == "samples"]

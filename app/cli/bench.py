@@ -1,0 +1,135 @@
+"""``bench``: speed and accuracy on this machine."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.table import Table
+
+from app.cli.console import console, counting
+from app.plots import Curve, Plot, save_plots
+from model.errors import RenderError
+from model.renderer_benchmark import RENDERERS, RendererComparison, compare_renderers
+from model.scene import Lighting, Scene
+from model.shipped import shipped_volumes
+from model.volume_files import read_volume
+
+LABELS = {"vtk": "VTK", "raycast": "ray caster"}
+
+
+def bench_renderers(
+    paths: list[Path] | None,
+    count: int,
+    size: int,
+    lighting: Lighting,
+    seed: int,
+    json_path: Path | None,
+    plot: Path | None,
+) -> None:
+    """Compare the renderers on each volume; print tables, write JSON and a plot when asked."""
+    machine = machine_facts()
+    console.print(", ".join(f"{name} {value}" for name, value in machine.items()))
+    comparisons = []
+    for path in paths or shipped_volumes():
+        volume = read_volume(path)
+        scene = Scene.of(volume, size, lighting)
+        with counting(volume.name, 0) as (progress, task):
+            comparison = compare_renderers(
+                volume,
+                scene,
+                count,
+                seed,
+                lambda done, total: progress.update(task, completed=done, total=total),  # noqa: B023
+            )
+        comparisons.append(comparison)
+        _print(comparison)
+    if json_path is not None:
+        result = {"machine": machine, "volumes": [c.to_json() for c in comparisons]}
+        _write(json_path, json.dumps(result, indent=2, allow_nan=False) + "\n")
+    if plot is not None:
+        save_plots(plot, [_plot(comparison) for comparison in comparisons])
+
+
+def machine_facts() -> dict[str, Any]:
+    """What a measurement depends on."""
+    return {
+        "processor": _processor(),
+        "cores": os.cpu_count(),
+        "system": platform.system(),
+        "python": platform.python_version(),
+        **{name: version(name) for name in ("vtk", "numba", "torch")},
+    }
+
+
+def _processor() -> str:
+    try:
+        for line in Path("/proc/cpuinfo").read_text().splitlines():
+            if line.startswith("model name"):
+                return line.split(":", 1)[1].strip()
+    except OSError:
+        pass
+    return platform.processor() or platform.machine()
+
+
+def _print(comparison: RendererComparison) -> None:
+    title = (
+        f"{comparison.volume} {'x'.join(map(str, comparison.dimensions))}, "
+        f"{comparison.lighting} lighting, {comparison.count} images of "
+        f"{comparison.size} x {comparison.size}"
+    )
+    table = Table(title=title, title_justify="left")
+    table.add_column("sample\ndistance", justify="right")
+    for name in RENDERERS:
+        table.add_column(f"{LABELS[name]}\nimages/s", justify="right")
+    table.add_column("ratio", justify="right")
+    for name in RENDERERS:
+        table.add_column(f"{LABELS[name]}\nRMSE", justify="right")
+    table.add_column("between\nmean RMSE", justify="right")
+    table.add_column("between\nlargest", justify="right")
+    for row in comparison.rows:
+        table.add_row(
+            f"{row.sample_distance:g}",
+            *(f"{row.images_per_second[name]:.1f}" for name in RENDERERS),
+            f"{row.speedup:.1f}",
+            *(f"{row.error[name]:.4f}" for name in RENDERERS),
+            f"{row.difference:.4f}",
+            f"{row.worst_difference:.4f}",
+        )
+    console.print(table)
+    facts = [f"min-max cells: {100 * comparison.cells_share:.1f} % of the volume's memory"]
+    if comparison.field_cost is not None:
+        facts.append(f"exact sensitivity of 16 x 16 blocks: {comparison.field_cost:.1f} images")
+    console.print("RMSE against VTK at 1/16 voxel; " + "; ".join(facts))
+
+
+def _plot(comparison: RendererComparison) -> Plot:
+    curves = tuple(
+        Curve(
+            LABELS[name],
+            np.array([row.images_per_second[name] for row in comparison.rows]),
+            np.array([row.error[name] for row in comparison.rows]),
+            tuple(f"{row.sample_distance:g}" for row in comparison.rows),
+        )
+        for name in RENDERERS
+    )
+    return Plot(
+        f"{comparison.volume}, {comparison.lighting} lighting, {comparison.size} x "
+        f"{comparison.size}: sample distance in voxels",
+        "images per second",
+        "image RMSE",
+        curves,
+        logarithmic=True,
+    )
+
+
+def _write(path: Path, text: str) -> None:
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise RenderError(f"{path}: the result cannot be written ({error.strerror}).") from error

@@ -1,0 +1,103 @@
+"""Plots as picture files, drawn off screen."""
+
+from __future__ import annotations
+
+import os
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.errors import RenderError
+
+COLORS = ((0, 114, 178), (213, 94, 0), (0, 158, 115), (204, 121, 167))
+"""Distinguishable without colour vision (Okabe and Ito)."""
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One line of a plot.
+
+    Attributes
+    ----------
+    name : str
+    x, y : ndarray, shape (n,)
+    labels : tuple of str
+        Text beside the points; none by default.
+    """
+
+    name: str
+    x: NDArray[np.floating]
+    y: NDArray[np.floating]
+    labels: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Plot:
+    """Curves over common axes.
+
+    Attributes
+    ----------
+    title, x_label, y_label : str
+    curves : tuple of Curve
+    logarithmic : bool
+        Both axes.
+    y_limit : float, optional
+        The vertical axis ends at plus and minus this.
+    """
+
+    title: str
+    x_label: str
+    y_label: str
+    curves: tuple[Curve, ...]
+    logarithmic: bool = False
+    y_limit: float | None = None
+
+
+def save_plots(path: Path, plots: list[Plot], height: int = 360) -> None:
+    """Draw plots below each other into a PNG file.
+
+    Raises
+    ------
+    RenderError
+        When the file cannot be written.
+    """
+    if sys.platform == "linux":
+        os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+    import pyqtgraph as pg
+
+    application = pg.mkQApp()
+    layout = pg.GraphicsLayoutWidget(size=(800, height * len(plots)))
+    layout.setBackground("w")
+    for row, plot in enumerate(plots):
+        item = layout.addPlot(row=row, col=0, title=plot.title)
+        item.setLabel("bottom", plot.x_label)
+        item.setLabel("left", plot.y_label)
+        item.setLogMode(plot.logarithmic, plot.logarithmic)
+        item.showGrid(x=True, y=True, alpha=0.3)
+        for axis in ("bottom", "left"):
+            item.getAxis(axis).enableAutoSIPrefix(False)
+        if plot.y_limit is not None:
+            item.setYRange(-plot.y_limit, plot.y_limit)
+        item.addLegend(labelTextColor="k")
+        for curve, color in zip(plot.curves, COLORS, strict=False):
+            _draw(item, curve, color, plot.logarithmic)
+    application.processEvents()
+    if not layout.grab().save(str(path), "PNG"):
+        raise RenderError(f"{path}: the picture cannot be written; choose another place.")
+
+
+def _draw(item: object, curve: Curve, color: tuple[int, int, int], logarithmic: bool) -> None:
+    import pyqtgraph as pg
+
+    symbol = "o" if curve.labels else None
+    item.plot(  # type: ignore[attr-defined]
+        curve.x, curve.y, pen=pg.mkPen(color, width=2), symbol=symbol, symbolBrush=color,
+        symbolPen=None, symbolSize=7, name=curve.name,
+    )  # fmt: skip
+    for x, y, text in zip(curve.x, curve.y, curve.labels, strict=False):
+        label = pg.TextItem(text, color=color, anchor=(0, 1))
+        label.setPos(*(np.log10([x, y]) if logarithmic else (x, y)))
+        item.addItem(label)  # type: ignore[attr-defined]

@@ -1,0 +1,66 @@
+"""What every renderer does, and the one that a scene asks for."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.scene import LightDirection, Lighting, RendererName
+from model.transfer_function import ColorTF, OpacityTF
+from model.view import View
+from model.volume import Volume
+
+
+class Renderer(Protocol):
+    """Renders images of one volume under one lighting.
+
+    Attributes
+    ----------
+    sample_distance : float
+        Distance between samples along a ray, in voxels; may be changed.
+    """
+
+    sample_distance: float
+
+    def render(
+        self, view: View, opacity_tf: OpacityTF, color_tf: ColorTF, size: int
+    ) -> NDArray[np.float32]:
+        """Render RGBA, float32 (size, size, 4) in [0, 1], premultiplied, row 0 at the top."""
+
+    def close(self) -> None:
+        """Free what the renderer holds."""
+
+
+def open_renderer(
+    name: RendererName,
+    volume: Volume,
+    lighting: Lighting = "none",
+    light: LightDirection | None = None,
+    sample_distance: float = 0.5,
+    threads: int | None = None,
+) -> Renderer:
+    """Open a renderer by its name; only the libraries that it needs are loaded.
+
+    Parameters
+    ----------
+    name : {"vtk", "raycast"}
+    volume, lighting, light, sample_distance
+        See :class:`model.scene.Scene`.
+    threads : int, optional
+        CPU threads of the ray caster, one per processor by default; VTK takes
+        what OpenGL gives it.
+
+    Raises
+    ------
+    RenderError
+        When the machine cannot run it.
+    """
+    if name == "vtk":
+        from model.rendering.vtk_renderer import VtkRenderer
+
+        return VtkRenderer(volume, lighting, light, sample_distance)
+    from model.rendering.raycast.renderer import RaycastRenderer
+
+    return RaycastRenderer(volume, lighting, light, sample_distance, threads=threads)

@@ -1,0 +1,125 @@
+"""Where training gets its samples from: a stored data set, or a stream of fresh ones."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.dataset import SampleBatch, SampleStore
+from model.errors import DatasetError
+from model.scene import Scene
+
+
+@dataclass(frozen=True)
+class TrainingBatch:
+    """Samples to learn from.
+
+    Attributes
+    ----------
+    samples : SampleBatch
+    weights : ndarray of float32, shape (N,)
+        Weight of each sample's loss; 1 where all are drawn alike.
+    ticket : ndarray of int64, shape (N,)
+        For :meth:`SampleSource.report`.
+    """
+
+    samples: SampleBatch
+    weights: NDArray[np.float32]
+    ticket: NDArray[np.int64]
+
+
+class SampleSource(ABC):
+    """Samples of one scene: an endless supply to learn from, and a fixed hold-out.
+
+    Attributes
+    ----------
+    scene : Scene
+    seed : int
+        Of the samples: the hold-out follows from scene and seed alone.
+    """
+
+    scene: Scene
+    seed: int
+
+    @abstractmethod
+    def holdout(self, count: int) -> SampleBatch:
+        """The first hold-out samples, `count` at most; the same in every run."""
+
+    @abstractmethod
+    def batches(self, stage: int, batch_size: int, seed: int, done: int) -> Iterator[TrainingBatch]:
+        """Batches of random samples without end.
+
+        Parameters
+        ----------
+        stage : int
+            Stage of the training, from 0.
+        batch_size : int
+        seed : int
+            Of the training run; equal arguments give equal batches.
+        done : int
+            Number of batches to leave out at the start: those that an earlier
+            session has learned from.
+        """
+
+    @abstractmethod
+    def check(self, batch_size: int) -> None:
+        """Raise :class:`model.errors.DatasetError` when there are too few samples."""
+
+    def report(self, ticket: NDArray[np.int64], errors: NDArray[np.float32]) -> None:  # noqa: B027
+        """Take note of the error of each sample of a batch; most sources have no use for it."""
+
+    def recipe(self) -> dict[str, Any]:
+        """What must not change when a run is resumed, as plain data."""
+        return {"scene": self.scene.to_json(), "dataset_seed": self.seed}
+
+    @abstractmethod
+    def summary(self) -> dict[str, Any]:
+        """What a model's card says of its samples, as plain data."""
+
+    def close(self) -> None:  # noqa: B027
+        """Free what the source holds."""
+
+
+class StoredSource(SampleSource):
+    """A sample store on disk, in random order, pass after pass.
+
+    Parameters
+    ----------
+    store : SampleStore
+        Complete.
+    """
+
+    def __init__(self, store: SampleStore) -> None:
+        self.store = store
+        self.scene = store.scene
+        self.seed = store.seed
+
+    def holdout(self, count: int) -> SampleBatch:
+        """The first hold-out samples."""
+        return self.store.read("holdout", range(min(count, self.store.count("holdout"))))
+
+    def batches(self, stage: int, batch_size: int, seed: int, done: int) -> Iterator[TrainingBatch]:
+        """Batches of random samples, each sample once in a pass."""
+        weights = np.ones(batch_size, dtype=np.float32)
+        ticket = np.zeros(batch_size, dtype=np.int64)
+        for samples in self.store.shuffled("train", [seed, stage], batch_size, skip=done):
+            yield TrainingBatch(samples, weights, ticket)
+
+    def check(self, batch_size: int) -> None:
+        """Raise :class:`model.errors.DatasetError` when a batch cannot be filled."""
+        train, holdout = self.store.count("train"), self.store.count("holdout")
+        if train < batch_size or holdout < 1:
+            raise DatasetError(
+                f"{self.store.path}: {train} training and {holdout} hold-out samples are too "
+                f"few; at least {batch_size} and 1 are needed, so render more."
+            )
+        self.store.require_complete()
+
+    def summary(self) -> dict[str, Any]:
+        """Number of samples and their seed."""
+        return {"samples_stored": self.store.count("train"), "dataset_seed": self.seed}
