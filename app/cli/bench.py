@@ -45,7 +45,7 @@ def bench_renderers(
                 scene,
                 count,
                 seed,
-                lambda done, total: progress.update(task, completed=done, total=total),  # noqa: B023
+                lambda done, total: progress.update(task, completed=done, total=total),
             )
         comparisons.append(comparison)
         _print(comparison)
