@@ -57,6 +57,15 @@ class EnginePane(QWidget):
         self._is_settled = False
         self._paused = False
 
+    def set_title(self, title: str) -> None:
+        """Name the engine differently."""
+        self._title.setText(title)
+
+    @property
+    def title(self) -> str:
+        """The engine's name, as shown."""
+        return self._title.text()
+
     @property
     def is_settled(self) -> bool:
         """Whether nothing more is to be expected for the newest request."""

@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 
 from app.messages import RenderRequest
 from app.worker import Engine
-from model.scene import LightDirection, Lighting, Scene
+from model.scene import LightDirection, Lighting, RendererName, Scene
 from model.volume import Volume
 
 if TYPE_CHECKING:
     from model.generator import Generator
-    from model.rendering.vtk_renderer import VtkRenderer
+    from model.rendering.renderer import Renderer
 
 LIVE_COARSENESS = 4.0
 """How much farther apart a live image's samples lie along the rays."""
@@ -40,15 +40,17 @@ class ReferenceSettings:
     light : LightDirection or None
     sample_distance : float
         Of the final image, in voxels.
+    renderer : {"vtk", "raycast"}
     """
 
     lighting: Lighting = "none"
     light: LightDirection | None = None
     sample_distance: float = 0.5
+    renderer: RendererName = "vtk"
 
     @classmethod
     def of(cls, scene: Scene) -> ReferenceSettings:
-        """The settings that a generator's training images were rendered with."""
+        """The lighting and sample distance that a generator's training images have."""
         return cls(scene.lighting, scene.light, scene.sample_distance)
 
 
@@ -61,18 +63,18 @@ class Backends:
     generator: Callable[[Path, str], Engine]
 
 
-class VtkEngine:
-    """VTK as an engine: coarser while live."""
+class ReferenceEngine:
+    """VTK or the ray caster as an engine: coarser while live."""
 
     description = ""
     scene = None
 
-    def __init__(self, renderer: VtkRenderer, sample_distance: float) -> None:
+    def __init__(self, renderer: Renderer, sample_distance: float) -> None:
         self._renderer = renderer
         self._sample_distance = sample_distance
 
     def render(self, request: RenderRequest) -> NDArray[np.float32]:
-        """Render with VTK at the request's size, or half of it while live."""
+        """Render at the request's size, or half of it while live."""
         coarseness = LIVE_COARSENESS if request.live else 1.0
         halve = request.live and request.size > LIVE_MAX_SIZE
         self._renderer.sample_distance = self._sample_distance * coarseness
@@ -81,7 +83,7 @@ class VtkEngine:
         return self._renderer.render(request.view, tf.opacity, tf.color, size)
 
     def close(self) -> None:
-        """Free the OpenGL context."""
+        """Free the OpenGL context, or the threads."""
         self._renderer.close()
 
 
@@ -116,11 +118,13 @@ def _read_volume(path: Path) -> Volume:
     return read_volume(path)
 
 
-def _vtk_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
-    from model.rendering.vtk_renderer import VtkRenderer
+def _reference_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
+    from model.rendering.renderer import open_renderer
 
-    renderer = VtkRenderer(volume, settings.lighting, settings.light, settings.sample_distance)
-    return VtkEngine(renderer, settings.sample_distance)
+    renderer = open_renderer(
+        settings.renderer, volume, settings.lighting, settings.light, settings.sample_distance
+    )
+    return ReferenceEngine(renderer, settings.sample_distance)
 
 
 def _generator_engine(folder: Path, device: str) -> Engine:
@@ -129,4 +133,4 @@ def _generator_engine(folder: Path, device: str) -> Engine:
     return GeneratorEngine(Generator.load(folder, device))
 
 
-REAL_BACKENDS = Backends(_read_volume, _vtk_engine, _generator_engine)
+REAL_BACKENDS = Backends(_read_volume, _reference_engine, _generator_engine)

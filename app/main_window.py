@@ -15,7 +15,7 @@ from app.opened_volume import OpenedVolume
 from app.session import Session
 from app.tf_editor.editor import TransferFunctionEditor
 from app.transfer_function_store import TransferFunctionStore
-from app.workspace import Workspace
+from app.workspace import REFERENCE_TITLES, Workspace
 from model.view import View
 
 WINDOW_SIZE = 1280, 860
@@ -43,7 +43,7 @@ class MainWindow(QMainWindow):
         super().__init__()
         self.session = Session(self)
         self.generator = EnginePane("Generator", "generator")
-        self.reference = EnginePane("VTK (reference)", "reference")
+        self.reference = EnginePane(REFERENCE_TITLES["vtk"], "reference")
         self.editor = TransferFunctionEditor(self.session)
         self.notice = NoticeBar()
         self.workspace = Workspace(

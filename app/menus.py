@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QObject
 from PySide6.QtGui import QAction, QActionGroup, QKeySequence
@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QMenu, QMessageBox
 
 from app.files import FileDialogs
 from app.session import HOME_VIEW
+from model.scene import RendererName
 
 if TYPE_CHECKING:
     from app.main_window import MainWindow
@@ -34,11 +35,14 @@ REFERENCE_SIZES = {
     "1024 × 1024": 1024,
 }
 
+REFERENCE_RENDERERS: dict[str, RendererName] = {"VTK": "vtk", "Ray caster": "raycast"}
+
 ABOUT = """<h3>tfscope</h3>
 <p>Look into volumes through transfer functions, beside a generative model of
 their renderings.</p>
 <p>After M. Berger, J. Li and J. A. Levine, <i>A Generative Model for Volume
-Rendering</i>, IEEE TVCG 2018. The reference images are rendered by VTK.</p>
+Rendering</i>, IEEE TVCG 2018. The reference images are rendered by VTK
+or by tfscope's own ray caster.</p>
 <p>BSD 3-Clause licence.</p>"""
 
 GESTURES = """<h3>Images</h3>
@@ -122,13 +126,25 @@ class Menus(QObject):
             slot = partial(self._look_from, azimuth, elevation)
             _add(menu, name, slot, f"Ctrl+{number}")
         menu.addSeparator()
-        sizes = menu.addMenu("Reference image &size")
+        workspace = self._window.workspace
+        self._choices(
+            menu.addMenu("Reference image &size"), REFERENCE_SIZES, workspace.set_reference_size
+        )
+        self._choices(
+            menu.addMenu("Reference rendered &by"),
+            REFERENCE_RENDERERS,
+            workspace.set_reference_renderer,
+        )
+
+    def _choices(
+        self, menu: QMenu, choices: dict[str, Any], choose: Callable[[Any], object]
+    ) -> None:
+        """Offer choices of which one holds, at first the first."""
         group = QActionGroup(self)
-        for name, size in REFERENCE_SIZES.items():
-            slot = partial(self._window.workspace.set_reference_size, size)
-            action = _add(sizes, name, slot)
+        for number, (name, choice) in enumerate(choices.items()):
+            action = _add(menu, name, partial(choose, choice))
             action.setCheckable(True)
-            action.setChecked(size is None)
+            action.setChecked(number == 0)
             group.addAction(action)
 
     def _look_from(self, azimuth: float, elevation: float) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -17,9 +18,14 @@ from app.session import Session
 from app.training_range import outside_training_range
 from app.transfer_function_store import TransferFunctionStore
 from model.errors import TransferFunctionError
-from model.scene import Scene
+from model.scene import RendererName, Scene
 from model.shipped import model_for
 from model.transfer_function import TransferFunction
+
+REFERENCE_TITLES: dict[RendererName, str] = {
+    "vtk": "VTK (reference)",
+    "raycast": "Ray caster (reference)",
+}
 
 
 class Workspace(QObject):
@@ -72,6 +78,7 @@ class Workspace(QObject):
         self._model_is_shipped = False
         self._settings = ReferenceSettings()
         self._reference_size: int | None = None
+        self._reference_renderer: RendererName = "vtk"
         self._reading: BackgroundCall | None = None
         self._calls: list[BackgroundCall] = []
         session.viewChanged.connect(self._update_hint)
@@ -125,6 +132,12 @@ class Workspace(QObject):
         self._reference_size = size
         self._follow_scene()
         self._dispatcher.send()
+
+    def set_reference_renderer(self, name: RendererName) -> None:
+        """Choose what renders the reference image."""
+        self._reference_renderer = name
+        self._reference.set_title(REFERENCE_TITLES[name])
+        self._follow_scene()
 
     def stop(self) -> None:
         """Ask all threads to end; returns at once."""
@@ -216,9 +229,10 @@ class Workspace(QObject):
             self._dispatcher.send()
 
     def _wanted_settings(self) -> ReferenceSettings:
-        if self._scene is None or not self._matches():
-            return ReferenceSettings()
-        return ReferenceSettings.of(self._scene)
+        settings = ReferenceSettings()
+        if self._scene is not None and self._matches():
+            settings = ReferenceSettings.of(self._scene)
+        return replace(settings, renderer=self._reference_renderer)
 
     def _start_reference(self) -> None:
         if self._opened is not None:

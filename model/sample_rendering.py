@@ -9,6 +9,7 @@ from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -50,7 +51,12 @@ def render_samples(
     )
 
 
-def make_renderer(volume: Volume, scene: Scene, threads: int | None = 1) -> Renderer:
+def make_renderer(
+    volume: Volume,
+    scene: Scene,
+    threads: int | None = 1,
+    device: Literal["cpu", "cuda"] = "cpu",
+) -> Renderer:
     """The renderer of a scene.
 
     Parameters
@@ -60,6 +66,9 @@ def make_renderer(volume: Volume, scene: Scene, threads: int | None = 1) -> Rend
     threads : int, optional
         Of the ray caster: by default one, for processes or threads that each
         render samples of their own; None for one per processor.
+
+    device : {"cpu", "cuda"}
+        Where the ray caster runs.
 
     Raises
     ------
@@ -72,7 +81,13 @@ def make_renderer(volume: Volume, scene: Scene, threads: int | None = 1) -> Rend
             f"('{scene.volume_name}'); open that volume, or make a new data set."
         )
     return open_renderer(
-        scene.renderer, volume, scene.lighting, scene.light, scene.sample_distance, threads
+        scene.renderer,
+        volume,
+        scene.lighting,
+        scene.light,
+        scene.sample_distance,
+        threads,
+        device,
     )
 
 

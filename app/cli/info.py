@@ -26,18 +26,21 @@ def _card_rows(card: ModelCard) -> list[tuple[str, str]]:
         ("scalar range", "{:g} to {:g}".format(*scene.scalar_range)),
         ("scalar window", "{:g} to {:g}".format(*scene.scalar_window)),
         ("lighting", scene.lighting),
+        ("rendered by", {"vtk": "VTK", "raycast": "the ray caster"}[scene.renderer]),
         ("preset", f"{card.preset} (width {size.width:g} of the paper's network)"),
         ("colour image", f"{size.image_size} x {size.image_size}"),
         ("opacity image", f"{size.opacity_size} x {size.opacity_size}"),
         ("latent code", f"{size.latent_dim} numbers"),
     ]
     if isinstance(training.get("seconds"), int | float):
+        supply = "rendered meanwhile"
+        if "samples_stored" in training:
+            supply = f"of {training['samples_stored']:,} stored"
         rows.append(
             (
                 "training",
                 f"{training['seconds'] / 60:.0f} minutes on {training['device']}, "
-                f"{training['samples_seen']:,} samples seen "
-                f"of {training['samples_stored']:,} stored",
+                f"{training['samples_seen']:,} samples seen, {supply}",
             )
         )
     for name, value in card.metrics.get("holdout", {}).items():

@@ -25,6 +25,7 @@ from model.dataset import SampleStore
 from model.errors import TrainingError
 from model.generator import choose_device
 from model.networks.blocks import NetworkSize
+from model.rendering.raycast import cuda
 from model.scene import Lighting, RendererName, Scene
 from model.training.options import PRESETS, Budget, TrainingOptions
 from model.training.sources import SampleSource, StoredSource
@@ -68,7 +69,7 @@ def train_model(order: TrainOrder) -> None:
     device = choose_device(order.device)
     if order.resume:
         _check_resumption(order)
-    source = _source(order)
+    source = _source(order, device.type)
     plan = TrainingPlan(
         source=source,
         preset=order.preset,
@@ -115,7 +116,7 @@ def _check_resumption(order: TrainOrder) -> None:
         raise TrainingError(f"{order.out}: the run is finished; train longer in another folder.")
 
 
-def _source(order: TrainOrder) -> SampleSource:
+def _source(order: TrainOrder, device: str) -> SampleSource:
     if order.store is not None:
         store = SampleStore(order.store)
         _check_store(order, store)
@@ -123,7 +124,16 @@ def _source(order: TrainOrder) -> SampleSource:
     volume = order.volume.read()
     size = PRESETS[order.preset]
     scene = Scene.of(volume, size.image_size, order.lighting, order.window, order.renderer)
-    return StreamSource(volume, scene, order.seed, order.reuse, order.workers, order.error_driven)
+    on_gpu = device == "cuda" and scene.renderer == "raycast" and cuda.is_available()
+    return StreamSource(
+        volume,
+        scene,
+        order.seed,
+        order.reuse,
+        order.workers,
+        order.error_driven,
+        device="cuda" if on_gpu else "cpu",
+    )
 
 
 def _check_store(order: TrainOrder, store: SampleStore) -> None:

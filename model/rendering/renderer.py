@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +40,7 @@ def open_renderer(
     light: LightDirection | None = None,
     sample_distance: float = 0.5,
     threads: int | None = None,
+    device: Literal["cpu", "cuda"] = "cpu",
 ) -> Renderer:
     """Open a renderer by its name; only the libraries that it needs are loaded.
 
@@ -51,6 +52,8 @@ def open_renderer(
     threads : int, optional
         CPU threads of the ray caster, one per processor by default; VTK takes
         what OpenGL gives it.
+    device : {"cpu", "cuda"}
+        Where the ray caster runs.
 
     Raises
     ------
@@ -63,4 +66,4 @@ def open_renderer(
         return VtkRenderer(volume, lighting, light, sample_distance)
     from model.rendering.raycast.renderer import RaycastRenderer
 
-    return RaycastRenderer(volume, lighting, light, sample_distance, threads=threads)
+    return RaycastRenderer(volume, lighting, light, sample_distance, threads=threads, device=device)

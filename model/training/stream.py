@@ -13,7 +13,7 @@ import os
 import threading
 import time
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,6 +62,8 @@ class StreamSource(SampleSource):
         keep the expected loss what it was.
     ring_samples : int, optional
         Size of the ring.
+    device : {"cpu", "cuda"}
+        Where the ray caster runs; a GPU needs one thread only.
 
     Attributes
     ----------
@@ -83,18 +85,20 @@ class StreamSource(SampleSource):
         threads: int | None = None,
         error_driven: bool = False,
         ring_samples: int | None = None,
+        device: Literal["cpu", "cuda"] = "cpu",
     ) -> None:
         self.scene = scene
         self.seed = seed
         self.reuse = reuse or DEFAULT_REUSE[scene.lighting]
         self.rendering_seconds = 0.0
         self._volume = volume
-        self._threads = threads or os.cpu_count() or 1
+        self._threads = threads or (1 if device == "cuda" else os.cpu_count() or 1)
+        self._device: Literal["cpu", "cuda"] = device
         self._error_driven = error_driven
         image_bytes = 4 * scene.image_size**2
         self._capacity = ring_samples or min(RING_SAMPLES, RING_BYTES // image_bytes)
         # Closed in the thread that it was opened in: VTK's belongs to its thread.
-        make_renderer(volume, scene).close()
+        make_renderer(volume, scene, device=device).close()
         self._ring: _Ring | None = None
         self._importance: Importance | None = None
 
@@ -169,7 +173,7 @@ class StreamSource(SampleSource):
     def _render(self, ring: _Ring) -> None:
         """Render block after block into the ring, until it is closed."""
         try:
-            renderer = make_renderer(self._volume, self.scene)
+            renderer = make_renderer(self._volume, self.scene, device=self._device)
             try:
                 while (block := ring.next_block()) is not None:
                     start = time.thread_time()

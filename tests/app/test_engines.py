@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 from window_fakes import make_request, make_volume
 
-from app.engines import LIVE_COARSENESS, GeneratorEngine, ReferenceSettings, VtkEngine
+from app.engines import LIVE_COARSENESS, GeneratorEngine, ReferenceEngine, ReferenceSettings
 from model.scene import Scene
 
 
@@ -25,7 +25,7 @@ class RecordingRenderer:
 @pytest.mark.parametrize(("size", "live_size"), [(128, 128), (512, 256)])
 def test_live_images_of_vtk_are_coarser_and_final_ones_are_not(size: int, live_size: int) -> None:
     renderer = RecordingRenderer()
-    engine = VtkEngine(cast(Any, renderer), sample_distance=0.5)
+    engine = ReferenceEngine(cast(Any, renderer), sample_distance=0.5)
     for live in (True, False):
         request = make_request(1, live)
         engine.render(type(request)(1, request.view, request.transfer_function, size, live))

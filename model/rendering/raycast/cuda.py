@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from numba import cuda, int32
+from numba.core import config
 from numpy.typing import NDArray
 
 from model.errors import RenderError
@@ -19,8 +20,13 @@ BATCH = 4
 
 
 def is_available() -> bool:
-    """Whether there is a GPU that Numba can use."""
-    return bool(cuda.is_available())
+    """Whether there is a GPU that Numba can use.
+
+    NVIDIA's numba-cuda is needed: Numba's own CUDA target, which it replaces,
+    is no longer maintained and cannot compile the ray caster.
+    """
+    maintained = getattr(cuda, "implementation", "") == "NVIDIA" or config.ENABLE_CUDASIM
+    return bool(maintained and cuda.is_available())
 
 
 @cuda.jit(fastmath=True)  # type: ignore[untyped-decorator]
@@ -79,7 +85,8 @@ class Painter:
     def __init__(self, voxels: NDArray[Any]) -> None:
         if not is_available():
             raise RenderError(
-                "The ray caster finds no CUDA GPU on this machine; render on the CPU instead."
+                "The ray caster finds no CUDA GPU here; render on the CPU, or install "
+                "numba-cuda (pip install 'numba-cuda[cu12]') on a machine with an NVIDIA GPU."
             )
         self._voxels = cuda.to_device(voxels)
 

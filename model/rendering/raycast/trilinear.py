@@ -18,7 +18,7 @@ def pair(array: Any, index: Any) -> Any:
     return np.float32(array[index]), np.float32(array[index + np.uint64(1)])
 
 
-@overload(pair)
+@overload(pair)  # type: ignore[untyped-decorator]
 def _pair(array: Any, index: Any) -> Any:
     def load(array: Any, index: Any) -> Any:
         first, second = _load_two(array, index)
@@ -27,7 +27,7 @@ def _pair(array: Any, index: Any) -> Any:
     return load
 
 
-@intrinsic
+@intrinsic  # type: ignore[untyped-decorator]
 def _load_two(_typing: Any, array: Any, index: Any) -> Any:
     """Two neighbours by one load on the CPU, which is the larger part of an interpolation."""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-import shutil
 from pathlib import Path
 
 import numpy as np
@@ -53,6 +52,15 @@ def trained(raw_file: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.fixture(scope="module")
+def samples(raw_file: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A data set of the volume that the model was trained on."""
+    out: Path = tmp_path_factory.mktemp("stores") / "samples.zarr"
+    arguments = f"dataset --volume {raw_file} --out {out} --size 64 --workers 1 --count 60"
+    assert run([*arguments.split(), "--holdout", "6"]) == 0
+    return out
+
+
 def one_line(capsys: pytest.CaptureFixture[str]) -> str:
     """The single line on standard error that bad input gets."""
     captured = capsys.readouterr()
@@ -62,7 +70,20 @@ def one_line(capsys: pytest.CaptureFixture[str]) -> str:
     return lines[0]
 
 
-@pytest.mark.parametrize("command", ["", "info", "render", "dataset", "train", "evaluate"])
+COMMANDS = (
+    "",
+    "info",
+    "render",
+    "sensitivity",
+    "dataset",
+    "train",
+    "evaluate",
+    "bench",
+    "bench renderers",
+)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
 def test_help_is_everywhere(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run([*command.split(), "--help"]) == 0
     assert "--help" in capsys.readouterr().out
@@ -96,6 +117,72 @@ def test_vtk_renders_what_the_renderer_renders(
     expected = renderer.render(View(30, 20, 5, 0.8), tf.opacity, tf.color, 48)
     renderer.close()
     np.testing.assert_array_equal(image, expected)
+
+
+def test_the_ray_caster_renders_what_vtk_renders(
+    raw_file: Path, tf_file: Path, tmp_path: Path
+) -> None:
+    for name in ("vtk", "raycast"):
+        arguments = f"render --renderer {name} --volume {raw_file} --tf {tf_file} --size 48"
+        assert run([*arguments.split(), "--out", str(tmp_path / f"{name}.npy")]) == 0
+    vtk, raycast = np.load(tmp_path / "vtk.npy"), np.load(tmp_path / "raycast.npy")
+    assert vtk.mean() > 0.05
+    np.testing.assert_allclose(raycast, vtk, atol=0.01)
+
+
+def test_the_sensitivity_of_a_region_predicts_an_edit(
+    raw_file: Path, tf_file: Path, tmp_path: Path
+) -> None:
+    base = f"--volume {raw_file} --size 48 --view 30,20"
+    region = "12,16,36,32"
+    out = tmp_path / "s.npz"
+    arguments = f"sensitivity --exact {base} --tf {tf_file} --region {region} --out {out}"
+    assert run(arguments.split()) == 0
+    with np.load(out) as file:
+        sensitivity, opacity, image = file["sensitivity"], file["opacity"], file["image"]
+        values = file["scalar_values"]
+    step = 1e-3
+    points = list(zip(values.tolist(), (opacity + step * np.sin(values)).tolist(), strict=True))
+    color = TransferFunction.load(tf_file).color
+    edited = TransferFunction(
+        OpacityTF(RANGE, points=tuple((v, max(a, 0)) for v, a in points)), color
+    )
+    edited.save(tmp_path / "edited.json")
+    arguments = f"render --renderer raycast {base} --tf {tmp_path / 'edited.json'}"
+    assert run([*arguments.split(), "--out", str(tmp_path / "edited.npy")]) == 0
+    after = np.load(tmp_path / "edited.npy")
+    left, top, right, bottom = map(int, region.split(","))
+    norms = [np.linalg.norm(i[top:bottom, left:right, :3]) for i in (image, after)]
+    change = np.array([max(a, 0) for _, a in points]) - opacity
+    assert norms[1] - norms[0] == pytest.approx(float(sensitivity @ change), rel=0.05)
+
+
+@pytest.mark.parametrize("options", ["--region 4,4,20,20", "", "--block 8 --value 120"])
+def test_sensitivities_as_pictures(raw_file: Path, tmp_path: Path, options: str) -> None:
+    out = tmp_path / "s.png"
+    arguments = f"sensitivity --exact --volume {raw_file} --size 32 {options} --out {out}"
+    assert run(arguments.split()) == 0
+    assert imread(out).std() > 1
+
+
+def test_renderers_are_compared(
+    raw_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    files = f"--json {tmp_path / 'r.json'} --plot {tmp_path / 'r.png'}"
+    arguments = f"bench renderers --volume {raw_file} --count 2 --size 32 {files}"
+    assert run(arguments.split()) == 0
+    (volume,) = json.loads((tmp_path / "r.json").read_text())["volumes"]
+    rows = volume["rows"]
+    assert [row["sample_distance"] for row in rows] == [0.25, 0.5, 1.0, 2.0, 4.0]
+    for row in rows:
+        assert row["worst_difference"] < 0.01
+        speeds = row["images_per_second"]
+        assert row["speedup"] == pytest.approx(speeds["raycast"] / speeds["vtk"])
+    # Coarser sampling is less accurate, with either.
+    for name in ("vtk", "raycast"):
+        assert rows[0]["error"][name] < rows[-1]["error"][name]
+    assert imread(tmp_path / "r.png").shape[1] == 800
+    assert "ball" in capsys.readouterr().out
 
 
 def test_a_png_shows_the_image_on_black(raw_file: Path, tf_file: Path, tmp_path: Path) -> None:
@@ -141,7 +228,7 @@ def test_a_dataset_is_made_grown_and_trained_on(raw_file: Path, tmp_path: Path) 
     store = SampleStore(out)
     store.require_complete()
     assert (store.count("train"), store.count("holdout"), store.seed) == (70, 6, 5)
-    assert store.scene == Scene.of(read_volume(raw_file), 64)
+    assert store.scene == Scene.of(read_volume(raw_file), 64, renderer="raycast")
     train = f"train --dataset {out} --preset draft --out {tmp_path / 'run'} --samples 200"
     assert run([*train.split(), "--faithful", "--predicted-share", "0.5"]) == 0
     card = load_card(tmp_path / "run")
@@ -152,13 +239,14 @@ def test_a_dataset_is_made_grown_and_trained_on(raw_file: Path, tmp_path: Path) 
 
 
 def test_evaluate_compares_with_the_nearest_neighbour(
-    trained: Path, raw_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    trained: Path,
+    samples: Path,
+    raw_file: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     out = tmp_path / "result.json"
-    elsewhere = shutil.copytree(
-        trained, tmp_path / "model", ignore=shutil.ignore_patterns("samples.zarr")
-    )
-    arguments = f"evaluate --model {elsewhere} --volume {raw_file} --count 6 --neighbours 40"
+    arguments = f"evaluate --model {trained} --volume {raw_file} --count 6 --neighbours 40"
     assert run([*arguments.split(), "--workers", "1", "--json", str(out)]) == 0
     result = json.loads(out.read_text())
     assert result["count"] == 6
@@ -167,8 +255,10 @@ def test_evaluate_compares_with_the_nearest_neighbour(
         for measure in ("rmse", "emd", "ssim"):
             assert set(part[measure]) == {"mean", "median", "p95"}
     assert f"{result['rmse']['mean']:.4f}" in capsys.readouterr().out
-    # Without being asked to render, it takes the run's own store: the same samples, and more.
-    assert run(["evaluate", "--model", str(trained), "--count", "6", "--json", str(out)]) == 0
+    # A data set of the model's own scene and seed holds the same samples, and more.
+    assert (
+        run(f"evaluate --model {trained} --dataset {samples} --count 6 --json {out}".split()) == 0
+    )
     again = json.loads(out.read_text())
     assert again["rmse"] == pytest.approx(result["rmse"])
     assert again["nearest_neighbour"]["rmse"]["mean"] <= result["nearest_neighbour"]["rmse"]["mean"]
@@ -192,6 +282,14 @@ BAD_INPUT = [
     ("render --volume x.bin --raw huge --out x.png", "not the layout"),
     ("dataset --count 0 --out x", "--count"),
     ("dataset --count 5 --window 1 --out x", "not a scalar window"),
+    ("sensitivity --out x.png", "add --exact"),
+    ("sensitivity --exact --out x.gif", "must end in .png or .npz"),
+    ("sensitivity --exact --region 1,2,3 --out x.png", "not a region"),
+    ("sensitivity --exact --region 9,0,9,9 --size 16 --out x.png", "outside the image"),
+    ("sensitivity --exact --block 99 --size 16 --out x.png", "do not fit"),
+    ("sensitivity --exact --value 7 --out x.png", "outside the volume's range"),
+    ("bench renderers --volume none.nrrd", "no such file"),
+    ("train --out x --reuse 0.5", "--reuse"),
     ("train --out x --samples 0", "not positive"),
     ("train --out x --samples 5 --minutes 5", "either"),
     ("train --dataset none --out x", "no data set here"),
@@ -218,7 +316,7 @@ def test_bad_input_gets_one_line_and_code_2(
 
 
 def test_more_bad_input(
-    trained: Path, raw_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    trained: Path, samples: Path, raw_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     cases = [
         (f"train --volume {raw_file} --preset draft --out {trained} --samples 9", "add --resume"),
@@ -229,18 +327,18 @@ def test_more_bad_input(
         (f"evaluate --model {trained} --count 5000", "not shipped; give --volume"),
         (
             f"train --volume {shipped_volumes()[0]} --preset draft --out {trained} --samples 9",
-            "made for another volume",
+            "add --resume",
         ),
         (
             f"evaluate --model {trained} --volume {shipped_volumes()[0]}",
             "trained on another volume",
         ),
         (
-            f"train --dataset {trained / 'samples.zarr'} --preset compact --out {tmp_path}",
+            f"train --dataset {samples} --preset compact --out {tmp_path}",
             "make a data set with --size 128",
         ),
         (
-            f"evaluate --model {trained} --dataset {trained / 'samples.zarr'} --count 5000",
+            f"evaluate --model {trained} --dataset {samples} --count 5000",
             "lower --count",
         ),
     ]

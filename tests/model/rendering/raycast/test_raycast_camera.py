@@ -1,0 +1,150 @@
+"""Rays and the camera at the extremes: poles, full turns, rays on faces, 2 x 2 x 2 voxels."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numba
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from reference_raycaster import cast, render
+
+from model.rendering.raycast.camera import camera_array
+from model.rendering.raycast.marching import make_ray
+from model.rendering.raycast.renderer import RaycastRenderer
+from model.transfer_function import ColorTF, GaussianMode, OpacityTF
+from model.view import View
+from model.volume import Volume
+
+RANGE = (0.0, 255.0)
+WHITE = ColorTF(RANGE, ((0.0, 1.0, 1.0, 1.0),))
+RAINBOW = ColorTF(RANGE, ((0.0, 0.1, 0.2, 0.9), (100.0, 0.9, 0.8, 0.1), (255.0, 1.0, 0.3, 0.2)))
+MODES = OpacityTF(RANGE, (GaussianMode(120.0, 40.0, 0.2), GaussianMode(220.0, 30.0, 0.5)))
+HALF = OpacityTF(RANGE, points=((0.0, 0.5),))
+
+
+@numba.njit
+def ray_of(camera: Any, shape: Any, step: float, column: int, row: int, size: int) -> Any:
+    return make_ray(camera, shape, step, column, row, size)
+
+
+def straight_camera(eye: tuple[float, float, float], axis: int, sign: int) -> NDArray[np.float64]:
+    """A camera in voxels whose only pixel looks along an axis; the near plane at 0."""
+    forward, right, up = np.zeros((3, 3))
+    forward[axis], right[axis - 1], up[axis - 2] = sign, 0.25, 0.25
+    return np.concatenate([eye, forward, right, up, [0.0, 0.25**2]])
+
+
+@pytest.fixture(scope="module")
+def renderer(volume: Volume) -> RaycastRenderer:
+    return RaycastRenderer(volume, threads=1)
+
+
+def test_every_elevation_with_roll_gives_a_continuous_image(renderer: RaycastRenderer) -> None:
+    for roll in (0.0, 25.0):
+        images = [
+            renderer.render(View(10.0, float(elevation), roll), MODES, RAINBOW, 16)
+            for elevation in range(-90, 91)
+        ]
+        assert np.isfinite(images).all()
+        changes = [np.abs(one - other).mean() for one, other in pairwise(images)]
+        assert 0 < min(changes)
+        assert max(changes) < 4 * np.median(changes)
+
+
+def test_azimuth_0_and_360_give_the_same_bits(renderer: RaycastRenderer) -> None:
+    image = renderer.render(View(0.0, 30.0), MODES, RAINBOW, 32)
+    for azimuth in (360.0, -360.0):
+        turned = renderer.render(View(azimuth, 30.0), MODES, RAINBOW, 32)
+        np.testing.assert_array_equal(turned, image)
+
+
+def test_at_the_pole_azimuth_and_roll_are_the_same_turn(renderer: RaycastRenderer) -> None:
+    one = renderer.render(View(20.0, 90.0, 0.0), MODES, RAINBOW, 32)
+    other = renderer.render(View(0.0, 90.0, 20.0), MODES, RAINBOW, 32)
+    np.testing.assert_allclose(one, other, atol=2e-3)
+
+
+@pytest.mark.parametrize("view", [View(0, 0), View(90, 0), View(180, 0), View(0, 90), View(0, -90)])
+@pytest.mark.parametrize("size", [16, 17])
+def test_axis_aligned_views(renderer: RaycastRenderer, view: View, size: int) -> None:
+    image = renderer.render(view, HALF, WHITE, size)
+    assert np.isfinite(image).all()
+    assert image[size // 2, size // 2, 3] > 0.99
+    assert not image[0, 0].any()
+
+
+def test_rays_are_those_of_a_pinhole_camera(volume: Volume) -> None:
+    view, size, step = View(35.0, 25.0, 7.0, 0.5), 9, 0.5
+    camera = camera_array(view, volume)
+    expected = cast(volume, view, size, step)
+    counts = np.isfinite(expected.bins).sum(axis=-1)
+    eye = view.camera_distance(volume.radius) * view.basis()[2] + volume.center
+    for row, column in np.ndindex(size, size):
+        world = step * volume.voxel_size
+        ray, first, unit = ray_of(camera, volume.dimensions, world, column, row, size)
+        assert ray.count == counts[row, column]
+        if ray.count == 0:
+            continue
+        assert first == pytest.approx(expected.first[row, column])
+        start = np.array(ray.start) * volume.spacing
+        assert np.linalg.norm(start - eye) == pytest.approx(first, rel=1e-5)
+        forward = np.array(ray.step) * volume.spacing / world
+        assert np.linalg.norm(forward) == pytest.approx(1, rel=1e-5)
+        assert forward @ -view.basis()[2] == pytest.approx(unit, rel=1e-5)
+        assert 0 <= ray.rest < 1
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("faces", [(0, 0), (0, 1), (1, 0), (1, 1), (0.5, 0), (0.5, 0.5)])
+def test_a_ray_along_a_face_or_an_edge_goes_through(
+    axis: int, sign: int, faces: tuple[float, float]
+) -> None:
+    shape = np.array([5, 7, 9])
+    eye = np.empty(3)
+    eye[axis] = -10 if sign > 0 else shape[axis] + 10
+    eye[axis - 1], eye[axis - 2] = np.array(faces) * (shape[[axis - 1, axis - 2]] - 1)
+    camera = straight_camera(tuple(eye), axis, sign)
+    ray, first, _ = ray_of(camera, tuple(map(int, shape)), 0.75, 0, 0, 1)
+    length = shape[axis] - 1
+    assert ray.count == int(length / 0.75)
+    assert ray.count + ray.rest == pytest.approx(length / 0.75)
+    assert first == pytest.approx((10 if sign > 0 else 11) + 0.75)
+    assert np.isfinite([*ray.start, *ray.step, *ray.inverse, first]).all()
+    end = np.array(ray.start) + (ray.count - 1) * np.array(ray.step)
+    for place in (np.array(ray.start), end):
+        assert (place >= 0).all() and (place <= shape - 1).all()
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize("aside", [-1e-9, 1 + 1e-9])
+def test_a_ray_just_beside_a_face_misses(axis: int, aside: float) -> None:
+    shape = (5, 7, 9)
+    eye = np.array([2.0, 3.0, 4.0])
+    eye[axis] = -10
+    eye[axis - 1] = aside * (shape[axis - 1] - 1)
+    ray, _, _ = ray_of(straight_camera(tuple(eye), axis, 1), shape, 0.5, 0, 0, 1)
+    assert (ray.count, ray.rest) == (0, 0)
+
+
+@pytest.mark.parametrize("tilt", [1e-300, -1e-300, 1e-40, -1e-40, 1e-12, -1e-12])
+def test_a_ray_that_is_hardly_tilted_against_a_face_is_finite(tilt: float) -> None:
+    camera = straight_camera((0.0, 3.0, -10.0), 2, 1)
+    camera[3] = tilt
+    ray, first, _ = ray_of(camera, (5, 7, 9), 0.5, 0, 0, 1)
+    assert np.isfinite([*ray.start, *ray.step, *ray.inverse, first, ray.rest]).all()
+    # It starts on the face x = 0: one way lies the volume, the other way nothing.
+    assert ray.count == (16 if tilt > 0 else 0)
+
+
+def test_a_volume_of_2_x_2_x_2_voxels() -> None:
+    volume = Volume(np.array([0, 255, 60, 90, 128, 10, 200, 30], np.uint8).reshape(2, 2, 2))
+    renderer = RaycastRenderer(volume, sample_distance=0.1)
+    for view in (View(), View(35.0, 25.0, 7.0, 0.3), View(0.0, 90.0, 0.0, 0.05)):
+        image = renderer.render(view, MODES, RAINBOW, 17)
+        expected = render(volume, view, MODES.sample(RANGE), RAINBOW.sample(RANGE), 17, 0.1)
+        np.testing.assert_allclose(image, expected, atol=5e-3)
+        assert image[..., 3].max() > 0.02

@@ -1,0 +1,337 @@
+"""Gradient shading and cast light, against closed forms."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from itertools import product
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from model.errors import RenderError
+from model.rendering.raycast import illumination
+from model.rendering.raycast.illumination import AMBIENT, DIFFUSE, DISTANT, Illumination
+from model.rendering.raycast.renderer import RaycastRenderer
+from model.rendering.vtk_renderer import VtkRenderer
+from model.scene import LightDirection, Lighting
+from model.transfer_function import ColorTF, GaussianMode, OpacityTF
+from model.view import View
+from model.volume import Volume
+
+RANGE = (0.0, 255.0)
+BYTES = (0.0, 1.0)
+WHITE = ColorTF(RANGE, ((0.0, 1.0, 1.0, 1.0),))
+BLACK = ColorTF(RANGE, ((0.0, 0.0, 0.0, 0.0),))
+RAINBOW = ColorTF(RANGE, ((0.0, 0.1, 0.2, 0.9), (100.0, 0.9, 0.8, 0.1), (255.0, 1.0, 0.3, 0.2)))
+MODES = OpacityTF(RANGE, (GaussianMode(120.0, 40.0, 0.2), GaussianMode(220.0, 30.0, 0.5)))
+VIEW = View(35.0, 25.0, 7.0, 0.9)
+HEADLIGHT = LightDirection(0.0, 0.0)
+LIGHTS = (LightDirection(), HEADLIGHT, LightDirection(60.0, -20.0), LightDirection(170.0, 10.0))
+
+Cast = Callable[..., NDArray[np.float32]]
+
+
+def constant(opacity: float) -> OpacityTF:
+    return OpacityTF(RANGE, points=((0.0, opacity),))
+
+
+def towards(light: LightDirection, view: View) -> NDArray[np.float64]:
+    """World direction to the light: to the viewer's right by its azimuth, and up."""
+    right, up, back = view.basis()
+    azimuth, elevation = math.radians(light.azimuth), math.radians(light.elevation)
+    level = math.sin(azimuth) * right + math.cos(azimuth) * back
+    return math.cos(elevation) * level + math.sin(elevation) * up
+
+
+def homogeneous(shape: tuple[int, int, int] = (33, 33, 33)) -> Volume:
+    scalars = np.full(shape, 128, np.uint8)
+    scalars[0, 0, 0], scalars[-1, -1, -1] = 0, 255
+    return Volume(scalars)
+
+
+def turned(volume: Volume) -> Volume:
+    """The volume after a quarter turn about z, which takes x to y and y to -x."""
+    scalars = volume.scalars.transpose(0, 2, 1)[:, :, ::-1]
+    x, y, z = volume.spacing
+    return Volume(np.ascontiguousarray(scalars), (y, x, z))
+
+
+def ball() -> Volume:
+    z, y, x = np.mgrid[-10:11, -10:11, -10:11]
+    return Volume(np.clip(255 - 20 * np.sqrt(x**2 + y**2 + z**2), 0, 255).astype(np.uint8))
+
+
+BALL_TF = OpacityTF(RANGE, points=((90.0, 0.0), (130.0, 1.0)))
+
+
+# Gradient shading
+
+
+def ramp_and_normal() -> tuple[Volume, NDArray[np.float64]]:
+    """A linear ramp, neither cubic nor isotropic, and its normal."""
+    normal = np.array([1.0, 0.5, -0.7]) / np.linalg.norm([1.0, 0.5, -0.7])
+    spacing = (1.5, 0.8, 1.1)
+    z, y, x = np.mgrid[0:21, 0:33, 0:17].astype(np.float64)
+    values = normal[0] * spacing[0] * x + normal[1] * spacing[1] * y + normal[2] * spacing[2] * z
+    values = 255 * (values - values.min()) / np.ptp(values)
+    return Volume(values.astype(np.float32), spacing), normal
+
+
+@pytest.mark.parametrize("kind", [RaycastRenderer, VtkRenderer])
+def test_a_plane_reflects_by_the_cosine_of_the_lights_angle(kind: Any) -> None:
+    volume, normal = ramp_and_normal()
+    # The plane through the volume's middle is the first that is seen, and opaque.
+    opacity_tf = OpacityTF(RANGE, points=((126.0, 0.0), (127.0, 1.0)))
+    # From where the values are low: that side of the plane is transparent.
+    for light, view in product(LIGHTS, (View(-60.0, 20.0, 0.0, 0.8), View(-40.0, 50.0, 9.0, 0.7))):
+        assert view.basis()[2] @ normal < -0.5
+        renderer = kind(volume, lighting="direct", light=light, sample_distance=0.5)
+        # Gloss is white, whatever the colour: the difference is diffuse light alone.
+        white, black = (renderer.render(view, opacity_tf, c, 64) for c in (WHITE, BLACK))
+        renderer.close()
+        assert (white[30:34, 30:34, 3] == 1).all()
+        if (white[30:34, 30:34] == 1)[..., :3].any():
+            continue
+        diffuse = (white - black)[30:34, 30:34, :3]
+        expected = DIFFUSE * abs(normal @ towards(light, view))
+        np.testing.assert_allclose(diffuse, expected, atol=2.01 / 255)
+
+
+def test_a_mirrored_headlight_is_the_gloss() -> None:
+    volume, normal = ramp_and_normal()
+    opacity_tf = OpacityTF(RANGE, points=((126.0, 0.0), (127.0, 1.0)))
+    # Straight onto the plane: the light comes back into the eye.
+    azimuth = math.degrees(math.atan2(-normal[0], normal[1]))
+    view = View(azimuth, math.degrees(math.asin(-normal[2])), 0.0, 0.8)
+    np.testing.assert_allclose(view.basis()[2], -normal, atol=1e-12)
+    renderer = RaycastRenderer(volume, "direct", HEADLIGHT)
+    image = renderer.render(view, opacity_tf, BLACK, 65)
+    np.testing.assert_allclose(image[32, 32, :3], illumination.SPECULAR, atol=1e-3)
+    # Towards the image's border by an angle t, the mirrored light passes the eye by t.
+    angle = math.atan(math.tan(math.radians(15)) * 8 * 2 / 65)
+    expected = illumination.SPECULAR * math.cos(angle) ** illumination.POWER
+    np.testing.assert_allclose(image[32, [24, 40], 0], expected, atol=1e-3)
+
+
+@pytest.mark.parametrize("lighting", ["direct", "global"])
+def test_light_leaves_the_opacity_as_it_is(volume: Volume, lighting: Lighting) -> None:
+    unlit = RaycastRenderer(volume).render(VIEW, MODES, RAINBOW, 32)
+    lit = RaycastRenderer(volume, lighting).render(VIEW, MODES, RAINBOW, 32)
+    np.testing.assert_allclose(lit[..., 3], unlit[..., 3], atol=1e-5)
+    assert np.abs(lit[..., :3] - unlit[..., :3]).mean() > 0.01
+    assert lit.max() <= 1
+
+
+@pytest.mark.parametrize("lighting", ["direct", "global"])
+@pytest.mark.parametrize("tf", [constant(0.0), constant(0.3), constant(1.0)])
+def test_homogeneous_regions_are_lit_without_nan(lighting: Lighting, tf: OpacityTF) -> None:
+    image = RaycastRenderer(homogeneous(), lighting).render(VIEW, tf, WHITE, 32)
+    assert np.isfinite(image).all()
+    inside = image[14:18, 14:18]
+    if lighting == "direct":
+        # No gradient, no surface: nothing is reflected.
+        assert not inside[..., :3].any()
+    else:
+        assert (inside[..., :3] > 0).all() == bool(tf.points[0][1])
+
+
+@pytest.mark.parametrize("lighting", ["direct", "global"])
+def test_the_light_turns_with_the_view(volume: Volume, lighting: Lighting) -> None:
+    one = RaycastRenderer(volume, lighting).render(View(20.0, 15.0, 5.0), MODES, RAINBOW, 32)
+    view = View(110.0, 15.0, 5.0)
+    other = RaycastRenderer(turned(volume), lighting).render(view, MODES, RAINBOW, 32)
+    np.testing.assert_allclose(other, one, atol=4e-3)
+    # The light came along: a light that stays behind gives another picture.
+    behind = LightDirection(135.0, 45.0)
+    third = RaycastRenderer(turned(volume), lighting, behind).render(view, MODES, RAINBOW, 32)
+    assert np.abs(third - one).mean() > 0.01
+
+
+@pytest.mark.parametrize("lighting", ["direct", "global"])
+def test_by_default_light_comes_from_the_upper_left(lighting: Lighting) -> None:
+    image = RaycastRenderer(ball(), lighting).render(VIEW, BALL_TF, WHITE, 64)
+    bright = image[..., :3].mean(axis=-1)
+    assert bright[20:32, 20:32].sum() > 1.1 * bright[32:44, 32:44].sum()
+
+
+def test_pre_integration_is_refused_where_it_is_missing(volume: Volume) -> None:
+    for lighting in ("direct", "global"):
+        with pytest.raises(RenderError, match="unlit scenes on the CPU only"):
+            RaycastRenderer(volume, lighting, preintegrated=True)
+
+
+# Cast light
+
+
+@pytest.fixture(scope="module")
+def executor() -> Iterator[ThreadPoolExecutor]:
+    with ThreadPoolExecutor(1) as executor:
+        yield executor
+
+
+@pytest.fixture
+def cast(executor: ThreadPoolExecutor, monkeypatch: pytest.MonkeyPatch) -> Cast:
+    """Light on the voxels of a small volume of bytes, of given parts, in [z, y, x]."""
+
+    def light(
+        volume: Volume,
+        opacity_tf: OpacityTF,
+        view: View = VIEW,
+        light: LightDirection = HEADLIGHT,
+        ambient: float = 0.0,
+        distant: float = 1.0,
+    ) -> NDArray[np.float32]:
+        monkeypatch.setattr(illumination, "AMBIENT", ambient)
+        monkeypatch.setattr(illumination, "DISTANT", distant)
+        grid = Illumination(volume.scalars, BYTES, volume, executor).grid(view, light, opacity_tf)
+        assert grid.shape == volume.dimensions
+        np.testing.assert_array_equal(grid.scale, 1)
+        return grid.grid.reshape(volume.scalars.shape)
+
+    return light
+
+
+def test_an_empty_tf_leaves_light_at_its_full_value(volume: Volume, cast: Cast) -> None:
+    for light in LIGHTS:
+        received = cast(volume, OpacityTF(RANGE), VIEW, light, 0.5, 0.25)
+        np.testing.assert_allclose(received, 0.75, rtol=1e-6)
+
+
+def test_more_light_than_the_colour_is_no_more_light(volume: Volume, cast: Cast) -> None:
+    assert (cast(volume, OpacityTF(RANGE), ambient=AMBIENT, distant=DISTANT) == 1).all()
+
+
+@pytest.mark.parametrize("opacity", [0.01, 0.1, 0.4])
+def test_light_fades_exponentially_along_an_axis(opacity: float, cast: Cast) -> None:
+    # A headlight at azimuth 0 travels along y; at azimuth 180, against it.
+    for azimuth, along in ((0.0, slice(None)), (180.0, slice(None, None, -1))):
+        received = cast(homogeneous(), constant(opacity), View(azimuth))[16, along, 16]
+        ratios = received[1:] / received[:-1]
+        np.testing.assert_allclose(ratios, 1 - opacity, rtol=1e-4)
+        # It enters the volume somewhere in the first voxel.
+        assert 1 - opacity <= received[0] <= 1
+
+
+@pytest.mark.parametrize("azimuth", [45.0, -45.0, 30.0, 75.0])
+@pytest.mark.parametrize("elevation", [0.0, 35.0])
+def test_light_fades_by_its_way_through_the_volume(
+    azimuth: float, elevation: float, cast: Cast
+) -> None:
+    opacity = 0.03
+    light = LightDirection(azimuth, elevation)
+    received = cast(homogeneous(), constant(opacity), View(), light)
+    # Back to the light, until the first face is reached.
+    direction = towards(light, View())
+    z, y, x = np.mgrid[0:33, 0:33, 0:33].astype(np.float64)
+    way = np.full(x.shape, np.inf)
+    for place, step in zip((x, y, z), direction, strict=True):
+        if abs(step) > 1e-9:
+            way = np.minimum(way, ((32 if step > 0 else 0) - place) / step)
+    expected = (1 - opacity) ** way
+    np.testing.assert_allclose(received, expected, rtol=0.05)
+    np.testing.assert_allclose(received[6:-6, 6:-6, 6:-6], expected[6:-6, 6:-6, 6:-6], rtol=0.03)
+
+
+def test_a_block_casts_a_shadow_of_its_own_depth(cast: Cast) -> None:
+    scalars = np.zeros((25, 41, 25), np.uint8)
+    scalars[6:19, 10:20, 6:19] = 255
+    volume = Volume(scalars)
+    opacity_tf = OpacityTF(RANGE, points=((250.0, 0.0), (255.0, 0.1)))
+    received = cast(volume, opacity_tf, View())
+    np.testing.assert_allclose(received[12, 21:, 12], 0.9**10, rtol=1e-4)
+    np.testing.assert_array_equal(received[12, :9, 12], 1)
+    np.testing.assert_array_equal(received[2, :, 2], 1)
+    # Deeper is darker, down to the far side.
+    assert (np.diff(received[12, 9:21, 12]) < 0).all()
+
+
+def test_a_diagonal_shadow_falls_beside_the_block(cast: Cast) -> None:
+    scalars = np.zeros((9, 41, 41), np.uint8)
+    scalars[:, 8:18, 8:18] = 255
+    opacity_tf = OpacityTF(RANGE, points=((250.0, 0.0), (255.0, 0.1)))
+    # The light comes from the left, 45 degrees off the camera, which looks along y.
+    received = cast(Volume(scalars), opacity_tf, View(), LightDirection(-45.0, 0.0))[4]
+    # Behind the block along the diagonal, in y and in x.
+    assert received[30, 30] == pytest.approx(0.9 ** (10 * math.sqrt(2)), rel=0.05)
+    assert received[30, 12] == pytest.approx(1, abs=1e-3)
+    assert received[12, 30] == pytest.approx(1, abs=1e-3)
+
+
+def test_ambient_light_in_the_middle_of_a_homogeneous_cube(cast: Cast) -> None:
+    opacity = 0.03
+    received = cast(homogeneous(), constant(opacity), ambient=1.0, distant=0.0)
+    # Along six axes it is 16 voxels to the face, along eight diagonals the root of three as far.
+    expected = (6 * (1 - opacity) ** 16 + 8 * (1 - opacity) ** (16 * math.sqrt(3))) / 14
+    assert received[16, 16, 16] == pytest.approx(expected, rel=0.04)
+    # Brighter towards the faces, and brightest at the corners; the same on all sides.
+    assert received[16, 16, 16] < received[16, 16, 2] < received[16, 2, 2] < received[2, 2, 2] < 1
+    for axis in range(3):
+        np.testing.assert_allclose(np.flip(received, axis), received, atol=0.01)
+
+
+def test_places_inside_are_darker_than_at_the_lit_face(cast: Cast) -> None:
+    received = cast(ball(), BALL_TF, VIEW, HEADLIGHT, AMBIENT, DISTANT)
+    back = VIEW.basis()[2]
+
+    def at(depth: float) -> float:
+        x, y, z = np.rint(10 + (10 - depth) * back).astype(int)
+        return received[z, y, x]
+
+    assert at(1) > at(4) > at(7)
+    assert at(10) < 0.5 * at(1)
+
+
+def test_ambient_light_is_kept_while_the_view_changes(
+    volume: Volume, executor: ThreadPoolExecutor, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sweeps: list[NDArray[np.float64]] = []
+    plain = Illumination._sweep
+
+    def counted(self: Illumination, direction: NDArray[np.float64]) -> NDArray[np.float32]:
+        sweeps.append(direction)
+        return plain(self, direction)
+
+    monkeypatch.setattr(Illumination, "_sweep", counted)
+    around = len(illumination.AROUND)
+
+    def new_sweeps() -> int:
+        count = len(sweeps)
+        sweeps.clear()
+        return count
+
+    cached = Illumination(volume.scalars, BYTES, volume, executor)
+    cached.grid(VIEW, HEADLIGHT, MODES)
+    assert new_sweeps() == around + 1
+    turned_grid = cached.grid(View(200.0, -30.0), HEADLIGHT, MODES).grid
+    assert new_sweeps() == 1
+    other_grid = cached.grid(VIEW, HEADLIGHT, constant(0.2)).grid
+    assert new_sweeps() == around + 1
+    # What comes from the cache is what a fresh one computes.
+    for view, opacity_tf, grid in (
+        (View(200.0, -30.0), MODES, turned_grid),
+        (VIEW, constant(0.2), other_grid),
+    ):
+        fresh = Illumination(volume.scalars, BYTES, volume, executor)
+        np.testing.assert_array_equal(fresh.grid(view, HEADLIGHT, opacity_tf).grid, grid)
+
+
+def test_light_on_a_coarser_grid_is_about_the_same(executor: ThreadPoolExecutor) -> None:
+    # 160 voxels along y are more than the light's grid has.
+    scalars = np.zeros((40, 160, 30), np.uint8)
+    scalars[10:30, 40:80, 5:25] = 255
+    volume = Volume(scalars, (1.0, 0.5, 1.0))
+    opacity_tf = OpacityTF(RANGE, points=((250.0, 0.0), (255.0, 0.05)))
+    grid = Illumination(scalars, BYTES, volume, executor).grid(View(), HEADLIGHT, opacity_tf)
+    nx, ny, nz = grid.shape
+    assert (nx, ny, nz) == (24, 64, 32)
+    light = grid.grid.reshape(nz, ny, nx)
+    for axis, places in enumerate(grid.shape):
+        assert (places - 1) / grid.scale[axis] == pytest.approx(volume.dimensions[axis] - 1)
+    # Opacities are per voxel size, which is the cube root of a half; the block is 20 units deep.
+    shadow = 0.95 ** (20 / 0.5 ** (1 / 3))
+    ambient = (light[16, 60, 12] - DISTANT * shadow) / AMBIENT
+    assert 0.3 < ambient < 1

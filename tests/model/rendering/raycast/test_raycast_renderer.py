@@ -1,0 +1,282 @@
+"""The ray caster's images against a second ray caster in float64, and against closed forms."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from reference_raycaster import cast, composite, correct, depth, render
+
+from model.rendering.raycast.renderer import LARGEST_ERROR, RaycastRenderer
+from model.transfer_function import ColorTF, GaussianMode, OpacityTF
+from model.view import View
+from model.volume import Volume
+
+RANGE = (0.0, 255.0)
+WHITE = ColorTF(RANGE, ((0.0, 1.0, 1.0, 1.0),))
+RAINBOW = ColorTF(RANGE, ((0.0, 0.1, 0.2, 0.9), (100.0, 0.9, 0.8, 0.1), (255.0, 1.0, 0.3, 0.2)))
+MODES = OpacityTF(RANGE, (GaussianMode(120.0, 40.0, 0.2), GaussianMode(220.0, 30.0, 0.5)))
+VIEW = View(35.0, 25.0, 7.0, 0.9)
+VIEWS = (
+    VIEW,
+    View(200.0, -60.0, -8.0, 0.4),
+    View(10.0, 90.0, 3.0, 0.1),
+    View(77.0, -15.0, 0, 0.02),
+)
+"""From outside, from near by, and from inside the volume."""
+
+TOLERANCE = 2e-3
+
+
+def constant(opacity: float) -> OpacityTF:
+    return OpacityTF(RANGE, points=((0.0, opacity),))
+
+
+def slab(value: int = 128, shape: tuple[int, int, int] = (33, 9, 33)) -> Volume:
+    """A nearly constant volume: two corners differ, since constant volumes are refused."""
+    scalars = np.full(shape, value, np.uint8)
+    scalars[0, 0, 0], scalars[-1, -1, -1] = 0, 255
+    return Volume(scalars)
+
+
+def field() -> NDArray[np.float64]:
+    """A smooth field from 0 to 1 without symmetries, 14 x 23 x 19 voxels."""
+    z, y, x = np.meshgrid(*(np.linspace(-1, 1, n) for n in (19, 23, 14)), indexing="ij")
+    values = np.exp(-((x - 0.2) ** 2 + y**2 + (z + 0.3) ** 2) / 0.3)
+    values += 0.6 * np.exp(-((x + 0.5) ** 2 + (y - 0.4) ** 2 + (z - 0.4) ** 2) / 0.1)
+    values += 0.1 * np.sin(5 * x + 3 * y) * np.cos(4 * z)
+    return (values - values.min()) / np.ptp(values)
+
+
+def random_tf(
+    rng: np.random.Generator, scalar_range: tuple[float, float], highest: float = 0.4
+) -> tuple[OpacityTF, ColorTF]:
+    values = np.linspace(*scalar_range, 17).tolist()
+    opacities = (highest * rng.random(17)).tolist()
+    stops = tuple((value, *rng.random(3).tolist()) for value in values)
+    points = tuple(zip(values, opacities, strict=True))
+    return OpacityTF(scalar_range, points=points), ColorTF(scalar_range, stops)
+
+
+@pytest.fixture(scope="module")
+def renderer(volume: Volume) -> RaycastRenderer:
+    return RaycastRenderer(volume, threads=1)
+
+
+@pytest.mark.parametrize(
+    ("dtype", "low", "high"),
+    [
+        ("uint8", 0, 255),
+        ("int16", -32768, 32767),
+        ("uint16", 0, 65535),
+        ("float32", 0.0, 1.0),
+        ("float64", -3.0, 0.5),
+        ("float64", 1e9, 1e9 + 1e-3),
+        ("float32", -3e38, 3e38),
+        ("float32", 0.0, 1e-37),
+    ],
+)
+def test_images_agree_with_a_ray_caster_in_float64(dtype: str, low: float, high: float) -> None:
+    values = field() * high + (1 - field()) * low
+    scalars = (np.rint(values) if dtype[0] in "iu" else values).astype(dtype)
+    volume = Volume(scalars, (1.5, 0.7, 1.1), (10.0, -3.0, 5.0))
+    scalar_range = volume.scalar_range
+    opacity_tf, color_tf = random_tf(np.random.default_rng(3), scalar_range)
+    opacity = opacity_tf.sample(scalar_range).astype(np.float64)
+    renderer = RaycastRenderer(volume, threads=1)
+    for view in VIEWS:
+        frame = renderer.frame(view, opacity_tf, color_tf, 24)
+        assert frame.rgba.dtype == frame.depth.dtype == np.float32
+        rays = cast(volume, view, 24, 0.5)
+        per_sample = correct(opacity, 0.5)
+        image = composite(rays.bins, per_sample, color_tf.sample(scalar_range))
+        np.testing.assert_allclose(frame.rgba, image, atol=TOLERANCE)
+        np.testing.assert_allclose(frame.depth, depth(rays, per_sample), rtol=1e-5)
+        assert image[..., 3].max() > 0.5
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_any_shape_spacing_step_and_view(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    # Two voxels, whole cells of eight, and one voxel more or less.
+    shape = (2, 2, 2) if seed == 0 else tuple(rng.choice([2, 3, 8, 9, 10, 16, 17, 18, 25], 3))
+    scalars = rng.integers(0, 256, shape).astype(np.uint8)
+    scalars[rng.random(shape) > rng.choice([0.02, 0.2, 1.0])] = 0
+    scalars.flat[0], scalars.flat[-1] = 0, 255
+    volume = Volume(scalars, tuple(np.exp(rng.uniform(-1, 1, 3)).tolist()))
+    step = float(rng.choice([0.25, 0.5, 1.0, 4.0]))
+    opacity_tf, color_tf = random_tf(rng, RANGE)
+    elevation, distance = rng.uniform(-90, 90), float(rng.choice([0.01, 0.1, 0.6, 1.0, 2.0]))
+    view = View(rng.uniform(0, 360), elevation, rng.uniform(-20, 20), distance)
+    image = RaycastRenderer(volume, sample_distance=step).render(view, opacity_tf, color_tf, 16)
+    opacity, color = opacity_tf.sample(RANGE), color_tf.sample(RANGE)
+    # Noise has steep slopes: the 16 table entries of a bin show.
+    expected = render(volume, view, opacity, color, 16, step)
+    np.testing.assert_allclose(image, expected, atol=15e-3)
+    assert np.abs(image - expected).mean() < 5e-4
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_skipping_and_termination_change_less_than_half_a_step_of_8_bits(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    scalars = np.zeros((42, 35, 50), np.uint8)
+    # Grains of all sizes, most cells empty.
+    for _ in range(12):
+        corner, size = rng.integers(0, 40, 3), rng.integers(1, 9, 3)
+        block = tuple(slice(c, c + s) for c, s in zip(corner, size, strict=True))
+        scalars[block] = rng.integers(1, 256)
+    scalars[20, 17, 25] = 255
+    volume = Volume(scalars, (1.0, 0.8, 1.3))
+    first = float(rng.choice([0.0, 1e-6, 3e-4]))
+    points = ((0.0, first), (40.0, first), (41.0, 0.02), (200.0, 0.9), (255.0, 1.0))
+    opacity_tf = OpacityTF(RANGE, points=points)
+    renderer = RaycastRenderer(volume)
+    for distance in (0.05, 0.4, 1.0):
+        view = View(rng.uniform(0, 360), rng.uniform(-90, 90), 5.0, distance)
+        renderer.skip_empty = renderer.terminate_early = True
+        fast = renderer.frame(view, opacity_tf, RAINBOW, 32)
+        renderer.skip_empty = renderer.terminate_early = False
+        whole = renderer.frame(view, opacity_tf, RAINBOW, 32)
+        assert np.abs(fast.rgba - whole.rgba).max() < LARGEST_ERROR
+        np.testing.assert_array_equal(fast.depth, whole.depth)
+
+
+def test_an_opaque_slab_has_opacity_1() -> None:
+    renderer = RaycastRenderer(slab())
+    for terminate in (True, False):
+        renderer.terminate_early = terminate
+        alpha = renderer.render(VIEW, constant(1.0), WHITE, 33)[..., 3]
+        assert alpha[16, 16] == 1.0
+        assert np.isin(alpha, (0.0, 1.0)).all()
+
+
+@pytest.mark.parametrize("opacity", [1e-6, 0.02, 0.2, 0.6])
+@pytest.mark.parametrize("step", [0.25, 0.5, 1.0, 2.0])
+def test_a_homogeneous_slab_absorbs_exponentially(opacity: float, step: float) -> None:
+    renderer = RaycastRenderer(slab(), sample_distance=step)
+    renderer.skip_empty = renderer.terminate_early = False
+    # The central ray of an image of odd size goes straight through 8 voxels.
+    alpha = renderer.render(View(), constant(opacity), WHITE, 33)[16, 16, 3]
+    # A sample that lies on the face behind may be counted or not.
+    exact = [-np.expm1(length * np.log1p(-opacity)) for length in (8.0, 8.0 - step)]
+    assert min(abs(alpha - value) for value in exact) < 1e-5 * max(exact) + 1e-9
+
+
+def test_oblique_rays_absorb_along_their_length() -> None:
+    image = RaycastRenderer(slab(), sample_distance=0.05).render(View(), constant(0.1), WHITE, 33)
+    # One step of 2/33 of half the image to the right: the ray leaves through the far face.
+    slope = np.tan(np.radians(15)) * 2 * 4 / 33
+    length = 8 * np.sqrt(1 + slope**2)
+    assert image[16, 20, 3] == pytest.approx(1 - 0.9**length, abs=0.9**length * 0.006)
+
+
+def test_halving_the_step_converges(volume: Volume) -> None:
+    renderer = RaycastRenderer(volume)
+    images = []
+    for step in (1.0, 0.5, 0.25, 0.125, 0.0625):
+        renderer.sample_distance = step
+        images.append(renderer.render(VIEW, MODES, RAINBOW, 32))
+    errors = [np.sqrt(np.mean((image - images[-1]) ** 2)) for image in images[:-1]]
+    assert all(fine < 0.7 * coarse for coarse, fine in pairwise(errors))
+    assert errors[-1] < 2e-3
+
+
+def test_an_opaque_ball_is_first_seen_on_its_surface() -> None:
+    z, y, x = np.mgrid[-12:13, -12:13, -12:13].astype(np.float32)
+    distance = np.sqrt(x**2 + y**2 + z**2)
+    ball = Volume(distance, (2.0, 2.0, 2.0), (5.0, 6.0, 7.0))
+    lo, hi = ball.scalar_range
+    # Opaque up to 8 voxels from the centre, that is 16 units.
+    opacity_tf = OpacityTF((lo, hi), points=((8.0, 1.0), (8.01, 0.0)))
+    color_tf = ColorTF((lo, hi), ((lo, 1.0, 1.0, 1.0),))
+    frame = RaycastRenderer(ball, sample_distance=0.25).frame(VIEW, opacity_tf, color_tf, 41)
+    eye = VIEW.camera_distance(ball.radius)
+    across = ((2 * np.arange(41) + 1) / 41 - 1) * np.tan(np.radians(15))
+    cosine = 1 / np.sqrt(1 + across**2 + across[:, None] ** 2)
+    # Where the ray meets the sphere; the square root is negative where it does not.
+    square = 16.0**2 - eye**2 * (1 - cosine**2)
+    surface = eye * cosine - np.sqrt(np.maximum(square, 0))
+    well_inside, well_outside = square > 12.0**2, square < -(5.0**2)
+    assert well_inside.any() and well_outside.any()
+    # The next sample, half a unit behind at most; a bin of the TF and a voxel are not sharp.
+    behind = (frame.depth - surface)[well_inside]
+    assert behind.min() > -0.3 and behind.max() < 0.9
+    assert np.isinf(frame.depth[well_outside]).all()
+    assert not frame.rgba[well_outside].any()
+
+
+def test_the_depth_of_thin_haze_is_where_it_adds_up_to_one_step_of_8_bits() -> None:
+    haze = slab(shape=(9, 101, 9))
+    renderer = RaycastRenderer(haze, sample_distance=1.0)
+    view = View(distance=0.5)
+    found = renderer.frame(view, constant(2e-4), WHITE, 9).depth[4, 4]
+    face = view.camera_distance(haze.radius) - 50
+    samples = np.ceil(np.log(1 - 1 / 255) / np.log(1 - 2e-4))
+    assert found == pytest.approx(face + samples, abs=1.01)
+    assert np.isinf(renderer.frame(view, constant(3e-5), WHITE, 9).depth).all()
+
+
+def test_the_opacity_image_is_the_alpha_channel(renderer: RaycastRenderer) -> None:
+    image = renderer.opacity_image(VIEW, MODES, 40)
+    assert (image.shape, image.dtype) == ((40, 40), np.float32)
+    np.testing.assert_allclose(image, renderer.render(VIEW, MODES, RAINBOW, 40)[..., 3], atol=1e-6)
+    assert image.max() > 0.5
+
+
+def test_a_frame_holds_the_same_image(renderer: RaycastRenderer) -> None:
+    image = renderer.render(VIEW, MODES, RAINBOW, 40)
+    np.testing.assert_allclose(renderer.frame(VIEW, MODES, RAINBOW, 40).rgba, image, atol=1e-6)
+
+
+def test_colour_is_premultiplied(renderer: RaycastRenderer) -> None:
+    image = renderer.render(VIEW, MODES, ColorTF(RANGE, ((0.0, 0.25, 0.5, 1.0),)), 40)
+    for channel, share in enumerate((0.25, 0.5, 1.0)):
+        np.testing.assert_allclose(image[..., channel], share * image[..., 3], atol=1e-6)
+
+
+def test_an_empty_tf_gives_the_background(renderer: RaycastRenderer) -> None:
+    frame = renderer.frame(VIEW, OpacityTF(RANGE), RAINBOW, 24)
+    assert not frame.rgba.any()
+    assert np.isinf(frame.depth).all()
+
+
+def test_a_tf_of_one_bin_shows_that_bin(volume: Volume) -> None:
+    points = ((99.0, 0.0), (100.0, 0.8), (101.0, 0.0))
+    opacity_tf = OpacityTF(RANGE, points=points)
+    image = RaycastRenderer(volume, sample_distance=0.05).render(VIEW, opacity_tf, RAINBOW, 24)
+    expected = render(volume, VIEW, opacity_tf.sample(RANGE), RAINBOW.sample(RANGE), 24, 0.05)
+    np.testing.assert_allclose(image, expected, atol=8e-3)
+    assert 0.02 < image[..., 3].max() < 1
+
+
+def test_a_mode_of_no_width_is_a_bin_wide() -> None:
+    # Values 0, 1, 2, ... along the ray: the mode's bin is hit, however narrow it was meant.
+    ramp = np.broadcast_to(np.arange(256, dtype=np.uint8)[:, None], (3, 256, 3))
+    opacity_tf = OpacityTF(RANGE, (GaussianMode(100.0, 1e-300, 1.0),))
+    image = RaycastRenderer(Volume(ramp), sample_distance=1.0).render(View(), opacity_tf, WHITE, 9)
+    assert image[4, 4, 3] > 0.5
+
+
+def test_images_do_not_depend_on_threads_nor_on_what_was_rendered_before(volume: Volume) -> None:
+    one, three = RaycastRenderer(volume, threads=1), RaycastRenderer(volume, threads=3)
+    image = one.render(VIEW, MODES, RAINBOW, 40)
+    three.render(View(200.0, -60.0), constant(0.4), WHITE, 32)
+    np.testing.assert_array_equal(three.render(VIEW, MODES, RAINBOW, 40), image)
+
+
+def test_the_step_may_be_changed_between_images(volume: Volume) -> None:
+    changed, fresh = RaycastRenderer(volume), RaycastRenderer(volume, sample_distance=2.0)
+    changed.render(VIEW, MODES, RAINBOW, 32)
+    changed.sample_distance = 2.0
+    expected = fresh.render(VIEW, MODES, RAINBOW, 32)
+    np.testing.assert_array_equal(changed.render(VIEW, MODES, RAINBOW, 32), expected)
+
+
+def test_opacity_refers_to_a_voxel_of_any_size(volume: Volume) -> None:
+    small = Volume(volume.scalars, tuple(s / 1000 for s in volume.spacing))
+    image = RaycastRenderer(volume).render(VIEW, MODES, RAINBOW, 32)
+    np.testing.assert_allclose(
+        RaycastRenderer(small).render(VIEW, MODES, RAINBOW, 32), image, atol=1e-3
+    )

@@ -1,0 +1,71 @@
+"""Opacity of a sample and its derivative, against arithmetic of 60 digits."""
+
+from __future__ import annotations
+
+from decimal import Decimal, localcontext
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from model.rendering.opacity_correction import NEARLY_OPAQUE, per_sample, per_sample_derivative
+
+OPACITIES = (0.0, 1e-7, 0.5, 1.0)
+DISTANCES = (0.25, 0.5, 1.0, 2.0)
+
+
+def power(base: float, exponent: float) -> Decimal:
+    """(1 - base) to the power of an exponent, to 60 digits; 0 to the power of 0 is 1."""
+    with localcontext() as context:
+        context.prec = 60
+        transparency = 1 - Decimal(base)
+        return transparency ** Decimal(exponent) if transparency or exponent else Decimal(1)
+
+
+@pytest.mark.parametrize("opacity", OPACITIES)
+@pytest.mark.parametrize("distance", DISTANCES)
+def test_the_value_to_all_digits(opacity: float, distance: float) -> None:
+    value = per_sample(np.array([opacity]), distance)
+    assert value.dtype == np.float64
+    assert value[0] == pytest.approx(float(1 - power(opacity, distance)), rel=1e-14)
+
+
+@pytest.mark.parametrize("distance", DISTANCES)
+def test_nothing_and_opaque_stay_exactly_that(distance: float) -> None:
+    assert per_sample(np.array([0.0, 1.0]), distance).tolist() == [0.0, 1.0]
+
+
+def test_float32_opacities_lose_nothing_more() -> None:
+    opacity = np.array([1e-7, 3e-5, 0.1], dtype=np.float32)
+    exact = [float(1 - power(float(a), 0.5)) for a in opacity]
+    np.testing.assert_allclose(per_sample(opacity, 0.5), exact, rtol=1e-14)
+
+
+@pytest.mark.parametrize("opacity", [0.0, 1e-7, 0.5, 0.9, NEARLY_OPAQUE])
+@pytest.mark.parametrize("distance", DISTANCES)
+def test_the_derivative_to_all_digits(opacity: float, distance: float) -> None:
+    exact = float(Decimal(distance) * power(opacity, distance - 1))
+    derivative = per_sample_derivative(np.array([opacity]), distance)
+    assert derivative[0] == pytest.approx(exact, rel=1e-12)
+
+
+@pytest.mark.parametrize(("distance", "slope"), [(1.0, 1.0), (2.0, 0.0)])
+def test_the_derivative_at_opaque_is_exact_from_one_voxel_on(distance: float, slope: float) -> None:
+    assert per_sample_derivative(np.array([1.0]), distance)[0] == slope
+
+
+@pytest.mark.parametrize("distance", [0.01, 0.25, 0.5])
+def test_the_derivative_at_opaque_is_cut_off_below_one_voxel(distance: float) -> None:
+    nearly, opaque = per_sample_derivative(np.array([NEARLY_OPAQUE, 1.0]), distance)
+    assert opaque == pytest.approx(nearly)
+    assert 0 < opaque < 511
+
+
+@given(st.floats(0.001, 0.99), st.floats(0.01, 10))
+def test_the_derivative_is_that_of_the_value(opacity: float, distance: float) -> None:
+    # Central differences, a step of a thousandth of the room there is.
+    h = 1e-3 * min(opacity, 1 - opacity)
+    above, below = per_sample(np.array([opacity + h, opacity - h]), distance)
+    derivative = per_sample_derivative(np.array([opacity]), distance)[0]
+    assert (above - below) / (2 * h) == pytest.approx(derivative, rel=1e-3)

@@ -1,0 +1,59 @@
+"""Scalars on their way to a renderer: nothing lost, nothing that float32 cannot hold."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from model.rendering.scalars import renderable_scalars
+from model.volume import Volume
+
+NATIVE = (np.uint8, np.int16, np.float32)
+UNIT = np.linspace(0, 1, 60).reshape(3, 4, 5)
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.int16, np.float32])
+def test_native_types_are_not_copied(dtype: type) -> None:
+    volume = Volume((100 * UNIT).astype(dtype))
+    scalars, scalar_range = renderable_scalars(volume, NATIVE)
+    assert np.shares_memory(scalars, volume.scalars)
+    assert scalar_range == (0.0, 100.0)
+
+
+@pytest.mark.parametrize("dtype", ["int8", "uint16", "int32", "uint64", "float16", "float64"])
+def test_other_types_become_float32_from_0_to_1(dtype: str) -> None:
+    volume = Volume((100 * UNIT).astype(dtype))
+    scalars, scalar_range = renderable_scalars(volume, NATIVE)
+    assert (scalars.dtype, scalar_range) == (np.float32, (0.0, 1.0))
+    lo, hi = volume.scalar_range
+    exact = (volume.scalars.astype(np.float64) - lo) / (hi - lo)
+    np.testing.assert_allclose(scalars, exact, atol=1e-7)
+
+
+@pytest.mark.parametrize("offset", [1e9, -1e12])
+def test_a_small_range_far_from_zero_keeps_its_digits(offset: float) -> None:
+    scalars, scalar_range = renderable_scalars(Volume(UNIT + offset), NATIVE)
+    assert scalar_range == (0.0, 1.0)
+    # float64 itself rounds the sum.
+    np.testing.assert_allclose(scalars, UNIT, atol=1e-7 + np.spacing(abs(offset)))
+
+
+def test_float32_with_a_small_range_far_from_zero_is_rescaled() -> None:
+    values = (UNIT + 1e4).astype(np.float32)
+    scalars, scalar_range = renderable_scalars(Volume(values), NATIVE)
+    assert scalar_range == (0.0, 1.0)
+    lo, hi = float(values.min()), float(values.max())
+    np.testing.assert_allclose(scalars, (values.astype(np.float64) - lo) / (hi - lo), atol=1e-7)
+
+
+@pytest.mark.parametrize("dtype", ["float32", "float64"])
+@pytest.mark.parametrize("scale", [1e-41, 1e-37, 3e38])
+def test_extremes_leave_room_for_differences(dtype: str, scale: float) -> None:
+    values = (2 * (UNIT - 0.5) * scale).astype(dtype)
+    scalars, (lo, hi) = renderable_scalars(Volume(values), NATIVE)
+    with np.errstate(over="raise", invalid="raise", divide="raise"):
+        width = np.float32(hi) - np.float32(lo)
+        # What renderers compute: the number of table entries per unit, and differences.
+        assert np.isfinite(np.float32(256 * 16) / width)
+        assert np.isfinite(np.diff(scalars)).all()
+        np.testing.assert_allclose((scalars - np.float32(lo)) / width, UNIT, atol=1e-3)
