@@ -91,6 +91,7 @@ class StreamSource(SampleSource):
         self.seed = seed
         self.reuse = reuse or DEFAULT_REUSE[scene.lighting]
         self.rendering_seconds = 0.0
+        self._lock = threading.Lock()
         self._volume = volume
         self._threads = threads or (1 if device == "cuda" else os.cpu_count() or 1)
         self._device: Literal["cpu", "cuda"] = device
@@ -170,6 +171,10 @@ class StreamSource(SampleSource):
             self._ring.close()
             self._ring = None
 
+    def _count(self, seconds: float) -> None:
+        with self._lock:
+            self.rendering_seconds += seconds
+
     def _render(self, ring: _Ring) -> None:
         """Render block after block into the ring, until it is closed."""
         try:
@@ -178,11 +183,9 @@ class StreamSource(SampleSource):
                 while (block := ring.next_block()) is not None:
                     start = time.thread_time()
                     indices = range(block.start + ring.offset, block.stop + ring.offset)
-                    ring.write(
-                        block, render_samples(renderer, self.scene, self.seed, "train", indices)
-                    )
-                    ring.add_seconds(time.thread_time() - start)
-                    self.rendering_seconds = ring.seconds
+                    samples = render_samples(renderer, self.scene, self.seed, "train", indices)
+                    self._count(time.thread_time() - start)
+                    ring.write(block, samples)
             finally:
                 renderer.close()
         except BaseException as error:
@@ -196,7 +199,6 @@ class _Ring:
         # Room for what is rendered ahead, so that it overwrites nothing that is still needed.
         self._slots = -(-capacity // BLOCK) * BLOCK + (AHEAD_BLOCKS + 1) * BLOCK
         self.offset = offset
-        self.seconds = 0.0
         self._arrays: dict[str, NDArray[Any]] = {}
         self._changed = threading.Condition()
         self._next = first
@@ -247,11 +249,6 @@ class _Ring:
         """Copy samples by their number in the stream."""
         slots = indices % self._slots
         return SampleBatch(*(self._arrays[name][slots] for name in ARRAYS))
-
-    def add_seconds(self, seconds: float) -> None:
-        """Count time spent on rendering."""
-        with self._changed:
-            self.seconds += seconds
 
     def fail(self, error: BaseException) -> None:
         """Hand an error to whoever waits for samples."""

@@ -267,6 +267,22 @@ def test_the_reference_size_can_be_chosen(qtbot: QtBot, make_window: WindowMaker
     assert "16 × 16" in window.reference.detail
 
 
+def test_the_reference_renderer_can_be_chosen(
+    qtbot: QtBot, make_window: WindowMaker, backends: FakeBackends
+) -> None:
+    window = make_window()
+    assert [s.renderer for s in backends.settings] == ["vtk"]
+    assert window.reference.title == "VTK (reference)"
+    action(window, "Ray caster").trigger()
+    settle(qtbot, window)
+    assert backends.settings[-1].renderer == "raycast"
+    assert window.reference.title == "Ray caster (reference)"
+    assert backends.references[0].closed
+    action(window, "VTK").trigger()
+    settle(qtbot, window)
+    assert backends.settings[-1].renderer == "vtk"
+
+
 @pytest.mark.parametrize(
     ("name", "toward_camera"),
     [

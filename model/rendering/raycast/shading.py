@@ -91,6 +91,8 @@ def reflect(voxels: Any, shape: Any, light: Any, ray: Any, k: Any) -> Any:
         ray.step[1] * light.spacing[1],
         ray.step[2] * light.spacing[2],
     )
-    along = (mx * vx + my * vy + mz * vz) / math.sqrt(vx * vx + vy * vy + vz * vz)
+    # On the far side the mirrored direction is longer than 1.
+    square = (mx * mx + my * my + mz * mz) * (vx * vx + vy * vy + vz * vz)
+    along = (mx * vx + my * vy + mz * vz) / math.sqrt(square)
     gloss = light.specular * along**light.power if along > ZERO else ZERO
     return light.diffuse * abs(across), gloss

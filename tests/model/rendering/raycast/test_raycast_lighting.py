@@ -25,9 +25,11 @@ from model.volume import Volume
 RANGE = (0.0, 255.0)
 BYTES = (0.0, 1.0)
 WHITE = ColorTF(RANGE, ((0.0, 1.0, 1.0, 1.0),))
+GREY = ColorTF(RANGE, ((0.0, 0.5, 0.5, 0.5),))
 BLACK = ColorTF(RANGE, ((0.0, 0.0, 0.0, 0.0),))
 RAINBOW = ColorTF(RANGE, ((0.0, 0.1, 0.2, 0.9), (100.0, 0.9, 0.8, 0.1), (255.0, 1.0, 0.3, 0.2)))
 MODES = OpacityTF(RANGE, (GaussianMode(120.0, 40.0, 0.2), GaussianMode(220.0, 30.0, 0.5)))
+SOLID = OpacityTF(RANGE, points=((20.0, 0.0), (120.0, 0.8)))
 VIEW = View(35.0, 25.0, 7.0, 0.9)
 HEADLIGHT = LightDirection(0.0, 0.0)
 LIGHTS = (LightDirection(), HEADLIGHT, LightDirection(60.0, -20.0), LightDirection(170.0, 10.0))
@@ -75,14 +77,15 @@ def ramp_and_normal() -> tuple[Volume, NDArray[np.float64]]:
     """A linear ramp, neither cubic nor isotropic, and its normal."""
     normal = np.array([1.0, 0.5, -0.7]) / np.linalg.norm([1.0, 0.5, -0.7])
     spacing = (1.5, 0.8, 1.1)
-    z, y, x = np.mgrid[0:21, 0:33, 0:17].astype(np.float64)
+    z, y, x = np.mgrid[0:11, 0:33, 0:25].astype(np.float64)
     values = normal[0] * spacing[0] * x + normal[1] * spacing[1] * y + normal[2] * spacing[2] * z
     values = 255 * (values - values.min()) / np.ptp(values)
     return Volume(values.astype(np.float32), spacing), normal
 
 
-@pytest.mark.parametrize("kind", [RaycastRenderer, VtkRenderer])
-def test_a_plane_reflects_by_the_cosine_of_the_lights_angle(kind: Any) -> None:
+# VTK shows 8 bits, and Mesa interpolates with weights of 8 bits, which tilts the normals a little.
+@pytest.mark.parametrize(("kind", "error"), [(RaycastRenderer, 1e-3), (VtkRenderer, 5 / 255)])
+def test_a_plane_reflects_by_the_cosine_of_the_lights_angle(kind: Any, error: float) -> None:
     volume, normal = ramp_and_normal()
     # The plane through the volume's middle is the first that is seen, and opaque.
     opacity_tf = OpacityTF(RANGE, points=((126.0, 0.0), (127.0, 1.0)))
@@ -91,14 +94,27 @@ def test_a_plane_reflects_by_the_cosine_of_the_lights_angle(kind: Any) -> None:
         assert view.basis()[2] @ normal < -0.5
         renderer = kind(volume, lighting="direct", light=light, sample_distance=0.5)
         # Gloss is white, whatever the colour: the difference is diffuse light alone.
-        white, black = (renderer.render(view, opacity_tf, c, 64) for c in (WHITE, BLACK))
+        grey, black = (renderer.render(view, opacity_tf, c, 64) for c in (GREY, BLACK))
         renderer.close()
-        assert (white[30:34, 30:34, 3] == 1).all()
-        if (white[30:34, 30:34] == 1)[..., :3].any():
-            continue
-        diffuse = (white - black)[30:34, 30:34, :3]
+        assert (grey[30:34, 30:34, 3] == 1).all()
+        diffuse = 2 * (grey - black)[30:34, 30:34, :3]
         expected = DIFFUSE * abs(normal @ towards(light, view))
-        np.testing.assert_allclose(diffuse, expected, atol=2.01 / 255)
+        np.testing.assert_allclose(diffuse, expected, atol=error)
+
+
+def test_gloss_is_that_of_vtk_whichever_side_is_lit() -> None:
+    volume, _ = ramp_and_normal()
+    opacity_tf = OpacityTF(RANGE, points=((126.0, 0.0), (127.0, 1.0)))
+    # The last ones stand behind the volume.
+    for azimuth, elevation in ((0, 0), (-45, 45), (-45, -45), (120, 20), (170, 10), (180, 0)):
+        light = LightDirection(azimuth, elevation)
+        images = []
+        for kind in (RaycastRenderer, VtkRenderer):
+            renderer = kind(volume, lighting="direct", light=light)
+            view = View(-50.0, 30.0, 0.0, 0.8)
+            images.append(renderer.render(view, opacity_tf, BLACK, 64)[20:44, 20:44, :3])
+            renderer.close()
+        np.testing.assert_allclose(*images, atol=5 / 255)
 
 
 def test_a_mirrored_headlight_is_the_gloss() -> None:
@@ -119,8 +135,8 @@ def test_a_mirrored_headlight_is_the_gloss() -> None:
 
 @pytest.mark.parametrize("lighting", ["direct", "global"])
 def test_light_leaves_the_opacity_as_it_is(volume: Volume, lighting: Lighting) -> None:
-    unlit = RaycastRenderer(volume).render(VIEW, MODES, RAINBOW, 32)
-    lit = RaycastRenderer(volume, lighting).render(VIEW, MODES, RAINBOW, 32)
+    unlit = RaycastRenderer(volume).render(VIEW, SOLID, RAINBOW, 32)
+    lit = RaycastRenderer(volume, lighting).render(VIEW, SOLID, RAINBOW, 32)
     np.testing.assert_allclose(lit[..., 3], unlit[..., 3], atol=1e-5)
     assert np.abs(lit[..., :3] - unlit[..., :3]).mean() > 0.01
     assert lit.max() <= 1
@@ -141,13 +157,13 @@ def test_homogeneous_regions_are_lit_without_nan(lighting: Lighting, tf: Opacity
 
 @pytest.mark.parametrize("lighting", ["direct", "global"])
 def test_the_light_turns_with_the_view(volume: Volume, lighting: Lighting) -> None:
-    one = RaycastRenderer(volume, lighting).render(View(20.0, 15.0, 5.0), MODES, RAINBOW, 32)
+    one = RaycastRenderer(volume, lighting).render(View(20.0, 15.0, 5.0), SOLID, RAINBOW, 32)
     view = View(110.0, 15.0, 5.0)
-    other = RaycastRenderer(turned(volume), lighting).render(view, MODES, RAINBOW, 32)
+    other = RaycastRenderer(turned(volume), lighting).render(view, SOLID, RAINBOW, 32)
     np.testing.assert_allclose(other, one, atol=4e-3)
     # The light came along: a light that stays behind gives another picture.
     behind = LightDirection(135.0, 45.0)
-    third = RaycastRenderer(turned(volume), lighting, behind).render(view, MODES, RAINBOW, 32)
+    third = RaycastRenderer(turned(volume), lighting, behind).render(view, SOLID, RAINBOW, 32)
     assert np.abs(third - one).mean() > 0.01
 
 
@@ -216,24 +232,25 @@ def test_light_fades_exponentially_along_an_axis(opacity: float, cast: Cast) -> 
         assert 1 - opacity <= received[0] <= 1
 
 
-@pytest.mark.parametrize("azimuth", [45.0, -45.0, 30.0, 75.0])
-@pytest.mark.parametrize("elevation", [0.0, 35.0])
+@pytest.mark.parametrize(
+    ("azimuth", "elevation", "blur"), [(45, 0, 1e-4), (-45, 35, 2e-3), (30, 0, 0.06), (75, 35, 0.1)]
+)
+@pytest.mark.parametrize("opacity", [0.03, 0.2])
 def test_light_fades_by_its_way_through_the_volume(
-    azimuth: float, elevation: float, cast: Cast
+    azimuth: float, elevation: float, blur: float, opacity: float, cast: Cast
 ) -> None:
-    opacity = 0.03
     light = LightDirection(azimuth, elevation)
     received = cast(homogeneous(), constant(opacity), View(), light)
-    # Back to the light, until the first face is reached.
-    direction = towards(light, View())
     z, y, x = np.mgrid[0:33, 0:33, 0:33].astype(np.float64)
+    # Back to where the light enters: half a voxel outside of the first and last ones.
     way = np.full(x.shape, np.inf)
-    for place, step in zip((x, y, z), direction, strict=True):
+    for place, step in zip((x, y, z), towards(light, View()), strict=True):
         if abs(step) > 1e-9:
-            way = np.minimum(way, ((32 if step > 0 else 0) - place) / step)
-    expected = (1 - opacity) ** way
-    np.testing.assert_allclose(received, expected, rtol=0.05)
-    np.testing.assert_allclose(received[6:-6, 6:-6, 6:-6], expected[6:-6, 6:-6, 6:-6], rtol=0.03)
+            way = np.minimum(way, ((32.5 if step > 0 else -0.5) - place) / step)
+    error = np.abs(received - (1 - opacity) ** way)
+    # Light that falls between voxels blurs the edges between what comes through two faces.
+    assert error.max() < blur
+    assert error.mean() < 0.01
 
 
 def test_a_block_casts_a_shadow_of_its_own_depth(cast: Cast) -> None:
