@@ -105,7 +105,9 @@ def _print(comparison: RendererComparison) -> None:
     facts = [f"min-max cells: {100 * comparison.cells_share:.1f} % of the volume's memory"]
     if comparison.field_cost is not None:
         facts.append(f"exact sensitivity of 16 x 16 blocks: {comparison.field_cost:.1f} images")
-    console.print("RMSE against VTK at 1/16 voxel; " + "; ".join(facts))
+    console.print(
+        f"RMSE against VTK at {comparison.reference_distance:g} voxels; " + "; ".join(facts)
+    )
 
 
 def _plot(comparison: RendererComparison) -> Plot:

@@ -69,6 +69,19 @@ def _draw_pixels(
         depth[row, column] = distance + first * step if first >= 0 else np.inf
 
 
+class _Nothing:
+    """Passes None to a kernel as a null pointer, which Numba does not do by itself."""
+
+    def prepare_args(self, kind: Any, value: Any, **_: Any) -> Any:
+        # The simulator, which gives no kind, passes None as it is.
+        if value is None and kind is not None:
+            return _draw_pixels.typeof_pyval(0), 0
+        return kind, value
+
+
+_draw_pixels.extensions.append(_Nothing())
+
+
 class Painter:
     """Draws images of a volume that stays in the GPU's memory.
 
