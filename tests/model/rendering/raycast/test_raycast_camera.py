@@ -50,7 +50,7 @@ def test_every_elevation_with_roll_gives_a_continuous_image(renderer: RaycastRen
         ]
         assert np.isfinite(images).all()
         changes = [np.abs(one - other).mean() for one, other in pairwise(images)]
-        assert 0 < min(changes)
+        assert min(changes) > 0
         assert max(changes) < 4 * np.median(changes)
 
 

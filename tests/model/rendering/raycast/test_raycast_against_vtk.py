@@ -1,0 +1,90 @@
+"""The ray caster against VTK's, which is the reference: same views, same TFs, same step."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from model.rendering.raycast.renderer import RaycastRenderer
+from model.rendering.vtk_renderer import VtkRenderer
+from model.sampling import SceneSample, draw_sample
+from model.scene import LightDirection, Lighting, Scene
+from model.shipped import shipped_volumes
+from model.transfer_function import ColorTF, GaussianMode, OpacityTF
+from model.view import View
+from model.volume import Volume
+from model.volume_files import read_volume
+
+SIZE = 128
+RANGE = (0.0, 255.0)
+RAINBOW = ColorTF(RANGE, ((0.0, 0.1, 0.2, 0.9), (100.0, 0.9, 0.8, 0.1), (255.0, 1.0, 0.3, 0.2)))
+MODES = OpacityTF(RANGE, (GaussianMode(120.0, 40.0, 0.2), GaussianMode(220.0, 30.0, 0.5)))
+
+
+@pytest.fixture(scope="module", params=shipped_volumes(), ids=lambda path: path.name[:12])
+def shipped(request: pytest.FixtureRequest) -> Volume:
+    path: Path = request.param
+    return read_volume(path)
+
+
+@pytest.fixture(scope="module")
+def samples(shipped: Volume) -> list[SceneSample]:
+    scene = Scene.of(shipped, SIZE)
+    return [draw_sample(scene, 11, "train", index) for index in range(3)]
+
+
+def errors(volume: Volume, samples: list[SceneSample], **options) -> NDArray[np.float64]:
+    """Root mean square difference of each image between the two renderers."""
+    ours, vtk = RaycastRenderer(volume, **options), VtkRenderer(volume, **options)
+    found = []
+    for sample in samples:
+        tf = sample.transfer_function
+        arguments = (sample.view, tf.opacity, tf.color, SIZE)
+        expected = vtk.render(*arguments)
+        assert expected[..., 3].max() > 0.1
+        found.append(np.sqrt(np.mean((ours.render(*arguments) - expected) ** 2)))
+    ours.close()
+    vtk.close()
+    return np.array(found)
+
+
+def test_there_are_volumes_to_compare() -> None:
+    assert len(shipped_volumes()) >= 2
+
+
+def test_unlit_images_agree(shipped: Volume, samples: list[SceneSample]) -> None:
+    assert errors(shipped, samples).max() <= 0.005
+
+
+@pytest.mark.parametrize(("azimuth", "elevation"), [(-45, 45), (0, 0), (60, -20), (150, 30)])
+def test_gradient_shading_agrees(
+    shipped: Volume, samples: list[SceneSample], azimuth: float, elevation: float
+) -> None:
+    light = LightDirection(azimuth, elevation)
+    assert errors(shipped, samples[:2], lighting="direct", light=light).max() <= 0.01
+
+
+@pytest.mark.parametrize("step", [0.25, 1.0])
+def test_other_steps_agree(volume: Volume, step: float) -> None:
+    view = View(35.0, 25.0, 7.0, 0.9)
+    vtk = VtkRenderer(volume, sample_distance=step)
+    expected = vtk.render(view, MODES, RAINBOW, 64)
+    vtk.close()
+    image = RaycastRenderer(volume, sample_distance=step).render(view, MODES, RAINBOW, 64)
+    # VTK has its samples elsewhere along the ray; that shows the more, the longer the step.
+    assert np.sqrt(np.mean((image - expected) ** 2)) < 0.005 + 0.02 * step
+
+
+@pytest.mark.parametrize("lighting", ["none", "direct"])
+def test_vtk_draws_bytes_as_it_draws_the_same_volume_in_float32(
+    volume: Volume, lighting: Lighting
+) -> None:
+    images = []
+    for scalars in (volume.scalars, volume.scalars.astype(np.float32)):
+        vtk = VtkRenderer(Volume(scalars, volume.spacing), lighting)
+        images.append(vtk.render(View(35.0, 25.0, 7.0, 0.9), MODES, RAINBOW, 64))
+        vtk.close()
+    np.testing.assert_allclose(*images, atol=1.01 / 255)
