@@ -7,47 +7,18 @@ of the network).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from model.errors import RenderError
+from model.region import Region, block_edges
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.transfer_function import TransferFunction
 from model.view import View
 
 BAND = 8
 """Rows of a region that one thread differentiates."""
-
-
-@dataclass(frozen=True)
-class Region:
-    """A rectangle of pixels: left and top inside it, right and bottom just outside."""
-
-    left: int
-    top: int
-    right: int
-    bottom: int
-
-    @classmethod
-    def parse(cls, text: str) -> Region:
-        """Read ``"LEFT,TOP,RIGHT,BOTTOM"``."""
-        try:
-            return cls(*(int(part) for part in text.split(",")))
-        except (ValueError, TypeError):
-            raise RenderError(
-                f"'{text}' is not a region; give left,top,right,bottom in pixels from the upper "
-                "left corner, such as 100,80,140,120."
-            ) from None
-
-    def check(self, size: int) -> None:
-        """Raise :class:`RenderError` unless the region lies in an image of this size."""
-        if not (0 <= self.left < self.right <= size and 0 <= self.top < self.bottom <= size):
-            raise RenderError(
-                f"The region from ({self.left}, {self.top}) to ({self.right}, {self.bottom}) is "
-                f"empty or outside the image of {size} x {size} pixels."
-            )
 
 
 def region_sensitivity(
@@ -115,14 +86,12 @@ def sensitivity_field(
     RenderError
         For a block size outside 1 to `size`, or a lit scene.
     """
-    if not 1 <= block <= size:
-        raise RenderError(f"Blocks of {block} pixels do not fit into {size}; give 1 to {size}.")
-    edges = [(start, min(start + block, size)) for start in range(0, size, block)]
-    windows = [(*rows, *columns) for rows in edges for columns in edges]
+    edges = block_edges(size, block)
+    windows = [(*rows, *columns) for rows in pairwise(edges) for columns in pairwise(edges)]
     gradients, energies = renderer.differentiate(
         view, tf.opacity, tf.color, size, np.array(windows, dtype=np.int64)
     )
-    return _sensitivity(gradients, energies).reshape(len(edges), len(edges), -1)
+    return _sensitivity(gradients, energies).reshape(len(edges) - 1, len(edges) - 1, -1)
 
 
 def _sensitivity(

@@ -110,16 +110,20 @@ def sensitivity(
         typer.Option("--out", metavar="OUT", help="OUT.npz: all numbers, or OUT.png: a picture."),
     ],
     exact: Annotated[
-        bool, typer.Option("--exact", help="The renderer's own derivative. There is no other yet.")
+        bool, typer.Option("--exact", help="The renderer's own derivative, not the generator's.")
     ] = False,
+    model: options.ModelFolder = None,
     volume: options.VolumeFile = None,
     raw: options.RawLayoutText = None,
     component: options.ComponentName = None,
     view: options.ViewText = "30,20,0,1",
     tf: options.TFFile = None,
     size: Annotated[
-        int, typer.Option("--size", min=16, max=4096, help="Width and height in pixels.")
-    ] = 256,
+        int | None,
+        typer.Option(
+            "--size", min=16, max=4096, help="Pixels of the rendering; a model has its own size."
+        ),
+    ] = None,
     region: Annotated[
         str | None,
         typer.Option(
@@ -138,6 +142,7 @@ def sensitivity(
             help="Scalar value whose field OUT.png shows. [default: all values together]",
         ),
     ] = None,
+    device: options.DeviceName = options.Device.AUTO,
 ) -> None:
     """Where in the TF an edit changes a region, or where in the image an edit shows."""
     from app.cli.sensitivity import SensitivityOrder, save_sensitivity
@@ -145,6 +150,7 @@ def sensitivity(
     save_sensitivity(
         SensitivityOrder(
             volume=options.VolumeSource(volume, raw, component),
+            model=model,
             view=view,
             tf=tf,
             size=size,
@@ -152,6 +158,7 @@ def sensitivity(
             block=block,
             value=value,
             exact=exact,
+            device=str(device),
             out=out,
         )
     )

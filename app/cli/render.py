@@ -90,7 +90,7 @@ def _render_generator(
 ) -> NDArray[np.float32]:
     from model.generator import Generator
 
-    generator = Generator.load(_model_folder(order), order.device)
+    generator = Generator.load(order.model or model_folder(None, order.volume.read()), order.device)
     scene = generator.scene
     if order.lighting is not None and options.lighting(order.lighting) != scene.lighting:
         raise RenderError(
@@ -113,11 +113,15 @@ def _volume(order: RenderOrder, scene: Scene | None) -> Volume:
     return options.volume_of(scene.volume_fingerprint, scene.volume_name, order.volume)
 
 
-def _model_folder(order: RenderOrder) -> Path:
-    if order.model is not None:
-        return order.model
-    volume = order.volume.read()
-    folder = model_for(volume.fingerprint)
+def model_folder(model: Path | None, volume: Volume) -> Path:
+    """The model that was named, or the one that is shipped for a volume.
+
+    Raises
+    ------
+    RenderError
+        When none is named, and none is shipped for the volume.
+    """
+    folder = model or model_for(volume.fingerprint)
     if folder is None:
         names = ", ".join(str(path) for path in shipped_models()) or "none"
         raise RenderError(

@@ -1,10 +1,9 @@
-"""``sensitivity``: the exact derivative of a rendering, as numbers or as a picture."""
+"""``sensitivity``: the derivative of an image by the opacity TF, as numbers or as a picture."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,16 +11,15 @@ from skimage.io import imsave
 from skimage.transform import resize
 
 from app.cli import options
+from app.cli.render import DEFAULT_SIZE, model_folder
 from app.plots import Curve, Plot, save_plots
 from model.default_transfer_function import default_transfer_function
 from model.errors import RenderError
 from model.range_fitting import fit_to_range
+from model.region import Region
 from model.transfer_function import TF_SAMPLES, TransferFunction
 from model.view import View
 from model.volume import Volume
-
-if TYPE_CHECKING:
-    from model.rendering.raycast.renderer import RaycastRenderer
 
 RISING, FALLING = np.array([1.0, 0.35, 0.1]), np.array([0.2, 0.5, 1.0])
 """Colours of a field: more opacity brightens, more opacity darkens."""
@@ -35,27 +33,38 @@ class SensitivityOrder:
     """What to differentiate: the command's options, see there."""
 
     volume: options.VolumeSource
+    model: Path | None
     view: str
     tf: Path | None
-    size: int
+    size: int | None
     region: str | None
     block: int
     value: float | None
     exact: bool
+    device: str
     out: Path
 
 
-def save_sensitivity(order: SensitivityOrder) -> None:
-    """Differentiate a rendering and write the result; an existing file is replaced."""
-    from model.exact_sensitivity import Region
-    from model.rendering.raycast.renderer import RaycastRenderer
+@dataclass(frozen=True)
+class _Differentiated:
+    """An image and its derivative.
 
-    if not order.exact:
-        raise RenderError(
-            "The sensitivity of a generator is not there yet; add --exact for the renderer's own."
-        )
+    Attributes
+    ----------
+    image : ndarray of float32, shape (S, S, 3)
+    sensitivity : ndarray of float32, shape (256,) or (n, n, 256)
+    """
+
+    image: NDArray[np.float32]
+    sensitivity: NDArray[np.float32]
+
+
+def save_sensitivity(order: SensitivityOrder) -> None:
+    """Differentiate an image and write the result; an existing file is replaced."""
     if order.out.suffix.lower() not in (".png", ".npz"):
         raise RenderError(f"{order.out}: the name must end in .png or .npz.")
+    if order.exact and order.model is not None:
+        raise RenderError("The exact sensitivity has no model; leave --exact or --model out.")
     view = View.parse(order.view)
     region = Region.parse(order.region) if order.region else None
     volume = order.volume.read()
@@ -65,16 +74,59 @@ def save_sensitivity(order: SensitivityOrder) -> None:
         raise RenderError(
             f"The value {order.value:g} is outside the volume's range; give {lo:g} to {hi:g}."
         )
+    by = _by_renderer if order.exact else _by_generator
+    result = by(order, volume, view, tf, region)
+    try:
+        if order.out.suffix.lower() == ".npz":
+            _save_numbers(order.out, result, volume, tf)
+        elif region is not None:
+            _save_plot(order, result, volume, tf, region)
+        else:
+            picture = _picture(_of_value(result.sensitivity, order.value, volume), result.image)
+            imsave(order.out, np.rint(picture * 255).astype(np.uint8), check_contrast=False)
+    except OSError as error:
+        raise RenderError(f"{order.out}: it cannot be written ({error.strerror}).") from error
+
+
+def _by_renderer(
+    order: SensitivityOrder, volume: Volume, view: View, tf: TransferFunction, region: Region | None
+) -> _Differentiated:
+    from model.exact_sensitivity import region_sensitivity, sensitivity_field
+    from model.rendering.raycast.renderer import RaycastRenderer
+
+    size = order.size or DEFAULT_SIZE
     renderer = RaycastRenderer(volume)
     try:
         if region is not None:
-            _save_region(order, renderer, volume, view, tf, region)
+            sensitivity = region_sensitivity(renderer, view, tf, size, region)
         else:
-            _save_field(order, renderer, volume, view, tf)
-    except OSError as error:
-        raise RenderError(f"{order.out}: it cannot be written ({error.strerror}).") from error
+            sensitivity = sensitivity_field(renderer, view, tf, size, order.block)
+        image = renderer.render(view, tf.opacity, tf.color, size)[..., :3]
     finally:
         renderer.close()
+    return _Differentiated(image, sensitivity)
+
+
+def _by_generator(
+    order: SensitivityOrder, volume: Volume, view: View, tf: TransferFunction, region: Region | None
+) -> _Differentiated:
+    from model.generator import Generator
+    from model.sensitivity import generator_sensitivity
+
+    generator = Generator.load(model_folder(order.model, volume), order.device)
+    scene = generator.scene
+    if scene.volume_fingerprint != volume.fingerprint:
+        raise RenderError(
+            f"The model was trained on '{scene.volume_name}', not on '{volume.name}'; "
+            "name its volume by --volume."
+        )
+    if order.size not in (None, scene.image_size):
+        raise RenderError(
+            f"The model draws {scene.image_size} x {scene.image_size} pixels; leave --size out."
+        )
+    found = generator_sensitivity(generator, view, tf)
+    sensitivity = found.region(region) if region is not None else found.field(order.block)
+    return _Differentiated(np.clip(found.image, 0, 1), sensitivity)
 
 
 def _transfer_function(order: SensitivityOrder, volume: Volume) -> TransferFunction:
@@ -83,70 +135,42 @@ def _transfer_function(order: SensitivityOrder, volume: Volume) -> TransferFunct
     return fit_to_range(TransferFunction.load(order.tf), volume.scalar_range)
 
 
-def _save_region(
-    order: SensitivityOrder,
-    renderer: RaycastRenderer,
-    volume: Volume,
-    view: View,
-    tf: TransferFunction,
-    region: object,
-) -> None:
-    from model.exact_sensitivity import Region, region_sensitivity
+def _save_numbers(out: Path, result: _Differentiated, volume: Volume, tf: TransferFunction) -> None:
+    np.savez_compressed(
+        out,
+        scalar_values=np.linspace(*volume.scalar_range, TF_SAMPLES),
+        opacity=tf.opacity.sample(),
+        sensitivity=result.sensitivity,
+        image=result.image,
+    )
 
-    assert isinstance(region, Region)
-    sensitivity = region_sensitivity(renderer, view, tf, order.size, region)
+
+def _save_plot(
+    order: SensitivityOrder,
+    result: _Differentiated,
+    volume: Volume,
+    tf: TransferFunction,
+    region: Region,
+) -> None:
     values = np.linspace(*volume.scalar_range, TF_SAMPLES)
-    opacity = tf.opacity.sample()
-    if order.out.suffix.lower() == ".npz":
-        rgba = renderer.render(view, tf.opacity, tf.color, order.size)
-        np.savez_compressed(
-            order.out, scalar_values=values, sensitivity=sensitivity, opacity=opacity, image=rgba
-        )
-        return
     label = f"scalar value{f' ({volume.units})' if volume.units else ''}"
     place = f"({region.left}, {region.top}) to ({region.right}, {region.bottom})"
-    save_plots(
-        order.out,
-        [
-            Plot(
-                f"Sensitivity of the region {place}, exact",
-                label,
-                "change of the norm per opacity",
-                (Curve("sensitivity", values, sensitivity),),
-                y_limit=_limit(sensitivity),
-            ),
-            Plot("Opacity TF", label, "opacity", (Curve("opacity", values, opacity),)),
-        ],
-        height=300,
-    )
+    kind = "exact" if order.exact else "of the generator"
+    sensitivity = Curve("sensitivity", values, result.sensitivity)
+    limit = _limit(result.sensitivity)
+    title = f"Sensitivity of the region {place}, {kind}"
+    opacity = Curve("opacity", values, tf.opacity.sample())
+    plots = [
+        Plot(title, label, "change of the norm per opacity", (sensitivity,), y_limit=limit),
+        Plot("Opacity TF", label, "opacity", (opacity,)),
+    ]
+    save_plots(order.out, plots, height=300)
 
 
 def _limit(sensitivity: NDArray[np.float32]) -> float | None:
     """End of the axis: background values react a hundred times as strongly as all others."""
     limit = 1.2 * float(np.percentile(np.abs(sensitivity), 97))
     return limit or None
-
-
-def _save_field(
-    order: SensitivityOrder,
-    renderer: RaycastRenderer,
-    volume: Volume,
-    view: View,
-    tf: TransferFunction,
-) -> None:
-    from model.exact_sensitivity import sensitivity_field
-
-    field = sensitivity_field(renderer, view, tf, order.size, order.block)
-    rgba = renderer.render(view, tf.opacity, tf.color, order.size)
-    if order.out.suffix.lower() == ".npz":
-        values = np.linspace(*volume.scalar_range, TF_SAMPLES)
-        opacity = tf.opacity.sample()
-        np.savez_compressed(
-            order.out, scalar_values=values, sensitivity=field, opacity=opacity, image=rgba
-        )
-        return
-    picture = _picture(_of_value(field, order.value, volume), rgba, order.block)
-    imsave(order.out, np.rint(picture * 255).astype(np.uint8), check_contrast=False)
 
 
 def _of_value(
@@ -163,17 +187,12 @@ def _of_value(
     return np.asarray((1 - share) * field[..., lower] + share * field[..., lower + 1])
 
 
-def _picture(
-    field: NDArray[np.float32], rgba: NDArray[np.float32], block: int
-) -> NDArray[np.float64]:
-    """The rendering, and beside it the field in colour over the dimmed rendering."""
-    size = len(rgba)
-    blocks = np.kron(field, np.ones((block, block)))[:size, :size]
-    if block > 1:
-        # Soft steps between the blocks; their values are kept at the middles.
-        blocks = resize(field, (size, size), order=1, mode="edge", anti_aliasing=False)
-    strength = np.clip(blocks / (np.abs(field).max() or 1.0), -1, 1)[..., None]
+def _picture(field: NDArray[np.float32], image: NDArray[np.float32]) -> NDArray[np.float64]:
+    """The image, and beside it the field in colour over the dimmed image."""
+    # Soft steps between the blocks; their values are kept at the middles.
+    smooth = resize(field, image.shape[:2], order=1, mode="edge", anti_aliasing=False)
+    strength = np.clip(smooth / (np.abs(field).max() or 1.0), -1, 1)[..., None]
     color = np.where(strength > 0, RISING, FALLING)
-    gray = BACKDROP * rgba[..., :3].mean(axis=-1, keepdims=True)
+    gray = BACKDROP * image.mean(axis=-1, keepdims=True)
     overlay = gray * (1 - np.abs(strength)) + color * np.abs(strength)
-    return np.concatenate([rgba[..., :3], overlay], axis=1)
+    return np.concatenate([image, overlay], axis=1)

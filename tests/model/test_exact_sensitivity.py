@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from reference_raycaster import cast, composite, correct
 
 from model.errors import RenderError
-from model.exact_sensitivity import Region, region_sensitivity, sensitivity_field
+from model.exact_sensitivity import region_sensitivity, sensitivity_field
+from model.region import Region
 from model.rendering.opacity_correction import NEARLY_OPAQUE
 from model.rendering.raycast.marching import LEVELS_PER_BIN
 from model.rendering.raycast.renderer import RaycastRenderer

@@ -27,7 +27,7 @@ from model.volume import Volume
 DIFFUSE, SPECULAR, POWER = 0.9, 0.2, 20.0
 """Gradient shading, as the reference renderer has it."""
 
-AMBIENT, DISTANT = 0.5, 0.9
+AMBIENT, DISTANT = 0.4, 0.65
 """Global lighting: light from all around and from the distant light, with nothing in the way."""
 
 LONGEST_AXIS = 64
@@ -180,6 +180,9 @@ def _window(index: int, count: int, voxels: int) -> Any:
 def _sweep_layers(extinction: Any, u: float, v: float, length: float, out: Any) -> None:
     """Carry light from layer to layer along the first axis.
 
+    A place does not stand in its own light: an opaque surface would be dark,
+    as its cell on the coarse grid reaches in front of it.
+
     Parameters
     ----------
     u, v : float
@@ -189,7 +192,7 @@ def _sweep_layers(extinction: Any, u: float, v: float, length: float, out: Any) 
         World length of its way from one layer to the next.
     """
     layers, rows, columns = out.shape
-    out[0] = np.exp(-extinction[0] * np.float32(length / 2))
+    out[0] = 1
     for n in range(1, layers):
         for j in range(rows):
             y = j - u
@@ -208,5 +211,4 @@ def _sweep_layers(extinction: Any, u: float, v: float, length: float, out: Any) 
                         else:
                             # Beyond the volume nothing is in the light's way.
                             light += wy * wx
-                half = (path + extinction[n, j, i]) / 2
-                out[n, j, i] = light * math.exp(-half * length)
+                out[n, j, i] = light * math.exp(-path * length)

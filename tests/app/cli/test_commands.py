@@ -165,6 +165,16 @@ def test_sensitivities_as_pictures(raw_file: Path, tmp_path: Path, options: str)
     assert imread(out).std() > 1
 
 
+def test_the_sensitivity_of_a_generator(trained: Path, raw_file: Path, tmp_path: Path) -> None:
+    for out in ("s.npz", "s.png"):
+        arguments = f"sensitivity --model {trained} --volume {raw_file} --out {tmp_path / out}"
+        assert run([*arguments.split(), "--block", "8"]) == 0
+    with np.load(tmp_path / "s.npz") as file:
+        assert file["sensitivity"].shape == (8, 8, 256)
+        assert np.isfinite(file["sensitivity"]).all()
+    assert imread(tmp_path / "s.png").shape == (64, 128, 3)
+
+
 def test_renderers_are_compared(
     raw_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -282,7 +292,8 @@ BAD_INPUT = [
     ("render --volume x.bin --raw huge --out x.png", "not the layout"),
     ("dataset --count 0 --out x", "--count"),
     ("dataset --count 5 --window 1 --out x", "not a scalar window"),
-    ("sensitivity --out x.png", "add --exact"),
+    ("sensitivity --exact --model m --out x.png", "leave --exact or --model out"),
+    ("sensitivity --size 64 --out x.png", "leave --size out"),
     ("sensitivity --exact --out x.gif", "must end in .png or .npz"),
     ("sensitivity --exact --region 1,2,3 --out x.png", "not a region"),
     ("sensitivity --exact --region 9,0,9,9 --size 16 --out x.png", "outside the image"),

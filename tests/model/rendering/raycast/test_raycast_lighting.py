@@ -228,12 +228,12 @@ def test_light_fades_exponentially_along_an_axis(opacity: float, cast: Cast) -> 
         received = cast(homogeneous(), constant(opacity), View(azimuth))[16, along, 16]
         ratios = received[1:] / received[:-1]
         np.testing.assert_allclose(ratios, 1 - opacity, rtol=1e-4)
-        # It enters the volume somewhere in the first voxel.
-        assert 1 - opacity <= received[0] <= 1
+        assert received[0] == 1
 
 
 @pytest.mark.parametrize(
-    ("azimuth", "elevation", "blur"), [(45, 0, 1e-4), (-45, 35, 2e-3), (30, 0, 0.06), (75, 35, 0.1)]
+    ("azimuth", "elevation", "blur"),
+    [(45, 0, 1e-4), (-45, 35, 2e-3), (30, 0, 0.08), (75, 35, 0.15)],
 )
 @pytest.mark.parametrize("opacity", [0.03, 0.2])
 def test_light_fades_by_its_way_through_the_volume(
@@ -247,6 +247,8 @@ def test_light_fades_by_its_way_through_the_volume(
     for place, step in zip((x, y, z), towards(light, View()), strict=True):
         if abs(step) > 1e-9:
             way = np.minimum(way, ((32.5 if step > 0 else -0.5) - place) / step)
+    # A place does not stand in its own light: the last half of the way from layer to layer.
+    way = np.maximum(way - 0.5 / np.abs(towards(light, View())).max(), 0)
     error = np.abs(received - (1 - opacity) ** way)
     # Light that falls between voxels blurs the edges between what comes through two faces.
     assert error.max() < blur
@@ -263,7 +265,7 @@ def test_a_block_casts_a_shadow_of_its_own_depth(cast: Cast) -> None:
     np.testing.assert_array_equal(received[12, :9, 12], 1)
     np.testing.assert_array_equal(received[2, :, 2], 1)
     # Deeper is darker, down to the far side.
-    assert (np.diff(received[12, 9:21, 12]) < 0).all()
+    assert (np.diff(received[12, 10:21, 12]) < 0).all()
 
 
 def test_a_diagonal_shadow_falls_beside_the_block(cast: Cast) -> None:

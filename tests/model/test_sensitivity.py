@@ -1,0 +1,129 @@
+"""The generator's sensitivity, against central differences of the network in float64."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from numpy.typing import NDArray
+
+from model.checkpoint import ModelCard
+from model.encoding import decode_unit
+from model.errors import RenderError
+from model.generator import Generator
+from model.networks.blocks import NetworkSize, keep_variance
+from model.networks.two_stage import TwoStageGenerator
+from model.region import Region
+from model.scene import Scene
+from model.sensitivity import Sensitivity, generator_sensitivity
+from model.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
+from model.view import View
+
+VIEW = View(40, 20, 3, 0.8)
+SIZE = NetworkSize(0.25, 16, 32, modulation=True)
+
+
+@pytest.fixture(scope="module")
+def tf(scene: Scene) -> TransferFunction:
+    lo, hi = scene.scalar_range
+    opacity = OpacityTF((lo, hi), (GaussianMode((lo + hi) / 2, (hi - lo) / 9, 0.6),))
+    return TransferFunction(opacity, ColorTF((lo, hi), ((lo, 0.1, 0.2, 0.9), (hi, 1, 0.6, 0.1))))
+
+
+@pytest.fixture(scope="module")
+def generator(scene: Scene) -> Generator:
+    torch.manual_seed(0)
+    network = TwoStageGenerator(SIZE)
+    keep_variance(network)
+    # Batch statistics as after training: none of the layers is the identity.
+    for module in network.modules():
+        if isinstance(module, torch.nn.BatchNorm1d | torch.nn.BatchNorm2d):
+            torch.nn.init.normal_(module.running_mean, std=0.1)
+            torch.nn.init.uniform_(module.running_var, 0.5, 2.0)
+    card = ModelCard(replace(scene, image_size=32), "draft", SIZE, {}, {}, {})
+    return Generator(card, network, torch.device("cpu"))
+
+
+@pytest.fixture(scope="module")
+def sensitivity(generator: Generator, tf: TransferFunction) -> Sensitivity:
+    return generator_sensitivity(generator, VIEW, tf)
+
+
+def image(generator: Generator, tf: TransferFunction, change: NDArray) -> NDArray[np.float64]:
+    """Colours in float64, with the opacities changed."""
+    network = generator.network.double()
+    try:
+        opacity = generator.opacity_input([tf.opacity]).double() + 2 * torch.from_numpy(change)
+        view, color = generator.view_input([VIEW]), generator.color_input([tf.color])
+        with torch.no_grad():
+            out = network(view.double(), opacity, color.double())[0][0]
+        return (out / 2 + 0.5).permute(1, 2, 0).numpy()
+    finally:
+        network.float()
+
+
+def test_the_image_is_the_generators(
+    generator: Generator, sensitivity: Sensitivity, tf: TransferFunction
+) -> None:
+    rgba = generator.render(VIEW, tf.opacity, tf.color)
+    np.testing.assert_allclose(sensitivity.image, rgba[..., :3], atol=1e-5)
+    assert decode_unit(torch.tensor(-1.0)) == 0
+
+
+@pytest.mark.parametrize("region", [Region(0, 0, 32, 32), Region(5, 9, 21, 14)])
+def test_a_regions_sensitivity_is_the_derivative_of_its_norm(
+    generator: Generator, sensitivity: Sensitivity, tf: TransferFunction, region: Region
+) -> None:
+    ours = sensitivity.region(region)
+    rng = np.random.default_rng(0)
+    step = 1e-5
+    for _ in range(4):
+        direction = rng.normal(size=256)
+        norms = [
+            np.linalg.norm(
+                image(generator, tf, sign * step * direction)[
+                    region.top : region.bottom, region.left : region.right
+                ]
+            )
+            for sign in (1, -1)
+        ]
+        expected = (norms[0] - norms[1]) / (2 * step)
+        scale = float(np.linalg.norm(ours))
+        assert ours @ direction == pytest.approx(expected, abs=2e-3 * scale)
+
+
+@pytest.mark.parametrize("block", [1, 5, 8, 32])
+def test_the_field_holds_the_sensitivity_of_each_block(
+    sensitivity: Sensitivity, block: int
+) -> None:
+    field = sensitivity.field(block)
+    blocks = -(-32 // block)
+    assert field.shape == (blocks, blocks, 256)
+    row, column = blocks - 1, blocks // 2
+    region = Region(
+        column * block, row * block, min(column * block + block, 32), min(row * block + block, 32)
+    )
+    scale = np.abs(field).max()
+    np.testing.assert_allclose(field[row, column], sensitivity.region(region), atol=1e-6 * scale)
+
+
+def test_it_has_the_rank_of_the_latent_code(sensitivity: Sensitivity) -> None:
+    field = sensitivity.field(4).reshape(-1, 256).astype(np.float64)
+    values = np.linalg.svd(field, compute_uv=False)
+    assert values[7] > 1e-5 * values[0]
+    assert values[8] < 1e-5 * values[0]
+
+
+def test_a_black_region_has_no_sensitivity(sensitivity: Sensitivity) -> None:
+    black = replace(sensitivity, image=np.zeros_like(sensitivity.image))
+    assert not black.region(Region(0, 0, 4, 4)).any()
+    assert np.isfinite(black.field(8)).all()
+
+
+def test_regions_outside_are_refused(sensitivity: Sensitivity) -> None:
+    with pytest.raises(RenderError, match="outside"):
+        sensitivity.region(Region(0, 0, 33, 4))
+    with pytest.raises(RenderError, match="do not fit"):
+        sensitivity.field(0)
