@@ -77,11 +77,11 @@ def render(
     tf: options.TFFile = None,
     lighting: Annotated[
         options.LightingOption | None,
-        typer.Option("--lighting", help="For VTK and ray caster. [default: the model's, or none]"),
+        typer.Option("--lighting", help="For VTK and ray caster. (default: the model's, or none)"),
     ] = None,
     size: Annotated[
         int | None,
-        typer.Option("--size", min=16, max=4096, help="Pixels. [default: the model's, or 256]"),
+        typer.Option("--size", min=16, max=4096, help="Pixels. (default: the model's, or 256)"),
     ] = None,
     device: options.DeviceName = options.Device.AUTO,
 ) -> None:
@@ -129,7 +129,7 @@ def sensitivity(
         typer.Option(
             "--region",
             metavar="LEFT,TOP,RIGHT,BOTTOM",
-            help="Of one rectangle of pixels. [default: of all blocks]",
+            help="Of one rectangle of pixels. (default: of all blocks)",
         ),
     ] = None,
     block: Annotated[
@@ -139,7 +139,7 @@ def sensitivity(
         float | None,
         typer.Option(
             "--value",
-            help="Scalar value whose field OUT.png shows. [default: all values together]",
+            help="Scalar value whose field OUT.png shows. (default: all values together)",
         ),
     ] = None,
     device: options.DeviceName = options.Device.AUTO,
@@ -180,7 +180,7 @@ def dataset(
     window: options.Window = None,
     holdout: Annotated[
         int | None,
-        typer.Option("--holdout", min=1, help="Hold-out samples. [default: a tenth, at most 2000]"),
+        typer.Option("--holdout", min=1, help="Hold-out samples. (default: a tenth, at most 2000)"),
     ] = None,
     workers: options.Workers = None,
     scheduler: Annotated[
@@ -189,7 +189,7 @@ def dataset(
             "--scheduler",
             metavar="ADDRESS",
             help="Render on the workers of a Dask scheduler such as tcp://host:8786, or of a "
-            "local one. [default: processes of its own]",
+            "local one. (default: processes of its own)",
         ),
     ] = None,
 ) -> None:
@@ -217,7 +217,7 @@ def train(
         typer.Option(
             "--dataset",
             metavar="STORE",
-            help="Samples made with 'dataset'. [default: rendered in the background]",
+            help="Samples made with 'dataset'. (default: rendered in the background)",
         ),
     ] = None,
     minutes: Annotated[float | None, typer.Option("--minutes", help="Budget in minutes.")] = None,
@@ -259,7 +259,7 @@ def train(
             "--reuse",
             min=1,
             help="How often each fresh sample is learned from; more takes less rendering. "
-            "[default: 4, or more when lit]",
+            "(default: 4, or more when lit)",
         ),
     ] = None,
     error_driven: Annotated[
@@ -316,12 +316,21 @@ def evaluate(
         typer.Option(
             "--dataset",
             metavar="STORE",
-            help="The model's samples. [default: rendered anew]",
+            help="The model's samples. (default: rendered anew)",
         ),
     ] = None,
     neighbours: Annotated[
         int, typer.Option("--neighbours", min=1, help="Training images to look up, if rendered.")
     ] = 2000,
+    sensitivities: Annotated[
+        int | None,
+        typer.Option(
+            "--sensitivities",
+            min=0,
+            help="Samples whose sensitivities are held against the renderer's own, in unlit "
+            "scenes. (default: 20)",
+        ),
+    ] = None,
     json: Annotated[
         Path | None, typer.Option("--json", metavar="OUT.json", help="Also write the result.")
     ] = None,
@@ -332,14 +341,16 @@ def evaluate(
     from app.cli.evaluate import evaluate_model
 
     source = options.VolumeSource(volume, raw, component)
-    evaluate_model(model, count, source, store, neighbours, json, str(device), workers)
+    evaluate_model(
+        model, count, source, store, neighbours, json, str(device), workers, sensitivities
+    )
 
 
 @bench.command()
 def renderers(
     volume: Annotated[
         list[Path] | None,
-        typer.Option("--volume", help="Volume file; may be repeated. [default: the shipped ones]"),
+        typer.Option("--volume", help="Volume file; may be repeated. (default: the shipped ones)"),
     ] = None,
     count: Annotated[
         int, typer.Option("--count", min=1, help="Random views and TFs per volume.")

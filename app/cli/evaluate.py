@@ -11,11 +11,15 @@ from rich.table import Table
 
 from app.cli import options
 from app.cli.console import console, counting
+from model.agreement import sensitivity_agreement
 from model.dataset import SampleStore
-from model.errors import CheckpointError, DatasetError
+from model.errors import CheckpointError, DatasetError, VolumeError
 from model.evaluation import evaluate
 from model.generator import Generator
 from model.sample_rendering import render_store
+from model.sampling import draw_sample
+
+DEFAULT_SENSITIVITIES = 20
 
 
 def evaluate_model(
@@ -27,6 +31,7 @@ def evaluate_model(
     json_path: Path | None,
     device: str,
     workers: int | None,
+    sensitivities: int | None,
 ) -> None:
     """Measure the model, print a table, and write the result as JSON when asked.
 
@@ -54,6 +59,10 @@ def evaluate_model(
             store = _render(generator, Path(scratch), count, source, neighbours, workers)
             result = _measure(generator, store, count)
     _print(result)
+    agreement = _agreement(generator, source, sensitivities)
+    if agreement is not None:
+        _print_agreement(agreement)
+        result["sensitivity_agreement"] = agreement
     if json_path is not None:
         text = json.dumps({"model": str(folder), **result}, indent=2, allow_nan=False)
         try:
@@ -91,6 +100,53 @@ def _measure(generator: Generator, store: SampleStore, count: int) -> dict[str, 
             generator, store, count, lambda done: progress.update(task, completed=done)
         )
     return result.to_json()
+
+
+def _agreement(
+    generator: Generator, source: options.VolumeSource, count: int | None
+) -> dict[str, Any] | None:
+    """Compare sensitivities with the renderer's on the first hold-out samples.
+
+    None for lit scenes and when not asked for; unasked, also without the volume.
+    """
+    scene = generator.scene
+    if count == 0 or scene.lighting != "none":
+        return None
+    try:
+        volume = options.volume_of(scene.volume_fingerprint, scene.volume_name, source)
+    except VolumeError:
+        if count is not None:
+            raise
+        console.print("Give --volume to have the sensitivities compared with the renderer's own.")
+        return None
+    count = count or DEFAULT_SENSITIVITIES
+    seed = int(generator.card.training.get("dataset_seed", 0))
+    samples = [draw_sample(scene, seed, "holdout", i) for i in range(count)]
+    with counting("differentiating", count) as (progress, task):
+        agreement = sensitivity_agreement(
+            generator, volume, samples, lambda done: progress.update(task, completed=done)
+        )
+    return {"count": count, **agreement.to_json()}
+
+
+def _print_agreement(agreement: dict[str, Any]) -> None:
+    names = {
+        "image_cosine": "whole image, cosine",
+        "image_rank": "whole image, rank correlation",
+        "block_cosine": "8 x 8 blocks, cosine",
+        "block_rank": "8 x 8 blocks, rank correlation",
+    }
+    title = (
+        f"sensitivity to the opacity TF against the renderer's own, {agreement['count']} samples"
+    )
+    table = Table(title=title, title_justify="left")
+    for name in ("", "quartile 1", "median", "quartile 3"):
+        table.add_column(name, justify="right" if name else "left")
+    for key, label in names.items():
+        values = agreement[key]
+        cells = [f"{values[k]:.2f}" for k in ("quartile1", "median", "quartile3")]
+        table.add_row(label, *cells)
+    console.print(table)
 
 
 def _print(result: dict[str, Any]) -> None:

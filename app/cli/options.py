@@ -58,7 +58,7 @@ class Preset(StrEnum):
 
 VolumeFile = Annotated[
     Path | None,
-    typer.Option("--volume", help="Volume file or DICOM folder. [default: the shipped jet]"),
+    typer.Option("--volume", help="Volume file or DICOM folder. (default: the shipped jet)"),
 ]
 RawLayoutText = Annotated[
     str | None,
@@ -66,7 +66,7 @@ RawLayoutText = Annotated[
         "--raw",
         metavar="LAYOUT",
         help="Of a headerless file: dimensions, type and byte order, "
-        "such as 256x256x110_uint16_big. [default: from its name]",
+        "such as 256x256x110_uint16_big. (default: from its name)",
     ),
 ]
 ComponentName = Annotated[
@@ -105,18 +105,18 @@ ViewText = Annotated[
 ]
 TFFile = Annotated[
     Path | None,
-    typer.Option("--tf", metavar="TF.json", help="Transfer function. [default: from the data]"),
+    typer.Option("--tf", metavar="TF.json", help="Transfer function. (default: from the data)"),
 ]
 Window = Annotated[
     str | None,
     typer.Option(
         "--window",
         metavar="LO,HI",
-        help="Scalar values between which random opacity modes lie. [default: from the data]",
+        help="Scalar values between which random opacity modes lie. (default: from the data)",
     ),
 ]
 Workers = Annotated[
-    int | None, typer.Option("--workers", min=1, help="Processes. [default: one per core]")
+    int | None, typer.Option("--workers", min=1, help="Processes. (default: one per core)")
 ]
 Seed = Annotated[int, typer.Option("--seed", min=0, help="The same seed gives the same result.")]
 

@@ -257,6 +257,7 @@ def test_evaluate_compares_with_the_nearest_neighbour(
 ) -> None:
     out = tmp_path / "result.json"
     arguments = f"evaluate --model {trained} --volume {raw_file} --count 6 --neighbours 40"
+    arguments += " --sensitivities 3"
     assert run([*arguments.split(), "--workers", "1", "--json", str(out)]) == 0
     result = json.loads(out.read_text())
     assert result["count"] == 6
@@ -265,6 +266,10 @@ def test_evaluate_compares_with_the_nearest_neighbour(
         for measure in ("rmse", "emd", "ssim"):
             assert set(part[measure]) == {"mean", "median", "p95"}
     assert f"{result['rmse']['mean']:.4f}" in capsys.readouterr().out
+    agreement = result["sensitivity_agreement"]
+    assert agreement["count"] == 3
+    for measure in ("image_cosine", "image_rank", "block_cosine", "block_rank"):
+        assert -1 <= agreement[measure]["quartile1"] <= agreement[measure]["median"] <= 1
     # A data set of the model's own scene and seed holds the same samples, and more.
     assert (
         run(f"evaluate --model {trained} --dataset {samples} --count 6 --json {out}".split()) == 0

@@ -1,0 +1,91 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from scipy.stats import spearmanr
+
+from model.agreement import cosine, rank_correlation, sensitivity_agreement
+from model.checkpoint import ModelCard
+from model.errors import RenderError
+from model.exact_sensitivity import region_sensitivity, sensitivity_field
+from model.generator import Generator
+from model.networks.blocks import NetworkSize
+from model.networks.two_stage import TwoStageGenerator
+from model.region import Region
+from model.rendering.raycast.renderer import RaycastRenderer
+from model.sampling import draw_sample
+from model.scene import LightDirection, Scene
+from model.sensitivity import Sensitivity
+from model.volume import Volume
+
+SIZE = NetworkSize(0.125, 16, 32)
+
+
+def generator_of(scene: Scene) -> Generator:
+    card = ModelCard(scene, "draft", SIZE, {}, {}, {})
+    return Generator(card, TwoStageGenerator(SIZE), torch.device("cpu"))
+
+
+def test_correlations_are_those_of_scipy() -> None:
+    rng = np.random.default_rng(0)
+    a, b = rng.normal(size=50), rng.integers(0, 9, 50).astype(float)
+    assert rank_correlation(a, b) == pytest.approx(spearmanr(a, b).statistic)
+    assert cosine(a, -3 * a) == pytest.approx(-1)
+    assert cosine(a, np.zeros(50)) == 0
+    assert rank_correlation(a, np.ones(50)) == 0
+
+
+@pytest.mark.parametrize(("factor", "expected"), [(2.0, 1.0), (-1.0, -1.0)])
+def test_the_renderers_own_sensitivity_agrees_with_itself(
+    volume: Volume,
+    scene: Scene,
+    monkeypatch: pytest.MonkeyPatch,
+    factor: float,
+    expected: float,
+) -> None:
+    scene = replace(scene, image_size=32)
+
+    class Own:
+        def __init__(self, _generator: object, view: object, tf: object) -> None:
+            self.arguments = (RaycastRenderer(volume), view, tf, 32)
+
+        def region(self, region: Region) -> np.ndarray:
+            return factor * region_sensitivity(*self.arguments, region)  # type: ignore[arg-type]
+
+        def field(self, block: int) -> np.ndarray:
+            return factor * sensitivity_field(*self.arguments, block)  # type: ignore[arg-type]
+
+    monkeypatch.setattr("model.agreement.generator_sensitivity", Own)
+    samples = [draw_sample(scene, 0, "holdout", i) for i in range(3)]
+    agreement = sensitivity_agreement(generator_of(scene), volume, samples)
+    for values in vars(agreement).values():
+        np.testing.assert_allclose(values, expected, rtol=1e-5)
+
+
+def test_chance_does_not_agree(
+    volume: Volume, scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = replace(scene, image_size=32)
+    rng = np.random.default_rng(0)
+
+    def noise(*_: object) -> Sensitivity:
+        return Sensitivity(
+            rng.random((32, 32, 3), dtype=np.float32),
+            rng.normal(size=(8, 32, 32, 3)).astype(np.float32),
+            rng.normal(size=(8, 256)).astype(np.float32),
+        )
+
+    monkeypatch.setattr("model.agreement.generator_sensitivity", noise)
+    samples = [draw_sample(scene, 0, "holdout", i) for i in range(12)]
+    agreement = sensitivity_agreement(generator_of(scene), volume, samples).to_json()
+    assert abs(agreement["block_cosine"]["median"]) < 0.1
+    assert abs(agreement["image_cosine"]["median"]) < 0.3
+
+
+def test_lit_scenes_are_refused(volume: Volume, scene: Scene) -> None:
+    lit = replace(scene, image_size=32, lighting="direct", light=LightDirection())
+    with pytest.raises(RenderError, match="unlit"):
+        sensitivity_agreement(generator_of(lit), volume, [draw_sample(lit, 0, "holdout", 0)])
