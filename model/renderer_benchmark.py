@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from statistics import fmean
 from typing import Any
@@ -104,6 +104,8 @@ def compare_renderers(
     scene: Scene,
     count: int,
     seed: int = 0,
+    distances: Sequence[float] | None = None,
+    reference_distance: float | None = None,
     on_progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> RendererComparison:
     """Time both renderers, one after the other for each image, and measure their errors.
@@ -115,6 +117,11 @@ def compare_renderers(
         Its image size and lighting; views and TFs are drawn as for training.
     count : int
     seed : int
+    distances : sequence of float, optional
+        Sample distances in voxels; by default those of :data:`SAMPLE_DISTANCES` above that
+        of the reference.
+    reference_distance : float, optional
+        Of VTK's images that errors are measured against, in voxels.
     on_progress : callable
         Called with the number of images done and wanted.
     """
@@ -124,8 +131,8 @@ def compare_renderers(
     }
     raycast = renderers["raycast"]
     assert isinstance(raycast, RaycastRenderer)
-    reference_distance = REFERENCE_DISTANCE[scene.lighting]
-    distances = [d for d in SAMPLE_DISTANCES if d > reference_distance]
+    reference_distance = reference_distance or REFERENCE_DISTANCE[scene.lighting]
+    distances = distances or [d for d in SAMPLE_DISTANCES if d > reference_distance]
     total = count * (2 * len(distances) + 1)
     done = 0
 

@@ -29,6 +29,8 @@ def bench_renderers(
     size: int,
     lighting: Lighting,
     seed: int,
+    distances: list[float] | None,
+    reference: float | None,
     json_path: Path | None,
     plot: Path | None,
 ) -> None:
@@ -45,6 +47,8 @@ def bench_renderers(
                 scene,
                 count,
                 seed,
+                distances,
+                reference,
                 lambda done, total: progress.update(task, completed=done, total=total),
             )
         comparisons.append(comparison)

@@ -360,6 +360,25 @@ def renderers(
     ] = 256,
     lighting: options.LightingName = options.LightingOption.NONE,
     seed: options.Seed = 0,
+    distance: Annotated[
+        list[float] | None,
+        typer.Option(
+            "--distance",
+            min=0.01,
+            max=10,
+            help="Sample distance in voxels; may be repeated. (default: 0.25 to 4)",
+        ),
+    ] = None,
+    reference: Annotated[
+        float | None,
+        typer.Option(
+            "--reference",
+            min=0.01,
+            max=10,
+            help="Sample distance of VTK's images that errors are measured against. "
+            "(default: 1/16, 1/4 in global lighting)",
+        ),
+    ] = None,
     json: Annotated[
         Path | None, typer.Option("--json", metavar="OUT.json", help="Also write the result.")
     ] = None,
@@ -371,4 +390,14 @@ def renderers(
     """VTK and the ray caster: images per second and errors over sample distances."""
     from app.cli.bench import bench_renderers
 
-    bench_renderers(volume, count, size, options.lighting(lighting), seed, json, plot)
+    bench_renderers(
+        volume,
+        count,
+        size,
+        options.lighting(lighting),
+        seed,
+        distance,
+        reference,
+        json,
+        plot,
+    )
