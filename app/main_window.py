@@ -54,6 +54,8 @@ class MainWindow(QMainWindow):
         self._menus = Menus(self)
         self.session.viewChanged.connect(self._show_view)
         self.workspace.volumeOpened.connect(self._show_volume)
+        # What was wrong with an earlier file is over.
+        self.workspace.volumeOpened.connect(lambda _opened: self.notice.clear())
         self.workspace.volumeStarted.connect(self.editor.select_strongest)
         self.workspace.problem.connect(self.notice.tell)
         self.workspace.news.connect(self.statusBar().showMessage)

@@ -163,9 +163,9 @@ class Workspace(QObject):
         self._open_shipped_model(opened)
         self._match_generator()
         self._follow_scene()
-        kept = self._kept(opened)
         self.news.emit(" ".join(opened.volume.notes))
         self.volumeOpened.emit(opened)
+        kept = self._kept(opened)
         # After the engines: it requests the images, which they then take up.
         self._session.start_volume(opened.default, kept)
         self.volumeStarted.emit()

@@ -12,10 +12,14 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from model.errors import RenderError
 from model.region import Region, block_edges
 from model.rendering.raycast.renderer import RaycastRenderer
-from model.transfer_function import TransferFunction
+from model.transfer_function import TF_SAMPLES, TransferFunction
 from model.view import View
+
+MAX_NUMBERS = 1 << 28
+"""Largest sensitivity field: 1024 x 1024 blocks, which take 2 GB while they are summed up."""
 
 BAND = 8
 """Rows of a region that one thread differentiates."""
@@ -84,9 +88,16 @@ def sensitivity_field(
     Raises
     ------
     RenderError
-        For a block size outside 1 to `size`, or a lit scene.
+        For a block size outside 1 to `size`, a field that is too large for
+        memory, or a lit scene.
     """
     edges = block_edges(size, block)
+    numbers = TF_SAMPLES * (len(edges) - 1) ** 2
+    if numbers > MAX_NUMBERS:
+        raise RenderError(
+            f"The field of {size} x {size} pixels in blocks of {block} has {numbers:.1e} numbers; "
+            "choose larger blocks or a smaller image."
+        )
     windows = [(*rows, *columns) for rows in pairwise(edges) for columns in pairwise(edges)]
     gradients, energies = renderer.differentiate(
         view, tf.opacity, tf.color, size, np.array(windows, dtype=np.int64)

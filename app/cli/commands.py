@@ -167,7 +167,12 @@ def sensitivity(
 @application.command()
 def dataset(
     out: Annotated[Path, typer.Option("--out", metavar="STORE", help="Zarr folder.")],
-    count: Annotated[int, typer.Option("--count", min=1, help="Number of training samples.")],
+    count: Annotated[
+        int,
+        typer.Option(
+            "--count", min=1, max=10_000_000, help="Training samples; a store never shrinks."
+        ),
+    ],
     volume: options.VolumeFile = None,
     raw: options.RawLayoutText = None,
     component: options.ComponentName = None,

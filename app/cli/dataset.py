@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -44,15 +45,31 @@ def make_dataset(
         options.renderer_name(renderer),
     )
     holdout = holdout or max(1, min(count // 10, MAX_HOLDOUT))
+    _check_room(out, (count + holdout) * 4 * size**2)
     store = SampleStore.create(out, scene, seed, {"train": count, "holdout": holdout})
     total = sum(store.count(stream) for stream in STREAMS)
     missing = store.missing_samples()
-    with counting("rendering", total, total - missing) as (progress, task):
-        _render(store, volume, workers, scheduler, lambda new: progress.advance(task, new))
+    try:
+        with counting("rendering", total, total - missing) as (progress, task):
+            _render(store, volume, workers, scheduler, lambda new: progress.advance(task, new))
+    except KeyboardInterrupt:
+        console.print(f"Stopped; what is rendered stays in {out}. The same command goes on.")
+        raise
     console.print(
         f"{out}: {store.count('train')} training and {store.count('holdout')} hold-out samples "
         f"of '{volume.name}', {size} x {size}, {scene.lighting} lighting, seed {seed}."
     )
+
+
+def _check_room(out: Path, image_bytes: int) -> None:
+    """Refuse what cannot fit: compressed images take a tenth of their pixels at the least."""
+    folder = next(p for p in out.absolute().parents if p.exists())
+    free = shutil.disk_usage(folder).free
+    if image_bytes / 10 > free:
+        raise TfscopeError(
+            f"{out}: these samples take at least {image_bytes / 10e9:.0f} GB, and "
+            f"{free / 1e9:.0f} GB are free; lower --count or --size, or choose another place."
+        )
 
 
 def _render(

@@ -23,8 +23,8 @@ def _card_rows(card: ModelCard) -> list[tuple[str, str]]:
     scene, size, training = card.scene, card.size, card.training
     rows = [
         ("volume", scene.volume_name),
-        ("scalar range", "{:g} to {:g}".format(*scene.scalar_range)),
-        ("scalar window", "{:g} to {:g}".format(*scene.scalar_window)),
+        ("scalar range", "{:.10g} to {:.10g}".format(*scene.scalar_range)),
+        ("scalar window", "{:.10g} to {:.10g}".format(*scene.scalar_window)),
         ("lighting", scene.lighting),
         ("rendered by", {"vtk": "VTK", "raycast": "the ray caster"}[scene.renderer]),
         ("preset", f"{card.preset} (width {size.width:g} of the paper's network)"),

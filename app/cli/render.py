@@ -12,13 +12,14 @@ from skimage.io import imsave
 from skimage.transform import resize
 
 from app.cli import options
+from app.cli.console import console
 from model.checkpoint import load_card
 from model.default_transfer_function import default_transfer_function
 from model.errors import RenderError
 from model.range_fitting import fit_to_range
 from model.scene import LightDirection, RendererName, Scene
 from model.shipped import model_for, shipped_models
-from model.transfer_function import TransferFunction
+from model.transfer_function import Range, TransferFunction
 from model.view import View
 from model.volume import Volume
 
@@ -46,9 +47,8 @@ def render_to_file(order: RenderOrder) -> None:
     if order.out.suffix.lower() not in (".png", ".npy"):
         raise RenderError(f"{order.out}: the name must end in .png or .npy.")
     view = View.parse(order.view)
-    tf = TransferFunction.load(order.tf) if order.tf else None
     by = _render_generator if order.renderer == "generator" else _render_volume
-    rgba = by(order, view, tf)
+    rgba = by(order, view)
     try:
         if order.out.suffix.lower() == ".npy":
             np.save(order.out, rgba)
@@ -61,14 +61,24 @@ def render_to_file(order: RenderOrder) -> None:
         ) from error
 
 
-def _render_volume(
-    order: RenderOrder, view: View, tf: TransferFunction | None
-) -> NDArray[np.float32]:
+def load_fitted(path: Path, scalar_range: Range) -> TransferFunction:
+    """Load a TF; one that was made for another range is stretched to this, and that is said."""
+    tf = TransferFunction.load(path)
+    if tf.scalar_range != scalar_range:
+        made, here = ("{:.6g} to {:.6g}".format(*r) for r in (tf.scalar_range, scalar_range))
+        console.print(f"{path}: made for the scalar range {made} and fitted to {here}.")
+    return fit_to_range(tf, scalar_range)
+
+
+def _render_volume(order: RenderOrder, view: View) -> NDArray[np.float32]:
     from model.rendering.renderer import open_renderer
 
     scene = load_card(order.model).scene if order.model else None
     volume = _volume(order, scene)
-    tf = fit_to_range(tf, volume.scalar_range) if tf else default_transfer_function(volume)
+    if order.tf:
+        tf = load_fitted(order.tf, volume.scalar_range)
+    else:
+        tf = default_transfer_function(volume)
     if order.lighting is not None:
         lighting = options.lighting(order.lighting)
         light = None if lighting == "none" else LightDirection()
@@ -85,20 +95,18 @@ def _render_volume(
         renderer.close()
 
 
-def _render_generator(
-    order: RenderOrder, view: View, tf: TransferFunction | None
-) -> NDArray[np.float32]:
+def _render_generator(order: RenderOrder, view: View) -> NDArray[np.float32]:
     from model.generator import Generator
 
     generator = Generator.load(order.model or model_folder(None, order.volume.read()), order.device)
     scene = generator.scene
     if order.lighting is not None and options.lighting(order.lighting) != scene.lighting:
         raise RenderError(
-            f"The model was trained with {scene.lighting} lighting; "
+            f"The model was trained with the lighting '{scene.lighting}'; "
             "leave --lighting out, or train a model with it."
         )
-    if tf:
-        tf = fit_to_range(tf, scene.scalar_range)
+    if order.tf:
+        tf = load_fitted(order.tf, scene.scalar_range)
     else:
         tf = default_transfer_function(_volume(order, scene))
     rgba = generator.render(view, tf.opacity, tf.color)

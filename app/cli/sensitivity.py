@@ -8,15 +8,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from skimage.io import imsave
-from skimage.transform import resize
 
 from app.cli import options
-from app.cli.render import DEFAULT_SIZE, model_folder
+from app.cli.render import DEFAULT_SIZE, load_fitted, model_folder
 from app.plots import Curve, Plot, save_plots
 from model.default_transfer_function import default_transfer_function
 from model.errors import RenderError
-from model.range_fitting import fit_to_range
-from model.region import Region
+from model.region import Region, block_edges
 from model.transfer_function import TF_SAMPLES, TransferFunction
 from model.view import View
 from model.volume import Volume
@@ -82,7 +80,9 @@ def save_sensitivity(order: SensitivityOrder) -> None:
         elif region is not None:
             _save_plot(order, result, volume, tf, region)
         else:
-            picture = _picture(_of_value(result.sensitivity, order.value, volume), result.image)
+            picture = _picture(
+                _of_value(result.sensitivity, order.value, volume), result.image, order.block
+            )
             imsave(order.out, np.rint(picture * 255).astype(np.uint8), check_contrast=False)
     except OSError as error:
         raise RenderError(f"{order.out}: it cannot be written ({error.strerror}).") from error
@@ -132,7 +132,7 @@ def _by_generator(
 def _transfer_function(order: SensitivityOrder, volume: Volume) -> TransferFunction:
     if order.tf is None:
         return default_transfer_function(volume)
-    return fit_to_range(TransferFunction.load(order.tf), volume.scalar_range)
+    return load_fitted(order.tf, volume.scalar_range)
 
 
 def _save_numbers(out: Path, result: _Differentiated, volume: Volume, tf: TransferFunction) -> None:
@@ -159,9 +159,11 @@ def _save_plot(
     sensitivity = Curve("sensitivity", values, result.sensitivity)
     limit = _limit(result.sensitivity)
     title = f"Sensitivity of the region {place}, {kind}"
+    if limit is not None and np.abs(result.sensitivity).max() > limit:
+        title += f"; reaches {result.sensitivity[np.abs(result.sensitivity).argmax()]:.3g}"
     opacity = Curve("opacity", values, tf.opacity.sample())
     plots = [
-        Plot(title, label, "change of the norm per opacity", (sensitivity,), y_limit=limit),
+        Plot(title, label, "change of the l2 norm per opacity", (sensitivity,), y_limit=limit),
         Plot("Opacity TF", label, "opacity", (opacity,)),
     ]
     save_plots(order.out, plots, height=300)
@@ -187,11 +189,13 @@ def _of_value(
     return np.asarray((1 - share) * field[..., lower] + share * field[..., lower + 1])
 
 
-def _picture(field: NDArray[np.float32], image: NDArray[np.float32]) -> NDArray[np.float64]:
+def _picture(
+    field: NDArray[np.float32], image: NDArray[np.float32], block: int
+) -> NDArray[np.float64]:
     """The image, and beside it the field in colour over the dimmed image."""
-    # Soft steps between the blocks; their values are kept at the middles.
-    smooth = resize(field, image.shape[:2], order=1, mode="edge", anti_aliasing=False)
-    strength = np.clip(smooth / (np.abs(field).max() or 1.0), -1, 1)[..., None]
+    edges = np.diff(block_edges(len(image), block))
+    blocks = field.repeat(edges, axis=0).repeat(edges, axis=1)
+    strength = np.clip(blocks / (np.abs(field).max() or 1.0), -1, 1)[..., None]
     color = np.where(strength > 0, RISING, FALLING)
     gray = BACKDROP * image.mean(axis=-1, keepdims=True)
     overlay = gray * (1 - np.abs(strength)) + color * np.abs(strength)

@@ -67,6 +67,7 @@ def train_model(order: TrainOrder) -> None:
         minutes = DEFAULT_MINUTES
     budget = Budget(minutes, order.samples)
     device = choose_device(order.device)
+    _check_options(order)
     if order.resume:
         _check_resumption(order)
     source = _source(order, device.type)
@@ -99,6 +100,24 @@ def _recipe(order: TrainOrder) -> TrainingOptions:
     recipe = TrainingOptions.faithful() if order.faithful else TrainingOptions()
     given = {name: value for name, value in order.overrides.items() if value is not None}
     return replace(recipe, seed=order.seed, **given)  # type: ignore[arg-type]
+
+
+def _check_options(order: TrainOrder) -> None:
+    """Refuse options that would have no effect."""
+    fixed = {
+        "--lighting": order.lighting != "none",
+        "--window": order.window is not None,
+        "--reuse": order.reuse is not None,
+        "--error-driven": order.error_driven,
+    }
+    given = [name for name, value in fixed.items() if value]
+    if order.store is not None and given:
+        raise TrainingError(
+            f"A stored data set decides on its own about {' and '.join(given)}; "
+            "leave that out, or leave --dataset out."
+        )
+    if order.faithful and order.error_driven:
+        raise TrainingError("The paper's recipe draws all samples alike; leave --error-driven out.")
 
 
 def _check_resumption(order: TrainOrder) -> None:

@@ -1,4 +1,4 @@
-"""A spin box for numbers of any magnitude, shown with six significant digits."""
+"""A spin box for numbers of any magnitude, shown with six significant digits of their range."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ class NumberBox(QDoubleSpinBox):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
+        self._digits = 6
         self.setKeyboardTracking(False)
         self.lineEdit().setTextMargins(6, 0, 6, 0)
         self.set_limits(0.0, 1.0)
@@ -27,6 +28,9 @@ class NumberBox(QDoubleSpinBox):
         self.blockSignals(True)
         digits = 9 - math.floor(math.log10(hi - lo))
         self.setDecimals(min(max(digits, 0), _MAX_DECIMALS))
+        # Between 1,000,000 and 1,000,001 the first six digits tell nothing.
+        common = math.log10(max(abs(lo), abs(hi), hi - lo) / (hi - lo))
+        self._digits = min(6 + math.ceil(common), 17)
         self.setRange(lo, hi)
         self.setSingleStep((hi - lo) / 200)
         self.blockSignals(False)
@@ -38,8 +42,8 @@ class NumberBox(QDoubleSpinBox):
         self.blockSignals(False)
 
     def textFromValue(self, value: float) -> str:
-        """Return six significant digits; a minus sign never stands before a bare zero."""
-        return f"{value + 0.0:.6g}"
+        """Return six digits that matter; a minus sign never stands before a bare zero."""
+        return f"{value + 0.0:.{self._digits}g}"
 
     def valueFromText(self, text: str) -> float:
         """Return the number; the text as it was shown means the value as it was."""

@@ -170,6 +170,9 @@ def test_a_missing_volume_is_an_error_at_first_and_a_notice_later(
     assert window.notice.isVisible()
     assert window.workspace.opened is not None
     assert window.workspace.opened.volume.name == "ramp"
+    with qtbot.waitSignal(window.workspace.volumeStarted):
+        window.workspace.open_volume(Path("ramp"))
+    assert window.notice.text == ""
 
 
 def test_the_hint_appears_outside_the_training_range_and_goes_again(

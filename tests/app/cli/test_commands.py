@@ -306,6 +306,11 @@ BAD_INPUT = [
     ("sensitivity --exact --value 7 --out x.png", "outside the volume's range"),
     ("bench renderers --volume none.nrrd", "no such file"),
     ("train --out x --reuse 0.5", "--reuse"),
+    ("train --out x --faithful --error-driven", "leave --error-driven out"),
+    ("train --out x --dataset y --lighting direct --reuse 2", "--lighting and --reuse"),
+    ("dataset --count 99999999999 --out x", "--count"),
+    ("dataset --count 9999999 --size 4096 --out x", "GB"),
+    ("sensitivity --exact --size 4096 --block 1 --out x.npz", "larger blocks"),
     ("train --out x --samples 0", "not positive"),
     ("train --out x --samples 5 --minutes 5", "either"),
     ("train --dataset none --out x", "no data set here"),
@@ -338,7 +343,7 @@ def test_more_bad_input(
         (f"train --volume {raw_file} --preset draft --out {trained} --samples 9", "add --resume"),
         (
             f"render --renderer generator --model {trained} --lighting direct --out x.png",
-            "trained with none lighting",
+            "trained with the lighting 'none'",
         ),
         (f"evaluate --model {trained} --count 5000", "not shipped; give --volume"),
         (

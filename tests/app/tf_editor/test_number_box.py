@@ -67,3 +67,13 @@ def test_a_value_from_outside_is_silent(qtbot: QtBot, box: NumberBox) -> None:
         box.set_limits(5.0, 6.0)
         box.show_value(5.5)
     assert box.text() == "5.5"
+
+
+def test_a_small_range_far_from_zero_keeps_its_digits(box: NumberBox) -> None:
+    box.set_limits(1e6, 1e6 + 1)
+    type_number(box, "1000000.5")
+    assert box.value() == pytest.approx(1000000.5, abs=1e-9)
+    assert float(box.text()) == pytest.approx(1000000.5, abs=1e-5)
+    shown = box.text()
+    type_number(box, shown)
+    assert box.value() == pytest.approx(1000000.5, abs=1e-9)
