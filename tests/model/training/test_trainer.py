@@ -134,9 +134,6 @@ import sys
 from pathlib import Path
 sys.path.insert(0, "tests/model/training")
 from model.dataset import SampleStore
-from model.training.sources import StoredSource
-from model.training.stages import StepResult
-from model.training.stream import StreamSource
 from model.training.trainer import train
 import model.training.progress
 model.training.progress.PROBE_SAMPLES = 8
@@ -156,7 +153,13 @@ def test_a_killed_run_loses_at_most_one_interval(
     process = subprocess.Popen(
         [sys.executable, str(script), str(store.path), str(folder)],
         stdout=subprocess.PIPE,
-        env={**os.environ, "PYTHONPATH": str(Path.cwd())},
+        # As many threads as here: the order of sums depends on it. (A Dask cluster that an
+        # earlier test started leaves OMP_NUM_THREADS=1 in the environment.)
+        env={
+            **os.environ,
+            "PYTHONPATH": str(Path.cwd()),
+            "OMP_NUM_THREADS": str(torch.get_num_threads()),
+        },
         text=True,
     )
     assert process.stdout is not None
