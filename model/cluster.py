@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import os
 import signal
 import sys
 from collections.abc import Iterator
@@ -41,7 +42,11 @@ def connected(scheduler: str, workers: int) -> Iterator[Client]:
         When no scheduler answers at the address.
     """
     if scheduler == LOCAL:
-        with _local_cluster(workers) as cluster, Client(cluster, set_as_default=False) as client:
+        with (
+            environment_kept(),
+            _local_cluster(workers) as cluster,
+            Client(cluster, set_as_default=False) as client,
+        ):
             yield client
         return
     try:
@@ -67,6 +72,17 @@ def _local_cluster(workers: int) -> LocalCluster:
             scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},
             silence_logs=logging.CRITICAL,
         )
+
+
+@contextmanager
+def environment_kept() -> Iterator[None]:
+    """Undo what Dask leaves in this process: one thread for each numerical library."""
+    before = dict(os.environ)
+    try:
+        yield
+    finally:
+        os.environ.clear()
+        os.environ.update(before)
 
 
 @contextmanager

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from distributed import Client, LocalCluster
 
+from model.cluster import environment_kept
 from model.dataset import ARRAYS, BLOCK, STREAMS, SampleStore
 from model.distributed_rendering import render_store_on_cluster
 from model.errors import DatasetError, RenderError
@@ -28,14 +29,17 @@ posix = pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
 
 @contextmanager
 def started(workers: int) -> Iterator[LocalCluster]:
-    with LocalCluster(
-        n_workers=workers,
-        threads_per_worker=1,
-        memory_limit=None,
-        dashboard_address=None,
-        scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},
-        silence_logs=logging.CRITICAL,
-    ) as cluster:
+    with (
+        environment_kept(),
+        LocalCluster(
+            n_workers=workers,
+            threads_per_worker=1,
+            memory_limit=None,
+            dashboard_address=None,
+            scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},
+            silence_logs=logging.CRITICAL,
+        ) as cluster,
+    ):
         yield cluster
 
 

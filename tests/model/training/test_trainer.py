@@ -153,13 +153,7 @@ def test_a_killed_run_loses_at_most_one_interval(
     process = subprocess.Popen(
         [sys.executable, str(script), str(store.path), str(folder)],
         stdout=subprocess.PIPE,
-        # As many threads as here: the order of sums depends on it. (A Dask cluster that an
-        # earlier test started leaves OMP_NUM_THREADS=1 in the environment.)
-        env={
-            **os.environ,
-            "PYTHONPATH": str(Path.cwd()),
-            "OMP_NUM_THREADS": str(torch.get_num_threads()),
-        },
+        env={**os.environ, "PYTHONPATH": str(Path.cwd())},
         text=True,
     )
     assert process.stdout is not None
