@@ -66,7 +66,6 @@ def make_renderer(
     threads : int, optional
         Of the ray caster: by default one, for processes or threads that each
         render samples of their own; None for one per processor.
-
     device : {"cpu", "cuda"}
         Where the ray caster runs.
 
@@ -75,11 +74,7 @@ def make_renderer(
     DatasetError
         When the volume is not the scene's.
     """
-    if volume.fingerprint != scene.volume_fingerprint:
-        raise DatasetError(
-            f"The volume '{volume.name}' is not the one that the scene was made for "
-            f"('{scene.volume_name}'); open that volume, or make a new data set."
-        )
+    check_volume(volume, scene)
     return open_renderer(
         scene.renderer,
         volume,
@@ -89,6 +84,15 @@ def make_renderer(
         threads,
         device,
     )
+
+
+def check_volume(volume: Volume, scene: Scene) -> None:
+    """Raise :class:`DatasetError` when the volume is not the scene's."""
+    if volume.fingerprint != scene.volume_fingerprint:
+        raise DatasetError(
+            f"The volume '{volume.name}' is not the one that the scene was made for "
+            f"('{scene.volume_name}'); open that volume, or make a new data set."
+        )
 
 
 def render_store(

@@ -42,6 +42,15 @@ class LightDirection:
             if not (isinstance(value, int | float) and math.isfinite(value)):
                 raise TfscopeError(f"The light's {name} is {value!r}; give degrees.")
 
+    def towards(self) -> tuple[float, float, float]:
+        """Direction to the light, of length 1, along the view's right, up and back."""
+        azimuth, elevation = math.radians(self.azimuth), math.radians(self.elevation)
+        return (
+            math.sin(azimuth) * math.cos(elevation),
+            math.sin(elevation),
+            math.cos(azimuth) * math.cos(elevation),
+        )
+
 
 @dataclass(frozen=True)
 class Scene:

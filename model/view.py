@@ -131,6 +131,13 @@ class View:
         """Distance from the centre to the camera for a bounding sphere of this radius."""
         return self.distance * FAR_DISTANCE_RADII * radius
 
+    def near_distance(self, radius: float) -> float:
+        """Distance from the camera to the plane in front of which nothing is drawn.
+
+        Just before the bounding sphere; close by for a camera inside it.
+        """
+        return max(self.camera_distance(radius) - 1.01 * radius, 0.01 * radius)
+
     def vector(self, view_range: ViewRange) -> NDArray[np.float32]:
         """Encode the view for the networks (paper, section 4).
 

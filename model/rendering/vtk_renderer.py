@@ -11,7 +11,6 @@ renderer in one thread.
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -193,10 +192,8 @@ class VtkRenderer:
         camera.SetPosition(*(center + distance * back))
         camera.SetViewUp(*up)
         camera.SetViewAngle(VIEW_ANGLE)
-        # The whole bounding sphere, with a little room; a camera inside it sees from close by.
-        camera.SetClippingRange(
-            max(distance - 1.01 * radius, 0.01 * radius), distance + 1.01 * radius
-        )
+        # The whole bounding sphere, with a little room.
+        camera.SetClippingRange(view.near_distance(radius), distance + 1.01 * radius)
 
 
 def _texture_scalars(volume: Volume) -> tuple[NDArray[Any], Range]:
@@ -233,15 +230,10 @@ def _image_data(volume: Volume, scalars: NDArray[Any]) -> vtkImageData:
 
 def _camera_light(direction: LightDirection) -> vtkLight:
     """Build a distant white light that turns with the camera."""
-    azimuth, elevation = math.radians(direction.azimuth), math.radians(direction.elevation)
     light = vtkLight()
     light.SetLightTypeToCameraLight()
     light.PositionalOff()
-    light.SetPosition(
-        math.sin(azimuth) * math.cos(elevation),
-        math.sin(elevation),
-        math.cos(azimuth) * math.cos(elevation),
-    )
+    light.SetPosition(*direction.towards())
     light.SetFocalPoint(0.0, 0.0, 0.0)
     return light
 

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.dataset import ARRAYS, BLOCK, SampleBatch
-from model.sample_rendering import make_renderer, render_samples
+from model.sample_rendering import check_volume, make_renderer, render_samples
 from model.scene import Lighting, Scene
 from model.training.importance import Importance
 from model.training.sources import SampleSource, TrainingBatch
@@ -98,8 +98,7 @@ class StreamSource(SampleSource):
         self._error_driven = error_driven
         image_bytes = 4 * scene.image_size**2
         self._capacity = ring_samples or min(RING_SAMPLES, RING_BYTES // image_bytes)
-        # Closed in the thread that it was opened in: VTK's belongs to its thread.
-        make_renderer(volume, scene, device=device).close()
+        check_volume(volume, scene)
         self._ring: _Ring | None = None
         self._importance: Importance | None = None
 

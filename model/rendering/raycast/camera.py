@@ -10,14 +10,6 @@ from numpy.typing import NDArray
 from model.view import VIEW_ANGLE, View
 from model.volume import Volume
 
-NEAREST_RADII = 0.01
-"""The camera sees nothing nearer than this share of the bounding sphere's radius."""
-
-
-def near_distance(view: View, radius: float) -> float:
-    """Distance from the eye to the plane in front of which nothing is drawn."""
-    return max(view.camera_distance(radius) - 1.01 * radius, NEAREST_RADII * radius)
-
 
 def camera_array(view: View, volume: Volume) -> NDArray[np.float64]:
     """A view of a volume, for :func:`model.rendering.raycast.marching.make_ray`.
@@ -41,6 +33,6 @@ def camera_array(view: View, volume: Volume) -> NDArray[np.float64]:
             -back / spacing,
             tangent * right / spacing,
             tangent * up / spacing,
-            [near_distance(view, volume.radius), tangent**2],
+            [view.near_distance(volume.radius), tangent**2],
         ]
     )

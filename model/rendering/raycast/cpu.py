@@ -8,7 +8,7 @@ import numpy as np
 from numba import carray
 
 from model.rendering.raycast.compilation import BATCH, compiled, stack_pointer
-from model.rendering.raycast.marching import make_ray, march
+from model.rendering.raycast.marching import ZERO, make_ray, march, show
 from model.rendering.raycast.preintegration import march_segments
 
 
@@ -54,15 +54,8 @@ def draw_rows(
                 voxels, shape, scale, cells, cell_shape, shift,
                 alphas, colors, light, glow, ray, opaque, levels,
             )  # fmt: skip
-            if colors is None:
-                image[row, column, 0] = alpha
-            else:
-                image[row, column, 0] = red
-                image[row, column, 1] = green
-                image[row, column, 2] = blue
-                image[row, column, 3] = alpha
-            if depth is not None:
-                depth[row, column] = distance + first * step if first >= 0 else np.inf
+            visible = distance + first * step if first >= 0 else np.inf
+            show(image, depth, row, column, red, green, blue, alpha, visible)
 
 
 @compiled
@@ -86,16 +79,11 @@ def draw_rows_preintegrated(
     for row in range(rows[0], rows[1]):
         for column in range(size):
             ray, distance, _ = make_ray(camera, shape, step, column, row, size)
-            image[row, column] = 0
+            red = green = blue = alpha = ZERO
             first = -1
             if ray.count > 0 or ray.rest > 0:
                 red, green, blue, alpha, first = march_segments(
                     voxels, shape, scale, cells, cell_shape, shift, integrals, ray, opaque
                 )
-                if image.shape[2] > 1:
-                    image[row, column, 0] = red
-                    image[row, column, 1] = green
-                    image[row, column, 2] = blue
-                image[row, column, -1] = alpha
-            if depth is not None:
-                depth[row, column] = distance + first * step if first >= 0 else np.inf
+            visible = distance + first * step if first >= 0 else np.inf
+            show(image, depth, row, column, red, green, blue, alpha, visible)

@@ -10,7 +10,7 @@ from numba.core import config
 from numpy.typing import NDArray
 
 from model.errors import RenderError
-from model.rendering.raycast.marching import make_ray, march
+from model.rendering.raycast.marching import make_ray, march, show
 
 BLOCK = (8, 8)
 """Pixels that a GPU's threads draw side by side."""
@@ -58,15 +58,8 @@ def _draw_pixels(
         voxels, shape, scale, cells, cell_shape, shift,
         alphas, colors, light, glow, ray, opaque, levels,
     )  # fmt: skip
-    if colors is None:
-        image[row, column, 0] = alpha
-    else:
-        image[row, column, 0] = red
-        image[row, column, 1] = green
-        image[row, column, 2] = blue
-        image[row, column, 3] = alpha
-    if depth is not None:
-        depth[row, column] = distance + first * step if first >= 0 else np.inf
+    visible = distance + first * step if first >= 0 else np.inf
+    show(image, depth, row, column, red, green, blue, alpha, visible)
 
 
 class _Nothing:

@@ -43,15 +43,7 @@ AROUND = [
 
 def travel_direction(view: View, light: LightDirection) -> NDArray[np.float64]:
     """World direction, of length 1, in which the light of a view travels."""
-    azimuth, elevation = math.radians(light.azimuth), math.radians(light.elevation)
-    towards = np.array(
-        [
-            math.sin(azimuth) * math.cos(elevation),
-            math.sin(elevation),
-            math.cos(azimuth) * math.cos(elevation),
-        ]
-    )
-    return -towards @ view.basis()
+    return -np.array(light.towards()) @ view.basis()
 
 
 def gradient_light(view: View, light: LightDirection, volume: Volume) -> Light:

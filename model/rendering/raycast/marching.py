@@ -280,6 +280,37 @@ def march(
 
 
 @inlined
+def show(
+    image: Any,
+    depth: Any,
+    row: int,
+    column: int,
+    red: Any,
+    green: Any,
+    blue: Any,
+    alpha: Any,
+    t: Any,
+) -> None:
+    """Write one pixel of an image, and of its depth unless that is None.
+
+    Parameters
+    ----------
+    image : ndarray of float32, shape (size, size, channels)
+        RGBA, or opacity alone.
+    depth : ndarray of float32, shape (size, size), or None
+    t : float
+        World distance from the eye to where something becomes visible.
+    """
+    if image.shape[2] > 1:
+        image[row, column, 0] = red
+        image[row, column, 1] = green
+        image[row, column, 2] = blue
+    image[row, column, image.shape[2] - 1] = alpha
+    if depth is not None:
+        depth[row, column] = t
+
+
+@inlined
 def _first_visible(alphas: Any, levels: Any, through: Any) -> int:
     """Which sample of a batch brings the transparency down to where something is visible."""
     for m in range(len(levels)):

@@ -119,6 +119,7 @@ class RaycastRenderer:
         bins = (lo, (TF_SAMPLES - 1) / (hi - lo))
         self._scale = (np.float32(lo), np.float32(bins[1] * LEVELS_PER_BIN))
         self.cells = MinMaxCells(scalars, bins, self._executor)
+        self._opacities = lru_cache(maxsize=4)(self._opacities_of)
         self._distances = lru_cache(maxsize=4)(self._distances_of)
         self._illumination = (
             Illumination(scalars, bins, volume, self._executor) if lighting == "global" else None
@@ -198,13 +199,8 @@ class RaycastRenderer:
         scalar_range = volume.scalar_range
         step = self.sample_distance * volume.voxel_size
         arguments = (
-            self._voxels,
-            volume.dimensions,
-            self._scale,
-            self._distances(opacity_tf, self.sample_distance, self.skip_empty),
-            self.cells.shape,
-            SHIFT,
-            opacity_table(opacity_tf, scalar_range, self.sample_distance),
+            *self._voxels_and_cells(opacity_tf),
+            self._opacities(opacity_tf, self.sample_distance),
             color_table(color_tf, scalar_range),
             camera_array(view, volume),
             step,
@@ -214,10 +210,11 @@ class RaycastRenderer:
         gradients = np.empty((len(windows), TF_SAMPLES))
         energies = np.empty(len(windows))
         per_task = max(1, len(windows) // TASKS)
+        run: Any = differentiate_windows
 
         def task(first: int) -> None:
             part = slice(first, first + per_task)
-            differentiate_windows(*arguments, windows[part], gradients[part], energies[part])
+            run(*arguments, windows[part], gradients[part], energies[part])
 
         list(self._executor.map(task, range(0, len(windows), per_task)))
         opacity = opacity_tf.sample(scalar_range)
@@ -241,12 +238,7 @@ class RaycastRenderer:
         tables = self._tables(view, opacity_tf, color_tf)
         volume = self._volume
         arguments = (
-            self._voxels,
-            volume.dimensions,
-            self._scale,
-            self._distances(opacity_tf, self.sample_distance, self.skip_empty),
-            self.cells.shape,
-            SHIFT,
+            *self._voxels_and_cells(opacity_tf),
             *tables,
             np.float32(LARGEST_ERROR / 2 if self.terminate_early else 0),
             camera_array(view, volume),
@@ -281,7 +273,7 @@ class RaycastRenderer:
         scalar_range = self._volume.scalar_range
         if self._preintegrated:
             return (preintegrated_table(opacity_tf, color_tf, scalar_range, self.sample_distance),)
-        alphas = opacity_table(opacity_tf, scalar_range, self.sample_distance)
+        alphas = self._opacities(opacity_tf, self.sample_distance)
         if color_tf is None:
             return alphas, None, None, None
         light = glow = None
@@ -291,6 +283,21 @@ class RaycastRenderer:
             glow = self._illumination.grid(view, self._light, opacity_tf)
         return alphas, color_table(color_tf, scalar_range, alphas), light, glow
 
+    def _voxels_and_cells(self, opacity_tf: OpacityTF) -> tuple[Any, ...]:
+        """What all compiled functions take first: the volume, and where it is empty."""
+        return (
+            self._voxels,
+            self._volume.dimensions,
+            self._scale,
+            self._distances(opacity_tf, self.sample_distance, self.skip_empty),
+            self.cells.shape,
+            SHIFT,
+        )
+
+    def _opacities_of(self, opacity_tf: OpacityTF, sample_distance: float) -> NDArray[np.float32]:
+        """Opacity of a sample at each level."""
+        return opacity_table(opacity_tf, self._volume.scalar_range, sample_distance)
+
     def _distances_of(
         self, opacity_tf: OpacityTF, sample_distance: float, skip_empty: bool
     ) -> NDArray[np.int8]:
@@ -298,7 +305,7 @@ class RaycastRenderer:
         if not skip_empty:
             return np.zeros(np.prod(self.cells.shape), dtype=np.int8)
         volume = self._volume
-        opacity = opacity_table(opacity_tf, volume.scalar_range, sample_distance)
+        opacity = self._opacities(opacity_tf, sample_distance)
         samples = 2 * volume.radius / (sample_distance * volume.voxel_size)
         # What all samples of a ray add up to may be left out, and no more.
         shown = opacity > LARGEST_ERROR / 2 / samples
