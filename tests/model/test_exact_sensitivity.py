@@ -11,8 +11,8 @@ from model.errors import RenderError
 from model.exact_sensitivity import region_sensitivity, sensitivity_field
 from model.region import Region
 from model.rendering.opacity_correction import NEARLY_OPAQUE
-from model.rendering.raycast.marching import LEVELS_PER_BIN
 from model.rendering.raycast.renderer import RaycastRenderer
+from model.rendering.raycast.tables import LEVELS_PER_BIN
 from model.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
 from model.view import View
 from model.volume import Volume

@@ -11,15 +11,9 @@ from typing import Any, TypeVar
 
 import llvmlite.binding
 import numba
-from llvmlite import ir
-from numba import types
 from numba.core import config
-from numba.extending import intrinsic
 
 F = TypeVar("F", bound=Callable[..., Any])
-
-BATCH = 32
-"""Samples of a ray that are interpolated together: two vectors of AVX-512, four of AVX2."""
 
 OPTIONS: dict[str, Any] = {
     "nogil": True,
@@ -68,20 +62,3 @@ def compiled(function: F) -> F:
 def inlined(function: F) -> F:
     """Compile a function into its callers, on CPU or GPU, so that loops become vector code."""
     return numba.njit(function, forceinline=True, **OPTIONS)
-
-
-@intrinsic  # type: ignore[untyped-decorator]
-def stack_pointer(context: Any) -> Any:
-    """Memory for :data:`BATCH` int32 numbers that nothing else points to.
-
-    With an array of Numba's own the compiler could not know that writing to
-    it leaves the volume as it is, and would keep to single samples.
-    """
-
-    def reserve(_context: Any, builder: Any, _signature: Any, _arguments: Any) -> Any:
-        with builder.goto_entry_block():
-            memory = builder.alloca(ir.ArrayType(ir.IntType(32), BATCH))
-            memory.align = 64
-        return builder.bitcast(memory, ir.IntType(32).as_pointer())
-
-    return types.CPointer(types.int32)(), reserve

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import carray
 
-from model.rendering.raycast.compilation import BATCH, compiled, stack_pointer
+from model.rendering.raycast.batch import stack_batch
+from model.rendering.raycast.compilation import compiled
 from model.rendering.raycast.marching import ZERO, make_ray, march, show
 from model.rendering.raycast.preintegration import march_segments
 
@@ -46,16 +46,16 @@ def draw_rows(
         infinite where nothing does.
     """
     size = image.shape[1]
-    levels = carray(stack_pointer(), BATCH)
+    levels, staging, total = stack_batch(voxels)
     for row in range(rows[0], rows[1]):
         for column in range(size):
             ray, distance, _ = make_ray(camera, shape, step, column, row, size)
-            red, green, blue, alpha, first = march(
+            first = march(
                 voxels, shape, scale, cells, cell_shape, shift,
-                alphas, colors, light, glow, ray, opaque, levels,
+                alphas, colors, light, glow, ray, opaque, levels, staging, total,
             )  # fmt: skip
             visible = distance + first * step if first >= 0 else np.inf
-            show(image, depth, row, column, red, green, blue, alpha, visible)
+            show(image, depth, row, column, total, visible)
 
 
 @compiled
@@ -86,4 +86,4 @@ def draw_rows_preintegrated(
                     voxels, shape, scale, cells, cell_shape, shift, integrals, ray, opaque
                 )
             visible = distance + first * step if first >= 0 else np.inf
-            show(image, depth, row, column, red, green, blue, alpha, visible)
+            show(image, depth, row, column, (red, green, blue, alpha), visible)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import cuda, int32
+from numba import cuda, float32, int32
 from numba.core import config
 from numpy.typing import NDArray
 
@@ -53,13 +53,14 @@ def _draw_pixels(
     if column >= size or row >= size:
         return
     levels = cuda.local.array(BATCH, int32)
+    total = cuda.local.array(4, float32)
     ray, distance, _ = make_ray(camera, shape, step, column, row, size)
-    red, green, blue, alpha, first = march(
+    first = march(
         voxels, shape, scale, cells, cell_shape, shift,
-        alphas, colors, light, glow, ray, opaque, levels,
+        alphas, colors, light, glow, ray, opaque, levels, None, total,
     )  # fmt: skip
     visible = distance + first * step if first >= 0 else np.inf
-    show(image, depth, row, column, red, green, blue, alpha, visible)
+    show(image, depth, row, column, total, visible)
 
 
 class _Nothing:

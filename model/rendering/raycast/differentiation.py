@@ -15,17 +15,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import carray
 
-from model.rendering.raycast.compilation import BATCH, compiled, inlined, stack_pointer
-from model.rendering.raycast.marching import (
-    LEVELS_PER_BIN,
-    ONE,
-    ZERO,
-    fetch,
-    make_ray,
-    skip_empty,
-)
+from model.rendering.raycast.batch import fetch, stack_batch
+from model.rendering.raycast.compilation import compiled, inlined
+from model.rendering.raycast.marching import ONE, ZERO, make_ray, skip_empty
+from model.rendering.raycast.tables import LEVELS_PER_BIN
 from model.transfer_function import TF_SAMPLES
 
 NEGLIGIBLE = np.float32(1e-6)
@@ -56,7 +50,7 @@ def differentiate_windows(
     ----------
     alphas : ndarray of float32, shape (levels,)
         Opacity of a sample.
-    colors : ndarray of float32, shape (3 levels,)
+    colors : ndarray of float32, shape (4 levels,)
         Colour, not premultiplied.
     size : int
         Width and height of the image.
@@ -70,7 +64,7 @@ def differentiate_windows(
     energies : ndarray of float64, shape (n,)
         Output: sum of I squared.
     """
-    levels = carray(stack_pointer(), BATCH)
+    levels, staging, _ = stack_batch(voxels)
     path = np.empty(longest, dtype=np.int32)
     light = np.empty(longest, dtype=np.float32)
     image = np.empty(3, dtype=np.float32)
@@ -83,7 +77,9 @@ def differentiate_windows(
                 ray, _, _ = make_ray(camera, shape, step, column, row, size)
                 if _misses(ray, cells, cell_shape, shift):
                     continue
-                count = _look(voxels, shape, scale, alphas, colors, ray, levels, path, light, image)
+                count = _look(
+                    voxels, shape, scale, alphas, colors, ray, levels, staging, path, light, image
+                )
                 energy += image[0] ** 2 + image[1] ** 2 + image[2] ** 2
                 _look_back(alphas, colors, path, light, count, image, gradient)
         energies[n] = energy
@@ -110,6 +106,7 @@ def _look(
     colors: Any,
     ray: Any,
     levels: Any,
+    staging: Any,
     path: Any,
     light: Any,
     image: Any,
@@ -126,7 +123,7 @@ def _look(
     through = behind = ONE
     k = 0
     while k < ray.count:
-        fetch(voxels, shape, scale, ray, k, levels)
+        fetch(voxels, shape, scale, ray, k, levels, staging)
         for m in range(min(ray.count - k, len(levels))):
             level = np.uint64(np.uint32(levels[m]))
             a = alphas[level]
@@ -135,9 +132,9 @@ def _look(
             k += 1
             if through > NEGLIGIBLE:
                 weight = through * a
-                image[0] += weight * colors[np.uint64(3) * level]
-                image[1] += weight * colors[np.uint64(3) * level + np.uint64(1)]
-                image[2] += weight * colors[np.uint64(3) * level + np.uint64(2)]
+                image[0] += weight * colors[np.uint64(4) * level]
+                image[1] += weight * colors[np.uint64(4) * level + np.uint64(1)]
+                image[2] += weight * colors[np.uint64(4) * level + np.uint64(2)]
                 through -= weight
             else:
                 behind -= behind * a
@@ -156,7 +153,7 @@ def _look_back(
     for k in range(count - 1, -1, -1):
         level = np.uint64(np.uint32(path[k]))
         a = alphas[level]
-        c = np.uint64(3) * level
+        c = np.uint64(4) * level
         # Colours enter by their product with the image alone: one number for three.
         color = red * colors[c] + green * colors[c + np.uint64(1)] + blue * colors[c + np.uint64(2)]
         slope = light[k] * (color - composited)

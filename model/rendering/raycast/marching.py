@@ -16,20 +16,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from model.rendering.raycast.batch import fetch
 from model.rendering.raycast.compilation import inlined
+from model.rendering.raycast.compositing import GROUP, composite_group
 from model.rendering.raycast.shading import received, reflect
-from model.rendering.raycast.trilinear import interpolate
-from model.transfer_function import TF_SAMPLES
-
-LEVELS_PER_BIN = 16
-LEVELS = (TF_SAMPLES - 1) * LEVELS_PER_BIN + 1
-"""Entries of the look-up tables, several per bin of the TF; the nearest one is taken."""
 
 VISIBLE = np.float32(1 / 255)
 """Accumulated opacity from which on something is visible."""
 
 TINY, HUGE = np.float32(1e-30), np.float32(1e30)
-ZERO, ONE, HALF = np.float32(0), np.float32(1), np.float32(0.5)
+ZERO, ONE = np.float32(0), np.float32(1)
 
 
 class Ray(NamedTuple):
@@ -162,33 +158,6 @@ def skip_empty(ray: Any, k: int, cells: Any, cell_shape: Any, shift: int, margin
 
 
 @inlined
-def fetch(voxels: Any, shape: Any, scale: Any, ray: Any, k: int, levels: Any) -> None:
-    """Interpolate a batch of samples from sample k on, as levels of the look-up table.
-
-    Parameters
-    ----------
-    scale : tuple of 2 float32
-        Lowest scalar value, and levels per unit of value.
-    levels : ndarray of int32
-        Output.
-    """
-    last = np.int32(ray.count - 1)
-    highest = np.float32(LEVELS - 1)
-    for m in range(len(levels)):
-        t = np.float32(min(np.int32(k) + np.int32(m), last))
-        value = interpolate(
-            voxels,
-            shape,
-            ray.start[0] + t * ray.step[0],
-            ray.start[1] + t * ray.step[1],
-            ray.start[2] + t * ray.step[2],
-        )
-        # Rounding may leave the range, and the table with it.
-        level = min(max((value - scale[0]) * scale[1], ZERO), highest)
-        levels[m] = np.int32(level + HALF)
-
-
-@inlined
 def march(
     voxels: Any,
     shape: Any,
@@ -203,7 +172,9 @@ def march(
     ray: Any,
     opaque: Any,
     levels: Any,
-) -> Any:
+    staging: Any,
+    total: Any,
+) -> int:
     """Composite the samples of one ray.
 
     Parameters
@@ -220,8 +191,8 @@ def march(
         Logarithm of a cell's edge.
     alphas : ndarray of float32, shape (levels,)
         Opacity of a sample.
-    colors : ndarray of float32, shape (3 levels,), or None
-        Colour of a sample, premultiplied; None for the opacity alone.
+    colors : ndarray of float32, shape (4 levels,), or None
+        RGBA of a sample, premultiplied; None for the opacity alone.
     light : Light or None
         Of gradient shading.
     glow : LightGrid or None
@@ -229,17 +200,18 @@ def march(
     ray : Ray
     opaque : float32
         The ray ends when less light than this comes through.
-    levels : ndarray of int32
-        Scratch memory for a batch of samples.
+    levels : ndarray of int32, shape (n,)
+    staging : Staging or None
+        Scratch memory for a batch of samples; see :func:`model.rendering.raycast.batch.fetch`.
+    total : ndarray of float32, shape (4,)
+        Output: RGBA, premultiplied.
 
     Returns
     -------
-    red, green, blue, alpha : float32
-        Premultiplied.
-    first : int
+    int
         The sample at which the opacity reaches :data:`VISIBLE`, or -1.
     """
-    red = green = blue = alpha = ZERO
+    total[0] = total[1] = total[2] = total[3] = ZERO
     through = ONE
     first = -1
     k = 0
@@ -249,34 +221,38 @@ def march(
             k = behind
             continue
         # A whole batch, even across the end of the cell: the vectors are there anyway.
-        fetch(voxels, shape, scale, ray, k, levels)
+        fetch(voxels, shape, scale, ray, k, levels, staging)
         before = through
-        for m in range(min(ray.count - k, len(levels))):
-            level = np.uint64(np.uint32(levels[m]))
-            a = alphas[level]
-            alpha += through * a
-            if colors is not None:
-                level *= np.uint64(3)
-                r = colors[level]
-                g = colors[level + np.uint64(1)]
-                b = colors[level + np.uint64(2)]
-                if light is not None and a > ZERO:
-                    diffuse, gloss = reflect(voxels, shape, light, ray, np.float32(k + m))
-                    gloss *= a
-                    r, g, b = r * diffuse + gloss, g * diffuse + gloss, b * diffuse + gloss
-                if glow is not None and a > ZERO:
-                    lit = received(glow, ray, np.float32(k + m))
-                    r, g, b = r * lit, g * lit, b * lit
-                red += through * r
-                green += through * g
-                blue += through * b
-            through *= ONE - a
+        if colors is not None and light is None and glow is None and staging is not None:
+            for m in range(0, len(levels), GROUP):
+                through = composite_group(colors, alphas, levels, m, total, through)
+        else:
+            for m in range(len(levels)):
+                level = np.uint64(np.uint32(levels[m]))
+                a = alphas[level]
+                if colors is None:
+                    total[3] += through * a
+                else:
+                    at = np.uint64(4) * level
+                    r, g, b = colors[at], colors[at + np.uint64(1)], colors[at + np.uint64(2)]
+                    if light is not None and a > ZERO:
+                        diffuse, gloss = reflect(voxels, shape, light, ray, np.float32(k + m))
+                        gloss *= a
+                        r, g, b = r * diffuse + gloss, g * diffuse + gloss, b * diffuse + gloss
+                    if glow is not None and a > ZERO:
+                        lit = received(glow, ray, np.float32(k + m))
+                        r, g, b = r * lit, g * lit, b * lit
+                    total[0] += through * r
+                    total[1] += through * g
+                    total[2] += through * b
+                    total[3] += through * a
+                through *= ONE - a
         if first < 0 and through <= ONE - VISIBLE:
             first = k + _first_visible(alphas, levels, before)
         k += len(levels)
         if through < opaque:
             break
-    return red, green, blue, alpha, first
+    return first
 
 
 @inlined
@@ -285,10 +261,7 @@ def show(
     depth: Any,
     row: int,
     column: int,
-    red: Any,
-    green: Any,
-    blue: Any,
-    alpha: Any,
+    total: Any,
     t: Any,
 ) -> None:
     """Write one pixel of an image, and of its depth unless that is None.
@@ -298,14 +271,14 @@ def show(
     image : ndarray of float32, shape (size, size, channels)
         RGBA, or opacity alone.
     depth : ndarray of float32, shape (size, size), or None
+    total : ndarray of float32, shape (4,)
+        RGBA.
     t : float
         World distance from the eye to where something becomes visible.
     """
-    if image.shape[2] > 1:
-        image[row, column, 0] = red
-        image[row, column, 1] = green
-        image[row, column, 2] = blue
-    image[row, column, image.shape[2] - 1] = alpha
+    channels = image.shape[2]
+    for channel in range(channels):
+        image[row, column, channel] = total[4 - channels + channel]
     if depth is not None:
         depth[row, column] = t
 

@@ -19,8 +19,12 @@ from model.rendering.raycast.cells import SHIFT, MinMaxCells
 from model.rendering.raycast.cpu import draw_rows, draw_rows_preintegrated
 from model.rendering.raycast.differentiation import differentiate_windows
 from model.rendering.raycast.illumination import Illumination, gradient_light
-from model.rendering.raycast.marching import LEVELS_PER_BIN
-from model.rendering.raycast.tables import color_table, opacity_table, preintegrated_table
+from model.rendering.raycast.tables import (
+    LEVELS_PER_BIN,
+    color_table,
+    opacity_table,
+    preintegrated_table,
+)
 from model.rendering.scalars import renderable_scalars
 from model.scene import LightDirection, Lighting
 from model.transfer_function import TF_SAMPLES, ColorTF, OpacityTF

@@ -6,8 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.rendering.opacity_correction import per_sample
-from model.rendering.raycast.marching import LEVELS
 from model.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, Range
+
+LEVELS_PER_BIN = 16
+LEVELS = (TF_SAMPLES - 1) * LEVELS_PER_BIN + 1
+"""Entries of the look-up tables, several per bin of the TF; the nearest one is taken."""
+
+NOTHING = LEVELS
+"""One more entry: what lies behind the end of a ray."""
 
 TINY = 1e-30
 """The transparency of an opaque TF, so that its logarithm is a number."""
@@ -20,10 +26,13 @@ def opacity_table(
 
     Returns
     -------
-    ndarray of float32, shape (LEVELS,)
+    ndarray of float32, shape (LEVELS + 1,)
+        0 for :data:`NOTHING`.
     """
     opacity = per_sample(opacity_tf.sample(scalar_range), sample_distance)
-    return np.interp(_levels(), np.arange(TF_SAMPLES), opacity).astype(np.float32)
+    table = np.zeros(LEVELS + 1, dtype=np.float32)
+    table[:LEVELS] = np.interp(_levels(), np.arange(TF_SAMPLES), opacity)
+    return table
 
 
 def color_table(
@@ -33,15 +42,19 @@ def color_table(
 
     Returns
     -------
-    ndarray of float32, shape (3 * LEVELS,)
-        Red, green and blue of the first level, then of the next.
+    ndarray of float32, shape (4 * (LEVELS + 1),)
+        Red, green, blue and opacity of the first level, then of the next; the
+        opacity is 1 where none is given.
     """
     bins = color_tf.sample(scalar_range)
     levels, every = _levels(), np.arange(TF_SAMPLES)
-    color = np.stack([np.interp(levels, every, channel) for channel in bins.T], axis=1)
+    table = np.zeros((LEVELS + 1, 4), dtype=np.float32)
+    for channel in range(3):
+        table[:LEVELS, channel] = np.interp(levels, every, bins[:, channel])
+    table[:LEVELS, 3] = 1
     if opacity is not None:
-        color *= opacity[:, None]
-    return color.astype(np.float32).ravel()
+        table *= opacity[:, None]
+    return table.ravel()
 
 
 def preintegrated_table(

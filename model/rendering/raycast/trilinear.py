@@ -7,87 +7,125 @@ from typing import Any
 import numpy as np
 from llvmlite import ir
 from numba import types
-from numba.core.cpu import CPUContext
-from numba.extending import intrinsic, overload
+from numba.extending import intrinsic
 
 from model.rendering.raycast.compilation import inlined
 
 
-def pair(array: Any, index: Any) -> Any:
-    """Two neighbours in memory, in float32."""
-    return np.float32(array[index]), np.float32(array[index + np.uint64(1)])
-
-
-@overload(pair)  # type: ignore[untyped-decorator]
-def _pair(array: Any, index: Any) -> Any:
-    def load(array: Any, index: Any) -> Any:
-        first, second = _load_two(array, index)
-        return np.float32(first), np.float32(second)
-
-    return load
+def pair_type(array: Any) -> Any:
+    """The Numba type of an unsigned number as long as two elements of an array."""
+    return types.Integer.from_bitwidth(2 * array.dtype.bitwidth, signed=False)
 
 
 @intrinsic  # type: ignore[untyped-decorator]
-def _load_two(_typing: Any, array: Any, index: Any) -> Any:
-    """Two neighbours by one load on the CPU, which is the larger part of an interpolation."""
+def load_pair(_context: Any, array: Any, index: Any) -> Any:
+    """Two neighbours in memory by one load, as an unsigned number; for the CPU."""
 
     def load(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
         place = builder.gep(data, [arguments[1]])
-        if isinstance(context, CPUContext):
-            bits = array.dtype.bitwidth
-            both = builder.bitcast(place, ir.IntType(2 * bits).as_pointer())
-            both = builder.load(both, align=bits // 8)
-            number = context.get_value_type(array.dtype)
-            one = ir.IntType(bits)
-            values = [
-                builder.trunc(both, one),
-                builder.trunc(builder.lshr(both, both.type(bits)), one),
-            ]
-            if number != one:
-                values = [builder.bitcast(value, number) for value in values]
-        else:
-            next_place = builder.gep(place, [ir.IntType(64)(1)])
-            values = [builder.load(place), builder.load(next_place)]
+        both = context.get_value_type(signature.return_type)
+        place = builder.bitcast(place, both.as_pointer())
+        return builder.load(place, align=array.dtype.bitwidth // 8)
+
+    return pair_type(array)(array, index), load
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def _split(_context: Any, array: Any, both: Any) -> Any:
+    """Take a pair of an array's elements apart."""
+
+    def take_apart(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        bits = array.dtype.bitwidth
+        both, one = arguments[1], ir.IntType(bits)
+        number = context.get_value_type(array.dtype)
+        values = [builder.trunc(both, one), builder.trunc(builder.lshr(both, both.type(bits)), one)]
+        if number != one:
+            values = [builder.bitcast(value, number) for value in values]
         return context.make_tuple(builder, signature.return_type, values)
 
-    return types.UniTuple(array.dtype, 2)(array, index), load
+    return types.UniTuple(array.dtype, 2)(array, both), take_apart
+
+
+@inlined
+def halves(array: Any, both: Any) -> Any:
+    """The two elements of a pair in float32."""
+    first, second = _split(array, both)
+    return np.float32(first), np.float32(second)
+
+
+@inlined
+def locate(shape: Any, x: Any, y: Any, z: Any) -> Any:
+    """The voxel before a position along each axis.
+
+    Parameters
+    ----------
+    shape : tuple of 3 int
+        Voxels along x, y and z.
+    x, y, z : float32
+        0 to length - 1; rounding errors outside are extrapolated.
+
+    Returns
+    -------
+    place : uint64
+        Its index. Unsigned, or Numba would look for negative ones at each access.
+    fx, fy, fz : float32
+        Share of the way to the next voxel.
+    """
+    i = min(np.int32(x), np.int32(shape[0] - 2))
+    j = min(np.int32(y), np.int32(shape[1] - 2))
+    k = min(np.int32(z), np.int32(shape[2] - 2))
+    # Numba would make 64 bits of all this; rows need 32, and fit twice as many in a vector.
+    row = np.uint32(np.uint32(j) + np.uint32(np.uint32(shape[1]) * np.uint32(k)))
+    place = np.uint64(np.uint32(i)) + np.uint64(np.uint32(shape[0])) * np.uint64(row)
+    return place, x - np.float32(i), y - np.float32(j), z - np.float32(k)
+
+
+@inlined
+def blend(near: Any, above: Any, behind: Any, both: Any, fx: Any, fy: Any, fz: Any) -> Any:
+    """Interpolate between four pairs of neighbours along x, in float32.
+
+    Parameters
+    ----------
+    near, above, behind, both : tuple of 2 float32
+        In the nearest row, the next row, the next layer, and the next row of
+        that one.
+    fx, fy, fz : float32
+    """
+    v0 = near[0] + fx * (near[1] - near[0])
+    v1 = above[0] + fx * (above[1] - above[0])
+    w0 = behind[0] + fx * (behind[1] - behind[0])
+    w1 = both[0] + fx * (both[1] - both[0])
+    v = v0 + fy * (v1 - v0)
+    w = w0 + fy * (w1 - w0)
+    return v + fz * (w - v)
 
 
 @inlined
 def interpolate(voxels: Any, shape: Any, x: Any, y: Any, z: Any) -> Any:
-    """Interpolate at a position inside the grid, in float32.
+    """Interpolate at a position inside the grid; see :func:`locate`.
 
     Parameters
     ----------
     voxels : ndarray, 1-D
         x fastest.
-    shape : tuple of 3 int
-        Voxels along x, y and z.
-    x, y, z : float32
-        0 to length - 1; rounding errors outside are extrapolated.
     """
-    nx, ny = np.int64(shape[0]), np.int64(shape[1])
-    i = min(np.int32(x), np.int32(shape[0] - 2))
-    j = min(np.int32(y), np.int32(shape[1] - 2))
-    k = min(np.int32(z), np.int32(shape[2] - 2))
-    fx, fy, fz = x - np.float32(i), y - np.float32(j), z - np.float32(k)
-    # Unsigned, or Numba would look for negative indices at each access.
-    a = np.uint64(np.int64(i) + nx * (np.int64(j) + ny * np.int64(k)))
-    b = a + np.uint64(nx)
-    c = a + np.uint64(nx * ny)
-    d = c + np.uint64(nx)
-    v00, v01 = pair(voxels, a)
-    v10, v11 = pair(voxels, b)
-    w00, w01 = pair(voxels, c)
-    w10, w11 = pair(voxels, d)
-    v0 = v00 + fx * (v01 - v00)
-    v1 = v10 + fx * (v11 - v10)
-    w0 = w00 + fx * (w01 - w00)
-    w1 = w10 + fx * (w11 - w10)
-    v = v0 + fy * (v1 - v0)
-    w = w0 + fy * (w1 - w0)
-    return v + fz * (w - v)
+    place, fx, fy, fz = locate(shape, x, y, z)
+    row, layer = np.uint64(shape[0]), np.uint64(shape[0] * shape[1])
+    return blend(
+        _neighbours(voxels, place),
+        _neighbours(voxels, place + row),
+        _neighbours(voxels, place + layer),
+        _neighbours(voxels, place + layer + row),
+        fx,
+        fy,
+        fz,
+    )
+
+
+@inlined
+def _neighbours(voxels: Any, place: Any) -> Any:
+    return np.float32(voxels[place]), np.float32(voxels[place + np.uint64(1)])
 
 
 @inlined

@@ -1,0 +1,80 @@
+"""Emission and absorption along a batch of samples, four channels at a time."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic
+
+FAST = ("contract", "reassoc", "nsz", "arcp")
+GROUP = 4
+"""Samples that are composited among themselves first, so that not each waits for the one before."""
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def composite_group(
+    _context: Any, rows: Any, alphas: Any, levels: Any, first: Any, total: Any, through: Any
+) -> Any:
+    """Composite :data:`GROUP` samples behind what has been composited; for the CPU.
+
+    Parameters
+    ----------
+    rows : ndarray of float32, shape (4 levels,)
+        RGBA, premultiplied.
+    alphas : ndarray of float32, shape (levels,)
+    levels : ndarray of int32
+    first : int
+        The first of them.
+    total : ndarray of float32, shape (4,)
+        RGBA up to now.
+    through : float32
+        Light that comes through up to now.
+
+    Returns
+    -------
+    float32
+        Light that comes through the group, too.
+    """
+    f32, i32, i64 = ir.FloatType(), ir.IntType(32), ir.IntType(64)
+    vector = ir.VectorType(f32, 4)
+
+    def composite(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        def data(number: int) -> Any:
+            array = context.make_array(signature.args[number])
+            return array(context, builder, arguments[number]).data
+
+        def splat(value: Any) -> Any:
+            single = builder.insert_element(ir.Constant(vector, ir.Undefined), value, i32(0))
+            return builder.shuffle_vector(
+                single, single, ir.Constant(ir.VectorType(i32, 4), [0] * 4)
+            )
+
+        def times(a: Any, b: Any) -> Any:
+            return builder.fmul(a, b, flags=FAST)
+
+        def over(front: Any, clear: Any, back: Any) -> Any:
+            return builder.fadd(front, times(clear, back), flags=FAST)
+
+        one = ir.Constant(vector, [1.0] * 4)
+        parts = []
+        for i in range(GROUP):
+            place = builder.add(arguments[3], i64(i))
+            level = builder.zext(builder.load(builder.gep(data(2), [place])), i64)
+            row = builder.gep(data(0), [builder.mul(level, i64(4))])
+            color = builder.load(builder.bitcast(row, vector.as_pointer()), align=4)
+            alpha = splat(builder.load(builder.gep(data(1), [level])))
+            parts.append((color, builder.fsub(one, alpha, flags=FAST)))
+        while len(parts) > 1:
+            parts = [
+                (over(front, clear, back), times(clear, further))
+                for (front, clear), (back, further) in zip(parts[::2], parts[1::2], strict=True)
+            ]
+        ((color, clear),) = parts
+        place = builder.bitcast(data(4), vector.as_pointer())
+        light = splat(arguments[5])
+        builder.store(over(builder.load(place, align=4), light, color), place, align=4)
+        return builder.extract_element(times(light, clear), i32(0))
+
+    return types.float32(rows, alphas, levels, types.int64, total, types.float32), composite
