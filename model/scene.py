@@ -13,7 +13,7 @@ from typing import Any, Literal, get_args
 from model.errors import TfscopeError
 from model.transfer_function import Range
 from model.view import ViewRange
-from model.volume import Volume
+from model.volume import Triple, Volume
 
 Lighting = Literal["none", "direct", "global"]
 """Emission-absorption alone, gradient shading, or volumetric scattering with shadows."""
@@ -76,6 +76,10 @@ class Scene:
     view_range : ViewRange
     renderer : {"vtk", "raycast"}
         What renders the images that are learned from.
+    proportions : tuple of float
+        The volume's lengths along x, y and z over the diameter of its bounding
+        sphere. Scenes of earlier versions do not say it; then the volume may be
+        anywhere in the sphere.
     """
 
     volume_name: str
@@ -88,6 +92,7 @@ class Scene:
     sample_distance: float = 0.5
     view_range: ViewRange = field(default_factory=ViewRange)
     renderer: RendererName = "vtk"
+    proportions: Triple = (1.0, 1.0, 1.0)
 
     def __post_init__(self) -> None:
         lo, hi = self.scalar_range
@@ -116,6 +121,10 @@ class Scene:
                 f"A sample distance of {self.sample_distance:g} voxels is not supported; "
                 "give 0.01 to 10."
             )
+        if len(self.proportions) != 3 or not all(0 < length <= 1 for length in self.proportions):
+            raise TfscopeError(
+                f"The volume's proportions {self.proportions} must be three numbers in 0..1."
+            )
 
     @classmethod
     def of(
@@ -136,6 +145,7 @@ class Scene:
             lighting=lighting,
             light=None if lighting == "none" else LightDirection(),
             renderer=renderer,
+            proportions=volume.proportions,
         )
 
     def to_json(self) -> dict[str, Any]:
@@ -155,6 +165,8 @@ class Scene:
             values = dict(data)
             values["scalar_range"] = _pair(values["scalar_range"])
             values["scalar_window"] = _pair(values["scalar_window"])
+            if "proportions" in values:
+                values["proportions"] = tuple(float(v) for v in values["proportions"])
             values["view_range"] = ViewRange(**values["view_range"])
             if values["light"] is not None:
                 values["light"] = LightDirection(**values["light"])

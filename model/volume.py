@@ -109,6 +109,12 @@ class Volume:
         return float(np.linalg.norm(self.extent)) / 2
 
     @property
+    def proportions(self) -> Triple:
+        """Lengths along x, y and z over the diameter of the bounding sphere."""
+        x, y, z = (length / (2 * self.radius) for length in self.extent)
+        return x, y, z
+
+    @property
     def voxel_size(self) -> float:
         """Edge of the cube that has a voxel's volume (geometric mean of the spacing).
 

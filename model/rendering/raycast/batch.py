@@ -157,7 +157,7 @@ def fetch(voxels: Any, shape: Any, scale: Any, ray: Any, k: int, levels: Any, st
 
 
 @inlined
-def _level(value: Any, scale: Any, outside: bool) -> Any:
+def _level(value: Any, scale: Any, outside: Any) -> Any:
     """The nearest level. Rounding may leave the range of values, and the tables with it."""
     level = min(max((value - scale[0]) * scale[1], ZERO), np.float32(LEVELS - 1))
     return np.int32(NOTHING) if outside else np.int32(level + HALF)
