@@ -21,7 +21,8 @@ from torch import Tensor
 
 from model.errors import CheckpointError, TfscopeError
 from model.networks.blocks import NetworkSize
-from model.networks.two_stage import TwoStageGenerator
+from model.networks.build import build_generator
+from model.networks.two_stage import GeneratorNetwork
 from model.scene import Scene
 
 FORMAT_VERSION = 1
@@ -59,14 +60,14 @@ class ModelCard:
         return {**asdict(self), "scene": self.scene.to_json()}
 
 
-def save_model(folder: Path, card: ModelCard, network: TwoStageGenerator) -> None:
+def save_model(folder: Path, card: ModelCard, network: GeneratorNetwork) -> None:
     """Write a model folder, replacing the model in it; weights in half precision.
 
     Parameters
     ----------
     folder : Path
     card : ModelCard
-    network : TwoStageGenerator
+    network : GeneratorNetwork
 
     Raises
     ------
@@ -111,13 +112,13 @@ def load_card(folder: Path) -> ModelCard:
     return _card(folder, _read_json(folder))
 
 
-def load_model(folder: Path) -> tuple[ModelCard, TwoStageGenerator]:
+def load_model(folder: Path) -> tuple[ModelCard, GeneratorNetwork]:
     """Read a model folder.
 
     Returns
     -------
     card : ModelCard
-    network : TwoStageGenerator
+    network : GeneratorNetwork
         In evaluation mode, float32, on the CPU.
 
     Raises
@@ -144,7 +145,7 @@ def load_model(folder: Path) -> tuple[ModelCard, TwoStageGenerator]:
         weights = safetensors.torch.load(content)
     except safetensors.SafetensorError as error:
         raise CheckpointError(f"{path}: the file is not safetensors ({error}).") from error
-    network = TwoStageGenerator(card.size)
+    network = build_generator(card.size, card.scene)
     _check_weights(path, weights, network.state_dict())
     network.load_state_dict({name: value.float() for name, value in weights.items()})
     return card, network.eval().requires_grad_(False)

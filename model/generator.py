@@ -15,7 +15,7 @@ from model.checkpoint import ModelCard, load_model
 from model.encoding import decode_unit, encode_colors, encode_unit, encode_views
 from model.errors import DeviceError
 from model.networks.blocks import place
-from model.networks.two_stage import TwoStageGenerator
+from model.networks.two_stage import GeneratorNetwork
 from model.scene import Scene
 from model.transfer_function import ColorTF, OpacityTF
 from model.view import View
@@ -32,11 +32,11 @@ class Generator:
     ----------
     card : ModelCard
     device : torch.device
-    network : TwoStageGenerator
+    network : GeneratorNetwork
         For derivatives: a differentiable function of encoded inputs.
     """
 
-    def __init__(self, card: ModelCard, network: TwoStageGenerator, device: torch.device) -> None:
+    def __init__(self, card: ModelCard, network: GeneratorNetwork, device: torch.device) -> None:
         self.card = card
         self.device = device
         self.network = place(network, device).eval()

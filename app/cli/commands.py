@@ -233,29 +233,21 @@ def train(
     faithful: Annotated[
         bool, typer.Option("--faithful", help="The paper's recipe, nothing added.")
     ] = False,
-    opacity_l1: Annotated[
-        float | None, typer.Option("--opacity-l1", min=0, help="Weight of l1 on opacity images.")
-    ] = None,
-    predicted_share: Annotated[
-        float | None,
+    architecture: Annotated[
+        options.ArchitectureOption | None,
         typer.Option(
-            "--predicted-share",
-            min=0,
-            max=1,
-            help="Share of stage 2's opacity images that stage 1 predicts.",
+            "--architecture",
+            help="Two stages as in the paper, a 3-D feature grid, or the grid's opacity image "
+            "in front of the paper's second stage. (default: the preset's)",
         ),
     ] = None,
-    average_decay: Annotated[
-        float | None,
-        typer.Option("--average-decay", min=0, help="Decay of the weight average; 0 is none."),
-    ] = None,
-    adversarial_start: Annotated[
-        float | None,
+    settings: Annotated[
+        list[str] | None,
         typer.Option(
-            "--adversarial-start",
-            min=0,
-            max=1,
-            help="Share of each stage after which the discriminator joins; 1 is never.",
+            "--set",
+            metavar="NAME=VALUE",
+            help="Change one number of the recipe, such as opacity_l1_weight=50 or "
+            "joint.learning_rate=5e-4; may be repeated.",
         ),
     ] = None,
     reuse: Annotated[
@@ -291,12 +283,8 @@ def train(
             samples=samples,
             resume=resume,
             faithful=faithful,
-            overrides={
-                "opacity_l1_weight": opacity_l1,
-                "predicted_share": predicted_share,
-                "average_decay": average_decay,
-                "adversarial_start": adversarial_start,
-            },
+            architecture=None if architecture is None else architecture.value,
+            settings=tuple(settings or ()),
             lighting=options.lighting(lighting),
             renderer=options.renderer_name(renderer),
             reuse=reuse,

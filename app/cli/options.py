@@ -56,6 +56,14 @@ class Preset(StrEnum):
     PAPER = "paper"
 
 
+class ArchitectureOption(StrEnum):
+    """Kinds of generators."""
+
+    PAPER = "paper"
+    GRID = "grid"
+    GRID_TRANSLATION = "grid-translation"
+
+
 VolumeFile = Annotated[
     Path | None,
     typer.Option("--volume", help="Volume file or DICOM folder. (default: the shipped jet)"),

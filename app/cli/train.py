@@ -24,7 +24,7 @@ from app.cli.console import console
 from model.dataset import SampleStore
 from model.errors import TrainingError
 from model.generator import choose_device
-from model.networks.blocks import NetworkSize
+from model.networks.blocks import Architecture, NetworkSize
 from model.rendering.raycast import cuda
 from model.scene import Lighting, RendererName, Scene
 from model.training.options import PRESETS, Budget, TrainingOptions
@@ -49,7 +49,8 @@ class TrainOrder:
     samples: int | None
     resume: bool
     faithful: bool
-    overrides: dict[str, float | None]
+    architecture: Architecture | None
+    settings: tuple[str, ...]
     lighting: Lighting
     renderer: RendererName
     reuse: float | None
@@ -93,13 +94,14 @@ def train_model(order: TrainOrder) -> None:
 def _size(order: TrainOrder) -> NetworkSize:
     """The preset's size; the paper's networks have no modulation."""
     size = PRESETS[order.preset]
-    return replace(size, modulation=False) if order.faithful else size
+    if order.faithful:
+        size = replace(size, modulation=False, architecture="paper")
+    return size if order.architecture is None else replace(size, architecture=order.architecture)
 
 
 def _recipe(order: TrainOrder) -> TrainingOptions:
     recipe = TrainingOptions.faithful() if order.faithful else TrainingOptions()
-    given = {name: value for name, value in order.overrides.items() if value is not None}
-    return replace(recipe, seed=order.seed, **given)  # type: ignore[arg-type]
+    return replace(recipe, seed=order.seed).with_settings(order.settings)
 
 
 def _check_options(order: TrainOrder) -> None:
@@ -116,6 +118,8 @@ def _check_options(order: TrainOrder) -> None:
             f"A stored data set decides on its own about {' and '.join(given)}; "
             "leave that out, or leave --dataset out."
         )
+    if order.faithful and order.architecture not in (None, "paper"):
+        raise TrainingError("The paper's recipe is for its networks; leave --architecture out.")
     if order.faithful and order.error_driven:
         raise TrainingError("The paper's recipe draws all samples alike; leave --error-driven out.")
 
@@ -141,7 +145,7 @@ def _source(order: TrainOrder, device: str) -> SampleSource:
         _check_store(order, store)
         return StoredSource(store)
     volume = order.volume.read()
-    size = PRESETS[order.preset]
+    size = _size(order)
     scene = Scene.of(volume, size.image_size, order.lighting, order.window, order.renderer)
     on_gpu = device == "cuda" and scene.renderer == "raycast" and cuda.is_available()
     return StreamSource(

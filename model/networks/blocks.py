@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TypeVar
+from typing import Literal, TypeVar, get_args
 
 import torch
 from torch import Tensor, nn
@@ -20,6 +20,8 @@ Network = TypeVar("Network", bound=nn.Module)
 
 LEAK = 0.2
 VIEW_PARAMETERS = 5
+
+Architecture = Literal["paper", "grid", "grid-translation"]
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,9 @@ class NetworkSize:
         1, 2, 4 or more powers of two.
     latent_dim : int
         Length of the latent code of an opacity TF.
+    architecture : {"paper", "grid", "grid-translation"}
+        The paper's two stages; both images from a feature grid; or the feature
+        grid's opacity image in front of the paper's translation.
     modulation : bool
         Whether the codes of view and TFs also scale and shift the translation
         decoder's features at every resolution. The paper's network has only
@@ -53,6 +58,7 @@ class NetworkSize:
     image_size: int = 256
     latent_dim: int = 8
     modulation: bool = False
+    architecture: Architecture = "paper"
 
     def __post_init__(self) -> None:
         for name in ("opacity_size", "image_size"):
@@ -63,6 +69,11 @@ class NetworkSize:
             raise TfscopeError(
                 f"The colour image ({self.image_size} pixels) must not be smaller than "
                 f"the opacity image ({self.opacity_size} pixels)."
+            )
+        if self.architecture not in get_args(Architecture):
+            raise TfscopeError(
+                f"The architecture '{self.architecture}' is unknown; "
+                f"choose {', '.join(get_args(Architecture))}."
             )
         if not 0 < self.width <= 4 or not isinstance(self.latent_dim, int) or self.latent_dim < 1:
             raise TfscopeError("The network's width must be in 0..4 and its latent code not empty.")
@@ -186,10 +197,15 @@ class Modulation(nn.Module):
         nn.init.normal_(self.linear.weight, 0.0, 0.05)
         nn.init.zeros_(self.linear.bias)
 
+    def factors(self, code: Tensor) -> tuple[Tensor, Tensor]:
+        """Scales, to be added to 1, and shifts, each (N, channels), of codes (N, code)."""
+        scale, shift = self.linear(code).chunk(2, dim=1)
+        return scale, shift
+
     def forward(self, x: Tensor, code: Tensor) -> Tensor:
         """Modulate features (N, channels, H, W) by codes (N, code)."""
-        scale, shift = self.linear(code)[:, :, None, None].chunk(2, dim=1)
-        return x * (1 + scale) + shift
+        scale, shift = self.factors(code)
+        return x * (1 + scale[:, :, None, None]) + shift[:, :, None, None]
 
 
 def mlp(*features: int) -> nn.Sequential:

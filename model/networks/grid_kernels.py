@@ -81,7 +81,7 @@ def _corners(points: Any, p: int, shape: Any) -> Any:
 def _ends(place: Any, count: int) -> Any:
     """The two nodes around a place along one axis, and their weights."""
     x = (place + ONE) * np.float32(0.5) * np.float32(count - 1)
-    i = int(math.floor(x))
+    i = math.floor(x)
     share = x - np.float32(i)
     first = ONE - share if 0 <= i < count else ZERO
     second = share if -1 <= i < count - 1 else ZERO

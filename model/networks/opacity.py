@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -41,8 +42,8 @@ class OpacityOutput(NamedTuple):
     latent: Tensor
 
 
-class OpacityGenerator(nn.Module):
-    """Encodes the TF into the latent code and draws the opacity image from code and view."""
+class LatentCodec(nn.Module):
+    """The latent code of an opacity TF, and the TF that it stands for."""
 
     def __init__(self, size: NetworkSize) -> None:
         super().__init__()
@@ -55,6 +56,37 @@ class OpacityGenerator(nn.Module):
         self.tf_decoder = nn.Sequential(
             mlp(size.latent_dim, c(128)), nn.Linear(c(128), TF_SAMPLES), nn.Tanh()
         )
+
+    def encode(self, opacity_tf: Tensor) -> Tensor:
+        """Latent codes (N, latent_dim) of opacity TFs (N, 256)."""
+        z: Tensor = self.encoder(opacity_tf[:, None])
+        return z
+
+    def decode(self, latent: Tensor) -> Tensor:
+        """Opacity TFs (N, 256) of latent codes (N, latent_dim)."""
+        tf: Tensor = self.tf_decoder(latent)
+        return tf
+
+
+class OpacityNetwork(LatentCodec, ABC):
+    """What every opacity generator can do."""
+
+    def forward(self, view: Tensor, opacity_tf: Tensor) -> OpacityOutput:
+        """Render from views (N, 5) and opacity TFs (N, 256), both in [-1, 1]."""
+        latent = self.encode(opacity_tf)
+        return OpacityOutput(self.draw(view, latent), self.decode(latent), latent)
+
+    @abstractmethod
+    def draw(self, view: Tensor, latent: Tensor) -> Tensor:
+        """Opacity images (N, 1, S, S) in [-1, 1] from views (N, 5) and latent codes."""
+
+
+class OpacityGenerator(OpacityNetwork):
+    """The paper's: draws the opacity image from latent code and view by 2-D convolutions."""
+
+    def __init__(self, size: NetworkSize) -> None:
+        super().__init__(size)
+        c = size.channels
         self.view = mlp(VIEW_PARAMETERS, c(512), c(512))
         self.latent = mlp(size.latent_dim, c(512))
         self.merge = mlp(2 * c(512), c(512), c(512))
@@ -67,21 +99,6 @@ class OpacityGenerator(nn.Module):
             blocks += [upsample(), ResidualBlock(a, b, 1 if i == 0 else 3, last=b == 1)]
         self.image = nn.Sequential(*blocks, nn.Tanh())
         initialise(self)
-
-    def forward(self, view: Tensor, opacity_tf: Tensor) -> OpacityOutput:
-        """Render from views (N, 5) and opacity TFs (N, 256), both in [-1, 1]."""
-        latent = self.encode(opacity_tf)
-        return OpacityOutput(self.draw(view, latent), self.decode(latent), latent)
-
-    def encode(self, opacity_tf: Tensor) -> Tensor:
-        """Latent codes (N, latent_dim) of opacity TFs (N, 256)."""
-        z: Tensor = self.encoder(opacity_tf[:, None])
-        return z
-
-    def decode(self, latent: Tensor) -> Tensor:
-        """Opacity TFs (N, 256) of latent codes (N, latent_dim)."""
-        tf: Tensor = self.tf_decoder(latent)
-        return tf
 
     def draw(self, view: Tensor, latent: Tensor) -> Tensor:
         """Opacity images (N, 1, S, S) from views (N, 5) and latent codes."""

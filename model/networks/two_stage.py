@@ -1,37 +1,26 @@
-"""Both generators as one differentiable function of view and transfer functions."""
+"""Opacity generator and translation generator as one function of view and transfer functions."""
 
 from __future__ import annotations
+
+from abc import ABC, abstractmethod
 
 from torch import Tensor, nn
 
 from model.networks.blocks import NetworkSize
-from model.networks.opacity import OpacityGenerator
+from model.networks.opacity import OpacityGenerator, OpacityNetwork
 from model.networks.translation import TranslationGenerator
 
 
-class TwoStageGenerator(nn.Module):
-    """The opacity generator in front of the translation generator.
+class GeneratorNetwork(nn.Module, ABC):
+    """A differentiable function of view and transfer functions.
 
-    Nothing is detached: the image depends on the opacity TF through the
-    opacity image and through the latent code that enters the translation, and
-    the gradient goes both ways.
-
-    Parameters
+    Attributes
     ----------
-    size : NetworkSize
-    opacity, translation : optional
-        Networks to use as they are; new ones otherwise.
+    opacity : OpacityNetwork
+        Encodes the opacity TF and draws the opacity image.
     """
 
-    def __init__(
-        self,
-        size: NetworkSize,
-        opacity: OpacityGenerator | None = None,
-        translation: TranslationGenerator | None = None,
-    ) -> None:
-        super().__init__()
-        self.opacity = opacity or OpacityGenerator(size)
-        self.translation = translation or TranslationGenerator(size)
+    opacity: OpacityNetwork
 
     def forward(self, view: Tensor, opacity_tf: Tensor, color_tf: Tensor) -> tuple[Tensor, Tensor]:
         """Render from transfer functions.
@@ -49,6 +38,37 @@ class TwoStageGenerator(nn.Module):
             All values in [-1, 1], those of the arguments too.
         """
         return self.render_latent(view, self.opacity.encode(opacity_tf), color_tf)
+
+    @abstractmethod
+    def render_latent(
+        self, view: Tensor, latent: Tensor, color_tf: Tensor
+    ) -> tuple[Tensor, Tensor]:
+        """Render from latent codes (N, latent_dim) instead of opacity TFs."""
+
+
+class TwoStageGenerator(GeneratorNetwork):
+    """The opacity generator in front of the translation generator.
+
+    Nothing is detached: the image depends on the opacity TF through the
+    opacity image and through the latent code that enters the translation, and
+    the gradient goes both ways.
+
+    Parameters
+    ----------
+    size : NetworkSize
+    opacity, translation : optional
+        Networks to use as they are; the paper's otherwise.
+    """
+
+    def __init__(
+        self,
+        size: NetworkSize,
+        opacity: OpacityNetwork | None = None,
+        translation: TranslationGenerator | None = None,
+    ) -> None:
+        super().__init__()
+        self.opacity = opacity or OpacityGenerator(size)
+        self.translation = translation or TranslationGenerator(size)
 
     def render_latent(
         self, view: Tensor, latent: Tensor, color_tf: Tensor

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -41,7 +42,7 @@ class TrainingOptions:
 
     Attributes
     ----------
-    opacity, translation : StageOptions
+    opacity, translation, joint : StageOptions
         The paper's runs see 30 passes over 200,000 samples; those of an hour
         are far shorter, and want more steps: smaller batches, larger rates.
     l1_weight : float
@@ -64,12 +65,16 @@ class TrainingOptions:
         then the other losses train the generator alone, twice as fast. The
         paper's joins at once.
     opacity_time_share : float
-        Share of the budget that goes to stage 1.
+        Share of the two stages' time that goes to stage 1.
+    joint_share : float
+        Share of the budget, behind both stages, in which they are tuned to
+        each other, 0 to below 1; the paper has none.
     seed : int
     """
 
     opacity: StageOptions = StageOptions(16, 4e-4, 3.0)
     translation: StageOptions = StageOptions(16, 4e-4, 3.0)
+    joint: StageOptions = StageOptions(16, 1e-3, 5.0)
     l1_weight: float = 150.0
     decoded_tf_weight: float = 20.0
     opacity_l1_weight: float = 150.0
@@ -78,6 +83,7 @@ class TrainingOptions:
     keep_variance: bool = True
     adversarial_start: float = 0.6
     opacity_time_share: float = 0.4
+    joint_share: float = 0.0
     seed: int = 0
 
     def __post_init__(self) -> None:
@@ -89,6 +95,8 @@ class TrainingOptions:
             raise TrainingError("The decay of the weight average must be from 0 to below 1.")
         if not 0 < self.opacity_time_share < 1:
             raise TrainingError("The opacity stage's share of the budget must be between 0 and 1.")
+        if not 0 <= self.joint_share < 1:
+            raise TrainingError("The joint stage's share of the budget must be from 0 to below 1.")
 
     @classmethod
     def faithful(cls, seed: int = 0) -> TrainingOptions:
@@ -105,6 +113,32 @@ class TrainingOptions:
             adversarial_start=0.0,
         )
 
+    def with_settings(self, settings: Sequence[str]) -> TrainingOptions:
+        """Change some options.
+
+        Parameters
+        ----------
+        settings : sequence of str
+            "name=value"; a stage's options are named like "joint.batch_size".
+
+        Raises
+        ------
+        TrainingError
+            For a name that there is not, or a value that is no number of its kind.
+        """
+        data = self.to_json()
+        for setting in settings:
+            name, _, text = setting.partition("=")
+            *path, last = name.strip().split(".")
+            place = data
+            for part in path:
+                place = place[part] if isinstance(place.get(part), dict) else {}
+            if last not in place or isinstance(place[last], dict):
+                names = ", ".join(_names(self.to_json()))
+                raise TrainingError(f"The recipe has no '{name.strip()}'; it has {names}.")
+            place[last] = _like(place[last], setting, text.strip())
+        return TrainingOptions.from_json(data)
+
     def to_json(self) -> dict[str, Any]:
         """The options as plain data."""
         return asdict(self)
@@ -113,7 +147,7 @@ class TrainingOptions:
     def from_json(cls, data: dict[str, Any]) -> TrainingOptions:
         """Rebuild options from :meth:`to_json`'s data."""
         values = dict(data)
-        for stage in ("opacity", "translation"):
+        for stage in ("opacity", "translation", "joint"):
             values[stage] = StageOptions(**values[stage])
         return cls(**values)
 
@@ -138,3 +172,27 @@ class Budget:
             return seconds / (60 * self.minutes)
         assert self.samples is not None
         return samples / self.samples
+
+
+def _names(data: dict[str, Any]) -> list[str]:
+    """Names of all options, those of the stages with the stage's before it."""
+    names = []
+    for name, value in data.items():
+        names += [f"{name}.{n}" for n in _names(value)] if isinstance(value, dict) else [name]
+    return names
+
+
+def _like(value: bool | int | float, setting: str, text: str) -> bool | int | float:
+    """A text as a value of the same kind as another."""
+    try:
+        if isinstance(value, bool):
+            return {"true": True, "false": False}[text.lower()]
+        number = type(value)(text)
+        if not math.isfinite(number):
+            raise ValueError
+    except (ValueError, KeyError):
+        kind = "true or false" if isinstance(value, bool) else "a number"
+        raise TrainingError(
+            f"'{setting}' is not understood; give {kind}, as now {value}."
+        ) from None
+    return number

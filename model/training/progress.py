@@ -15,7 +15,7 @@ from model import metrics
 from model.checkpoint import write_atomically
 from model.encoding import decode_unit, encode_batch
 from model.networks.blocks import NetworkSize
-from model.networks.two_stage import TwoStageGenerator
+from model.networks.two_stage import GeneratorNetwork
 from model.training.sources import SampleSource
 from model.training.stages import Losses
 from model.training.state import Progress
@@ -41,12 +41,12 @@ class HoldoutProbe:
         self.count = len(samples)
         self.batch = encode_batch(samples, source.scene.view_range, size.opacity_size).to(device)
 
-    def measure(self, generator: TwoStageGenerator, sheet: Path) -> dict[str, float]:
+    def measure(self, generator: GeneratorNetwork, sheet: Path) -> dict[str, float]:
         """Measure a generator and write a picture of the first samples.
 
         Parameters
         ----------
-        generator : TwoStageGenerator
+        generator : GeneratorNetwork
         sheet : Path
             PNG file. Rows, from the top: true images, generated images, true
             opacity images, generated opacity images.
@@ -73,7 +73,7 @@ class HoldoutProbe:
 
     @torch.inference_mode()
     def _render(
-        self, generator: TwoStageGenerator
+        self, generator: GeneratorNetwork
     ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
         """Images, opacity images and decoded opacity TFs, a few samples at a time."""
         parts = []

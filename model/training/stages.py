@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 import torch
 from torch import Tensor, nn
-from torch.nn.functional import binary_cross_entropy_with_logits
 
 from model.encoding import EncodedBatch
 from model.networks.blocks import NetworkSize, keep_variance, place
-from model.networks.opacity import OpacityDiscriminator, OpacityGenerator
+from model.networks.opacity import OpacityDiscriminator, OpacityNetwork
 from model.networks.translation import TranslationDiscriminator, TranslationGenerator
 from model.training.average import WeightAverage
+from model.training.losses import adversarial, decoded_tf_error, l1
 from model.training.options import StageOptions, TrainingOptions
 
 Losses = dict[str, float]
@@ -79,6 +79,9 @@ class Stage(ABC):
         self.steps = 0
         self.generator_optimiser = _adam(self.generator, stage)
         self.discriminator_optimiser = _adam(self.discriminator, stage)
+
+    def begin(self) -> None:  # noqa: B027  (most stages have nothing to take over)
+        """Take over what earlier stages have learned; called when the stage begins."""
 
     def step(self, batch: EncodedBatch, progress: float) -> StepResult:
         """Train both networks on one batch.
@@ -142,7 +145,7 @@ class Stage(ABC):
         """The rendered images of a batch."""
 
     @abstractmethod
-    def _generate(self, batch: EncodedBatch) -> tuple[Tensor, Tensor]:
+    def _generate(self, batch: EncodedBatch) -> tuple[Tensor, Any]:
         """Images made for a batch, and what else the generator's losses need."""
 
     @abstractmethod
@@ -150,9 +153,7 @@ class Stage(ABC):
         """The discriminator's logits for images of a batch."""
 
     @abstractmethod
-    def _generator_losses(
-        self, batch: EncodedBatch, fake: Tensor, extra: Tensor
-    ) -> dict[str, Tensor]:
+    def _generator_losses(self, batch: EncodedBatch, fake: Tensor, extra: Any) -> dict[str, Tensor]:
         """The generator's losses beside the adversarial one."""
 
     @abstractmethod
@@ -164,13 +165,17 @@ class OpacityStage(Stage):
     """Stage 1: the opacity GAN with its decoded-TF loss (paper, Eq. 7)."""
 
     name = "opacity"
-    generator: OpacityGenerator
-    average: WeightAverage[OpacityGenerator]
+    generator: OpacityNetwork
+    average: WeightAverage[OpacityNetwork]
 
-    def __init__(self, size: NetworkSize, options: TrainingOptions, device: torch.device) -> None:
-        super().__init__(
-            OpacityGenerator(size), OpacityDiscriminator(size), options.opacity, options, device
-        )
+    def __init__(
+        self,
+        size: NetworkSize,
+        options: TrainingOptions,
+        opacity: OpacityNetwork,
+        device: torch.device,
+    ) -> None:
+        super().__init__(opacity, OpacityDiscriminator(size), options.opacity, options, device)
 
     def _real(self, batch: EncodedBatch) -> Tensor:
         return batch.opacity_image
@@ -187,8 +192,8 @@ class OpacityStage(Stage):
         self, batch: EncodedBatch, fake: Tensor, extra: Tensor
     ) -> dict[str, Tensor]:
         return {
-            "decoded_tf": weighted((extra.float() - batch.opacity_tf).square(), batch.weight),
-            "opacity_l1": weighted((fake.float() - batch.opacity_image).abs(), batch.weight),
+            "decoded_tf": decoded_tf_error(extra, batch),
+            "opacity_l1": l1(fake, batch.opacity_image, batch.weight),
         }
 
     def _weights(self) -> dict[str, float]:
@@ -206,7 +211,7 @@ class TranslationStage(Stage):
     ----------
     size : NetworkSize
     options : TrainingOptions
-    opacity : OpacityGenerator
+    opacity : OpacityNetwork
         The trained generator of stage 1; it gives the latent codes, and the
         opacity images of the predicted share of samples.
     device : torch.device
@@ -219,7 +224,7 @@ class TranslationStage(Stage):
         self,
         size: NetworkSize,
         options: TrainingOptions,
-        opacity: OpacityGenerator,
+        opacity: OpacityNetwork,
         device: torch.device,
     ) -> None:
         super().__init__(
@@ -257,24 +262,10 @@ class TranslationStage(Stage):
     def _generator_losses(
         self, batch: EncodedBatch, fake: Tensor, extra: Tensor
     ) -> dict[str, Tensor]:
-        return {"l1": weighted((fake.float() - batch.image).abs(), batch.weight)}
+        return {"l1": l1(fake, batch.image, batch.weight)}
 
     def _weights(self) -> dict[str, float]:
         return {"adversarial": 1.0, "l1": self.options.l1_weight}
-
-
-def weighted(errors: Tensor, weight: Tensor) -> Tensor:
-    """Mean of errors (N, ...), each sample's with its weight (N,)."""
-    return (errors.flatten(1).mean(dim=1) * weight).mean()
-
-
-def adversarial(logits: Tensor, target: float, weight: Tensor) -> Tensor:
-    """Binary cross-entropy of logits (N, ...) against one target, in float32."""
-    logits = logits.float()
-    errors = binary_cross_entropy_with_logits(
-        logits, torch.full_like(logits, target), reduction="none"
-    )
-    return weighted(errors, weight)
 
 
 def _adam(network: nn.Module, stage: StageOptions) -> torch.optim.Adam:

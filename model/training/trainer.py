@@ -24,14 +24,12 @@ from model.checkpoint import ModelCard, save_model
 from model.encoding import EncodedBatch, encode_batch
 from model.errors import TrainingError
 from model.networks.blocks import NetworkSize
-from model.networks.two_stage import TwoStageGenerator
 from model.training.options import Budget, TrainingOptions
 from model.training.progress import HoldoutProbe, RunLog
+from model.training.schedule import Schedule
 from model.training.sources import SampleSource, TrainingBatch
-from model.training.stages import Losses, OpacityStage, Stage, TranslationStage
+from model.training.stages import Losses, Stage
 from model.training.state import STATE_FILE, Progress, load_progress, load_stage, save_state
-
-STAGES = ("opacity", "translation")
 
 
 @dataclass(frozen=True)
@@ -128,17 +126,13 @@ class _Run:
     ) -> None:
         self.plan = plan
         self.on_report = on_report
+        self.schedule = Schedule(plan.size, plan.options, plan.source.scene, plan.device)
         self.progress = self._first_progress(resume)
         self.log = RunLog(plan.folder, self.progress.samples)
         self.metrics = self.log.last_metrics()
         self.probe = HoldoutProbe(plan.source, plan.size, plan.device)
-        torch.manual_seed(plan.options.seed)
-        self.opacity = OpacityStage(plan.size, plan.options, plan.device)
-        self.translation = TranslationStage(
-            plan.size, plan.options, self.opacity.average.network, plan.device
-        )
         if resume:
-            for stage in self._begun():
+            for stage in self.schedule.begun(self.progress.stage):
                 load_stage(plan.folder, stage)
         self._started = time.monotonic() - self.progress.seconds
         self._saved = time.monotonic()
@@ -146,11 +140,13 @@ class _Run:
     def train(self) -> None:
         try:
             self.plan.folder.mkdir(parents=True, exist_ok=True)
-            if self.progress.stage == "opacity":
-                self._train_stage(self.opacity)
-                self.progress.enter("translation")
-                self._checkpoint()
-            self._train_stage(self.translation)
+            names = self.schedule.names
+            for name in names[names.index(self.progress.stage) :]:
+                if name != self.progress.stage:
+                    self.progress.enter(name)
+                    self.schedule.stages[name].begin()
+                    self._checkpoint()
+                self._train_stage(self.schedule.stages[name])
             self.progress.stage = "done"
             self._checkpoint()
         except KeyboardInterrupt:
@@ -170,14 +166,14 @@ class _Run:
                 f"The samples have {image_size} pixels but the preset '{plan.preset}' draws "
                 f"{plan.size.image_size}; make a data set with --size {plan.size.image_size}."
             )
-        plan.source.check(max(plan.options.opacity.batch_size, plan.options.translation.batch_size))
+        plan.source.check(max(s.stage.batch_size for s in self.schedule.stages.values()))
         if not resume:
             if (plan.folder / STATE_FILE).exists():
                 raise TrainingError(
                     f"{plan.folder}: the folder holds a training run; "
                     "add --resume to go on with it, or choose another folder."
                 )
-            return Progress()
+            return Progress(self.schedule.names[0])
         progress, recipe = load_progress(plan.folder)
         changed = [k for k, v in _plain(plan.recipe()).items() if recipe.get(k) != v]
         if changed:
@@ -190,12 +186,6 @@ class _Run:
                 f"{plan.folder}: the run is finished; train longer in another folder."
             )
         return progress
-
-    def _begun(self) -> list[Stage]:
-        """The stages that have been trained so far."""
-        return (
-            [self.opacity] if self.progress.stage == "opacity" else [self.opacity, self.translation]
-        )
 
     def _train_stage(self, stage: Stage) -> None:
         share = self._stage_share()
@@ -226,15 +216,11 @@ class _Run:
     def _stage_share(self) -> float:
         """Share of the current stage's part of the budget that is used up."""
         spent = self.plan.budget.spent(self.progress.seconds, self.progress.samples)
-        first = self.plan.options.opacity_time_share
-        if self.progress.stage == "opacity":
-            return spent / first
-        # A run that is resumed with a larger budget may be before the start of its stage.
-        return max(0.0, (spent - first) / (1 - first))
+        return self.schedule.share(self.progress.stage, spent)
 
     def _batches(self, batch_size: int) -> Iterator[TrainingBatch]:
         """Training samples without end, from where the run stands."""
-        stage = STAGES.index(self.progress.stage)
+        stage = self.schedule.names.index(self.progress.stage)
         seed = self.plan.options.seed
         return self.plan.source.batches(stage, batch_size, seed, self.progress.batch)
 
@@ -248,20 +234,16 @@ class _Run:
         names = dict.fromkeys(name for losses in recent for name in losses)
         losses = {k: float(np.mean([r[k] for r in recent if k in r])) for k in names}
         sheet = self.plan.folder / "sheets" / f"{self.progress.samples:09d}.png"
-        self.metrics = self.probe.measure(self._generator(), sheet)
+        self.metrics = self.probe.measure(self.schedule.generator(self.progress.stage), sheet)
         self.log.write(self.progress, losses, self.metrics)
-
-    def _generator(self) -> TwoStageGenerator:
-        """The averaged networks as one generator."""
-        return TwoStageGenerator(
-            self.plan.size, self.opacity.average.network, self.translation.average.network
-        ).eval()
 
     def _checkpoint(self) -> None:
         self.progress.seconds = time.monotonic() - self._started
-        save_state(self.plan.folder, self.progress, self.plan.recipe(), self._begun())
-        if self.translation.steps:
-            save_model(self.plan.folder, self._card(), self._generator())
+        name = self.progress.stage
+        begun = self.schedule.begun(name)
+        save_state(self.plan.folder, self.progress, self.plan.recipe(), begun)
+        if self.schedule.draws_color(name) and begun[-1].steps:
+            save_model(self.plan.folder, self._card(), self.schedule.generator(name))
         self._saved = time.monotonic()
 
     def _card(self) -> ModelCard:

@@ -13,6 +13,7 @@ from torch import nn
 from model.dataset import SampleStore
 from model.encoding import EncodedBatch, encode_batch
 from model.networks.blocks import NetworkSize
+from model.networks.opacity import OpacityGenerator
 from model.training.average import WeightAverage
 from model.training.options import StageOptions, TrainingOptions
 from model.training.stages import OpacityStage, TranslationStage, adversarial
@@ -29,7 +30,7 @@ def batch(store: SampleStore) -> EncodedBatch:
 
 def stages(options: TrainingOptions) -> tuple[OpacityStage, TranslationStage]:
     torch.manual_seed(0)
-    opacity = OpacityStage(SIZE, options, CPU)
+    opacity = OpacityStage(SIZE, options, OpacityGenerator(SIZE), CPU)
     return opacity, TranslationStage(SIZE, options, opacity.average.network, CPU)
 
 

@@ -1,0 +1,86 @@
+"""One stage for the whole generator: from the start, or to tune two stages to each other."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+import torch
+from torch import Tensor
+
+from model.encoding import EncodedBatch
+from model.networks.blocks import NetworkSize
+from model.networks.translation import TranslationDiscriminator
+from model.networks.two_stage import GeneratorNetwork
+from model.training.average import WeightAverage
+from model.training.losses import decoded_tf_error, l1
+from model.training.options import TrainingOptions
+from model.training.stages import Stage
+
+
+class JointStage(Stage):
+    """Opacity and colour image at once, with the losses of both stages (paper, Eqs. 7 and 8).
+
+    Parameters
+    ----------
+    size : NetworkSize
+    options : TrainingOptions
+    generator : GeneratorNetwork
+        A new one to be trained; or one that earlier stages train, from whose
+        weights this stage starts.
+    device : torch.device
+    tuning : bool
+        Which of the two.
+    """
+
+    name = "joint"
+    generator: GeneratorNetwork
+    average: WeightAverage[GeneratorNetwork]
+
+    def __init__(
+        self,
+        size: NetworkSize,
+        options: TrainingOptions,
+        generator: GeneratorNetwork,
+        device: torch.device,
+        tuning: bool = False,
+    ) -> None:
+        self._earlier = generator if tuning else None
+        if tuning:
+            generator = copy.deepcopy(generator).train().requires_grad_(True)
+        super().__init__(generator, TranslationDiscriminator(size), options.joint, options, device)
+
+    def begin(self) -> None:
+        """Start from what the earlier stages' averages have come to."""
+        if self._earlier is not None:
+            for network in (self.generator, self.average.network):
+                network.load_state_dict(self._earlier.state_dict())
+
+    def _real(self, batch: EncodedBatch) -> Tensor:
+        return batch.image
+
+    def _generate(self, batch: EncodedBatch) -> tuple[Tensor, tuple[Tensor, Tensor]]:
+        opacity = self.generator.opacity
+        latent = opacity.encode(batch.opacity_tf)
+        image, opacity_image = self.generator.render_latent(batch.view, latent, batch.color_tf)
+        return image, (opacity_image, opacity.decode(latent))
+
+    def _judge(self, batch: EncodedBatch, image: Tensor) -> Tensor:
+        logits: Tensor = self.discriminator(batch.view, batch.opacity_tf, batch.color_tf, image)
+        return logits
+
+    def _generator_losses(self, batch: EncodedBatch, fake: Tensor, extra: Any) -> dict[str, Tensor]:
+        opacity_image, decoded = extra
+        return {
+            "decoded_tf": decoded_tf_error(decoded, batch),
+            "opacity_l1": l1(opacity_image, batch.opacity_image, batch.weight),
+            "l1": l1(fake, batch.image, batch.weight),
+        }
+
+    def _weights(self) -> dict[str, float]:
+        return {
+            "adversarial": 1.0,
+            "decoded_tf": self.options.decoded_tf_weight,
+            "opacity_l1": self.options.opacity_l1_weight,
+            "l1": self.options.l1_weight,
+        }

@@ -1,0 +1,97 @@
+"""The stages of a training run, in their order, and what each gets of the budget."""
+
+from __future__ import annotations
+
+import torch
+
+from model.networks.blocks import NetworkSize
+from model.networks.build import build_generator, build_opacity
+from model.networks.two_stage import GeneratorNetwork, TwoStageGenerator
+from model.scene import Scene
+from model.training.joint import JointStage
+from model.training.options import TrainingOptions
+from model.training.stages import OpacityStage, Stage, TranslationStage
+
+
+class Schedule:
+    """All stages of a run.
+
+    Parameters
+    ----------
+    size : NetworkSize
+    options : TrainingOptions
+    scene : Scene
+    device : torch.device
+
+    Attributes
+    ----------
+    stages : dict of Stage
+        By name, in their order.
+    ends : dict of float
+        Share of the budget that is used up when a stage ends.
+    """
+
+    def __init__(
+        self, size: NetworkSize, options: TrainingOptions, scene: Scene, device: torch.device
+    ) -> None:
+        self._size = size
+        torch.manual_seed(options.seed)
+        self.stages: dict[str, Stage]
+        if size.architecture == "grid":
+            self.stages = {"joint": JointStage(size, options, build_generator(size, scene), device)}
+            self.ends = {"joint": 1.0}
+            return
+        opacity = OpacityStage(size, options, build_opacity(size, scene), device)
+        translation = TranslationStage(size, options, opacity.average.network, device)
+        self.stages = {"opacity": opacity, "translation": translation}
+        apart = 1 - options.joint_share
+        self.ends = {"opacity": options.opacity_time_share * apart, "translation": apart}
+        if options.joint_share:
+            generator = self._two_stages()
+            self.stages["joint"] = JointStage(size, options, generator, device, tuning=True)
+            self.ends["joint"] = 1.0
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the stages, in their order."""
+        return list(self.stages)
+
+    def share(self, name: str, spent: float) -> float:
+        """Share of a stage's part of the budget that is used up.
+
+        Parameters
+        ----------
+        name : str
+        spent : float
+            Share of the whole budget that is used up.
+
+        Returns
+        -------
+        float
+            From 0; 1 or more when the stage is over. A run that is resumed with
+            a larger budget may be before the start of its stage: 0.
+        """
+        number = self.names.index(name)
+        first = self.ends[self.names[number - 1]] if number else 0.0
+        return max(0.0, (spent - first) / (self.ends[name] - first))
+
+    def begun(self, name: str) -> list[Stage]:
+        """The stages up to the named one; all for "done"."""
+        if name == "done":
+            return list(self.stages.values())
+        return list(self.stages.values())[: self.names.index(name) + 1]
+
+    def generator(self, name: str) -> GeneratorNetwork:
+        """The averaged networks as one generator, at the time of the named stage."""
+        if "joint" in self.stages and name in ("joint", "done"):
+            network: GeneratorNetwork = self.stages["joint"].average.network
+            return network.eval()
+        return self._two_stages().eval()
+
+    def draws_color(self, name: str) -> bool:
+        """Whether colour images have been trained by the time of the named stage."""
+        return name != "opacity"
+
+    def _two_stages(self) -> TwoStageGenerator:
+        opacity, translation = self.stages["opacity"], self.stages["translation"]
+        return TwoStageGenerator(self._size, opacity.average.network, translation.average.network)
