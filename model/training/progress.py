@@ -16,6 +16,7 @@ from model.checkpoint import write_atomically
 from model.encoding import decode_unit, encode_batch
 from model.networks.blocks import NetworkSize
 from model.networks.two_stage import GeneratorNetwork
+from model.training.guard import diversity, latent_health
 from model.training.sources import SampleSource
 from model.training.stages import Losses
 from model.training.state import Progress
@@ -24,6 +25,7 @@ PROBE_SAMPLES = 128
 SHEET_SAMPLES = 8
 PROBE_BATCH = 16
 MEASURES = ("tf_rmse", "opacity_rmse", "rmse", "emd")
+"""What is shown of a measurement, and goes into the model's card."""
 
 
 class HoldoutProbe:
@@ -55,9 +57,9 @@ class HoldoutProbe:
         -------
         dict of float
             Mean RMSE of opacity TFs, opacity images and images, and mean
-            colour EMD.
+            colour EMD; and the signs of health that the guard looks at.
         """
-        image, opacity, tf = self._render(generator)
+        image, opacity, tf, latent = self._render(generator)
         images, truth = _pixels(image), _pixels(self.batch.image)
         opacities, true_opacities = _pixels(opacity), _pixels(self.batch.opacity_image)
         _save_sheet(sheet, [truth, images, true_opacities, opacities])
@@ -69,13 +71,16 @@ class HoldoutProbe:
             "opacity_rmse": float(np.mean([metrics.rmse(a, b) for a, b in opacity_pairs])),
             "rmse": float(np.mean([metrics.rmse(a, b) for a, b in pairs])),
             "emd": float(np.mean([metrics.color_emd(a, b) for a, b in pairs])),
+            **latent_health(latent),
+            "opacity_diversity": diversity(opacity, self.batch.opacity_image),
+            "diversity": diversity(image, self.batch.image),
         }
 
     @torch.inference_mode()
     def _render(
         self, generator: GeneratorNetwork
-    ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-        """Images, opacity images and decoded opacity TFs, a few samples at a time."""
+    ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor, torch.Tensor]:
+        """Images, opacity images, decoded opacity TFs and codes, a few samples at a time."""
         parts = []
         for start in range(0, self.count, PROBE_BATCH):
             part = slice(start, start + PROBE_BATCH)
@@ -83,9 +88,9 @@ class HoldoutProbe:
             image, opacity = generator.render_latent(
                 self.batch.view[part], latent, self.batch.color_tf[part]
             )
-            parts.append((image, opacity, generator.opacity.decode(latent)))
-        image, opacity, tf = (torch.cat(column) for column in zip(*parts, strict=True))
-        return image, opacity, tf
+            parts.append((image, opacity, generator.opacity.decode(latent), latent))
+        image, opacity, tf, latent = (torch.cat(column) for column in zip(*parts, strict=True))
+        return image, opacity, tf, latent
 
 
 class RunLog:

@@ -6,6 +6,7 @@ gradient does not vanish where a sigmoid saturates.
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ from typing import Any
 import numpy as np
 import torch
 from torch import Tensor, nn
+from torch.nn.utils import clip_grad_norm_
 
 from model.encoding import EncodedBatch
 from model.networks.blocks import NetworkSize, keep_variance, place
@@ -36,10 +38,14 @@ class StepResult:
         Each loss by name, without its factor in the sum.
     errors : Tensor of float32, shape (N,)
         Image error of each sample: its mean absolute difference.
+    gradient : float
+        Norm of the generator's gradient. The generator has not been changed
+        where it is not finite.
     """
 
     losses: Losses
     errors: Tensor
+    gradient: float
 
 
 class Stage(ABC):
@@ -112,11 +118,13 @@ class Stage(ABC):
         total = torch.stack([weights[name] * loss for name, loss in losses.items()]).sum()
         self.generator_optimiser.zero_grad(set_to_none=True)
         total.backward()  # type: ignore[no-untyped-call]
-        self.generator_optimiser.step()
-        self.average.update(self.generator, self.steps)
-        self.steps += 1
+        gradient = float(clip_grad_norm_(self.generator.parameters(), math.inf))
         reported |= {name: float(loss.detach()) for name, loss in losses.items()}
-        return StepResult(reported, errors)
+        if math.isfinite(gradient):
+            self.generator_optimiser.step()
+            self.average.update(self.generator, self.steps)
+            self.steps += 1
+        return StepResult(reported, errors, gradient)
 
     def _train_discriminator(self, batch: EncodedBatch, fake: Tensor) -> float:
         """One step of the discriminator; returns its loss."""

@@ -24,8 +24,9 @@ from model.checkpoint import ModelCard, save_model
 from model.encoding import EncodedBatch, encode_batch
 from model.errors import TrainingError
 from model.networks.blocks import NetworkSize
+from model.training.guard import Guard
 from model.training.options import Budget, TrainingOptions
-from model.training.progress import HoldoutProbe, RunLog
+from model.training.progress import MEASURES, HoldoutProbe, RunLog
 from model.training.schedule import Schedule
 from model.training.sources import SampleSource, TrainingBatch
 from model.training.stages import Losses, Stage
@@ -128,6 +129,7 @@ class _Run:
         self.on_report = on_report
         self.schedule = Schedule(plan.size, plan.options, plan.source.scene, plan.device)
         self.progress = self._first_progress(resume)
+        self.guard = Guard()
         self.log = RunLog(plan.folder, self.progress.samples)
         self.metrics = self.log.last_metrics()
         self.probe = HoldoutProbe(plan.source, plan.size, plan.device)
@@ -195,12 +197,7 @@ class _Run:
                 break
             result = stage.step(self._encoded(drawn), share)
             losses = result.losses
-            if not all(map(np.isfinite, losses.values())):
-                raise TrainingError(
-                    f"{self.plan.folder}: a loss of the {stage.name} stage is no longer finite "
-                    f"after {self.progress.samples} samples; start again in another folder "
-                    "with another --seed."
-                )
+            self._stop_if(stage, self.guard.check_step(result))
             self.plan.source.report(drawn.ticket, result.errors.cpu().numpy())
             recent.append(losses)
             self.progress.batch += 1
@@ -209,8 +206,12 @@ class _Run:
             share = self._stage_share()
             self._report(losses)
             if time.monotonic() - self._saved > self.plan.interval or share >= 1:
-                self._measure(stage, recent)
-                self._checkpoint()
+                measured = self._measure(recent)
+                seen = self.progress.batch * stage.stage.batch_size
+                self._stop_if(stage, self.guard.check_measurement(measured, seen))
+                if self.guard.healthy:
+                    self._checkpoint()
+                self._saved = time.monotonic()
                 recent.clear()
 
     def _stage_share(self) -> float:
@@ -230,12 +231,25 @@ class _Run:
         batch = encode_batch(drawn.samples, view_range, plan.size.opacity_size, drawn.weights)
         return batch.to(plan.device)
 
-    def _measure(self, stage: Stage, recent: list[Losses]) -> None:
+    def _stop_if(self, stage: Stage, trouble: str | None) -> None:
+        if trouble is not None:
+            raise TrainingError(
+                f"{self.plan.folder}: the {stage.name} stage was stopped after "
+                f"{self.progress.samples:,} samples: {trouble}. "
+                "The folder holds the last good state."
+            )
+
+    def _measure(self, recent: list[Losses]) -> dict[str, float]:
         names = dict.fromkeys(name for losses in recent for name in losses)
         losses = {k: float(np.mean([r[k] for r in recent if k in r])) for k in names}
         sheet = self.plan.folder / "sheets" / f"{self.progress.samples:09d}.png"
-        self.metrics = self.probe.measure(self.schedule.generator(self.progress.stage), sheet)
-        self.log.write(self.progress, losses, self.metrics)
+        measured = self.probe.measure(self.schedule.generator(self.progress.stage), sheet)
+        self.metrics = {name: measured[name] for name in MEASURES}
+        self.log.write(self.progress, losses, measured)
+        # Only what the stage trains can collapse.
+        if not self.schedule.draws_color(self.progress.stage):
+            measured["diversity"] = measured["opacity_diversity"]
+        return measured
 
     def _checkpoint(self) -> None:
         self.progress.seconds = time.monotonic() - self._started

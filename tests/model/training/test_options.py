@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -50,3 +51,36 @@ def test_a_budget_is_spent_in_its_own_unit() -> None:
 def test_impossible_budgets_are_refused(minutes: float | None, samples: int | None) -> None:
     with pytest.raises(TrainingError):
         Budget(minutes, samples)
+
+
+def test_settings_change_single_options() -> None:
+    changed = TrainingOptions().with_settings(
+        ["l1_weight=50", "joint.learning_rate = 5e-4", "joint.batch_size=8", "keep_variance=false"]
+    )
+    expected = replace(
+        TrainingOptions(),
+        l1_weight=50.0,
+        joint=replace(TrainingOptions().joint, learning_rate=5e-4, batch_size=8),
+        keep_variance=False,
+    )
+    assert changed == expected
+
+
+@pytest.mark.parametrize(
+    ("setting", "words"),
+    [
+        ("l2_weight=1", "no 'l2_weight'; it has.*joint.batch_size"),
+        ("joint=3", "no 'joint'"),
+        ("joint.rate=3", "no 'joint.rate'"),
+        ("l1_weight.x=3", "no 'l1_weight.x'"),
+        ("l1_weight=many", "give a number, as now 150"),
+        ("l1_weight", "give a number"),
+        ("l1_weight=nan", "give a number"),
+        ("joint.batch_size=2.5", "give a number, as now 16"),
+        ("keep_variance=1", "true or false"),
+        ("average_decay=2", "from 0 to below 1"),
+    ],
+)
+def test_settings_that_make_no_sense_are_refused(setting: str, words: str) -> None:
+    with pytest.raises(TrainingError, match=words):
+        TrainingOptions().with_settings([setting])

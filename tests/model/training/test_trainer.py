@@ -13,9 +13,11 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
+import safetensors
 import torch
 from skimage.io import imread
 
@@ -23,10 +25,13 @@ from model.checkpoint import load_card, load_model
 from model.dataset import SampleStore
 from model.errors import DatasetError, TrainingError
 from model.networks.blocks import NetworkSize
+from model.networks.opacity import LatentCodec
 from model.scene import Scene
 from model.training.options import Budget, StageOptions, TrainingOptions
+from model.training.schedule import Schedule
 from model.training.sources import StoredSource
-from model.training.stages import StepResult
+from model.training.stages import OpacityStage, StepResult
+from model.training.state import load_progress
 from model.training.stream import StreamSource
 from model.training.trainer import TrainingPlan, TrainingReport, train
 from model.volume import Volume
@@ -255,10 +260,90 @@ def test_a_loss_that_is_not_finite_stops_the_run(
 ) -> None:
     monkeypatch.setattr(
         "model.training.stages.OpacityStage.step",
-        lambda *_: StepResult({"opacity_l1": float("nan")}, torch.zeros(16)),
+        lambda *_: StepResult({"opacity_l1": float("nan")}, torch.zeros(16), 1.0),
     )
     with pytest.raises(TrainingError, match="no longer finite"):
         train(plan(store, tmp_path))
+
+
+def test_a_gradient_that_is_not_finite_changes_nothing_and_stops_the_run(
+    store: SampleStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    error = OpacityStage._generator_losses
+    calls = itertools.count()
+
+    def overflow(self: OpacityStage, *given: Any) -> dict[str, torch.Tensor]:
+        losses = error(self, *given)
+        if next(calls) == 5:
+            # Finite itself, but its slope is not.
+            losses["opacity_l1"] = (
+                losses["opacity_l1"] + (given[1] - given[1]).square().sum().sqrt()
+            )
+        return losses
+
+    monkeypatch.setattr(OpacityStage, "_generator_losses", overflow)
+    with pytest.raises(TrainingError, match=r"after 80 samples: the gradient.*last good state"):
+        train(plan(store, tmp_path))
+    with safetensors.safe_open(next(tmp_path.glob("training-*.safetensors")), "pt") as file:
+        assert all(torch.isfinite(file.get_tensor(key)).all() for key in file.keys())  # noqa: SIM118
+
+
+def test_a_collapse_stops_the_run_and_keeps_the_last_good_state(
+    store: SampleStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("model.training.guard.WARM_UP", 0)
+    # A network of a few steps draws grey images whatever the code.
+    monkeypatch.setattr("model.training.guard.LEAST_DIVERSITY", 0)
+    encode = LatentCodec.encode
+    seen: list[TrainingReport] = []
+
+    def collapsing(self: LatentCodec, opacity_tf: torch.Tensor) -> torch.Tensor:
+        latent = encode(self, opacity_tf)
+        return latent if len(seen) < 7 else latent * 0
+
+    monkeypatch.setattr(LatentCodec, "encode", collapsing)
+    with pytest.raises(TrainingError, match="codes of all opacity TFs have become the same"):
+        train(plan(store, tmp_path), on_report=seen.append)
+    assert load_progress(tmp_path)[0].samples == 6 * 16
+
+
+@pytest.mark.parametrize("size", [replace(SIZE, architecture="grid"), SIZE])
+def test_a_joint_stage_resumes_exactly(
+    store: SampleStore, tmp_path: Path, size: NetworkSize
+) -> None:
+    """The grid's only stage; or one behind the paper's two, begun or not yet begun."""
+    options = replace(RECIPE, joint_share=0.5, joint=StageOptions(16, 1e-3, 2.0))
+
+    def run(folder: Path) -> TrainingPlan:
+        return replace(plan(store, folder, 320, 1e9), size=size, options=options)
+
+    train(run(tmp_path / "whole"))
+    with (tmp_path / "whole" / "log.csv").open() as file:
+        stages = [row["stage"] for row in csv.DictReader(file)]
+    assert stages == (
+        ["joint"] if size.architecture == "grid" else ["opacity", "translation", "joint"]
+    )
+    expected = load_model(tmp_path / "whole")[1].state_dict()
+    for steps in (4, 15):
+        folder = tmp_path / f"stopped after {steps}"
+        with pytest.raises(KeyboardInterrupt):
+            train(run(folder), on_report=Stop(steps))
+        train(run(folder), resume=True)
+        for name, value in load_model(folder)[1].state_dict().items():
+            torch.testing.assert_close(value, expected[name], rtol=0, atol=0, msg=name)
+
+
+def test_tuning_starts_from_the_averages_of_both_stages(store: SampleStore) -> None:
+    options = replace(RECIPE, joint_share=0.5)
+    schedule = Schedule(SIZE, options, store.scene, torch.device("cpu"))
+    with torch.no_grad():
+        for parameter in schedule.stages["translation"].average.network.parameters():
+            parameter.add_(1.0)
+    schedule.stages["joint"].begin()
+    expected = schedule.generator("translation").state_dict()
+    for network in (schedule.stages["joint"].generator, schedule.generator("joint")):
+        for name, value in network.state_dict().items():
+            assert torch.equal(value, expected[name]), name
 
 
 def test_too_few_samples_are_refused(scene: Scene, tmp_path: Path) -> None:

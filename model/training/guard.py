@@ -1,0 +1,125 @@
+"""Watches a run for collapse, and says what happened and what to try.
+
+GANs fail in known ways: a loss or a gradient is no longer finite, all images
+become alike, or the encoder gives all TFs the same code.
+"""
+
+from __future__ import annotations
+
+import math
+
+import torch
+from torch import Tensor
+
+from model.training.stages import StepResult
+
+LEAST_DIVERSITY = 0.1
+"""Spread of generated images over that of the rendered ones, below which they are all alike."""
+
+LEAST_RANK = 1.05
+"""Effective rank of the latent codes below which they hold a single number."""
+
+LEAST_SPREAD = 1e-4
+"""Standard deviation of the liveliest latent dimension below which all TFs look the same."""
+
+PATIENCE = 2
+"""Unhealthy measurements, one after the other, that end a run."""
+
+WARM_UP = 5000
+"""Samples of a stage before which nothing is expected yet."""
+
+
+class Guard:
+    """Judges the steps and the measurements of a run.
+
+    Attributes
+    ----------
+    healthy : bool
+        Whether the last measurement was; a checkpoint that is not must not
+        replace an earlier one.
+    """
+
+    def __init__(self) -> None:
+        self.healthy = True
+        self._bad = 0
+
+    def check_step(self, result: StepResult) -> str | None:
+        """What is wrong with a step, if anything; its weights have not been changed then."""
+        for name, loss in result.losses.items():
+            if not math.isfinite(loss):
+                return (
+                    f"the {name} loss is no longer finite; lower the learning rate (for example "
+                    "--set joint.learning_rate=2e-4), or try another --seed"
+                )
+        if not math.isfinite(result.gradient):
+            return (
+                "the gradient is no longer finite; lower the learning rate (for example "
+                "--set joint.learning_rate=2e-4), or try another --seed"
+            )
+        return None
+
+    def check_measurement(self, metrics: dict[str, float], samples: int) -> str | None:
+        """What has collapsed, if anything has for :data:`PATIENCE` measurements.
+
+        Parameters
+        ----------
+        metrics : dict of float
+            "latent_rank", "latent_spread" and "diversity" as the probe measures them.
+        samples : int
+            Seen in this stage.
+        """
+        found = None if samples < WARM_UP else _collapse(metrics)
+        self.healthy = found is None
+        self._bad = 0 if self.healthy else self._bad + 1
+        return found if self._bad >= PATIENCE else None
+
+
+def latent_health(latent: Tensor) -> dict[str, float]:
+    """How much the latent codes of different TFs differ.
+
+    Parameters
+    ----------
+    latent : Tensor, shape (N, latent_dim)
+
+    Returns
+    -------
+    dict of float
+        "latent_spread", the largest standard deviation of a dimension;
+        "latent_least", the smallest; and "latent_rank", the effective rank of
+        the codes' covariance (Roy and Vetterli 2007): e to the entropy of its
+        normalised eigenvalues, 1 to latent_dim.
+    """
+    latent = latent.double()
+    deviations = latent.std(dim=0)
+    centred = latent - latent.mean(dim=0)
+    eigenvalues = torch.linalg.svdvals(centred).square()
+    shares = eigenvalues / eigenvalues.sum().clamp(min=1e-300)
+    entropy = -torch.xlogy(shares, shares).sum()
+    return {
+        "latent_spread": float(deviations.max()),
+        "latent_least": float(deviations.min()),
+        "latent_rank": float(entropy.exp()),
+    }
+
+
+def diversity(images: Tensor, truth: Tensor) -> float:
+    """Spread of images (N, C, H, W) about their mean, over that of the rendered ones."""
+    spreads = [float((x.float() - x.float().mean(dim=0)).square().mean()) for x in (images, truth)]
+    return math.sqrt(spreads[0] / max(spreads[1], 1e-12))
+
+
+def _collapse(metrics: dict[str, float]) -> str | None:
+    if metrics["latent_spread"] < LEAST_SPREAD or metrics["latent_rank"] < LEAST_RANK:
+        return (
+            "the latent codes of all opacity TFs have become the same "
+            f"(largest standard deviation {metrics['latent_spread']:.2g}, "
+            f"effective rank {metrics['latent_rank']:.2f}); raise the weight of the decoded TF "
+            "(--set decoded_tf_weight=40), or try another --seed"
+        )
+    if metrics["diversity"] < LEAST_DIVERSITY:
+        return (
+            "all generated images have become alike "
+            f"(their spread is {metrics['diversity']:.1%} of the rendered ones'); let the "
+            "discriminator join later (--set adversarial_start=0.8), or lower the learning rate"
+        )
+    return None

@@ -1,0 +1,70 @@
+"""What the guard calls a collapse, on codes and images made for it."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+import torch
+
+from model.training.guard import PATIENCE, WARM_UP, Guard, diversity, latent_health
+from model.training.stages import StepResult
+
+HEALTHY = {"latent_spread": 1.0, "latent_rank": 5.0, "diversity": 0.9}
+ALIKE = {**HEALTHY, "diversity": 0.01}
+ONE_CODE = {**HEALTHY, "latent_spread": 1e-6}
+
+
+def test_independent_dimensions_have_full_rank_and_copies_rank_one() -> None:
+    torch.manual_seed(0)
+    codes = torch.randn(20000, 8)
+    assert latent_health(codes)["latent_rank"] == pytest.approx(8.0, abs=0.02)
+    assert latent_health(codes[:, :1].expand(-1, 8))["latent_rank"] == pytest.approx(1.0, abs=1e-6)
+    # Two dimensions with variances 3 and 1: the entropy of (3/4, 1/4).
+    pair = codes[:, :2] * torch.tensor([math.sqrt(3.0), 1.0])
+    entropy = -(0.75 * math.log(0.75) + 0.25 * math.log(0.25))
+    assert latent_health(pair)["latent_rank"] == pytest.approx(math.exp(entropy), rel=0.01)
+    assert latent_health(pair)["latent_spread"] == pytest.approx(math.sqrt(3), rel=0.02)
+    assert latent_health(pair)["latent_least"] == pytest.approx(1, rel=0.02)
+
+
+def test_equal_codes_are_measured_without_nan() -> None:
+    health = latent_health(torch.full((10, 8), 0.3))
+    assert health["latent_spread"] < 1e-6
+    assert all(map(math.isfinite, health.values()))
+    assert math.isfinite(latent_health(torch.randn(10, 1))["latent_rank"])
+
+
+def test_diversity_compares_with_the_rendered_images() -> None:
+    torch.manual_seed(0)
+    truth = torch.randn(64, 3, 8, 8)
+    assert diversity(truth, truth) == pytest.approx(1)
+    assert diversity(0.3 * truth + 5, truth) == pytest.approx(0.3, rel=1e-4)
+    assert diversity(truth[:1].expand(64, -1, -1, -1), truth) < 1e-6
+    assert math.isfinite(diversity(truth, torch.zeros_like(truth)))
+
+
+@pytest.mark.parametrize(("bad", "words"), [(ALIKE, "alike"), (ONE_CODE, "codes of all")])
+def test_only_a_lasting_collapse_ends_a_run(bad: dict[str, float], words: str) -> None:
+    guard = Guard()
+    assert guard.check_measurement(bad, WARM_UP - 1) is None
+    assert guard.healthy
+    for _ in range(PATIENCE - 1):
+        assert guard.check_measurement(bad, WARM_UP) is None
+        assert not guard.healthy
+    assert guard.check_measurement(HEALTHY, WARM_UP) is None
+    assert guard.healthy
+    for _ in range(PATIENCE - 1):
+        assert guard.check_measurement(bad, WARM_UP) is None
+    said = guard.check_measurement(bad, WARM_UP)
+    assert said is not None and words in said and "--s" in said
+
+
+@pytest.mark.parametrize(
+    ("loss", "gradient", "words"),
+    [(math.nan, 1.0, "the l1 loss"), (math.inf, 1.0, "the l1 loss"), (1.0, math.inf, "gradient")],
+)
+def test_what_is_not_finite_is_named(loss: float, gradient: float, words: str) -> None:
+    said = Guard().check_step(StepResult({"l1": loss}, torch.zeros(2), gradient))
+    assert said is not None and words in said
+    assert Guard().check_step(StepResult({"l1": 1.0}, torch.zeros(2), 1.0)) is None
