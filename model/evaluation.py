@@ -33,9 +33,9 @@ class Evaluation:
     Attributes
     ----------
     generator : dict of ndarray
-        ``rmse``, ``emd``, ``ssim``, ``masked_rmse`` and ``opacity_rmse``.
+        ``rmse``, ``emd``, ``ssim``, ``flip``, ``masked_rmse`` and ``opacity_rmse``.
     nearest_neighbour : dict of ndarray
-        ``rmse``, ``emd``, ``ssim`` and ``masked_rmse``.
+        ``rmse``, ``emd``, ``ssim``, ``flip`` and ``masked_rmse``.
     neighbours : int
         Number of training images that were searched.
     """
@@ -50,7 +50,7 @@ class Evaluation:
         return len(self.generator["rmse"])
 
     def to_json(self) -> dict[str, Any]:
-        """Mean, median and 95th percentile of each measure, as plain data."""
+        """A summary of each measure, as plain data; see :func:`model.metrics.summary`."""
         return {
             "count": self.count,
             **{name: metrics.summary(v) for name, v in self.generator.items()},
@@ -90,6 +90,15 @@ def evaluate(
         neighbour.append(_errors(nearest[i, ..., :3] / 255, truth))
         on_progress(i + 1)
     return Evaluation(_columns(ours), _columns(neighbour), store.count("train"))
+
+
+def pictures(
+    generator: Generator, store: SampleStore, indices: NDArray[np.intp]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """True and generated images (N, S, S, 3) of chosen hold-out samples."""
+    samples = store.read("holdout", range(int(indices.max()) + 1))[indices]
+    images = [image for image, _, _ in _render(generator, samples)]
+    return samples.rgba[..., :3] / 255, np.stack(images).astype(np.float64)
 
 
 def nearest_images(queries: Images, store: SampleStore) -> Images:
@@ -147,6 +156,7 @@ def _errors(image: NDArray[Any], truth: NDArray[np.float64]) -> dict[str, float]
         "masked_rmse": metrics.masked_rmse(image, color, opacity),
         "emd": metrics.color_emd(image, color),
         "ssim": metrics.ssim(image, color),
+        "flip": metrics.flip(image, color),
     }
 
 

@@ -327,6 +327,14 @@ def evaluate(
     json: Annotated[
         Path | None, typer.Option("--json", metavar="OUT.json", help="Also write the result.")
     ] = None,
+    report: Annotated[
+        Path | None,
+        typer.Option(
+            "--report",
+            metavar="OUT.html",
+            help="Also write a page with errors by view and scalar value, and pictures.",
+        ),
+    ] = None,
     device: options.DeviceName = options.Device.AUTO,
     workers: options.Workers = None,
 ) -> None:
@@ -335,7 +343,16 @@ def evaluate(
 
     source = options.VolumeSource(volume, raw, component)
     evaluate_model(
-        model, count, source, store, neighbours, json, str(device), workers, sensitivities
+        model,
+        count,
+        source,
+        store,
+        neighbours,
+        json,
+        str(device),
+        workers,
+        sensitivities,
+        report,
     )
 
 

@@ -7,15 +7,19 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
 from rich.table import Table
 
 from app.cli import options
 from app.cli.console import console, counting
 from model.agreement import sensitivity_agreement
 from model.dataset import SampleStore
+from model.error_profile import Group, error_profile, to_json
 from model.errors import CheckpointError, DatasetError, VolumeError
-from model.evaluation import evaluate
+from model.evaluation import evaluate, pictures
 from model.generator import Generator
+from model.report import extremes, html_report, picture_sheet
 from model.sample_rendering import render_store
 from model.sampling import draw_sample
 
@@ -32,8 +36,9 @@ def evaluate_model(
     device: str,
     workers: int | None,
     sensitivities: int | None,
+    report_path: Path | None,
 ) -> None:
-    """Measure the model, print a table, and write the result as JSON when asked.
+    """Measure the model, print a table, and write JSON and an HTML report when asked.
 
     Without a store, the hold-out samples, and as many training samples as
     asked for, are rendered anew: they follow from the model's seed.
@@ -53,11 +58,11 @@ def evaluate_model(
                 f"{store_path}: only {store.count('holdout')} hold-out samples are there, "
                 f"not {count}; lower --count, or add some with 'dataset --holdout'."
             )
-        result = _measure(generator, store, count)
+        result, page = _measure(generator, store, count)
     else:
         with tempfile.TemporaryDirectory() as scratch:
             store = _render(generator, Path(scratch), count, source, neighbours, workers)
-            result = _measure(generator, store, count)
+            result, page = _measure(generator, store, count)
     _print(result)
     agreement = _agreement(generator, source, sensitivities)
     if agreement is not None:
@@ -65,12 +70,18 @@ def evaluate_model(
         result["sensitivity_agreement"] = agreement
     if json_path is not None:
         text = json.dumps({"model": str(folder), **result}, indent=2, allow_nan=False)
-        try:
-            json_path.write_text(text + "\n", encoding="utf-8")
-        except OSError as error:
-            raise CheckpointError(
-                f"{json_path}: the result cannot be written ({error.strerror})."
-            ) from error
+        _write(json_path, text + "\n")
+    if report_path is not None:
+        _write(report_path, html_report(f"{generator.scene.volume_name}: {folder}", result, *page))
+
+
+def _write(path: Path, text: str) -> None:
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise CheckpointError(
+            f"{path}: the result cannot be written ({error.strerror})."
+        ) from error
 
 
 def _render(
@@ -94,12 +105,19 @@ def _render(
     return store
 
 
-def _measure(generator: Generator, store: SampleStore, count: int) -> dict[str, Any]:
+def _measure(
+    generator: Generator, store: SampleStore, count: int
+) -> tuple[dict[str, Any], tuple[dict[str, list[Group]], NDArray[np.uint8]]]:
+    """The figures; and what else the report shows: profile and picture sheet."""
     with counting("measuring", count) as (progress, task):
-        result = evaluate(
+        evaluation = evaluate(
             generator, store, count, lambda done: progress.update(task, completed=done)
         )
-    return result.to_json()
+    errors = evaluation.generator["rmse"]
+    samples = store.read("holdout", range(len(errors)))
+    profile = error_profile(generator.scene, samples, errors)
+    sheet = picture_sheet(*pictures(generator, store, extremes(errors)))
+    return {**evaluation.to_json(), "profile": to_json(profile)}, (profile, sheet)
 
 
 def _agreement(
@@ -156,6 +174,7 @@ def _print(result: dict[str, Any]) -> None:
         "masked_rmse": "RMSE where opacity > .01",
         "emd": "colour EMD",
         "ssim": "SSIM",
+        "flip": "FLIP",
         "opacity_rmse": "opacity image RMSE",
     }
     statistics = ("mean", "median", "p95")

@@ -27,6 +27,7 @@ from model.generator import choose_device
 from model.networks.blocks import Architecture, NetworkSize
 from model.rendering.raycast import cuda
 from model.scene import Lighting, RendererName, Scene
+from model.training import parallel
 from model.training.options import PRESETS, Budget, TrainingOptions
 from model.training.sources import SampleSource, StoredSource
 from model.training.state import load_progress
@@ -67,20 +68,26 @@ def train_model(order: TrainOrder) -> None:
     if minutes is None and order.samples is None:
         minutes = DEFAULT_MINUTES
     budget = Budget(minutes, order.samples)
-    device = choose_device(order.device)
     _check_options(order)
     if order.resume:
         _check_resumption(order)
-    source = _source(order, device.type)
-    plan = TrainingPlan(
-        source=source,
-        preset=order.preset,
-        size=_size(order),
-        options=_recipe(order),
-        budget=budget,
-        folder=order.out,
-        device=device,
-    )
+    with parallel.process_group(choose_device(order.device)) as device:
+        plan = TrainingPlan(
+            source=_source(order, device.type),
+            preset=order.preset,
+            size=_size(order),
+            options=_recipe(order),
+            budget=budget,
+            folder=order.out,
+            device=device,
+        )
+        _train(plan, order)
+
+
+def _train(plan: TrainingPlan, order: TrainOrder) -> None:
+    if parallel.rank():
+        train(plan, order.resume)
+        return
     with _Display() as display:
         try:
             train(plan, order.resume, display.show)

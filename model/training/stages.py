@@ -24,6 +24,7 @@ from model.networks.translation import TranslationDiscriminator, TranslationGene
 from model.training.average import WeightAverage
 from model.training.losses import adversarial, decoded_tf_error, l1
 from model.training.options import StageOptions, TrainingOptions
+from model.training.parallel import average_gradients
 
 Losses = dict[str, float]
 
@@ -118,6 +119,7 @@ class Stage(ABC):
         total = torch.stack([weights[name] * loss for name, loss in losses.items()]).sum()
         self.generator_optimiser.zero_grad(set_to_none=True)
         total.backward()  # type: ignore[no-untyped-call]
+        average_gradients(self.generator.parameters())
         gradient = float(clip_grad_norm_(self.generator.parameters(), math.inf))
         reported |= {name: float(loss.detach()) for name, loss in losses.items()}
         if math.isfinite(gradient):
@@ -135,6 +137,7 @@ class Stage(ABC):
         loss = loss + adversarial(fake_logits, 0.0, batch.weight)
         self.discriminator_optimiser.zero_grad(set_to_none=True)
         loss.backward()  # type: ignore[no-untyped-call]
+        average_gradients(self.discriminator.parameters())
         self.discriminator_optimiser.step()
         return float(loss.detach())
 

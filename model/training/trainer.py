@@ -24,6 +24,7 @@ from model.checkpoint import ModelCard, save_model
 from model.encoding import EncodedBatch, encode_batch
 from model.errors import TrainingError
 from model.networks.blocks import NetworkSize
+from model.training import parallel
 from model.training.guard import Guard
 from model.training.options import Budget, TrainingOptions
 from model.training.progress import MEASURES, HoldoutProbe, RunLog
@@ -129,6 +130,8 @@ class _Run:
         self.on_report = on_report
         self.schedule = Schedule(plan.size, plan.options, plan.source.scene, plan.device)
         self.progress = self._first_progress(resume)
+        # All have looked into the folder before the first one writes to it.
+        parallel.wait_for_all()
         self.guard = Guard()
         self.log = RunLog(plan.folder, self.progress.samples)
         self.metrics = self.log.last_metrics()
@@ -190,7 +193,7 @@ class _Run:
         return progress
 
     def _train_stage(self, stage: Stage) -> None:
-        share = self._stage_share()
+        share, _ = self._decide()
         recent: list[Losses] = []
         for drawn in self._batches(stage.stage.batch_size):
             if share >= 1 and stage.steps:
@@ -201,18 +204,30 @@ class _Run:
             self.plan.source.report(drawn.ticket, result.errors.cpu().numpy())
             recent.append(losses)
             self.progress.batch += 1
-            self.progress.samples += len(drawn.samples)
+            self.progress.samples += len(drawn.samples) * parallel.ranks()
             self.progress.seconds = time.monotonic() - self._started
-            share = self._stage_share()
+            share, due = self._decide()
             self._report(losses)
-            if time.monotonic() - self._saved > self.plan.interval or share >= 1:
-                measured = self._measure(recent)
-                seen = self.progress.batch * stage.stage.batch_size
-                self._stop_if(stage, self.guard.check_measurement(measured, seen))
-                if self.guard.healthy:
-                    self._checkpoint()
+            if due:
+                if parallel.rank() == 0:
+                    self._take_stock(stage, recent)
                 self._saved = time.monotonic()
                 recent.clear()
+
+    def _take_stock(self, stage: Stage, recent: list[Losses]) -> None:
+        """Measure, and save what is worth it."""
+        measured = self._measure(recent)
+        seen = self.progress.batch * stage.stage.batch_size * parallel.ranks()
+        self._stop_if(stage, self.guard.check_measurement(measured, seen))
+        if self.guard.healthy:
+            self._checkpoint()
+
+    def _decide(self) -> tuple[float, bool]:
+        """Share of the stage that is over, and whether to measure and save; alike on all ranks."""
+        share = self._stage_share()
+        due = time.monotonic() - self._saved > self.plan.interval or share >= 1
+        share, flag = parallel.from_first([share, float(due)], self.plan.device)
+        return share, bool(flag)
 
     def _stage_share(self) -> float:
         """Share of the current stage's part of the budget that is used up."""
@@ -223,7 +238,8 @@ class _Run:
         """Training samples without end, from where the run stands."""
         stage = self.schedule.names.index(self.progress.stage)
         seed = self.plan.options.seed
-        return self.plan.source.batches(stage, batch_size, seed, self.progress.batch)
+        own = parallel.own_stage(stage)
+        return self.plan.source.batches(own, batch_size, seed, self.progress.batch)
 
     def _encoded(self, drawn: TrainingBatch) -> EncodedBatch:
         plan = self.plan
@@ -252,6 +268,8 @@ class _Run:
         return measured
 
     def _checkpoint(self) -> None:
+        if parallel.rank():
+            return
         self.progress.seconds = time.monotonic() - self._started
         name = self.progress.stage
         begun = self.schedule.begun(name)

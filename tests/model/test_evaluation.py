@@ -9,7 +9,7 @@ import torch
 from model import metrics
 from model.checkpoint import ModelCard
 from model.dataset import SampleStore
-from model.evaluation import evaluate, nearest_images
+from model.evaluation import evaluate, nearest_images, pictures
 from model.generator import Generator
 from model.networks.blocks import NetworkSize
 from model.networks.two_stage import TwoStageGenerator
@@ -60,9 +60,19 @@ def test_the_report_has_the_documented_keys(generator: Generator, store: SampleS
     assert report["count"] == 4
     assert report["nearest_neighbour"]["count"] == 160
     for part, keys in (
-        (report, ("rmse", "emd", "ssim")),
+        (report, ("rmse", "emd", "ssim", "flip")),
         (report["nearest_neighbour"], ("rmse", "emd")),
     ):
         for key in keys:
-            assert set(part[key]) == {"mean", "median", "p95"}
-            assert all(np.isfinite(v) for v in part[key].values())
+            assert set(part[key]) == {"mean", "median", "p95", "interval"}
+            low, high = part[key]["interval"]
+            assert low <= part[key]["mean"] <= high
+
+
+def test_pictures_are_those_of_the_chosen_samples(generator: Generator, store: SampleStore) -> None:
+    truth, images = pictures(generator, store, np.array([7, 2]))
+    samples = store.read("holdout", range(8))
+    np.testing.assert_allclose(truth[1], samples.rgba[2, ..., :3] / 255)
+    errors = evaluate(generator, store, 8).generator["rmse"]
+    assert metrics.rmse(images[0], truth[0]) == pytest.approx(errors[7], abs=1e-6)
+    assert metrics.rmse(images[1], truth[1]) == pytest.approx(errors[2], abs=1e-6)

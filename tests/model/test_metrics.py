@@ -88,7 +88,31 @@ def test_ssim_falls_with_noise() -> None:
     assert values[0] > values[1] > values[2]
 
 
+def test_flip_is_zero_for_equal_images_and_one_between_black_and_white() -> None:
+    rng = np.random.default_rng(0)
+    image = rng.random((64, 64, 3))
+    assert metrics.flip(image, image) == pytest.approx(0, abs=1e-6)
+    black, white = np.zeros((64, 64, 3)), np.ones((64, 64, 3))
+    assert metrics.flip(black, white) == pytest.approx(1, abs=0.05)
+    little = metrics.flip(np.clip(image + 0.02, 0, 1), image)
+    assert 0 < little < metrics.flip(np.clip(image + 0.2, 0, 1), image) < 1
+    assert metrics.flip(white + 0.5, black) == metrics.flip(white, black)
+
+
+def test_the_interval_of_the_mean_is_the_normal_one_for_many_values() -> None:
+    values = np.random.default_rng(1).normal(3.0, 2.0, 4000)
+    low, high = metrics.summary(values)["interval"]
+    half = 1.96 * values.std() / np.sqrt(4000)
+    assert low == pytest.approx(values.mean() - half, abs=0.1 * half)
+    assert high == pytest.approx(values.mean() + half, abs=0.1 * half)
+    assert metrics.summary([0.5])["interval"] == [0.5, 0.5]
+
+
 def test_a_summary_is_plain_json() -> None:
     summary = metrics.summary(np.arange(101))
-    assert summary == {"mean": 50.0, "median": 50.0, "p95": 95.0}
+    assert {k: summary[k] for k in ("mean", "median", "p95")} == {
+        "mean": 50,
+        "median": 50,
+        "p95": 95,
+    }
     json.dumps(summary, allow_nan=False)

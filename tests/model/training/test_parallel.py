@@ -1,0 +1,124 @@
+"""Two real processes (gloo, on the CPU) that train one generator."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import safetensors.torch
+import torch
+
+from model.checkpoint import load_card, load_model
+from model.volume import Volume
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="gloo under torchrun")
+
+
+def torchrun(*arguments: str) -> None:
+    command = [sys.executable, "-m", "torch.distributed.run", "--standalone", "--nproc-per-node=2"]
+    environment = {**os.environ, "OMP_NUM_THREADS": "1", "PYTHONPATH": str(Path.cwd())}
+    done = subprocess.run(
+        [*command, *arguments], env=environment, capture_output=True, text=True, timeout=300
+    )
+    assert done.returncode == 0, done.stderr
+
+
+STEP = """
+import sys
+import torch
+from model.encoding import EncodedBatch
+from model.networks.blocks import NetworkSize
+from model.networks.opacity import OpacityGenerator
+from model.training import parallel
+from model.training.options import TrainingOptions
+from model.training.stages import OpacityStage
+import safetensors.torch
+
+with parallel.process_group(torch.device("cpu")) as device:
+    rank = parallel.rank()
+    torch.manual_seed(0)
+    size = NetworkSize(0.125, 16, 16)
+    options = TrainingOptions(adversarial_start=0.0)
+    stage = OpacityStage(size, options, OpacityGenerator(size), device)
+    gradients = {}
+    for name in ("same", "different"):
+        torch.manual_seed(7 if name == "same" else 8 + rank)
+        batch = EncodedBatch(
+            torch.rand(8, 5), torch.rand(8, 256), torch.rand(8, 3, 256),
+            torch.rand(8, 1, 16, 16), torch.rand(8, 3, 16, 16), torch.ones(8),
+        )
+        stage.step(batch, 0.5)
+    tensors = {f"g.{k}": v for k, v in stage.generator.named_parameters()}
+    tensors |= {f"d.{k}": v for k, v in stage.discriminator.named_parameters()}
+    tensors = {k: v.detach().contiguous().clone() for k, v in tensors.items()}
+    safetensors.torch.save_file(tensors, f"{sys.argv[1]}/{parallel.ranks()}-{rank}.safetensors")
+"""
+
+
+def test_weights_stay_equal_and_differ_from_those_of_one_process(tmp_path: Path) -> None:
+    script = tmp_path / "step.py"
+    script.write_text(STEP)
+    torchrun(str(script), str(tmp_path))
+    environment = {**os.environ, "OMP_NUM_THREADS": "1", "PYTHONPATH": str(Path.cwd())}
+    subprocess.run([sys.executable, str(script), str(tmp_path)], env=environment, check=True)
+    first, second, alone = (
+        safetensors.torch.load_file(tmp_path / f"{name}.safetensors")
+        for name in ("2-0", "2-1", "1-0")
+    )
+    assert all(torch.equal(value, second[name]) for name, value in first.items())
+    assert any(not torch.allclose(value, alone[name], atol=1e-6) for name, value in first.items())
+
+
+AVERAGE = """
+import torch
+from model.training import parallel
+
+with parallel.process_group(torch.device("cpu")) as device:
+    assert parallel.ranks() == 2
+    rank = parallel.rank()
+    weights = [torch.nn.Parameter(torch.zeros(2, 3)), torch.nn.Parameter(torch.zeros(4))]
+    unused = torch.nn.Parameter(torch.zeros(1))
+    weights[0].grad = torch.arange(6.0).reshape(2, 3) * (1 + rank)
+    weights[1].grad = torch.full((4,), 10.0 * rank)
+    parallel.average_gradients([*weights, unused])
+    assert torch.equal(weights[0].grad, 1.5 * torch.arange(6.0).reshape(2, 3))
+    assert torch.equal(weights[1].grad, torch.full((4,), 5.0))
+    assert unused.grad is None
+    assert parallel.from_first([3.0 + rank, 0.1 + rank], device) == [3.0, 0.1]
+    assert (parallel.own_stage(1) == 1) == (rank == 0)
+"""
+
+
+def test_gradients_are_averaged_and_the_first_rank_decides(tmp_path: Path) -> None:
+    script = tmp_path / "average.py"
+    script.write_text(AVERAGE)
+    torchrun(str(script))
+
+
+def test_train_runs_under_torchrun(tmp_path: Path, volume: Volume) -> None:
+    nz, ny, nx = volume.scalars.shape
+    raw = tmp_path / f"blobs_{nx}x{ny}x{nz}_uint8.raw"
+    np.asarray(volume.scalars).tofile(raw)
+    run = tmp_path / "run"
+    arguments = ("main.py", "train", "--volume", str(raw), "--preset", "draft", "--out", str(run))
+    torchrun(*arguments, "--samples", "128")
+    card = load_card(run)
+    # Two processes with 16 samples each: 32 at a step.
+    assert card.training["samples_seen"] == 128
+    assert [int(row["samples"]) for row in card.training["curve"]] == [128]
+    load_model(run)
+
+
+def test_without_torchrun_there_is_one_process() -> None:
+    from model.training import parallel
+
+    assert (parallel.rank(), parallel.ranks(), parallel.own_stage(2)) == (0, 1, 2)
+    assert parallel.from_first([1.5], torch.device("cpu")) == [1.5]
+    weight = torch.nn.Parameter(torch.zeros(1))
+    weight.grad = torch.ones(1)
+    parallel.average_gradients([weight])
+    assert weight.grad.item() == 1
