@@ -162,6 +162,7 @@ def _source(order: TrainOrder, device: str) -> SampleSource:
         order.reuse,
         order.workers,
         order.error_driven,
+        paired=_recipe(order).derivative_weight > 0,
         device="cuda" if on_gpu else "cpu",
     )
 

@@ -54,6 +54,10 @@ class TrainingOptions:
     predicted_share : float
         Share of stage 2's samples whose opacity image is predicted by stage 1,
         0..1; the paper trains on rendered ones only.
+    derivative_weight : float
+        Weight, in the joint stage, of the error of the generator's response to
+        small edits of the opacity TF; 0 leaves it out. Needs rendered samples:
+        they then come in pairs.
     average_decay : float
         Decay per step of the exponential moving average of the generator's
         weights, which is evaluated and shipped; 0 ships the last weights.
@@ -79,6 +83,7 @@ class TrainingOptions:
     l1_weight: float = 150.0
     decoded_tf_weight: float = 20.0
     opacity_l1_weight: float = 150.0
+    derivative_weight: float = 0.0
     predicted_share: float = 1.0
     average_decay: float = 0.999
     keep_variance: bool = True

@@ -41,10 +41,14 @@ class SampleSource(ABC):
     scene : Scene
     seed : int
         Of the samples: the hold-out follows from scene and seed alone.
+    paired : bool
+        Whether samples 0 and 1, 2 and 3, ... of a batch differ by a small edit
+        of the opacity TF.
     """
 
     scene: Scene
     seed: int
+    paired: bool = False
 
     @abstractmethod
     def holdout(self, count: int) -> SampleBatch:

@@ -19,7 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.dataset import ARRAYS, BLOCK, SampleBatch
-from model.sample_rendering import check_volume, make_renderer, render_samples
+from model.errors import TrainingError
+from model.rendering.renderer import Renderer
+from model.sample_rendering import check_volume, make_renderer, render_drawn, render_samples
+from model.sampling import draw_paired_sample
 from model.scene import Lighting, Scene
 from model.training.importance import Importance
 from model.training.sources import SampleSource, TrainingBatch
@@ -60,6 +63,9 @@ class StreamSource(SampleSource):
     error_driven : bool
         Draw samples with a high recent error more often, with weights that
         keep the expected loss what it was.
+    paired : bool
+        Samples come in pairs that differ by a small edit of the opacity TF;
+        see :func:`model.sampling.draw_paired_sample`.
     ring_samples : int, optional
         Size of the ring.
     device : {"cpu", "cuda"}
@@ -84,11 +90,18 @@ class StreamSource(SampleSource):
         reuse: float | None = None,
         threads: int | None = None,
         error_driven: bool = False,
+        paired: bool = False,
         ring_samples: int | None = None,
         device: Literal["cpu", "cuda"] = "cpu",
     ) -> None:
         self.scene = scene
         self.seed = seed
+        self.paired = paired
+        if paired and error_driven:
+            raise TrainingError(
+                "Pairs of samples are drawn alike: leave --error-driven out, or set "
+                "derivative_weight to 0."
+            )
         self.reuse = reuse or DEFAULT_REUSE[scene.lighting]
         self.rendering_seconds = 0.0
         self._lock = threading.Lock()
@@ -129,7 +142,14 @@ class StreamSource(SampleSource):
                 ring.wait_for(newest)
                 window = np.arange(max(0, newest - self._capacity), newest)
                 rng = np.random.default_rng([seed, stage, number])
-                if importance is None:
+                if self.paired:
+                    even = window[(window % 2 == 0) & (window < newest - 1)]
+                    first_of_pair = rng.choice(
+                        even, batch_size // 2, replace=len(even) < batch_size // 2
+                    )
+                    chosen = np.stack([first_of_pair, first_of_pair + 1], axis=1).ravel()
+                    weights = np.ones(batch_size, dtype=np.float32)
+                elif importance is None:
                     chosen = rng.choice(window, batch_size, replace=len(window) < batch_size)
                     weights = np.ones(batch_size, dtype=np.float32)
                 else:
@@ -152,6 +172,7 @@ class StreamSource(SampleSource):
         return super().recipe() | {
             "reuse": self.reuse,
             "error_driven": self._error_driven,
+            "paired": self.paired,
             "ring_samples": self._capacity,
         }
 
@@ -174,6 +195,12 @@ class StreamSource(SampleSource):
         with self._lock:
             self.rendering_seconds += seconds
 
+    def _drawn(self, renderer: Renderer, indices: range) -> SampleBatch:
+        if not self.paired:
+            return render_samples(renderer, self.scene, self.seed, "train", indices)
+        samples = [draw_paired_sample(self.scene, self.seed, i) for i in indices]
+        return render_drawn(renderer, self.scene, samples)
+
     def _render(self, ring: _Ring) -> None:
         """Render block after block into the ring, until it is closed."""
         try:
@@ -182,7 +209,7 @@ class StreamSource(SampleSource):
                 while (block := ring.next_block()) is not None:
                     start = time.thread_time()
                     indices = range(block.start + ring.offset, block.stop + ring.offset)
-                    samples = render_samples(renderer, self.scene, self.seed, "train", indices)
+                    samples = self._drawn(renderer, indices)
                     self._count(time.thread_time() - start)
                     ring.write(block, samples)
             finally:

@@ -172,6 +172,11 @@ class _Run:
                 f"{plan.size.image_size}; make a data set with --size {plan.size.image_size}."
             )
         plan.source.check(max(s.stage.batch_size for s in self.schedule.stages.values()))
+        if plan.options.derivative_weight and not plan.source.paired:
+            raise TrainingError(
+                "The derivative's loss needs pairs of samples, which are rendered for it; "
+                "leave --dataset out, or set derivative_weight to 0."
+            )
         if not resume:
             if (plan.folder / STATE_FILE).exists():
                 raise TrainingError(

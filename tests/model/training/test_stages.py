@@ -15,8 +15,9 @@ from model.encoding import EncodedBatch, encode_batch
 from model.networks.blocks import NetworkSize
 from model.networks.opacity import OpacityGenerator
 from model.training.average import WeightAverage
+from model.training.losses import LEAST_RESPONSE, adversarial, response_error
 from model.training.options import StageOptions, TrainingOptions
-from model.training.stages import OpacityStage, TranslationStage, adversarial
+from model.training.stages import OpacityStage, TranslationStage
 
 SIZE = NetworkSize(0.125, 16, 64)
 CPU = torch.device("cpu")
@@ -150,3 +151,20 @@ def test_without_decay_the_average_is_the_network() -> None:
     average.update(network, 0)
     for name, value in network.state_dict().items():
         assert torch.equal(average.network.state_dict()[name], value)
+
+
+def test_the_response_error_compares_changes_not_images() -> None:
+    torch.manual_seed(0)
+    real = torch.rand(6, 3, 8, 8)
+    change = real[1::2] - real[::2]
+    assert response_error(real, real).item() == 0
+    # An offset that both images of a pair share is no error of the response.
+    shifted = real + torch.rand(3, 3, 8, 8).repeat_interleave(2, dim=0)
+    assert response_error(shifted, real).item() == pytest.approx(0, abs=1e-5)
+    still = real[::2].repeat_interleave(2, dim=0)
+    size = change.abs().flatten(1).mean(dim=1)
+    expected = (size / (size + LEAST_RESPONSE)).mean().item()
+    assert response_error(still, real).item() == pytest.approx(expected)
+    half = real.clone()
+    half[1::2] = real[::2] + change / 2
+    assert response_error(half, real).item() == pytest.approx(expected / 2, rel=1e-5)

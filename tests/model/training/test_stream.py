@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from model.dataset import ARRAYS, BLOCK, SampleStore
-from model.errors import RenderError
+from model.errors import RenderError, TrainingError
 from model.sample_rendering import make_renderer, render_samples
 from model.scene import Scene
 from model.training.sources import StoredSource, TrainingBatch
@@ -138,3 +138,22 @@ def test_samples_with_a_high_error_come_more_often(volume: Volume, raycast: Scen
     expected = (0.5 + 0.5 * 3 / 2) / (0.5 + 0.5 * 1 / 2)
     late = counts[:FIRST_SAMPLES]
     assert late[1::2].sum() / late[0::2].sum() == pytest.approx(expected, rel=0.1)
+
+
+def test_paired_samples_stand_next_to_each_other(volume: Volume, raycast: Scene) -> None:
+    with stream(volume, raycast, paired=True, threads=2) as source:
+        batches = list(islice(source.batches(1, 16, 3, 0), 20))
+    with stream(volume, raycast, paired=True, threads=1) as source:
+        assert_same(next(source.batches(1, 16, 3, 7)), batches[7])
+    for batch in batches:
+        assert (batch.ticket[::2] % 2 == 0).all()
+        np.testing.assert_array_equal(batch.ticket[1::2], batch.ticket[::2] + 1)
+        view = batch.samples.view
+        np.testing.assert_array_equal(view[1::2], view[::2])
+        edits = np.abs(np.diff(batch.samples.opacity_tf, axis=0)[::2]).max(axis=1)
+        assert (edits <= 0.2 + 1e-6).all() and edits.max() > 0.02
+
+
+def test_pairs_are_not_drawn_by_their_errors(volume: Volume, raycast: Scene) -> None:
+    with pytest.raises(TrainingError, match="leave --error-driven out"):
+        StreamSource(volume, raycast, 5, error_driven=True, paired=True)
