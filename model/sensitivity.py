@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
 from torch.autograd import forward_ad
 from torch.autograd.functional import jacobian
 
@@ -22,6 +23,14 @@ from model.generator import Generator
 from model.region import Region, block_edges
 from model.transfer_function import TransferFunction
 from model.view import View
+
+EDIT_WIDTH = 6.0
+"""Standard deviation, in bins of the TF, of the edits that a sensitivity stands for.
+
+A network has only seen smooth TFs: what it makes of a change of a single bin
+is noise of its encoder. Against the renderer's derivative, the median cosine
+for 8 x 8 blocks of the shipped model's images rose from .19 to .61.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +43,9 @@ class Sensitivity:
         Colours in [0, 1], row 0 at the top.
     image_by_latent : ndarray of float32, shape (latent_dim, S, S, 3)
     latent_by_tf : ndarray of float32, shape (latent_dim, 256)
-        Per unit of opacity, over the scene's scalar range.
+        Per unit of opacity, over the scene's scalar range: the response to an
+        edit around each scalar value, as wide as asked for, whose opacities
+        add up to 1.
     """
 
     image: NDArray[np.float32]
@@ -99,7 +110,9 @@ class Sensitivity:
         return np.asarray(np.einsum("lrc,lt->rct", by_latent, self.latent_by_tf), dtype=np.float32)
 
 
-def generator_sensitivity(generator: Generator, view: View, tf: TransferFunction) -> Sensitivity:
+def generator_sensitivity(
+    generator: Generator, view: View, tf: TransferFunction, edit_width: float = EDIT_WIDTH
+) -> Sensitivity:
     """Differentiate a generator's image by the opacity TF.
 
     Forward-mode derivatives along the axes of the latent code: one pass with
@@ -110,6 +123,8 @@ def generator_sensitivity(generator: Generator, view: View, tf: TransferFunction
     generator : Generator
     view : View
     tf : TransferFunction
+    edit_width : float
+        Standard deviation of the edits in bins; 0 for those of single bins.
     """
     network = generator.network
     opacity = generator.opacity_input([tf.opacity])
@@ -129,5 +144,12 @@ def generator_sensitivity(generator: Generator, view: View, tf: TransferFunction
         image=image.permute(1, 2, 0).cpu().numpy(),
         # Networks speak in [-1, 1]: an image value changes half as much, an opacity twice as much.
         image_by_latent=(slopes / 2).permute(0, 2, 3, 1).contiguous().cpu().numpy(),
-        latent_by_tf=(latent_by_tf * 2).cpu().numpy(),
+        latent_by_tf=_blur(2 * latent_by_tf.cpu().numpy(), edit_width),
     )
+
+
+def _blur(slopes: NDArray[np.float32], width: float) -> NDArray[np.float32]:
+    """Response to Gaussian edits from that to single bins; edits end where the TF does."""
+    if width == 0:
+        return slopes
+    return np.asarray(gaussian_filter1d(slopes, width, axis=1, mode="constant"))

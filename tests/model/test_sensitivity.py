@@ -48,7 +48,7 @@ def generator(scene: Scene) -> Generator:
 
 @pytest.fixture(scope="module")
 def sensitivity(generator: Generator, tf: TransferFunction) -> Sensitivity:
-    return generator_sensitivity(generator, VIEW, tf)
+    return generator_sensitivity(generator, VIEW, tf, edit_width=0)
 
 
 def image(generator: Generator, tf: TransferFunction, change: NDArray) -> NDArray[np.float64]:
@@ -92,6 +92,27 @@ def test_a_regions_sensitivity_is_the_derivative_of_its_norm(
         expected = (norms[0] - norms[1]) / (2 * step)
         scale = float(np.linalg.norm(ours))
         assert ours @ direction == pytest.approx(expected, abs=2e-3 * scale)
+
+
+def test_a_sensitivity_is_the_response_to_an_edit_of_its_width(
+    generator: Generator, tf: TransferFunction
+) -> None:
+    region = Region(5, 9, 21, 14)
+    ours = generator_sensitivity(generator, VIEW, tf, edit_width=5.0).region(region)
+    bins, step = np.arange(256), 1e-5
+    for center in (3, 90, 200):
+        edit = np.exp(-((bins - center) ** 2) / 50)
+        edit /= 5 * np.sqrt(2 * np.pi)
+        norms = [
+            np.linalg.norm(
+                image(generator, tf, sign * step * edit)[
+                    region.top : region.bottom, region.left : region.right
+                ]
+            )
+            for sign in (1, -1)
+        ]
+        expected = (norms[0] - norms[1]) / (2 * step)
+        assert ours[center] == pytest.approx(expected, abs=1e-2 * float(np.abs(ours).max()))
 
 
 @pytest.mark.parametrize("block", [1, 5, 8, 32])
