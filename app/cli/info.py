@@ -8,6 +8,12 @@ from model.checkpoint import MODEL_FILE, ModelCard, load_model
 from model.networks.blocks import parameter_count
 from model.volume_files import describe
 
+ARCHITECTURES = {
+    "paper": "the paper's two stages",
+    "grid": "feature grid",
+    "grid-translation": "feature grid, then the paper's translation",
+}
+
 
 def print_info(source: options.VolumeSource) -> None:
     """Print a model's card, or a volume's description."""
@@ -27,7 +33,8 @@ def _card_rows(card: ModelCard) -> list[tuple[str, str]]:
         ("scalar window", "{:.10g} to {:.10g}".format(*scene.scalar_window)),
         ("lighting", scene.lighting),
         ("rendered by", {"vtk": "VTK", "raycast": "the ray caster"}[scene.renderer]),
-        ("preset", f"{card.preset} (width {size.width:g} of the paper's network)"),
+        ("preset", f"{card.preset} (width {size.width:g} of the paper's)"),
+        ("architecture", ARCHITECTURES[size.architecture]),
         ("colour image", f"{size.image_size} x {size.image_size}"),
         ("opacity image", f"{size.opacity_size} x {size.opacity_size}"),
         ("latent code", f"{size.latent_dim} numbers"),
