@@ -29,9 +29,15 @@ MEASURES = {
     "rmse": "image RMSE",
     "masked_rmse": "RMSE where opacity > .01",
     "emd": "colour EMD",
-    "ssim": "SSIM (higher is better)",
+    "ssim": "SSIM",
     "flip": "FLIP",
     "opacity_rmse": "opacity image RMSE",
+}
+AGREEMENTS = {
+    "image_cosine": "whole image, cosine",
+    "image_rank": "whole image, rank correlation",
+    "block_cosine": "8 x 8 blocks, cosine",
+    "block_rank": "8 x 8 blocks, rank correlation",
 }
 PROFILES = {
     "azimuth": "azimuth, degrees",
@@ -100,7 +106,7 @@ def html_report(
         f"<h1>{html.escape(title)}</h1>",
         f"<p>{result['count']} hold-out samples; the baseline is the nearest of "
         f"{result['nearest_neighbour']['count']} training images. Intervals hold the mean "
-        "with 95 % confidence (bootstrap).</p>",
+        "with 95 % confidence (bootstrap). SSIM is better when higher, all others when lower.</p>",
         _measures(result),
     ]
     if "sensitivity_agreement" in result:
@@ -138,15 +144,9 @@ def _measures(result: dict[str, Any]) -> str:
 
 
 def _agreement(agreement: dict[str, Any]) -> str:
-    names = {
-        "image_cosine": "whole image, cosine",
-        "image_rank": "whole image, rank correlation",
-        "block_cosine": "8 x 8 blocks, cosine",
-        "block_rank": "8 x 8 blocks, rank correlation",
-    }
     rows = [
         _row(name, *(f"{agreement[key][q]:.2f}" for q in ("quartile1", "median", "quartile3")))
-        for key, name in names.items()
+        for key, name in AGREEMENTS.items()
     ]
     return (
         "<h2>Sensitivity to the opacity TF</h2>"

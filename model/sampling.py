@@ -71,13 +71,12 @@ def draw_paired_sample(scene: Scene, seed: int, index: int) -> SceneSample:
     if index % 2 == 0:
         return sample
     rng = np.random.default_rng([seed, PAIR_STREAM, index])
-    lo, hi = scene.scalar_range
-    values = np.linspace(lo, hi, TF_SAMPLES)
-    bin_width = (hi - lo) / TF_SAMPLES
-    width = bin_width * np.exp(rng.uniform(*np.log(EDIT_WIDTH_BINS)))
+    before = sample.transfer_function.opacity
+    values = np.linspace(*scene.scalar_range, TF_SAMPLES)
+    width = before.bin_width * np.exp(rng.uniform(*np.log(EDIT_WIDTH_BINS)))
     height = rng.uniform(*EDIT_HEIGHT) * rng.choice([-1.0, 1.0])
     bump = height * np.exp(-(((values - rng.uniform(*scene.scalar_window)) / width) ** 2))
-    edited = np.clip(sample.transfer_function.opacity(values) + bump, 0, 1)
+    edited = np.clip(before(values) + bump, 0, 1)
     points = tuple(zip(values.tolist(), edited.tolist(), strict=True))
     opacity = OpacityTF(scene.scalar_range, points=points)
     return SceneSample(sample.view, TransferFunction(opacity, sample.transfer_function.color))

@@ -19,7 +19,7 @@ from model.error_profile import Group, error_profile, to_json
 from model.errors import CheckpointError, DatasetError, VolumeError
 from model.evaluation import evaluate, pictures
 from model.generator import Generator
-from model.report import extremes, html_report, picture_sheet
+from model.report import AGREEMENTS, MEASURES, extremes, html_report, picture_sheet
 from model.sample_rendering import render_store
 from model.sampling import draw_sample
 
@@ -58,11 +58,11 @@ def evaluate_model(
                 f"{store_path}: only {store.count('holdout')} hold-out samples are there, "
                 f"not {count}; lower --count, or add some with 'dataset --holdout'."
             )
-        result, page = _measure(generator, store, count)
+        result, page = _measure(generator, store, count, report_path is not None)
     else:
         with tempfile.TemporaryDirectory() as scratch:
             store = _render(generator, Path(scratch), count, source, neighbours, workers)
-            result, page = _measure(generator, store, count)
+            result, page = _measure(generator, store, count, report_path is not None)
     _print(result)
     agreement = _agreement(generator, source, sensitivities)
     if agreement is not None:
@@ -71,7 +71,7 @@ def evaluate_model(
     if json_path is not None:
         text = json.dumps({"model": str(folder), **result}, indent=2, allow_nan=False)
         _write(json_path, text + "\n")
-    if report_path is not None:
+    if report_path is not None and page is not None:
         _write(report_path, html_report(f"{generator.scene.volume_name}: {folder}", result, *page))
 
 
@@ -106,9 +106,9 @@ def _render(
 
 
 def _measure(
-    generator: Generator, store: SampleStore, count: int
-) -> tuple[dict[str, Any], tuple[dict[str, list[Group]], NDArray[np.uint8]]]:
-    """The figures; and what else the report shows: profile and picture sheet."""
+    generator: Generator, store: SampleStore, count: int, illustrated: bool
+) -> tuple[dict[str, Any], tuple[dict[str, list[Group]], NDArray[np.uint8]] | None]:
+    """The figures; and, when asked, what else the report shows: profile and picture sheet."""
     with counting("measuring", count) as (progress, task):
         evaluation = evaluate(
             generator, store, count, lambda done: progress.update(task, completed=done)
@@ -116,8 +116,10 @@ def _measure(
     errors = evaluation.generator["rmse"]
     samples = store.read("holdout", range(len(errors)))
     profile = error_profile(generator.scene, samples, errors)
-    sheet = picture_sheet(*pictures(generator, store, extremes(errors)))
-    return {**evaluation.to_json(), "profile": to_json(profile)}, (profile, sheet)
+    result = {**evaluation.to_json(), "profile": to_json(profile)}
+    if not illustrated:
+        return result, None
+    return result, (profile, picture_sheet(*pictures(generator, store, extremes(errors))))
 
 
 def _agreement(
@@ -148,19 +150,13 @@ def _agreement(
 
 
 def _print_agreement(agreement: dict[str, Any]) -> None:
-    names = {
-        "image_cosine": "whole image, cosine",
-        "image_rank": "whole image, rank correlation",
-        "block_cosine": "8 x 8 blocks, cosine",
-        "block_rank": "8 x 8 blocks, rank correlation",
-    }
     title = (
         f"sensitivity to the opacity TF against the renderer's own, {agreement['count']} samples"
     )
     table = Table(title=title, title_justify="left")
     for name in ("", "quartile 1", "median", "quartile 3"):
         table.add_column(name, justify="right" if name else "left")
-    for key, label in names.items():
+    for key, label in AGREEMENTS.items():
         values = agreement[key]
         cells = [f"{values[k]:.2f}" for k in ("quartile1", "median", "quartile3")]
         table.add_row(label, *cells)
@@ -169,21 +165,13 @@ def _print_agreement(agreement: dict[str, Any]) -> None:
 
 def _print(result: dict[str, Any]) -> None:
     neighbour = result["nearest_neighbour"]
-    names = {
-        "rmse": "image RMSE",
-        "masked_rmse": "RMSE where opacity > .01",
-        "emd": "colour EMD",
-        "ssim": "SSIM",
-        "flip": "FLIP",
-        "opacity_rmse": "opacity image RMSE",
-    }
     statistics = ("mean", "median", "p95")
     table = Table(title=f"{result['count']} hold-out samples", title_justify="left")
     table.add_column("")
     for who in ("generator", "nearest"):
         for statistic in statistics:
             table.add_column(f"{who}\n{statistic}", justify="right")
-    for key, label in names.items():
+    for key, label in MEASURES.items():
         other = neighbour.get(key, {})
         cells = [f"{result[key][s]:.4f}" for s in statistics]
         cells += [f"{other[s]:.4f}" if other else "" for s in statistics]

@@ -17,13 +17,11 @@ from typing import NamedTuple
 
 import torch
 from torch import Tensor, nn
-from torch.nn.functional import interpolate
 
 from model.networks.blocks import (
     Modulation,
     NetworkSize,
     ResidualBlock,
-    TFEncoder,
     concatenate,
     initialise,
     keep_variance,
@@ -32,7 +30,7 @@ from model.networks.blocks import (
 from model.networks.feature_grid import FeatureGrid
 from model.networks.frustum import Frustum
 from model.networks.opacity import OpacityNetwork
-from model.networks.translation import COLOR_CODE
+from model.networks.translation import color_encoder
 from model.networks.two_stage import GeneratorNetwork
 from model.scene import Scene
 
@@ -98,12 +96,13 @@ class GridOpacityGenerator(OpacityNetwork):
     def __init__(self, size: NetworkSize, scene: Scene) -> None:
         super().__init__(size)
         c = size.channels
-        self.frustum = _frustum(size, scene)
+        self.frustum = Frustum(scene.view_range, scene.proportions, PLANES, size.opacity_size // 2)
         self.latent = mlp(size.latent_dim, c(512), c(512))
         self.points = PointNetwork(FEATURES, c(128), FOLDED, c(512))
         self.coarse = Modulated(_entry(FOLDED * PLANES, c(256)), c(256), c(512))
         self.block = Modulated(ResidualBlock(c(256), c(256)), c(256), c(512))
         self.narrow = nn.Conv2d(c(256), c(128), 1)
+        self.larger = _larger()
         self.fine = ResidualBlock(c(128), c(128))
         self.image = nn.Sequential(nn.Conv2d(c(128), 1, 3, padding=1), nn.Tanh())
         start(self)
@@ -124,31 +123,29 @@ class GridOpacityGenerator(OpacityNetwork):
         code = self.latent(latent)
         coarse = self.coarse(fold(self.points(samples, code), self.frustum), code)
         coarse = self.block(coarse, code)
-        fine = self.fine(_double(self.narrow(coarse)))
+        fine = self.fine(self.larger(self.narrow(coarse)))
         return Look(self.image(fine), samples, code, coarse, fine)
 
 
 class GridColorGenerator(nn.Module):
-    """Paints what the opacity generator saw."""
+    """Paints what the opacity generator saw through its frustum."""
 
-    def __init__(self, size: NetworkSize, scene: Scene) -> None:
+    def __init__(self, size: NetworkSize, frustum: Frustum) -> None:
         super().__init__()
         c = size.channels
-        self.color_tf = nn.Sequential(
-            TFEncoder([3, c(16), c(32), c(64), c(128), c(128)], c(256), bias=False),
-            mlp(c(256), COLOR_CODE, c(256)),
-        )
+        self.color_tf = color_encoder(size)
         self.merge = mlp(c(256) + c(512), c(512))
-        self.frustum = _frustum(size, scene)
+        self.frustum = frustum
         self.points = PointNetwork(FEATURES, c(128), FOLDED, c(512))
         self.coarse = Modulated(_entry(c(256) + FOLDED * PLANES, c(256)), c(256), c(512))
         self.block = Modulated(ResidualBlock(c(256), c(256)), c(256), c(512))
         self.narrow = nn.Conv2d(c(256), c(128), 1)
+        self.larger = _larger()
         self.fine = Modulated(ResidualBlock(c(128), c(128)), c(128), c(512))
         doublings = int(math.log2(size.image_size // size.opacity_size))
         channels = [c(128 // 2**i) for i in range(doublings + 1)]
         self.finer = nn.ModuleList(
-            nn.Sequential(nn.Conv2d(a, b, 1), Double(), ResidualBlock(b, b))
+            nn.Sequential(nn.Conv2d(a, b, 1), _larger(), ResidualBlock(b, b))
             for a, b in pairwise(channels)
         )
         self.image = nn.Sequential(nn.Conv2d(channels[-1], 3, 3, padding=1), nn.Tanh())
@@ -159,7 +156,7 @@ class GridColorGenerator(nn.Module):
         code = self.merge(concatenate(self.color_tf(color_tf), look.code))
         folded = fold(self.points(look.samples, code), self.frustum)
         x = self.block(self.coarse(concatenate(look.coarse, folded), code), code)
-        x = self.fine(_double(self.narrow(x)) + look.fine, code)
+        x = self.fine(self.larger(self.narrow(x)) + look.fine, code)
         for finer in self.finer:
             x = finer(x)
         image: Tensor = self.image(x)
@@ -180,7 +177,7 @@ class GridGenerator(GeneratorNetwork):
     def __init__(self, size: NetworkSize, scene: Scene) -> None:
         super().__init__()
         self.opacity = GridOpacityGenerator(size, scene)
-        self.color = GridColorGenerator(size, scene)
+        self.color = GridColorGenerator(size, self.opacity.frustum)
 
     def render_latent(
         self, view: Tensor, latent: Tensor, color_tf: Tensor
@@ -202,14 +199,6 @@ class Modulated(nn.Module):
         """Map (N, channels_in, H, W) and codes (N, code) to (N, channels, H, W)."""
         y: Tensor = self.modulation(self.layers(x), code)
         return y
-
-
-class Double(nn.Module):
-    """Twice as many pixels along both axes."""
-
-    def forward(self, x: Tensor) -> Tensor:
-        """Map (N, C, H, W) to (N, C, 2 H, 2 W)."""
-        return _double(x)
 
 
 def fold(seen: Tensor, frustum: Frustum) -> Tensor:
@@ -237,9 +226,6 @@ def _entry(channels_in: int, channels: int) -> nn.Sequential:
     )
 
 
-def _double(x: Tensor) -> Tensor:
-    return interpolate(x, scale_factor=2, mode="bilinear", align_corners=False)
-
-
-def _frustum(size: NetworkSize, scene: Scene) -> Frustum:
-    return Frustum(scene.view_range, scene.proportions, PLANES, size.opacity_size // 2)
+def _larger() -> nn.Upsample:
+    """Twice as many pixels along both axes, smoothly."""
+    return nn.Upsample(scale_factor=2, mode="bilinear", align_corners=False)

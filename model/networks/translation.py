@@ -76,10 +76,7 @@ class TranslationGenerator(nn.Module):
         c = size.channels
         self.view = mlp(VIEW_PARAMETERS, c(256), c(256))
         self.latent = mlp(size.latent_dim, c(256))
-        self.color_tf = nn.Sequential(
-            TFEncoder([3, c(16), c(32), c(64), c(128), c(128)], c(256), bias=False),
-            mlp(c(256), COLOR_CODE, c(256)),
-        )
+        self.color_tf = color_encoder(size)
         # Channels of the opacity image's encoding, from the first halving down to 8 x 8 pixels.
         halvings = int(math.log2(size.opacity_size // FUSION_SIZE))
         encoded = [c(256 // 2**i) for i in reversed(range(halvings))]
@@ -169,6 +166,15 @@ class TranslationDiscriminator(nn.Module):
             )
         )
         return logits
+
+
+def color_encoder(size: NetworkSize) -> nn.Sequential:
+    """Features (N, channels) of colour TFs (N, 3, 256), through a bottleneck."""
+    c = size.channels
+    return nn.Sequential(
+        TFEncoder([3, c(16), c(32), c(64), c(128), c(128)], c(256), bias=False),
+        mlp(c(256), COLOR_CODE, c(256)),
+    )
 
 
 def color_discriminator_channels(size: NetworkSize) -> list[int]:

@@ -45,17 +45,13 @@ class Guard:
 
     def check_step(self, result: StepResult) -> str | None:
         """What is wrong with a step, if anything; its weights have not been changed then."""
-        for name, loss in result.losses.items():
-            if not math.isfinite(loss):
+        values = {f"{name} loss": loss for name, loss in result.losses.items()}
+        for name, value in {**values, "gradient": result.gradient}.items():
+            if not math.isfinite(value):
                 return (
-                    f"the {name} loss is no longer finite; lower the learning rate (for example "
+                    f"the {name} is no longer finite; lower the learning rate (for example "
                     "--set joint.learning_rate=2e-4), or try another --seed"
                 )
-        if not math.isfinite(result.gradient):
-            return (
-                "the gradient is no longer finite; lower the learning rate (for example "
-                "--set joint.learning_rate=2e-4), or try another --seed"
-            )
         return None
 
     def check_measurement(self, metrics: dict[str, float], samples: int) -> str | None:

@@ -15,10 +15,10 @@ from model.networks.two_stage import GeneratorNetwork
 from model.training.average import WeightAverage
 from model.training.losses import decoded_tf_error, l1, response_error
 from model.training.options import TrainingOptions
-from model.training.stages import Stage
+from model.training.stages import ColorStage
 
 
-class JointStage(Stage):
+class JointStage(ColorStage):
     """Opacity and colour image at once, with the losses of both stages (paper, Eqs. 7 and 8).
 
     Parameters
@@ -56,18 +56,11 @@ class JointStage(Stage):
             for network in (self.generator, self.average.network):
                 network.load_state_dict(self._earlier.state_dict())
 
-    def _real(self, batch: EncodedBatch) -> Tensor:
-        return batch.image
-
     def _generate(self, batch: EncodedBatch) -> tuple[Tensor, tuple[Tensor, Tensor]]:
         opacity = self.generator.opacity
         latent = opacity.encode(batch.opacity_tf)
         image, opacity_image = self.generator.render_latent(batch.view, latent, batch.color_tf)
         return image, (opacity_image, opacity.decode(latent))
-
-    def _judge(self, batch: EncodedBatch, image: Tensor) -> Tensor:
-        logits: Tensor = self.discriminator(batch.view, batch.opacity_tf, batch.color_tf, image)
-        return logits
 
     def _generator_losses(self, batch: EncodedBatch, fake: Tensor, extra: Any) -> dict[str, Tensor]:
         opacity_image, decoded = extra

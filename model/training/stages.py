@@ -215,7 +215,18 @@ class OpacityStage(Stage):
         }
 
 
-class TranslationStage(Stage):
+class ColorStage(Stage):
+    """A stage whose generator draws colour images, judged by :class:`TranslationDiscriminator`."""
+
+    def _real(self, batch: EncodedBatch) -> Tensor:
+        return batch.image
+
+    def _judge(self, batch: EncodedBatch, image: Tensor) -> Tensor:
+        logits: Tensor = self.discriminator(batch.view, batch.opacity_tf, batch.color_tf, image)
+        return logits
+
+
+class TranslationStage(ColorStage):
     """Stage 2: the translation GAN with its l1 loss (paper, Eq. 8), stage 1 frozen.
 
     Parameters
@@ -247,9 +258,6 @@ class TranslationStage(Stage):
         )
         self.opacity = opacity
 
-    def _real(self, batch: EncodedBatch) -> Tensor:
-        return batch.image
-
     def _generate(self, batch: EncodedBatch) -> tuple[Tensor, Tensor]:
         with torch.no_grad():
             latent = self.opacity.encode(batch.opacity_tf)
@@ -265,10 +273,6 @@ class TranslationStage(Stage):
         rng = np.random.default_rng([self.options.seed, self.steps])
         chosen = torch.from_numpy(rng.random(len(predicted)) < share).to(self.device)
         return torch.where(chosen[:, None, None, None], predicted, batch.opacity_image)
-
-    def _judge(self, batch: EncodedBatch, image: Tensor) -> Tensor:
-        logits: Tensor = self.discriminator(batch.view, batch.opacity_tf, batch.color_tf, image)
-        return logits
 
     def _generator_losses(
         self, batch: EncodedBatch, fake: Tensor, extra: Tensor

@@ -64,6 +64,22 @@ def image(generator: Generator, tf: TransferFunction, change: NDArray) -> NDArra
         network.float()
 
 
+def slope(
+    generator: Generator, tf: TransferFunction, region: Region, direction: NDArray
+) -> np.float64:
+    """Central difference of a region's norm in a direction of the TF."""
+    step = 1e-5
+    norms = [
+        np.linalg.norm(
+            image(generator, tf, sign * step * direction)[
+                region.top : region.bottom, region.left : region.right
+            ]
+        )
+        for sign in (1, -1)
+    ]
+    return (norms[0] - norms[1]) / (2 * step)
+
+
 def test_the_image_is_the_generators(
     generator: Generator, sensitivity: Sensitivity, tf: TransferFunction
 ) -> None:
@@ -78,18 +94,9 @@ def test_a_regions_sensitivity_is_the_derivative_of_its_norm(
 ) -> None:
     ours = sensitivity.region(region)
     rng = np.random.default_rng(0)
-    step = 1e-5
     for _ in range(4):
         direction = rng.normal(size=256)
-        norms = [
-            np.linalg.norm(
-                image(generator, tf, sign * step * direction)[
-                    region.top : region.bottom, region.left : region.right
-                ]
-            )
-            for sign in (1, -1)
-        ]
-        expected = (norms[0] - norms[1]) / (2 * step)
+        expected = slope(generator, tf, region, direction)
         scale = float(np.linalg.norm(ours))
         assert ours @ direction == pytest.approx(expected, abs=2e-3 * scale)
 
@@ -99,19 +106,11 @@ def test_a_sensitivity_is_the_response_to_an_edit_of_its_width(
 ) -> None:
     region = Region(5, 9, 21, 14)
     ours = generator_sensitivity(generator, VIEW, tf, edit_width=5.0).region(region)
-    bins, step = np.arange(256), 1e-5
+    bins = np.arange(256)
     for center in (3, 90, 200):
         edit = np.exp(-((bins - center) ** 2) / 50)
         edit /= 5 * np.sqrt(2 * np.pi)
-        norms = [
-            np.linalg.norm(
-                image(generator, tf, sign * step * edit)[
-                    region.top : region.bottom, region.left : region.right
-                ]
-            )
-            for sign in (1, -1)
-        ]
-        expected = (norms[0] - norms[1]) / (2 * step)
+        expected = slope(generator, tf, region, edit)
         assert ours[center] == pytest.approx(expected, abs=1e-2 * float(np.abs(ours).max()))
 
 
