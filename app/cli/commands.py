@@ -356,6 +356,72 @@ def evaluate(
     )
 
 
+@application.command()
+def study(
+    study: Annotated[options.StudyName, typer.Argument(metavar="STUDY", help="Which one.")],
+    out: Annotated[
+        Path,
+        typer.Option("--out", metavar="DIR", help="Folder of samples, runs and table."),
+    ],
+    volume: options.VolumeFile = None,
+    raw: options.RawLayoutText = None,
+    component: options.ComponentName = None,
+    preset: Annotated[
+        options.Preset, typer.Option("--preset", help="Size of all networks.")
+    ] = options.Preset.DRAFT,
+    architecture: Annotated[
+        options.ArchitectureOption | None,
+        typer.Option("--architecture", help="Of all networks. (default: the preset's)"),
+    ] = None,
+    minutes: Annotated[
+        float | None, typer.Option("--minutes", help="Budget of each model. (default: 10)")
+    ] = None,
+    samples: Annotated[
+        int | None, typer.Option("--samples", help="Budget of each model in samples seen.")
+    ] = None,
+    images: Annotated[
+        int, typer.Option("--images", min=16, help="Training samples that are rendered first.")
+    ] = 20_000,
+    count: Annotated[int, typer.Option("--count", min=1, help="Hold-out samples.")] = 500,
+    sensitivities: Annotated[
+        int,
+        typer.Option(
+            "--sensitivities",
+            min=0,
+            help="Samples whose sensitivities are held against the renderer's own.",
+        ),
+    ] = 20,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="Change the recipe of all models."),
+    ] = None,
+    seed: options.Seed = 0,
+    workers: options.Workers = None,
+    device: options.DeviceName = options.Device.AUTO,
+) -> None:
+    """The paper's studies anew: baselines, latent-dim or l1-weight. Run again to go on."""
+    from app.cli.study import StudyOrder, study_models
+
+    study_models(
+        StudyOrder(
+            study=str(study),
+            volume=options.VolumeSource(volume, raw, component),
+            out=out,
+            preset=str(preset),
+            architecture=None if architecture is None else architecture.value,
+            minutes=minutes,
+            samples=samples,
+            images=images,
+            count=count,
+            sensitivities=sensitivities,
+            settings=tuple(settings or ()),
+            seed=seed,
+            workers=workers,
+            device=str(device),
+        )
+    )
+
+
 @bench.command()
 def renderers(
     volume: Annotated[

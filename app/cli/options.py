@@ -25,6 +25,14 @@ class LightingOption(StrEnum):
     GLOBAL = "global"
 
 
+class StudyName(StrEnum):
+    """The paper's studies, for the command line."""
+
+    BASELINES = "baselines"
+    LATENT_DIM = "latent-dim"
+    L1_WEIGHT = "l1-weight"
+
+
 class Renderer(StrEnum):
     """Who renders."""
 

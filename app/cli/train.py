@@ -88,7 +88,7 @@ def _train(plan: TrainingPlan, order: TrainOrder) -> None:
     if parallel.rank():
         train(plan, order.resume)
         return
-    with _Display() as display:
+    with TrainingDisplay() as display:
         try:
             train(plan, order.resume, display.show)
         except KeyboardInterrupt:
@@ -177,7 +177,7 @@ def _check_store(order: TrainOrder, store: SampleStore) -> None:
             )
 
 
-class _Display:
+class TrainingDisplay:
     """A bar over the budget with speed and remaining time, and the losses below it."""
 
     def __init__(self) -> None:
@@ -196,7 +196,7 @@ class _Display:
         self._first: TrainingReport | None = None
         self._metrics: dict[str, float] = {}
 
-    def __enter__(self) -> _Display:
+    def __enter__(self) -> TrainingDisplay:
         self._live.start()
         return self
 
@@ -205,6 +205,11 @@ class _Display:
         if not console.is_terminal:
             # Into a file, rich leaves the cursor behind the last numbers.
             console.print()
+
+    def begin(self, name: str) -> None:
+        """Start over, for the next of several runs."""
+        self._live.console.print(name)
+        self._first, self._metrics = None, {}
 
     def show(self, report: TrainingReport) -> None:
         """Show a report; a line stays for each new hold-out measurement."""

@@ -108,18 +108,22 @@ class GridOpacityGenerator(OpacityNetwork):
         start(self)
         self.grid = FeatureGrid(scene.proportions, NODES, FEATURES)
 
-    def draw(self, view: Tensor, latent: Tensor) -> Tensor:
-        """Opacity images (N, 1, S, S) from views (N, 5) and latent codes."""
-        return self.look(view, latent).image
-
-    def look(self, view: Tensor, latent: Tensor) -> Look:
-        """The opacity image, with what was seen on the way."""
+    def see(self, view: Tensor) -> Tensor:
+        """Samples (N, planes * size * size, features) of the grid for views (N, 5)."""
         with torch.autocast(view.device.type, enabled=False):
             # Places need float32's digits.
             samples = self.grid(self.frustum.points(view.to(self.grid.features.dtype)))
         samples = samples.flatten(1, 3)
         if torch.is_autocast_enabled(view.device.type):
             samples = samples.to(torch.get_autocast_dtype(view.device.type))
+        return samples
+
+    def draw_seen(self, seen: Tensor, latent: Tensor) -> Tensor:
+        """Opacity images (N, 1, S, S) from samples of the grid and latent codes."""
+        return self.look(seen, latent).image
+
+    def look(self, samples: Tensor, latent: Tensor) -> Look:
+        """The opacity image, with what else was found on the way."""
         code = self.latent(latent)
         coarse = self.coarse(fold(self.points(samples, code), self.frustum), code)
         coarse = self.block(coarse, code)
@@ -151,9 +155,9 @@ class GridColorGenerator(nn.Module):
         self.image = nn.Sequential(nn.Conv2d(channels[-1], 3, 3, padding=1), nn.Tanh())
         start(self)
 
-    def forward(self, look: Look, color_tf: Tensor) -> Tensor:
-        """Colour images (N, 3, S, S) of a look, from colour TFs (N, 3, 256)."""
-        code = self.merge(concatenate(self.color_tf(color_tf), look.code))
+    def forward(self, look: Look, color: Tensor) -> Tensor:
+        """Colour images (N, 3, S, S) of a look, from codes of colour TFs."""
+        code = self.merge(concatenate(color, look.code))
         folded = fold(self.points(look.samples, code), self.frustum)
         x = self.block(self.coarse(concatenate(look.coarse, folded), code), code)
         x = self.fine(self.larger(self.narrow(x)) + look.fine, code)
@@ -179,12 +183,21 @@ class GridGenerator(GeneratorNetwork):
         self.opacity = GridOpacityGenerator(size, scene)
         self.color = GridColorGenerator(size, self.opacity.frustum)
 
-    def render_latent(
-        self, view: Tensor, latent: Tensor, color_tf: Tensor
+    def see(self, view: Tensor) -> tuple[Tensor, ...]:
+        """Samples of the grid for views (N, 5)."""
+        return (self.opacity.see(view),)
+
+    def encode_color(self, color_tf: Tensor) -> Tensor:
+        """Codes (N, channels) of colour TFs (N, 3, 256)."""
+        code: Tensor = self.color.color_tf(color_tf)
+        return code
+
+    def draw(
+        self, seen: tuple[Tensor, ...], latent: Tensor, color: Tensor
     ) -> tuple[Tensor, Tensor]:
-        """Render from latent codes (N, latent_dim) instead of opacity TFs."""
-        look = self.opacity.look(view, latent)
-        return self.color(look, color_tf), look.image
+        """Colour and opacity image from samples of the grid and codes of both TFs."""
+        look = self.opacity.look(seen[0], latent)
+        return self.color(look, color), look.image
 
 
 class Modulated(nn.Module):

@@ -76,9 +76,17 @@ class OpacityNetwork(LatentCodec, ABC):
         latent = self.encode(opacity_tf)
         return OpacityOutput(self.draw(view, latent), self.decode(latent), latent)
 
-    @abstractmethod
     def draw(self, view: Tensor, latent: Tensor) -> Tensor:
         """Opacity images (N, 1, S, S) in [-1, 1] from views (N, 5) and latent codes."""
+        return self.draw_seen(self.see(view), latent)
+
+    @abstractmethod
+    def see(self, view: Tensor) -> Tensor:
+        """What views (N, 5) alone decide; for all latent codes the same."""
+
+    @abstractmethod
+    def draw_seen(self, seen: Tensor, latent: Tensor) -> Tensor:
+        """Opacity images (N, 1, S, S) from what :meth:`see` gave and latent codes."""
 
 
 class OpacityGenerator(OpacityNetwork):
@@ -100,9 +108,14 @@ class OpacityGenerator(OpacityNetwork):
         self.image = nn.Sequential(*blocks, nn.Tanh())
         initialise(self)
 
-    def draw(self, view: Tensor, latent: Tensor) -> Tensor:
-        """Opacity images (N, 1, S, S) from views (N, 5) and latent codes."""
-        fused = self.merge(concatenate(self.view(view), self.latent(latent)))
+    def see(self, view: Tensor) -> Tensor:
+        """Codes (N, channels) of views (N, 5)."""
+        code: Tensor = self.view(view)
+        return code
+
+    def draw_seen(self, seen: Tensor, latent: Tensor) -> Tensor:
+        """Opacity images (N, 1, S, S) from codes of views and latent codes."""
+        fused = self.merge(concatenate(seen, self.latent(latent)))
         image: Tensor = self.image(fused[:, :, None, None])
         return image
 

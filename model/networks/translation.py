@@ -125,10 +125,14 @@ class TranslationGenerator(nn.Module):
         -------
         Tensor, shape (N, 3, S, S), in [-1, 1]
         """
+        return self.draw(self.view(view), latent, self.color_tf(color_tf), opacity)
+
+    def draw(self, view: Tensor, latent: Tensor, color: Tensor, opacity: Tensor) -> Tensor:
+        """Render from codes of views and colour TFs, each (N, channels)."""
         encodings = [opacity]
         for halve in self.encoder:
             encodings.append(halve(encodings[-1]))
-        codes = concatenate(self.view(view), self.latent(latent), self.color_tf(color_tf))
+        codes = concatenate(view, self.latent(latent), color)
         tiled = codes[:, :, None, None].expand(-1, -1, FUSION_SIZE, FUSION_SIZE)
         x = self.fusion(concatenate(encodings[-1], tiled))
         for i, double in enumerate(self.decoder):

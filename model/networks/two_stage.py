@@ -39,11 +39,25 @@ class GeneratorNetwork(nn.Module, ABC):
         """
         return self.render_latent(view, self.opacity.encode(opacity_tf), color_tf)
 
-    @abstractmethod
     def render_latent(
         self, view: Tensor, latent: Tensor, color_tf: Tensor
     ) -> tuple[Tensor, Tensor]:
         """Render from latent codes (N, latent_dim) instead of opacity TFs."""
+        return self.draw(self.see(view), latent, self.encode_color(color_tf))
+
+    @abstractmethod
+    def see(self, view: Tensor) -> tuple[Tensor, ...]:
+        """What views (N, 5) alone decide: it can be kept while TFs are edited."""
+
+    @abstractmethod
+    def encode_color(self, color_tf: Tensor) -> Tensor:
+        """Codes of colour TFs (N, 3, 256): they can be kept while the view moves."""
+
+    @abstractmethod
+    def draw(
+        self, seen: tuple[Tensor, ...], latent: Tensor, color: Tensor
+    ) -> tuple[Tensor, Tensor]:
+        """Render from what :meth:`see` gave, latent codes and codes of colour TFs."""
 
 
 class TwoStageGenerator(GeneratorNetwork):
@@ -70,9 +84,18 @@ class TwoStageGenerator(GeneratorNetwork):
         self.opacity = opacity or OpacityGenerator(size)
         self.translation = translation or TranslationGenerator(size)
 
-    def render_latent(
-        self, view: Tensor, latent: Tensor, color_tf: Tensor
+    def see(self, view: Tensor) -> tuple[Tensor, ...]:
+        """What the opacity generator sees, and the translation's code of the view."""
+        return self.opacity.see(view), self.translation.view(view)
+
+    def encode_color(self, color_tf: Tensor) -> Tensor:
+        """Codes (N, channels) of colour TFs (N, 3, 256)."""
+        code: Tensor = self.translation.color_tf(color_tf)
+        return code
+
+    def draw(
+        self, seen: tuple[Tensor, ...], latent: Tensor, color: Tensor
     ) -> tuple[Tensor, Tensor]:
-        """Render from latent codes (N, latent_dim) instead of opacity TFs."""
-        opacity_image = self.opacity.draw(view, latent)
-        return self.translation(view, latent, color_tf, opacity_image), opacity_image
+        """Draw the opacity image, then paint it."""
+        opacity_image = self.opacity.draw_seen(seen[0], latent)
+        return self.translation.draw(seen[1], latent, color, opacity_image), opacity_image

@@ -28,7 +28,8 @@ class StageOptions:
     learning_rate : float
         Of Adam with betas .5 and .999, for generator and discriminator.
     halvings : float
-        How often the learning rate is halved over the stage.
+        How often the learning rate is halved over the stage, where it does not
+        follow a cosine.
     """
 
     batch_size: int
@@ -58,6 +59,12 @@ class TrainingOptions:
         Weight, in the joint stage, of the error of the generator's response to
         small edits of the opacity TF; 0 leaves it out. Needs rendered samples:
         they then come in pairs.
+    cosine : bool
+        Whether the learning rate rises over the first steps of a stage and then
+        falls along half a cosine, instead of by halvings.
+    grid_rate : float
+        Learning rate of the feature grid, as a multiple of the networks'. A
+        node is seen by few rays: at the networks' rate it hardly moves.
     average_decay : float
         Decay per step of the exponential moving average of the generator's
         weights, which is evaluated and shipped; 0 ships the last weights.
@@ -85,6 +92,8 @@ class TrainingOptions:
     opacity_l1_weight: float = 150.0
     derivative_weight: float = 0.0
     predicted_share: float = 1.0
+    cosine: bool = True
+    grid_rate: float = 10.0
     average_decay: float = 0.999
     keep_variance: bool = True
     adversarial_start: float = 1.0
@@ -97,6 +106,8 @@ class TrainingOptions:
             raise TrainingError("The share of predicted opacity images must be from 0 to 1.")
         if not 0 <= self.adversarial_start <= 1:
             raise TrainingError("The start of the adversarial loss must be from 0 to 1.")
+        if not self.grid_rate > 0:
+            raise TrainingError("The feature grid's learning rate must be above 0.")
         if not 0 <= self.average_decay < 1:
             raise TrainingError("The decay of the weight average must be from 0 to below 1.")
         if not 0 < self.opacity_time_share < 1:
@@ -114,6 +125,7 @@ class TrainingOptions:
             decoded_tf_weight=1.0,
             opacity_l1_weight=0.0,
             predicted_share=0.0,
+            cosine=False,
             average_decay=0.0,
             keep_variance=False,
             adversarial_start=0.0,

@@ -23,6 +23,7 @@ from model.networks.opacity import OpacityDiscriminator, OpacityNetwork
 from model.networks.translation import TranslationDiscriminator, TranslationGenerator
 from model.training.average import WeightAverage
 from model.training.losses import adversarial, decoded_tf_error, l1
+from model.training.optimisers import adam, cosine_decay, halving_decay, set_rate
 from model.training.options import StageOptions, TrainingOptions
 from model.training.parallel import average_gradients
 
@@ -84,8 +85,8 @@ class Stage(ABC):
         self.options = options
         self.device = device
         self.steps = 0
-        self.generator_optimiser = _adam(self.generator, stage)
-        self.discriminator_optimiser = _adam(self.discriminator, stage)
+        self.generator_optimiser = adam(self.generator, options.grid_rate)
+        self.discriminator_optimiser = adam(self.discriminator)
 
     def begin(self) -> None:  # noqa: B027  (most stages have nothing to take over)
         """Take over what earlier stages have learned; called when the stage begins."""
@@ -142,10 +143,11 @@ class Stage(ABC):
         return float(loss.detach())
 
     def _set_learning_rate(self, progress: float) -> None:
-        rate = self.stage.learning_rate * 0.5 ** int(progress * self.stage.halvings)
+        halvings = self.stage.halvings
+        cosine = self.options.cosine
+        decay = cosine_decay(progress) if cosine else halving_decay(progress, halvings)
         for optimiser in (self.generator_optimiser, self.discriminator_optimiser):
-            for group in optimiser.param_groups:
-                group["lr"] = rate
+            set_rate(optimiser, self.stage.learning_rate * decay)
 
     def _autocast(self) -> AbstractContextManager[None]:
         # bfloat16 keeps float32's exponents: no loss scaling, no overflow.
@@ -281,9 +283,3 @@ class TranslationStage(ColorStage):
 
     def _weights(self) -> dict[str, float]:
         return {"adversarial": 1.0, "l1": self.options.l1_weight}
-
-
-def _adam(network: nn.Module, stage: StageOptions) -> torch.optim.Adam:
-    return torch.optim.Adam(
-        network.parameters(), lr=stage.learning_rate, betas=(0.5, 0.999), fused=True
-    )

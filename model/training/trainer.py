@@ -70,6 +70,15 @@ class TrainingPlan:
             "options": self.options.to_json(),
         }
 
+    def check_recipe(self, found: dict[str, Any]) -> None:
+        """Raise :class:`model.errors.TrainingError` when the folder's run has another recipe."""
+        changed = [k for k, v in _plain(self.recipe()).items() if found.get(k) != v]
+        if changed:
+            raise TrainingError(
+                f"{self.folder}: the run to resume has another {' and '.join(changed)}; "
+                "give the options that it was started with."
+            )
+
 
 @dataclass(frozen=True)
 class TrainingReport:
@@ -185,12 +194,7 @@ class _Run:
                 )
             return Progress(self.schedule.names[0])
         progress, recipe = load_progress(plan.folder)
-        changed = [k for k, v in _plain(plan.recipe()).items() if recipe.get(k) != v]
-        if changed:
-            raise TrainingError(
-                f"{plan.folder}: the run to resume has another {' and '.join(changed)}; "
-                "give the options that it was started with."
-            )
+        plan.check_recipe(recipe)
         if progress.stage == "done":
             raise TrainingError(
                 f"{plan.folder}: the run is finished; train longer in another folder."

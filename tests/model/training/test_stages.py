@@ -16,6 +16,7 @@ from model.networks.blocks import NetworkSize
 from model.networks.opacity import OpacityGenerator
 from model.training.average import WeightAverage
 from model.training.losses import LEAST_RESPONSE, adversarial, response_error
+from model.training.optimisers import WARM_UP
 from model.training.options import StageOptions, TrainingOptions
 from model.training.stages import OpacityStage, TranslationStage
 
@@ -65,7 +66,7 @@ def test_a_few_steps_on_one_batch_lower_its_losses(batch: EncodedBatch) -> None:
     fast = StageOptions(24, 2e-3, 6.0)
     opacity, translation = stages(TrainingOptions(opacity=fast, translation=fast))
     for stage, names in ((opacity, ("opacity_l1", "decoded_tf")), (translation, ("l1",))):
-        losses = [stage.step(batch, 0.0).losses for _ in range(30)]
+        losses = [stage.step(batch, WARM_UP).losses for _ in range(30)]
         for name in names:
             assert losses[-1][name] < 0.8 * losses[0][name]
 

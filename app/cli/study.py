@@ -1,0 +1,108 @@
+"""``study``: the paper's studies anew, at a chosen size and budget."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from rich.table import Table
+
+from app.cli import options
+from app.cli.console import console, counting
+from app.cli.train import TrainingDisplay
+from model.checkpoint import write_atomically
+from model.dataset import SampleStore
+from model.errors import TrainingError
+from model.generator import choose_device
+from model.networks.blocks import Architecture, NetworkSize
+from model.sample_rendering import render_store
+from model.sampling import Stream
+from model.scene import Scene
+from model.study import STUDIES, Study, StudyPlan, markdown, run_study, study_table
+from model.training.options import PRESETS, Budget, TrainingOptions
+from model.volume import Volume
+
+
+@dataclass(frozen=True)
+class StudyOrder:
+    """What to study: the command's options, see there."""
+
+    study: str
+    volume: options.VolumeSource
+    out: Path
+    preset: str
+    architecture: Architecture | None
+    minutes: float | None
+    samples: int | None
+    images: int
+    count: int
+    sensitivities: int
+    settings: tuple[str, ...]
+    seed: int
+    workers: int | None
+    device: str
+
+
+DEFAULT_MINUTES = 10.0
+
+
+def study_models(order: StudyOrder) -> None:
+    """Render the samples, train and measure what is missing, print and write the table."""
+    study = STUDIES[order.study]
+    minutes = order.minutes
+    if minutes is None and order.samples is None:
+        minutes = DEFAULT_MINUTES
+    size = PRESETS[order.preset]
+    if order.architecture is not None:
+        size = replace(size, architecture=order.architecture)
+    volume = order.volume.read()
+    # Stored samples are the same for all, but do not come in pairs.
+    recipe = replace(TrainingOptions(seed=order.seed), derivative_weight=0.0)
+    plan = StudyPlan(
+        store=_store(order, volume, size),
+        volume=volume,
+        preset=order.preset,
+        size=size,
+        options=recipe.with_settings(order.settings),
+        budget=Budget(minutes, order.samples),
+        folder=order.out,
+        device=choose_device(order.device),
+        count=order.count,
+        sensitivities=order.sensitivities,
+    )
+    if plan.options.derivative_weight:
+        raise TrainingError(
+            "A study's samples are stored and do not come in pairs; leave derivative_weight at 0."
+        )
+    with TrainingDisplay() as display:
+        result = run_study(study, plan, lambda v: display.begin(v.label), display.show)
+    _print(study, result)
+    write_atomically(order.out / f"{order.study}.json", json.dumps(result, indent=2).encode())
+    table = order.out / f"{order.study}.md"
+    write_atomically(table, markdown(study, result).encode())
+    console.print(f"The table is in {table}.")
+
+
+def _store(order: StudyOrder, volume: Volume, size: NetworkSize) -> SampleStore:
+    """The study's samples, rendered where they are missing."""
+    scene = Scene.of(volume, size.image_size)
+    counts: dict[Stream, int] = {"train": order.images, "holdout": order.count}
+    order.out.mkdir(parents=True, exist_ok=True)
+    store = SampleStore.create(order.out / "samples.zarr", scene, order.seed, counts)
+    missing = store.missing_samples()
+    if missing:
+        with counting("rendering", missing) as (progress, task):
+            render_store(store, volume, order.workers, lambda new: progress.advance(task, new))
+    return store
+
+
+def _print(study: Study, result: dict[str, object]) -> None:
+    heading, *rows = study_table(study, result)
+    table = Table(title=study.title, title_justify="left")
+    for i, name in enumerate(heading):
+        table.add_column(name, justify="right" if i else "left")
+    for row in rows:
+        table.add_row(*row)
+    console.print(table)
+    console.print(f"The paper's numbers: {study.paper}.")

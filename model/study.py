@@ -1,0 +1,320 @@
+"""The paper's studies (section 6.3) anew: which loss, which latent dimension, which weight.
+
+A study trains one model for each of its variants, on the same stored samples
+and for as long, and measures all on the same hold-out samples. Each variant
+has a folder of its own: what is finished is not trained again, what was
+stopped is resumed; what two studies in one folder have in common is trained
+once.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from model import metrics
+from model.agreement import sensitivity_agreement
+from model.checkpoint import write_atomically
+from model.dataset import SampleStore
+from model.errors import TrainingError
+from model.evaluation import Evaluation, evaluate
+from model.generator import Generator
+from model.networks.blocks import NetworkSize
+from model.sampling import draw_sample
+from model.training.options import Budget, TrainingOptions
+from model.training.sources import StoredSource
+from model.training.state import STATE_FILE, load_progress
+from model.training.trainer import TrainingPlan, TrainingReport, train
+from model.volume import Volume
+
+MEASURES = ("rmse", "emd", "ssim", "opacity_rmse")
+RESULT_FILE = "result.json"
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One model of a study.
+
+    Attributes
+    ----------
+    name : str
+        Of its folder.
+    label : str
+        For the table.
+    settings : tuple of str
+        What is changed of the recipe; see :meth:`TrainingOptions.with_settings`.
+    latent_dim : int or None
+        Instead of the size's.
+    paper : tuple of 2 float or None
+        The paper's image RMSE and colour EMD.
+    """
+
+    name: str
+    label: str
+    settings: tuple[str, ...] = ()
+    latent_dim: int | None = None
+    paper: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Study:
+    """A question and its variants.
+
+    Attributes
+    ----------
+    title : str
+    paper : str
+        What the paper's numbers stand for.
+    variants : tuple of Variant
+    neighbour : tuple of 2 float or None
+        The paper's errors of the nearest training image.
+    """
+
+    title: str
+    paper: str
+    variants: tuple[Variant, ...]
+    neighbour: tuple[float, float] | None = None
+
+
+ADVERSARY, NO_ADVERSARY = "adversarial_start=0", "adversarial_start=1"
+
+STUDIES: dict[str, Study] = {
+    "baselines": Study(
+        "Nearest neighbour, l1, adversarial loss, and both (section 6.3.1)",
+        "Combustion, direct illumination, 256 x 256",
+        (
+            Variant("l1", "l1", (NO_ADVERSARY,), paper=(0.047, 0.007)),
+            Variant("gan", "GAN", (ADVERSARY, "l1_weight=0"), paper=(0.060, 0.017)),
+            Variant("gan-l1", "GAN + l1", (ADVERSARY,), paper=(0.060, 0.011)),
+        ),
+        neighbour=(0.059, 0.020),
+    ),
+    "latent-dim": Study(
+        "Dimension of the opacity TF's latent code (section 6.3.2)",
+        "a figure without numbers; 8 is best",
+        (
+            Variant("latent-4", "4", (NO_ADVERSARY,), 4),
+            Variant("l1", "8", (NO_ADVERSARY,), 8),
+            *(Variant(f"latent-{n}", str(n), (NO_ADVERSARY,), n) for n in (16, 32, 64)),
+        ),
+    ),
+    "l1-weight": Study(
+        "Weight of the l1 loss beside the adversarial one (section 6.3.3)",
+        "Combustion, no illumination, 256 x 256",
+        (
+            Variant("l1-50", "50", (ADVERSARY, "l1_weight=50"), paper=(0.050, 0.015)),
+            Variant("gan-l1", "150", (ADVERSARY,), paper=(0.046, 0.011)),
+            Variant("l1-450", "450", (ADVERSARY, "l1_weight=450"), paper=(0.044, 0.012)),
+        ),
+    ),
+}
+"""By the name that the command line gives them."""
+
+
+@dataclass(frozen=True)
+class StudyPlan:
+    """On what, and for how long, each variant is trained and measured.
+
+    Attributes
+    ----------
+    store : SampleStore
+        Complete; its hold-out samples measure, its training images are also
+        searched for nearest neighbours.
+    volume : Volume or None
+        For the agreement of sensitivities; None leaves it out.
+    preset : str
+    size : NetworkSize
+    options : TrainingOptions
+        What the variants' settings are applied to.
+    budget : Budget
+        Of one variant.
+    folder : Path
+    device : torch.device
+    count : int
+        Hold-out samples that are measured.
+    sensitivities : int
+        Hold-out samples whose sensitivities are compared with the renderer's.
+    """
+
+    store: SampleStore
+    volume: Volume | None
+    preset: str
+    size: NetworkSize
+    options: TrainingOptions
+    budget: Budget
+    folder: Path
+    device: torch.device
+    count: int
+    sensitivities: int
+
+    def training(self, variant: Variant) -> TrainingPlan:
+        """The training run of a variant."""
+        size = self.size
+        if variant.latent_dim is not None:
+            size = replace(size, latent_dim=variant.latent_dim)
+        return TrainingPlan(
+            source=StoredSource(self.store),
+            preset=self.preset,
+            size=size,
+            options=self.options.with_settings(variant.settings),
+            budget=self.budget,
+            folder=self.folder / variant.name,
+            device=self.device,
+        )
+
+
+def run_study(
+    study: Study,
+    plan: StudyPlan,
+    on_variant: Callable[[Variant], None] = lambda variant: None,
+    on_report: Callable[[TrainingReport], None] = lambda report: None,
+) -> dict[str, Any]:
+    """Train and measure whatever is not there yet.
+
+    Parameters
+    ----------
+    study : Study
+    plan : StudyPlan
+    on_variant : callable
+        Called before a variant is trained.
+    on_report : callable
+        Called after each optimisation step.
+
+    Returns
+    -------
+    dict
+        Plain data: "variants" with mean errors by name, "nearest_neighbour",
+        and what the study was run with.
+
+    Raises
+    ------
+    TrainingError
+        When a folder holds a run with other options or another budget.
+    """
+    rows = {}
+    for variant in study.variants:
+        on_variant(variant)
+        rows[variant.name] = _row(plan, variant, on_report)
+    # All variants are searched for the same neighbours.
+    neighbour = next(iter(rows.values()))["nearest_neighbour"]
+    return {
+        "title": study.title,
+        "volume": plan.store.scene.volume_name,
+        "preset": plan.preset,
+        "architecture": plan.size.architecture,
+        "image_size": plan.size.image_size,
+        "minutes": plan.budget.minutes,
+        "samples": plan.budget.samples,
+        "training_images": plan.store.count("train"),
+        "holdout_count": plan.count,
+        "options": plan.options.to_json(),
+        "nearest_neighbour": neighbour,
+        "variants": rows,
+    }
+
+
+def _row(
+    plan: StudyPlan, variant: Variant, on_report: Callable[[TrainingReport], None]
+) -> dict[str, Any]:
+    """What a variant has come to; trained and measured where that is not on disk."""
+    training = plan.training(variant)
+    begun = (training.folder / STATE_FILE).exists()
+    if begun:
+        progress, recipe = load_progress(training.folder)
+        training.check_recipe(recipe)
+    if not begun or progress.stage != "done":
+        train(training, begun, on_report)
+    path = training.folder / RESULT_FILE
+    asked = {
+        "budget": asdict(plan.budget),
+        "count": plan.count,
+        "sensitivities": plan.sensitivities if plan.volume else 0,
+    }
+    if path.is_file():
+        row: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        if row["asked"]["budget"] != asked["budget"]:
+            raise TrainingError(
+                f"{training.folder}: this model was trained with another budget; "
+                "give the same, or choose another folder."
+            )
+        if row["asked"] == asked:
+            return row
+    generator = Generator.load(training.folder, plan.device.type)
+    evaluation = evaluate(generator, plan.store, plan.count)
+    row = {"asked": asked, **_measured(evaluation), **_agreement(generator, plan)}
+    row["samples_seen"] = generator.card.training["samples_seen"]
+    write_atomically(path, json.dumps(row, indent=2).encode())
+    return row
+
+
+def _measured(evaluation: Evaluation) -> dict[str, Any]:
+    def means(errors: dict[str, Any]) -> dict[str, float]:
+        return {name: metrics.summary(errors[name])["mean"] for name in MEASURES if name in errors}
+
+    neighbour = {"count": evaluation.neighbours, **means(evaluation.nearest_neighbour)}
+    return {**means(evaluation.generator), "nearest_neighbour": neighbour}
+
+
+def _agreement(generator: Generator, plan: StudyPlan) -> dict[str, float]:
+    """Median cosines with the renderer's sensitivities, of whole images and of blocks."""
+    if plan.volume is None or not plan.sensitivities:
+        return {}
+    scene, seed = plan.store.scene, plan.store.seed
+    samples = [draw_sample(scene, seed, "holdout", i) for i in range(plan.sensitivities)]
+    found = sensitivity_agreement(generator, plan.volume, samples).to_json()
+    return {name: found[name]["median"] for name in ("image_cosine", "block_cosine")}
+
+
+def study_table(study: Study, result: dict[str, Any]) -> list[list[str]]:
+    """The result as rows of cells, the heading first, the paper's numbers beside ours."""
+    heading = ["", "samples", "RMSE", "EMD", "SSIM", "opacity RMSE", "cosine image", "blocks"]
+    rows = [[*heading, "paper's RMSE", "EMD"]]
+    neighbour = result["nearest_neighbour"]
+    label = f"nearest of {neighbour['count']:,}"
+    rows.append([label, "", *_cells(neighbour), *_paper(study.neighbour)])
+    for variant in study.variants:
+        row = result["variants"][variant.name]
+        rows.append(
+            [variant.label, f"{row['samples_seen']:,}", *_cells(row), *_paper(variant.paper)]
+        )
+    return rows
+
+
+def markdown(study: Study, result: dict[str, Any]) -> str:
+    """The table, with what it was made with, for a document."""
+    heading, *rows = study_table(study, result)
+    budget = (
+        f"{result['minutes']:g} minutes"
+        if result["minutes"] is not None
+        else f"{result['samples']:,} samples"
+    )
+    lines = [
+        f"{study.title}. {result['volume']}, preset {result['preset']} "
+        f"({result['architecture']}, {result['image_size']} x {result['image_size']}), "
+        f"{budget} for each, {result['holdout_count']} hold-out samples. "
+        f"Paper: {study.paper}.",
+        "",
+        *(f"| {' | '.join(cells)} |" for cells in (heading, ["---"] * len(heading), *rows)),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _cells(row: dict[str, Any]) -> list[str]:
+    """A row's errors and cosines; empty where one was not measured."""
+    return [
+        *(_number(row.get(name), 4 if name == "emd" else 3) for name in MEASURES),
+        *(_number(row.get(name), 2) for name in ("image_cosine", "block_cosine")),
+    ]
+
+
+def _number(value: float | None, digits: int) -> str:
+    return "" if value is None else f"{value:.{digits}f}"
+
+
+def _paper(numbers: Sequence[float] | None) -> list[str]:
+    return ["", ""] if numbers is None else [f"{number:.3f}" for number in numbers]

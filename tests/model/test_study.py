@@ -1,0 +1,119 @@
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import torch
+
+from model.dataset import SampleStore
+from model.errors import TrainingError
+from model.evaluation import evaluate
+from model.generator import Generator
+from model.networks.blocks import NetworkSize
+from model.sample_rendering import render_store
+from model.scene import Scene
+from model.study import STUDIES, Study, StudyPlan, Variant, markdown, run_study
+from model.training.options import Budget, StageOptions, TrainingOptions
+from model.volume import Volume
+
+SMALL = NetworkSize(width=1 / 16, opacity_size=16, image_size=16, architecture="grid")
+STUDY = Study(
+    "Two dimensions",
+    "made up",
+    (Variant("a", "two", (), 2, (0.1, 0.2)), Variant("b", "eight", ("l1_weight=50",), 8)),
+    neighbour=(0.3, 0.4),
+)
+
+
+@pytest.fixture
+def plan(tmp_path: Path, volume: Volume) -> StudyPlan:
+    scene = Scene.of(volume, 16)
+    store = SampleStore.create(tmp_path / "samples.zarr", scene, 0, {"train": 32, "holdout": 6})
+    render_store(store, volume, 1)
+    return StudyPlan(
+        store=store,
+        volume=volume,
+        preset="tiny",
+        size=SMALL,
+        options=TrainingOptions(joint=StageOptions(8, 1e-3, 1)),
+        budget=Budget(samples=24),
+        folder=tmp_path / "study",
+        device=torch.device("cpu"),
+        count=6,
+        sensitivities=1,
+    )
+
+
+def test_each_variant_is_trained_as_it_says_and_measured_like_evaluate(plan: StudyPlan) -> None:
+    result = run_study(STUDY, plan)
+    for variant, dimension, weight in zip(STUDY.variants, (2, 8), (150, 50), strict=True):
+        generator = Generator.load(plan.folder / variant.name)
+        assert generator.card.size.latent_dim == dimension
+        assert generator.card.training["options"]["l1_weight"] == weight
+        row = result["variants"][variant.name]
+        expected = evaluate(generator, plan.store, 6)
+        assert row["rmse"] == pytest.approx(expected.generator["rmse"].mean())
+        assert row["emd"] == pytest.approx(expected.generator["emd"].mean())
+        assert row["samples_seen"] == 24
+        assert -1 <= row["image_cosine"] <= 1
+    assert result["nearest_neighbour"]["count"] == 32
+
+
+def test_what_is_finished_is_not_trained_again_and_what_was_stopped_goes_on(
+    plan: StudyPlan,
+) -> None:
+    begun: list[str] = []
+    steps: list[int] = []
+
+    def stop(report: object) -> None:
+        steps.append(len(begun))
+        if len(begun) == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run_study(STUDY, plan, lambda v: begun.append(v.name), stop)
+    assert steps == [1, 1, 1, 2]
+    steps.clear()
+    again: list[str] = []
+    first = run_study(
+        STUDY, plan, lambda v: again.append(v.name), lambda r: steps.append(r.samples)
+    )
+    assert steps == [16, 24]
+    assert first == json.loads(json.dumps(run_study(STUDY, plan)))
+
+
+def test_another_recipe_needs_another_folder(plan: StudyPlan) -> None:
+    run_study(STUDY, plan)
+    other = replace(plan, options=plan.options.with_settings(["grid_rate=3"]))
+    with pytest.raises(TrainingError, match="another options"):
+        run_study(STUDY, other)
+    with pytest.raises(TrainingError, match="another budget"):
+        run_study(STUDY, replace(plan, budget=Budget(samples=32)))
+
+
+def test_the_table_has_the_papers_numbers_beside_ours(plan: StudyPlan) -> None:
+    lines = markdown(STUDY, run_study(STUDY, plan)).splitlines()
+    nearest, two, eight = (line.strip("| ").split(" | ") for line in lines[-3:])
+    assert nearest[0] == "nearest of 32"
+    assert nearest[-2:] == ["0.300", "0.400"]
+    assert two[0] == "two"
+    assert two[-2:] == ["0.100", "0.200"]
+    assert eight[0] == "eight"
+
+
+@pytest.mark.parametrize("study", STUDIES.values(), ids=list(STUDIES))
+def test_the_papers_studies_have_valid_recipes(study: Study) -> None:
+    for variant in study.variants:
+        TrainingOptions().with_settings(variant.settings)
+    assert len({v.name for v in study.variants}) == len(study.variants)
+
+
+def test_variants_that_studies_share_are_alike() -> None:
+    seen: dict[str, tuple[object, ...]] = {}
+    for study in STUDIES.values():
+        for v in study.variants:
+            recipe = TrainingOptions().with_settings(v.settings)
+            assert seen.setdefault(v.name, (recipe, v.latent_dim or 8)) == (
+                recipe,
+                v.latent_dim or 8,
+            )
