@@ -49,6 +49,18 @@ class EncodedBatch:
         """The same batch on a device."""
         return EncodedBatch(**{name: value.to(device) for name, value in vars(self).items()})
 
+    def __len__(self) -> int:
+        return len(self.view)
+
+    def parts(self, count: int) -> list[EncodedBatch]:
+        """The batch in about as many parts, each of whole pairs of samples."""
+        size = 2 * -(-len(self) // (2 * count))
+        columns = {name: value.split(size) for name, value in vars(self).items()}
+        return [
+            EncodedBatch(**dict(zip(columns, part, strict=True)))
+            for part in zip(*columns.values(), strict=True)
+        ]
+
 
 def encode_views(views: list[View], view_range: ViewRange) -> Tensor:
     """Tensor (N, 5) of views."""

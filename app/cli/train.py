@@ -222,6 +222,8 @@ class TrainingDisplay:
             completed=report.spent,
             speed=f"{speed:.0f} samples/s",
         )
+        if report.notice:
+            self._live.console.print(report.notice)
         self._losses.plain = _numbers(report.losses)
         if report.metrics and report.metrics != self._metrics:
             self._metrics = report.metrics

@@ -11,7 +11,7 @@ import math
 import torch
 from torch import Tensor
 
-from model.training.stages import StepResult
+from model.training.stage import StepResult
 
 LEAST_DIVERSITY = 0.1
 """Spread of generated images over that of the rendered ones, below which they are all alike."""

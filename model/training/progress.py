@@ -18,7 +18,7 @@ from model.networks.blocks import NetworkSize
 from model.networks.two_stage import GeneratorNetwork
 from model.training.guard import diversity, latent_health
 from model.training.sources import SampleSource
-from model.training.stages import Losses
+from model.training.stage import Losses
 from model.training.state import Progress
 
 PROBE_SAMPLES = 128

@@ -10,7 +10,8 @@ from model.networks.two_stage import GeneratorNetwork, TwoStageGenerator
 from model.scene import Scene
 from model.training.joint import JointStage
 from model.training.options import TrainingOptions
-from model.training.stages import OpacityStage, Stage, TranslationStage
+from model.training.stage import Stage
+from model.training.stages import OpacityStage, TranslationStage
 
 
 class Schedule:

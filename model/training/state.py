@@ -18,7 +18,7 @@ from torch import Tensor
 
 from model.checkpoint import write_atomically
 from model.errors import TrainingError
-from model.training.stages import Stage
+from model.training.stage import Stage
 
 FORMAT_VERSION = 2
 STATE_FILE = "training.json"

@@ -30,7 +30,7 @@ from model.training.options import Budget, TrainingOptions
 from model.training.progress import MEASURES, HoldoutProbe, RunLog
 from model.training.schedule import Schedule
 from model.training.sources import SampleSource, TrainingBatch
-from model.training.stages import Losses, Stage
+from model.training.stage import Losses, Stage
 from model.training.state import STATE_FILE, Progress, load_progress, load_stage, save_state
 
 
@@ -94,6 +94,8 @@ class TrainingReport:
     losses : dict of float
     metrics : dict of float
         Of the last interval's hold-out; empty before the first.
+    notice : str
+        Something to be said once; mostly empty.
     """
 
     stage: str
@@ -102,6 +104,7 @@ class TrainingReport:
     samples: int
     losses: Losses
     metrics: dict[str, float]
+    notice: str = ""
 
 
 def train(
@@ -207,6 +210,7 @@ class _Run:
         for drawn in self._batches(stage.stage.batch_size):
             if share >= 1 and stage.steps:
                 break
+            parts = stage.parts
             result = stage.step(self._encoded(drawn), share)
             losses = result.losses
             self._stop_if(stage, self.guard.check_step(result))
@@ -216,7 +220,8 @@ class _Run:
             self.progress.samples += len(drawn.samples) * parallel.ranks()
             self.progress.seconds = time.monotonic() - self._started
             share, due = self._decide()
-            self._report(losses)
+            notice = "" if stage.parts == parts else _split_notice(stage)
+            self._report(losses, notice)
             if due:
                 if parallel.rank() == 0:
                     self._take_stock(stage, recent)
@@ -309,7 +314,7 @@ class _Run:
             },
         )
 
-    def _report(self, losses: Losses) -> None:
+    def _report(self, losses: Losses, notice: str) -> None:
         spent = self.plan.budget.spent(self.progress.seconds, self.progress.samples)
         self.on_report(
             TrainingReport(
@@ -319,8 +324,16 @@ class _Run:
                 samples=self.progress.samples,
                 losses=losses,
                 metrics=self.metrics,
+                notice=notice,
             )
         )
+
+
+def _split_notice(stage: Stage) -> str:
+    return (
+        f"The memory is too small for {stage.stage.batch_size} samples at once: from here on "
+        f"each batch of the {stage.name} stage is learned from in {stage.parts} parts."
+    )
 
 
 def _plain(recipe: dict[str, Any]) -> dict[str, Any]:

@@ -8,7 +8,7 @@ import pytest
 import torch
 
 from model.training.guard import PATIENCE, WARM_UP, Guard, diversity, latent_health
-from model.training.stages import StepResult
+from model.training.stage import StepResult
 
 HEALTHY = {"latent_spread": 1.0, "latent_rank": 5.0, "diversity": 0.9}
 ALIKE = {**HEALTHY, "diversity": 0.01}

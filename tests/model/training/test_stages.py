@@ -8,16 +8,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
-from torch import nn
+from torch import Tensor, nn
 
 from model.dataset import SampleStore
 from model.encoding import EncodedBatch, encode_batch
+from model.errors import TrainingError
 from model.networks.blocks import NetworkSize
 from model.networks.opacity import OpacityGenerator
 from model.training.average import WeightAverage
 from model.training.losses import LEAST_RESPONSE, adversarial, response_error
 from model.training.optimisers import WARM_UP
 from model.training.options import StageOptions, TrainingOptions
+from model.training.stage import Losses
 from model.training.stages import OpacityStage, TranslationStage
 
 SIZE = NetworkSize(0.125, 16, 64)
@@ -169,3 +171,57 @@ def test_the_response_error_compares_changes_not_images() -> None:
     half = real.clone()
     half[1::2] = real[::2] + change / 2
     assert response_error(half, real).item() == pytest.approx(expected / 2, rel=1e-5)
+
+
+class Tight(OpacityStage):
+    """A stage that has memory for a few samples only."""
+
+    room = 8
+
+    def _generate(self, batch: EncodedBatch) -> tuple[Tensor, Tensor]:
+        if len(batch) > self.room:
+            raise torch.OutOfMemoryError("made up")
+        return super()._generate(batch)
+
+
+@pytest.mark.parametrize("adversarial_start", [0.0, 1.0])
+def test_a_batch_too_large_for_the_memory_is_learned_from_in_parts(
+    batch: EncodedBatch, adversarial_start: float
+) -> None:
+    options = TrainingOptions(adversarial_start=adversarial_start)
+
+    def trained(kind: type[OpacityStage]) -> tuple[OpacityStage, Losses]:
+        torch.manual_seed(0)
+        stage = kind(SIZE, options, OpacityGenerator(SIZE), CPU)
+        # Without batch statistics, parts add up to the whole.
+        stage.generator.eval()
+        stage.discriminator.eval()
+        result = stage.step(batch, WARM_UP)
+        assert len(result.errors) == len(batch)
+        return stage, result.losses
+
+    (whole, losses), (parts, losses_in_parts) = trained(OpacityStage), trained(Tight)
+    assert (whole.parts, parts.parts) == (1, 4)
+    assert losses_in_parts == pytest.approx(losses, rel=1e-2)
+    for (name, one), other in zip(
+        whole.generator.named_parameters(), parts.generator.parameters(), strict=True
+    ):
+        if one.grad is not None:
+            scale = one.grad.abs().max()
+            # bfloat16 has 8 bits
+            assert (one.grad - other.grad).abs().max() <= 0.05 * scale, name
+
+
+def test_memory_too_small_for_any_part_is_said(batch: EncodedBatch) -> None:
+    stage = Tight(SIZE, TrainingOptions(), OpacityGenerator(SIZE), CPU)
+    stage.room = 1
+    with pytest.raises(TrainingError, match=r"out of memory .* --set opacity.batch_size=12"):
+        stage.step(batch, 0.0)
+
+
+def test_parts_of_a_batch_hold_whole_pairs(batch: EncodedBatch) -> None:
+    assert [len(part) for part in batch.parts(4)] == [6, 6, 6, 6]
+    assert [len(part) for part in batch.parts(5)] == [6, 6, 6, 6]
+    assert [len(part) for part in batch.parts(12)] == [2] * 12
+    joined = torch.cat([part.image for part in batch.parts(4)])
+    assert torch.equal(joined, batch.image)

@@ -30,7 +30,8 @@ from model.scene import Scene
 from model.training.options import Budget, StageOptions, TrainingOptions
 from model.training.schedule import Schedule
 from model.training.sources import StoredSource
-from model.training.stages import OpacityStage, StepResult
+from model.training.stage import StepResult
+from model.training.stages import OpacityStage
 from model.training.state import load_progress
 from model.training.stream import StreamSource
 from model.training.trainer import TrainingPlan, TrainingReport, train
@@ -396,3 +397,21 @@ def test_learning_from_responses_needs_pairs(
     streamed_plan = replace(plan(store, tmp_path, 64), source=source, options=options, size=size)
     train(streamed_plan)
     assert "derivative" in (tmp_path / "log.csv").read_text()
+
+
+def test_a_full_memory_is_said_once(
+    store: SampleStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    generate = OpacityStage._generate
+
+    def tight(stage: OpacityStage, batch: EncodedBatch) -> object:
+        if len(batch) > 8:
+            raise torch.OutOfMemoryError("made up")
+        return generate(stage, batch)
+
+    monkeypatch.setattr(OpacityStage, "_generate", tight)
+    notices: list[str] = []
+    train(plan(store, tmp_path, samples=320), on_report=lambda r: notices.append(r.notice))
+    (notice,) = filter(None, notices)
+    assert notice.startswith("The memory is too small for 16 samples at once")
+    assert "opacity stage is learned from in 2 parts" in notice

@@ -1,0 +1,219 @@
+"""What every stage of training does: one optimisation step after another.
+
+Discriminators and generators use the logits form of the adversarial loss: its
+gradient does not vanish where a sigmoid saturates.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from typing import Any
+
+import torch
+from torch import Tensor, nn
+from torch.nn.utils import clip_grad_norm_
+
+from model.encoding import EncodedBatch
+from model.errors import TrainingError
+from model.networks.blocks import keep_variance, place
+from model.training.average import WeightAverage
+from model.training.losses import adversarial
+from model.training.optimisers import adam, cosine_decay, halving_decay, set_rate
+from model.training.options import StageOptions, TrainingOptions
+from model.training.parallel import average_gradients, ranks
+
+Losses = dict[str, float]
+
+
+@dataclass(frozen=True)
+class StepResult:
+    """What one optimisation step tells.
+
+    Attributes
+    ----------
+    losses : dict of float
+        Each loss by name, without its factor in the sum.
+    errors : Tensor of float32, shape (N,)
+        Image error of each sample: its mean absolute difference.
+    gradient : float
+        Norm of the generator's gradient. The generator has not been changed
+        where it is not finite.
+    """
+
+    losses: Losses
+    errors: Tensor
+    gradient: float
+
+
+class Stage(ABC):
+    """A generator and a discriminator that are trained against each other.
+
+    Subclasses say how a fake image is made, what each network is given, and
+    what the generator pays beside the adversarial loss.
+
+    Attributes
+    ----------
+    generator, discriminator : torch.nn.Module
+    average : WeightAverage
+        The generator that is evaluated and shipped.
+    steps : int
+        Optimisation steps done.
+    parts : int
+        Parts that batches are learned from in; more than one after the memory
+        has run out. Batch norm then sees the parts.
+    """
+
+    name: str
+
+    def __init__(
+        self,
+        generator: nn.Module,
+        discriminator: nn.Module,
+        stage: StageOptions,
+        options: TrainingOptions,
+        device: torch.device,
+    ) -> None:
+        if options.keep_variance:
+            keep_variance(generator)
+            keep_variance(discriminator)
+        self.generator = place(generator, device)
+        self.discriminator = place(discriminator, device)
+        self.average: WeightAverage[Any] = WeightAverage(self.generator, options.average_decay)
+        self.stage = stage
+        self.options = options
+        self.device = device
+        self.steps = 0
+        self.parts = 1
+        self.generator_optimiser = adam(self.generator, options.grid_rate)
+        self.discriminator_optimiser = adam(self.discriminator)
+
+    def begin(self) -> None:  # noqa: B027  (most stages have nothing to take over)
+        """Take over what earlier stages have learned; called when the stage begins."""
+
+    def step(self, batch: EncodedBatch, progress: float) -> StepResult:
+        """Train both networks on one batch.
+
+        Parameters
+        ----------
+        batch : EncodedBatch
+        progress : float
+            Share of this stage's budget that is used up, 0..1; the learning
+            rate follows it.
+
+        Returns
+        -------
+        StepResult
+
+        Raises
+        ------
+        TrainingError
+            When not even two samples fit into memory.
+        """
+        self._set_learning_rate(progress)
+        while True:
+            try:
+                return self._step(batch, progress >= self.options.adversarial_start)
+            except torch.OutOfMemoryError as error:
+                self._split(batch, error)
+
+    def _step(self, batch: EncodedBatch, adversaries: bool) -> StepResult:
+        parts = batch.parts(self.parts)
+        # Only of a whole batch may the graph be kept while the discriminator is trained.
+        kept = self._generated(batch) if len(parts) == 1 else None
+        reported: Losses = {}
+        if adversaries:
+            reported["discriminator"] = self._train_discriminator(parts, kept)
+        self.generator_optimiser.zero_grad(set_to_none=True)
+        weights = self._weights()
+        errors = []
+        for part in parts:
+            share = len(part) / len(batch)
+            fake, extra = kept or self._generated(part)
+            errors.append((fake.detach().float() - self._real(part)).abs().mean(dim=(1, 2, 3)))
+            losses = self._generator_losses(part, fake, extra)
+            if adversaries:
+                with self._autocast():
+                    losses["adversarial"] = adversarial(self._judge(part, fake), 1.0, part.weight)
+            total = torch.stack([weights[name] * loss for name, loss in losses.items()]).sum()
+            (share * total).backward()  # type: ignore[no-untyped-call]
+            for name, loss in losses.items():
+                reported[name] = reported.get(name, 0.0) + share * float(loss.detach())
+        average_gradients(self.generator.parameters())
+        gradient = float(clip_grad_norm_(self.generator.parameters(), math.inf))
+        if math.isfinite(gradient):
+            self.generator_optimiser.step()
+            self.average.update(self.generator, self.steps)
+            self.steps += 1
+        return StepResult(reported, torch.cat(errors), gradient)
+
+    def _generated(self, batch: EncodedBatch) -> tuple[Tensor, Any]:
+        with self._autocast():
+            return self._generate(batch)
+
+    def _train_discriminator(
+        self, parts: list[EncodedBatch], kept: tuple[Tensor, Any] | None
+    ) -> float:
+        """One step of the discriminator; returns its loss."""
+        self.discriminator_optimiser.zero_grad(set_to_none=True)
+        whole = sum(map(len, parts))
+        reported = 0.0
+        for part in parts:
+            with torch.no_grad():
+                fake, _ = kept or self._generated(part)
+            with self._autocast():
+                real_logits = self._judge(part, self._real(part))
+                fake_logits = self._judge(part, fake.detach())
+            loss = adversarial(real_logits, 1.0, part.weight)
+            loss = len(part) / whole * (loss + adversarial(fake_logits, 0.0, part.weight))
+            loss.backward()  # type: ignore[no-untyped-call]
+            reported += float(loss.detach())
+        average_gradients(self.discriminator.parameters())
+        self.discriminator_optimiser.step()
+        return reported
+
+    def _split(self, batch: EncodedBatch, error: torch.OutOfMemoryError) -> None:
+        """Have batches learned from in twice as many parts."""
+        # The other ranks are waiting for this one's gradients, and do not know.
+        if ranks() > 1 or len(batch) <= 2 * self.parts:
+            raise TrainingError(
+                f"The {self.name} stage has run out of memory with batches of {len(batch)} samples "
+                f"in {self.parts} parts; choose a smaller preset, or a smaller batch with "
+                f"--set {self.name}.batch_size={max(2, len(batch) // 2)}."
+            ) from error
+        self.parts *= 2
+        if self.device.type == "cuda":
+            torch.cuda.empty_cache()
+
+    def _set_learning_rate(self, progress: float) -> None:
+        halvings = self.stage.halvings
+        cosine = self.options.cosine
+        decay = cosine_decay(progress) if cosine else halving_decay(progress, halvings)
+        for optimiser in (self.generator_optimiser, self.discriminator_optimiser):
+            set_rate(optimiser, self.stage.learning_rate * decay)
+
+    def _autocast(self) -> AbstractContextManager[None]:
+        # bfloat16 keeps float32's exponents: no loss scaling, no overflow.
+        return torch.autocast(self.device.type, torch.bfloat16)
+
+    @abstractmethod
+    def _real(self, batch: EncodedBatch) -> Tensor:
+        """The rendered images of a batch."""
+
+    @abstractmethod
+    def _generate(self, batch: EncodedBatch) -> tuple[Tensor, Any]:
+        """Images made for a batch, and what else the generator's losses need."""
+
+    @abstractmethod
+    def _judge(self, batch: EncodedBatch, image: Tensor) -> Tensor:
+        """The discriminator's logits for images of a batch."""
+
+    @abstractmethod
+    def _generator_losses(self, batch: EncodedBatch, fake: Tensor, extra: Any) -> dict[str, Tensor]:
+        """The generator's losses beside the adversarial one."""
+
+    @abstractmethod
+    def _weights(self) -> dict[str, float]:
+        """Weight of each of the generator's losses."""
