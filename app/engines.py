@@ -20,11 +20,19 @@ from model.scene import LightDirection, Lighting, RendererName, Scene
 from model.volume import Volume
 
 if TYPE_CHECKING:
+    from model.backends import BackendName
     from model.generator import Generator
     from model.rendering.renderer import Renderer
 
 LIVE_COARSENESS = 4.0
 """How much farther apart a live image's samples lie along the rays."""
+
+BACKEND_NAMES: dict[BackendName, str] = {
+    "eager": "",
+    "compiled": "compiled",
+    "openvino": "OpenVINO",
+    "onnxruntime": "ONNX Runtime",
+}
 
 LIVE_MAX_SIZE = 256
 """Largest live image, pixels; a larger one is rendered at half its size."""
@@ -55,12 +63,35 @@ class ReferenceSettings:
 
 
 @dataclass(frozen=True)
-class Backends:
+class GeneratorSettings:
+    """How generators are run.
+
+    Attributes
+    ----------
+    device : str
+        "auto", "cpu" or "cuda".
+    backend : str
+        What draws: "eager", "compiled", "openvino", "onnxruntime", or "auto" for
+        the fastest that is there.
+    precision : str
+        "float32" or "bfloat16".
+    """
+
+    device: str = "auto"
+    backend: str = "auto"
+    precision: str = "float32"
+
+
+FASTEST = GeneratorSettings()
+
+
+@dataclass(frozen=True)
+class Builders:
     """The three calls that do the work; tests put fakes in their place."""
 
     read_volume: Callable[[Path], Volume]
     reference: Callable[[Volume, ReferenceSettings], Engine]
-    generator: Callable[[Path, str], Engine]
+    generator: Callable[[Path, GeneratorSettings], Engine]
 
 
 class ReferenceEngine:
@@ -95,8 +126,11 @@ class GeneratorEngine:
 
     @property
     def description(self) -> str:
-        """The device in people's words."""
-        return {"cpu": "CPU", "cuda": "GPU"}.get(self._generator.device.type, "")
+        """The device and the backend in people's words."""
+        device = {"cpu": "CPU", "cuda": "GPU"}.get(self._generator.device.type, "")
+        name, precision = self._generator.backend
+        words = [device, BACKEND_NAMES[name], "" if precision == "float32" else precision]
+        return ", ".join(filter(None, words))
 
     @property
     def scene(self) -> Scene:
@@ -127,10 +161,12 @@ def _reference_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
     return ReferenceEngine(renderer, settings.sample_distance)
 
 
-def _generator_engine(folder: Path, device: str) -> Engine:
+def _generator_engine(folder: Path, settings: GeneratorSettings) -> Engine:
     from model.generator import Generator
 
-    return GeneratorEngine(Generator.load(folder, device))
+    return GeneratorEngine(
+        Generator.load(folder, settings.device, settings.backend, settings.precision)
+    )
 
 
-REAL_BACKENDS = Backends(_read_volume, _reference_engine, _generator_engine)
+REAL_BUILDERS = Builders(_read_volume, _reference_engine, _generator_engine)

@@ -13,7 +13,7 @@ from PySide6.QtCore import QEventLoop, QTimer
 from PySide6.QtGui import QFontDatabase, QIcon
 from PySide6.QtWidgets import QApplication
 
-from app.engines import REAL_BACKENDS, Backends
+from app.engines import REAL_BUILDERS, Builders, GeneratorSettings
 from app.main_window import MainWindow
 from app.theme import apply_theme
 from app.transfer_function_store import TransferFunctionStore
@@ -29,9 +29,9 @@ _SIGNAL_TICK_MS = 200
 def run_window(
     volume_path: Path,
     model_path: Path | None,
-    device: str,
+    settings: GeneratorSettings,
     screenshot: Path | None,
-    backends: Backends = REAL_BACKENDS,
+    builders: Builders = REAL_BUILDERS,
 ) -> int:
     """Open the window and stay until it is closed.
 
@@ -40,12 +40,12 @@ def run_window(
     volume_path : Path
     model_path : Path or None
         A model's folder.
-    device : str
-        For the generator: auto, cpu or cuda.
+    settings : GeneratorSettings
+        How the generator is run.
     screenshot : Path or None
         When given, the window opens off screen, is saved there as PNG as soon
         as both images are final, and closes.
-    backends : Backends
+    builders : Builders
         What reads volumes and builds engines.
 
     Returns
@@ -68,7 +68,7 @@ def run_window(
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
     application = _application()
     store = TransferFunctionStore.of_user() if screenshot is None else None
-    window = MainWindow(backends, store, device)
+    window = MainWindow(builders, store, settings)
     window.workspace.open_model(model_path)
     window.workspace.open_volume(volume_path)
     window.show()

@@ -7,7 +7,7 @@ from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QMainWindow, QSplitter, QVBoxLayout, QWidget
 
 from app.engine_pane import EnginePane
-from app.engines import REAL_BACKENDS, Backends
+from app.engines import FASTEST, REAL_BUILDERS, Builders, GeneratorSettings
 from app.gestures import ViewGestures
 from app.menus import Menus
 from app.notice_bar import NoticeBar
@@ -26,19 +26,19 @@ class MainWindow(QMainWindow):
 
     Parameters
     ----------
-    backends : Backends
+    builders : Builders
         What reads volumes and builds engines.
     store : TransferFunctionStore or None
         Where the TF of every volume is kept between runs; None keeps nothing.
-    device : str
-        For generators: auto, cpu or cuda.
+    settings : GeneratorSettings
+        How generators are run.
     """
 
     def __init__(
         self,
-        backends: Backends = REAL_BACKENDS,
+        builders: Builders = REAL_BUILDERS,
         store: TransferFunctionStore | None = None,
-        device: str = "auto",
+        settings: GeneratorSettings = FASTEST,
     ) -> None:
         super().__init__()
         self.session = Session(self)
@@ -47,7 +47,7 @@ class MainWindow(QMainWindow):
         self.editor = TransferFunctionEditor(self.session)
         self.notice = NoticeBar()
         self.workspace = Workspace(
-            self.session, self.generator, self.reference, backends, store, device, self
+            self.session, self.generator, self.reference, builders, store, settings, self
         )
         self._view_label = QLabel()
         self._lay_out()

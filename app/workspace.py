@@ -11,7 +11,7 @@ from PySide6.QtCore import QObject, Signal
 from app.background import BackgroundCall
 from app.dispatcher import NO_MODEL_SIZE, Dispatcher
 from app.engine_pane import EnginePane
-from app.engines import Backends, ReferenceSettings
+from app.engines import Builders, GeneratorSettings, ReferenceSettings
 from app.messages import EngineReady
 from app.opened_volume import OpenedVolume, open_volume
 from app.session import Session
@@ -35,12 +35,12 @@ class Workspace(QObject):
     ----------
     session : Session
     generator, reference : EnginePane
-    backends : Backends
+    builders : Builders
         What reads volumes and builds engines.
     store : TransferFunctionStore or None
         Where the TF of every volume is kept between runs; None keeps nothing.
-    device : str
-        For generators: auto, cpu or cuda.
+    generator_settings : GeneratorSettings
+        How generators are run.
     """
 
     volumeOpened = Signal(object)
@@ -59,18 +59,18 @@ class Workspace(QObject):
         session: Session,
         generator: EnginePane,
         reference: EnginePane,
-        backends: Backends,
+        builders: Builders,
         store: TransferFunctionStore | None,
-        device: str,
+        generator_settings: GeneratorSettings,
         parent: QObject,
     ) -> None:
         super().__init__(parent)
         self._session = session
         self._generator = generator
         self._reference = reference
-        self._backends = backends
+        self._builders = builders
         self._store = store
-        self._device = device
+        self._generator_settings = generator_settings
         self._dispatcher = Dispatcher(session, (generator, reference), self)
         self._opened: OpenedVolume | None = None
         self._scene: Scene | None = None
@@ -107,7 +107,7 @@ class Workspace(QObject):
             self._reference.show_busy(f"Reading {path.name} …")
         else:
             self.news.emit(f"Reading {path.name} …")
-        call = BackgroundCall(partial(open_volume, path, self._backends.read_volume), "volume")
+        call = BackgroundCall(partial(open_volume, path, self._builders.read_volume), "volume")
         call.done.connect(self._volume_opened)
         call.failed.connect(self._volume_failed)
         call.finished.connect(self._forget_call)
@@ -123,7 +123,7 @@ class Workspace(QObject):
         if folder is None:
             self._generator.pause(self._no_model_text())
         else:
-            build = partial(self._backends.generator, folder, self._device)
+            build = partial(self._builders.generator, folder, self._generator_settings)
             self._generator.start(build, "Loading the model …")
         self._follow_scene()
 
@@ -236,7 +236,7 @@ class Workspace(QObject):
 
     def _start_reference(self) -> None:
         if self._opened is not None:
-            build = partial(self._backends.reference, self._opened.volume, self._settings)
+            build = partial(self._builders.reference, self._opened.volume, self._settings)
             self._reference.start(build, "Preparing the volume …")
 
     def _no_model_text(self) -> str:

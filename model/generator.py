@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import logging
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Generic, TypeVar
 
 import numpy as np
 import torch
@@ -11,14 +13,18 @@ from numpy.typing import NDArray
 from torch import Tensor
 from torch.nn.functional import interpolate
 
+from model.backends import EAGER, Backend, choose_backend, make_draw
 from model.checkpoint import ModelCard, load_model
 from model.encoding import decode_unit, encode_colors, encode_unit, encode_views
 from model.errors import DeviceError
-from model.networks.blocks import place
+from model.networks.blocks import VIEW_PARAMETERS, place
 from model.networks.two_stage import GeneratorNetwork
 from model.scene import Scene
-from model.transfer_function import ColorTF, OpacityTF
+from model.transfer_function import TF_SAMPLES, ColorTF, OpacityTF
 from model.view import View
+
+Value = TypeVar("Value")
+logger = logging.getLogger(__name__)
 
 
 class Generator:
@@ -34,15 +40,39 @@ class Generator:
     device : torch.device
     network : GeneratorNetwork
         For derivatives: a differentiable function of encoded inputs.
+    backend : Backend
+        What draws the images.
+
+    Notes
+    -----
+    What the last views alone decided is kept while TFs are edited, and the
+    codes of the last TFs while the view moves. One thread at a time.
     """
 
-    def __init__(self, card: ModelCard, network: GeneratorNetwork, device: torch.device) -> None:
+    def __init__(
+        self,
+        card: ModelCard,
+        network: GeneratorNetwork,
+        device: torch.device,
+        backend: Backend = EAGER,
+    ) -> None:
         self.card = card
         self.device = device
         self.network = place(network, device).eval()
+        self.backend = backend
+        self._draw = make_draw(self.network, backend, device)
+        self._see = LastValue(self.network.see)
+        self._encode = LastValue(self.network.opacity.encode)
+        self._encode_color = LastValue(self.network.encode_color)
 
     @classmethod
-    def load(cls, folder: Path, device: str = "auto") -> Generator:
+    def load(
+        cls,
+        folder: Path,
+        device: str = "auto",
+        backend: str = "eager",
+        precision: str = "float32",
+    ) -> Generator:
         """Load a model folder.
 
         Parameters
@@ -50,17 +80,40 @@ class Generator:
         folder : Path
         device : {"auto", "cpu", "cuda"}
             "auto" takes the GPU where there is one.
+        backend : {"eager", "compiled", "openvino", "onnxruntime", "auto"}
+            What draws. "auto" takes the fastest that is there, and torch itself
+            where that one fails.
+        precision : {"float32", "bfloat16"}
 
         Raises
         ------
         CheckpointError
             When the folder holds no valid model.
         DeviceError
-            When the device is unknown or not there.
+            When the device or the backend is unknown or not there.
         """
         chosen = choose_device(device)
         card, network = load_model(folder)
-        return cls(card, network, chosen)
+        by = choose_backend(backend, precision, chosen)
+        generator = cls(card, network, chosen, by)
+        try:
+            generator._draw_nothing()
+        except Exception:
+            if backend != "auto":
+                raise
+            logger.warning("%s: torch draws, as %s cannot.", folder, by.name, exc_info=True)
+            generator = cls(card, network, chosen, EAGER._replace(precision=by.precision))
+        return generator
+
+    @torch.inference_mode()
+    def _draw_nothing(self) -> None:
+        """Have a library read the network now, and not with the first image."""
+        views, opacities, colors = (
+            torch.zeros(1, *shape, device=self.device)
+            for shape in ((VIEW_PARAMETERS,), (TF_SAMPLES,), (3, TF_SAMPLES))
+        )
+        seen, latent = self.network.see(views), self.network.opacity.encode(opacities)
+        self._draw(seen, latent, self.network.encode_color(colors))
 
     @property
     def scene(self) -> Scene:
@@ -88,7 +141,7 @@ class Generator:
         -------
         ndarray of float32, shape (N, S, S, 4)
         """
-        latent = self.network.opacity.encode(self.opacity_input(opacity_tfs))
+        latent = self._encode(self.opacity_input(opacity_tfs))
         return self._render(self.view_input(views), latent, self.color_input(color_tfs))
 
     @torch.inference_mode()
@@ -153,12 +206,27 @@ class Generator:
         return encode_colors(samples).to(self.device)
 
     def _render(self, views: Tensor, latent: Tensor, colors: Tensor) -> NDArray[np.float32]:
-        image, opacity = self.network.render_latent(views, latent, colors)
+        seen, color = self._see(views), self._encode_color(colors)
+        image, opacity = self._draw(seen, latent, color)
         opacity = interpolate(
             opacity, size=image.shape[-2:], mode="bilinear", align_corners=False, antialias=False
         )
         rgba = decode_unit(torch.cat([image, opacity], dim=1))
         return np.ascontiguousarray(rgba.permute(0, 2, 3, 1).cpu().numpy())
+
+
+class LastValue(Generic[Value]):
+    """A function of one tensor that keeps its last value, for when it is asked again."""
+
+    def __init__(self, function: Callable[[Tensor], Value]) -> None:
+        self._function = function
+        self._last: tuple[Tensor, Value] | None = None
+
+    def __call__(self, argument: Tensor) -> Value:
+        """The function's value for an argument."""
+        if self._last is None or not torch.equal(self._last[0], argument):
+            self._last = (argument.clone(), self._function(argument))
+        return self._last[1]
 
 
 def choose_device(name: str) -> torch.device:

@@ -26,6 +26,8 @@ def window(
     model: options.ModelFolder = None,
     volume: options.VolumeFile = None,
     device: options.DeviceName = options.Device.AUTO,
+    backend: options.BackendName = options.BackendOption.AUTO,
+    precision: options.PrecisionName = options.PrecisionOption.FLOAT32,
     screenshot: Annotated[
         Path | None,
         typer.Option(
@@ -39,8 +41,10 @@ def window(
     if context.invoked_subcommand is None:
         from app.cli.window import open_window
 
-        raise typer.Exit(open_window(volume, model, str(device), screenshot))
-    if model or volume or screenshot or device != options.Device.AUTO:
+        code = open_window(volume, model, str(device), str(backend), str(precision), screenshot)
+        raise typer.Exit(code)
+    automatic = (options.Device.AUTO, options.BackendOption.AUTO, options.PrecisionOption.FLOAT32)
+    if model or volume or screenshot or (device, backend, precision) != automatic:
         command = context.invoked_subcommand
         raise TfscopeError(f"Options before '{command}' are the window's; put them behind it.")
 
@@ -84,6 +88,8 @@ def render(
         typer.Option("--size", min=16, max=4096, help="Pixels. (default: the model's, or 256)"),
     ] = None,
     device: options.DeviceName = options.Device.AUTO,
+    backend: options.BackendName = options.BackendOption.AUTO,
+    precision: options.PrecisionName = options.PrecisionOption.FLOAT32,
 ) -> None:
     """Render one image to a file."""
     from app.cli.render import RenderOrder, render_to_file
@@ -98,6 +104,8 @@ def render(
             lighting=lighting,
             size=size,
             device=str(device),
+            backend=str(backend),
+            precision=str(precision),
             out=out,
         )
     )
@@ -464,7 +472,7 @@ def renderers(
     ] = None,
 ) -> None:
     """VTK and the ray caster: images per second and errors over sample distances."""
-    from app.cli.bench import bench_renderers
+    from app.cli.bench_renderers import bench_renderers
 
     bench_renderers(
         volume,
@@ -477,3 +485,26 @@ def renderers(
         json,
         plot,
     )
+
+
+@bench.command()
+def generator(
+    preset: Annotated[
+        list[options.Preset] | None,
+        typer.Option("--preset", help="Of untrained networks; may be repeated. (default: all)"),
+    ] = None,
+    model: Annotated[
+        Path | None, typer.Option("--model", help="A trained model, instead of presets.")
+    ] = None,
+    seconds: Annotated[
+        float, typer.Option("--seconds", min=0.1, help="Least time of each measurement.")
+    ] = 2.0,
+    json: Annotated[
+        Path | None, typer.Option("--json", metavar="OUT.json", help="Also write the result.")
+    ] = None,
+    device: options.DeviceName = options.Device.AUTO,
+) -> None:
+    """Latency of the generator by backend and precision, and its distance from torch."""
+    from app.cli.bench_generator import bench_generator
+
+    bench_generator([str(p) for p in preset or []], model, str(device), seconds, json)

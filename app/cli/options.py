@@ -56,6 +56,23 @@ class Device(StrEnum):
     CUDA = "cuda"
 
 
+class BackendOption(StrEnum):
+    """What draws a generator's images."""
+
+    AUTO = "auto"
+    EAGER = "eager"
+    COMPILED = "compiled"
+    OPENVINO = "openvino"
+    ONNXRUNTIME = "onnxruntime"
+
+
+class PrecisionOption(StrEnum):
+    """Digits that a generator draws in."""
+
+    FLOAT32 = "float32"
+    BFLOAT16 = "bfloat16"
+
+
 class Preset(StrEnum):
     """Sizes of networks and images."""
 
@@ -95,6 +112,17 @@ ComponentName = Annotated[
 ]
 ModelFolder = Annotated[Path | None, typer.Option("--model", help="Folder of a trained model.")]
 DeviceName = Annotated[Device, typer.Option("--device", help="Where the generator runs.")]
+BackendName = Annotated[
+    BackendOption,
+    typer.Option(
+        "--backend",
+        help="What draws the generator's images. (auto: the fastest that is there)",
+    ),
+]
+PrecisionName = Annotated[
+    PrecisionOption,
+    typer.Option("--precision", help="In bfloat16 images come faster and are off by some 1/255."),
+]
 LightingName = Annotated[
     LightingOption,
     typer.Option(

@@ -39,6 +39,8 @@ class RenderOrder:
     lighting: options.LightingOption | None
     size: int | None
     device: str
+    backend: str
+    precision: str
     out: Path
 
 
@@ -98,7 +100,8 @@ def _render_volume(order: RenderOrder, view: View) -> NDArray[np.float32]:
 def _render_generator(order: RenderOrder, view: View) -> NDArray[np.float32]:
     from model.generator import Generator
 
-    generator = Generator.load(order.model or model_folder(None, order.volume.read()), order.device)
+    folder = order.model or model_folder(None, order.volume.read())
+    generator = Generator.load(folder, order.device, order.backend, order.precision)
     scene = generator.scene
     if order.lighting is not None and options.lighting(order.lighting) != scene.lighting:
         raise RenderError(

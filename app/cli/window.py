@@ -8,9 +8,16 @@ from model.shipped import DEFAULT_VOLUME
 
 
 def open_window(
-    volume: Path | None, model: Path | None, device: str, screenshot: Path | None
+    volume: Path | None,
+    model: Path | None,
+    device: str,
+    backend: str,
+    precision: str,
+    screenshot: Path | None,
 ) -> int:
     """Open the window and return its exit code."""
+    from app.engines import GeneratorSettings
     from app.launch import run_window
 
-    return run_window(volume or DEFAULT_VOLUME, model, device, screenshot)
+    generators = GeneratorSettings(device, backend, precision)
+    return run_window(volume or DEFAULT_VOLUME, model, generators, screenshot)

@@ -42,6 +42,8 @@ class NetworkSize:
     architecture : {"paper", "grid", "grid-translation"}
         The paper's two stages; both images from a feature grid; or the feature
         grid's opacity image in front of the paper's translation.
+    features : int
+        Numbers at each node of the feature grid, where there is one.
     modulation : bool
         Whether the codes of view and TFs also scale and shift the translation
         decoder's features at every resolution. The paper's network has only
@@ -57,6 +59,7 @@ class NetworkSize:
     opacity_size: int = 64
     image_size: int = 256
     latent_dim: int = 8
+    features: int = 16
     modulation: bool = False
     architecture: Architecture = "paper"
 
@@ -75,8 +78,12 @@ class NetworkSize:
                 f"The architecture '{self.architecture}' is unknown; "
                 f"choose {', '.join(get_args(Architecture))}."
             )
-        if not 0 < self.width <= 4 or not isinstance(self.latent_dim, int) or self.latent_dim < 1:
-            raise TfscopeError("The network's width must be in 0..4 and its latent code not empty.")
+        for name in ("latent_dim", "features"):
+            number = getattr(self, name)
+            if not isinstance(number, int) or number < 1:
+                raise TfscopeError(f"The network's {name} is {number}; give a number from 1.")
+        if not 0 < self.width <= 4:
+            raise TfscopeError(f"The network's width {self.width} is not in 0..4.")
 
     def channels(self, full: int) -> int:
         """Scale a number of channels of the paper's network to this width, in steps of 8."""

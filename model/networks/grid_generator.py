@@ -35,7 +35,6 @@ from model.networks.two_stage import GeneratorNetwork
 from model.scene import Scene
 
 NODES = 32**3
-FEATURES = 16
 PLANES = 16
 FOLDED = 8
 """Features of each plane that become channels of the 2-D decoder."""
@@ -98,7 +97,7 @@ class GridOpacityGenerator(OpacityNetwork):
         c = size.channels
         self.frustum = Frustum(scene.view_range, scene.proportions, PLANES, size.opacity_size // 2)
         self.latent = mlp(size.latent_dim, c(512), c(512))
-        self.points = PointNetwork(FEATURES, c(128), FOLDED, c(512))
+        self.points = PointNetwork(size.features, c(128), FOLDED, c(512))
         self.coarse = Modulated(_entry(FOLDED * PLANES, c(256)), c(256), c(512))
         self.block = Modulated(ResidualBlock(c(256), c(256)), c(256), c(512))
         self.narrow = nn.Conv2d(c(256), c(128), 1)
@@ -106,7 +105,7 @@ class GridOpacityGenerator(OpacityNetwork):
         self.fine = ResidualBlock(c(128), c(128))
         self.image = nn.Sequential(nn.Conv2d(c(128), 1, 3, padding=1), nn.Tanh())
         start(self)
-        self.grid = FeatureGrid(scene.proportions, NODES, FEATURES)
+        self.grid = FeatureGrid(scene.proportions, NODES, size.features)
 
     def see(self, view: Tensor) -> Tensor:
         """Samples (N, planes * size * size, features) of the grid for views (N, 5)."""
@@ -140,7 +139,7 @@ class GridColorGenerator(nn.Module):
         self.color_tf = color_encoder(size)
         self.merge = mlp(c(256) + c(512), c(512))
         self.frustum = frustum
-        self.points = PointNetwork(FEATURES, c(128), FOLDED, c(512))
+        self.points = PointNetwork(size.features, c(128), FOLDED, c(512))
         self.coarse = Modulated(_entry(c(256) + FOLDED * PLANES, c(256)), c(256), c(512))
         self.block = Modulated(ResidualBlock(c(256), c(256)), c(256), c(512))
         self.narrow = nn.Conv2d(c(256), c(128), 1)

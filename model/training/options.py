@@ -11,9 +11,9 @@ from model.errors import TrainingError
 from model.networks.blocks import NetworkSize
 
 PRESETS: dict[str, NetworkSize] = {
-    "draft": NetworkSize(width=0.25, image_size=64, modulation=True, architecture="grid"),
-    "compact": NetworkSize(width=0.25, image_size=128, modulation=True, architecture="grid"),
-    "paper": NetworkSize(width=1.0, image_size=256),
+    "draft": NetworkSize(0.25, image_size=64, features=32, modulation=True, architecture="grid"),
+    "compact": NetworkSize(0.25, image_size=128, features=32, modulation=True, architecture="grid"),
+    "paper": NetworkSize(1.0, image_size=256),
 }
 """Network sizes by name: for experiments, for CPUs, and the paper's."""
 
@@ -86,14 +86,14 @@ class TrainingOptions:
 
     opacity: StageOptions = StageOptions(16, 4e-4, 3.0)
     translation: StageOptions = StageOptions(16, 4e-4, 3.0)
-    joint: StageOptions = StageOptions(16, 1e-3, 5.0)
+    joint: StageOptions = StageOptions(8, 2e-3, 5.0)
     l1_weight: float = 150.0
     decoded_tf_weight: float = 20.0
     opacity_l1_weight: float = 150.0
     derivative_weight: float = 0.0
     predicted_share: float = 1.0
     cosine: bool = True
-    grid_rate: float = 10.0
+    grid_rate: float = 15.0
     average_decay: float = 0.999
     keep_variance: bool = True
     adversarial_start: float = 1.0

@@ -10,7 +10,7 @@ from PySide6.QtCore import QCoreApplication, QEvent, QThread, QTimer
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 from shiboken6 import getAllValidWrappers
-from window_fakes import FakeBackends, make_tf
+from window_fakes import FakeBuilders, make_tf
 
 from app.main_window import MainWindow
 from app.session import Session
@@ -52,15 +52,15 @@ def session() -> Session:
 
 
 @pytest.fixture
-def backends() -> FakeBackends:
-    return FakeBackends()
+def builders() -> FakeBuilders:
+    return FakeBuilders()
 
 
 WindowMaker = Callable[..., MainWindow]
 
 
 @pytest.fixture
-def make_window(qtbot: QtBot, backends: FakeBackends) -> WindowMaker:
+def make_window(qtbot: QtBot, builders: FakeBuilders) -> WindowMaker:
     """Open a window on fake engines and wait until both images are there."""
 
     def make(
@@ -68,7 +68,7 @@ def make_window(qtbot: QtBot, backends: FakeBackends) -> WindowMaker:
         model: Path | None = Path("model"),
         store: TransferFunctionStore | None = None,
     ) -> MainWindow:
-        window = MainWindow(backends.make(), store)
+        window = MainWindow(builders.make(), store)
         qtbot.addWidget(window)
         with qtbot.waitSignal(window.workspace.settled):
             window.workspace.open_model(model)

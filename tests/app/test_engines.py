@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from window_fakes import make_request, make_volume
 
 from app.engines import LIVE_COARSENESS, GeneratorEngine, ReferenceEngine, ReferenceSettings
+from model.backends import Backend
 from model.scene import Scene
 
 
@@ -39,7 +40,16 @@ def test_the_reference_is_lit_as_the_training_images_were() -> None:
     assert settings.sample_distance == scene.sample_distance
 
 
-@pytest.mark.parametrize(("kind", "word"), [("cpu", "CPU"), ("cuda", "GPU")])
-def test_a_generator_says_where_it_runs(kind: str, word: str) -> None:
-    generator = SimpleNamespace(device=SimpleNamespace(type=kind), scene=None)
-    assert GeneratorEngine(cast(Any, generator)).description == word
+@pytest.mark.parametrize(
+    ("kind", "backend", "words"),
+    [
+        ("cpu", Backend("eager"), "CPU"),
+        ("cuda", Backend("compiled"), "GPU, compiled"),
+        ("cpu", Backend("openvino", "bfloat16"), "CPU, OpenVINO, bfloat16"),
+    ],
+)
+def test_a_generator_says_where_and_by_what_it_runs(
+    kind: str, backend: Backend, words: str
+) -> None:
+    generator = SimpleNamespace(device=SimpleNamespace(type=kind), scene=None, backend=backend)
+    assert GeneratorEngine(cast(Any, generator)).description == words

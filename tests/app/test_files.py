@@ -7,7 +7,7 @@ import pytest
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QFileDialog
 from pytestqt.qtbot import QtBot
-from window_fakes import FakeBackends, make_tf, make_volume
+from window_fakes import FakeBuilders, make_tf, make_volume
 
 from app.files import FileDialogs
 from app.main_window import MainWindow
@@ -97,16 +97,16 @@ def test_opening_goes_to_the_workspace(
     window: MainWindow,
     dialogs: FileDialogs,
     answer: Answer,
-    backends: FakeBackends,
+    builders: FakeBuilders,
 ) -> None:
-    backends.volumes["other"] = make_volume("other", top=300.0)
+    builders.volumes["other"] = make_volume("other", top=300.0)
     answer("other.nrrd")
     with qtbot.waitSignal(window.workspace.volumeStarted):
         dialogs.open_volume()
     assert window.session.scalar_range == (100.0, 300.0)
     with qtbot.waitSignal(window.generator.engineReady):
         dialogs.open_model()
-    assert len(backends.generators) == 2
+    assert len(builders.generators) == 2
 
 
 def test_cancelling_does_nothing(

@@ -9,7 +9,7 @@ import pytest
 from PySide6.QtCore import QTimer
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QApplication
-from window_fakes import FakeBackends
+from window_fakes import FakeBuilders
 
 from app import launch
 from app.launch import run_window
@@ -18,38 +18,38 @@ from app.transfer_function_store import TransferFunctionStore
 from model.errors import CheckpointError
 
 
-def test_a_screenshot_shows_both_images(backends: FakeBackends, tmp_path: Path) -> None:
+def test_a_screenshot_shows_both_images(builders: FakeBuilders, tmp_path: Path) -> None:
     path = tmp_path / "window.png"
-    code = run_window(Path("ramp"), Path("model"), "cpu", path, backends.make())
+    code = run_window(Path("ramp"), Path("model"), "cpu", path, builders.make())
     image = QImage(str(path))
     assert code == 0
     assert (image.width(), image.height()) == (1280, 860)
     # The fake engines paint plain red of a level that grows with each request.
-    last = [engine.requests[-1] for engine in (backends.generators[0], backends.references[0])]
+    last = [engine.requests[-1] for engine in (builders.generators[0], builders.references[0])]
     assert last[0].sequence == last[1].sequence
     assert not last[0].live
     for x in (320, 960):
         assert image.pixelColor(x, 300).getRgb() == (last[0].sequence, 0, 0, 255)
 
 
-def test_a_screenshot_needs_no_model(backends: FakeBackends, tmp_path: Path) -> None:
+def test_a_screenshot_needs_no_model(builders: FakeBuilders, tmp_path: Path) -> None:
     path = tmp_path / "window.png"
-    assert run_window(Path("ramp"), None, "cpu", path, backends.make()) == 0
+    assert run_window(Path("ramp"), None, "cpu", path, builders.make()) == 0
     assert path.exists()
 
 
 @pytest.mark.parametrize("broken", ["volume", "model"])
 def test_an_error_is_in_the_picture_and_printed(
-    backends: FakeBackends,
+    builders: FakeBuilders,
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
     broken: str,
 ) -> None:
     path = tmp_path / "window.png"
     if broken == "model":
-        backends.generator_error = CheckpointError("model: the weights are truncated.")
+        builders.generator_error = CheckpointError("model: the weights are truncated.")
     volume = Path("gone" if broken == "volume" else "ramp")
-    assert run_window(volume, Path("model"), "cpu", path, backends.make()) == 1
+    assert run_window(volume, Path("model"), "cpu", path, builders.make()) == 1
     assert path.exists()
     printed = capsys.readouterr().err.splitlines()
     expected = {
@@ -60,29 +60,29 @@ def test_an_error_is_in_the_picture_and_printed(
 
 
 def test_a_screenshot_that_cannot_be_written_is_told(
-    backends: FakeBackends, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    builders: FakeBuilders, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "missing" / "window.png"
-    assert run_window(Path("ramp"), None, "cpu", path, backends.make()) == 1
+    assert run_window(Path("ramp"), None, "cpu", path, builders.make()) == 1
     assert str(path) in capsys.readouterr().err
 
 
 @pytest.mark.skipif(os.name != "posix", reason="only Linux can be without a display")
 def test_without_a_display_one_sentence_names_the_way_out(
-    backends: FakeBackends,
+    builders: FakeBuilders,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.setattr("sys.platform", "linux")
     for variable in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"):
         monkeypatch.delenv(variable, raising=False)
-    assert run_window(Path("ramp"), None, "cpu", None, backends.make()) == 2
+    assert run_window(Path("ramp"), None, "cpu", None, builders.make()) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert "--screenshot" in line
 
 
 def test_control_c_closes_the_window(
-    backends: FakeBackends, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    builders: FakeBuilders, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(TransferFunctionStore, "of_user", classmethod(lambda cls: cls(tmp_path)))
     before = signal.getsignal(signal.SIGINT)
@@ -94,20 +94,20 @@ def test_control_c_closes_the_window(
         os.kill(os.getpid(), signal.SIGINT)
 
     QTimer.singleShot(0, interrupt)
-    assert run_window(Path("ramp"), None, "cpu", None, backends.make()) == 0
+    assert run_window(Path("ramp"), None, "cpu", None, builders.make()) == 0
     assert opened == [True]
     assert signal.getsignal(signal.SIGINT) is before
 
 
 def test_an_image_that_never_comes_does_not_hang_the_screenshot(
-    backends: FakeBackends,
+    builders: FakeBuilders,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.setattr(launch, "SCREENSHOT_PATIENCE_S", 0)
     path = tmp_path / "window.png"
-    backends.loading = loading = threading.Event()
+    builders.loading = loading = threading.Event()
 
     def load_after_the_screenshot() -> None:
         while not path.exists():
@@ -116,6 +116,6 @@ def test_an_image_that_never_comes_does_not_hang_the_screenshot(
 
     helper = threading.Thread(target=load_after_the_screenshot)
     helper.start()
-    assert run_window(Path("ramp"), Path("model"), "cpu", path, backends.make()) == 1
+    assert run_window(Path("ramp"), Path("model"), "cpu", path, builders.make()) == 1
     helper.join()
     assert "before both images" in capsys.readouterr().err

@@ -13,7 +13,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMessageBox
 from pytestqt.qtbot import QtBot
-from window_fakes import FakeBackends, FakeEngine, make_tf, make_volume
+from window_fakes import FakeBuilders, FakeEngine, make_tf, make_volume
 
 from app.engine_pane import EnginePane
 from app.main_window import MainWindow
@@ -52,7 +52,7 @@ def test_both_images_show_the_same_request(make_window: WindowMaker) -> None:
 
 
 def test_dragging_in_either_image_moves_both(
-    qtbot: QtBot, make_window: WindowMaker, backends: FakeBackends
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
 ) -> None:
     window = make_window()
     for pane in (window.generator, window.reference):
@@ -63,17 +63,17 @@ def test_dragging_in_either_image_moves_both(
         settle(qtbot, window)
         assert window.session.view != before
         assert shown(window.generator) == shown(window.reference)
-        for engine in (backends.generators[-1], backends.references[-1]):
+        for engine in (builders.generators[-1], builders.references[-1]):
             assert engine.requests[-1].view == window.session.view
             assert not engine.requests[-1].live
     assert f"Azimuth {window.session.view.azimuth:.0f}°" in window.view_text
 
 
 def test_the_first_drag_frames_are_live_and_the_last_is_final(
-    qtbot: QtBot, make_window: WindowMaker, backends: FakeBackends
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
 ) -> None:
     window = make_window()
-    engine = backends.references[-1]
+    engine = builders.references[-1]
     first = len(engine.requests)
     window.session.move_view(View(azimuth=10.0))
     qtbot.waitUntil(lambda: len(engine.requests) > first)
@@ -84,24 +84,24 @@ def test_the_first_drag_frames_are_live_and_the_last_is_final(
 
 
 def test_a_tf_edit_reaches_both_engines(
-    qtbot: QtBot, make_window: WindowMaker, backends: FakeBackends
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
 ) -> None:
     window = make_window()
     window.session.commit(make_tf(140.0), "edit")
     settle(qtbot, window)
-    for engine in (backends.generators[-1], backends.references[-1]):
+    for engine in (builders.generators[-1], builders.references[-1]):
         assert engine.requests[-1].transfer_function == make_tf(140.0)
 
 
 def test_a_broken_engine_shows_its_error_and_the_other_goes_on(
-    qtbot: QtBot, make_window: WindowMaker, backends: FakeBackends
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
 ) -> None:
     window = make_window()
-    backends.generators[-1].error = RenderError("The generator is out of memory.")
+    builders.generators[-1].error = RenderError("The generator is out of memory.")
     window.session.set_view(View(azimuth=5.0))
     settle(qtbot, window)
     assert window.errors == ["The generator is out of memory."]
-    backends.generators[-1].error = None
+    builders.generators[-1].error = None
     window.session.set_view(View(azimuth=6.0))
     settle(qtbot, window)
     assert window.errors == []
@@ -109,14 +109,14 @@ def test_a_broken_engine_shows_its_error_and_the_other_goes_on(
 
 
 def test_a_model_that_cannot_be_loaded_leaves_the_reference_working(
-    qtbot: QtBot, make_window: WindowMaker, backends: FakeBackends
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
 ) -> None:
-    backends.generator_error = CheckpointError("model: the weights are truncated.")
+    builders.generator_error = CheckpointError("model: the weights are truncated.")
     window = make_window()
     assert window.generator.canvas.message == "model: the weights are truncated."
     window.session.set_view(View(azimuth=5.0))
     settle(qtbot, window)
-    assert backends.references[-1].requests[-1].view == View(azimuth=5.0)
+    assert builders.references[-1].requests[-1].view == View(azimuth=5.0)
 
 
 def test_without_a_model_the_pane_says_how_to_train_one(make_window: WindowMaker) -> None:
@@ -129,29 +129,29 @@ def test_without_a_model_the_pane_says_how_to_train_one(make_window: WindowMaker
 
 
 def test_a_model_of_another_volume_is_refused_until_its_volume_comes(
-    qtbot: QtBot, make_window: WindowMaker, backends: FakeBackends
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
 ) -> None:
     other = make_volume("other", top=300.0)
-    backends.volumes["other"] = other
-    backends.scene = Scene.of(other, image_size=16)
+    builders.volumes["other"] = other
+    builders.scene = Scene.of(other, image_size=16)
     window = make_window()
     message = window.generator.canvas.message
     assert "'other'" in message
     assert message.count(".") == 1
-    assert backends.generators[-1].requests == []
+    assert builders.generators[-1].requests == []
     with qtbot.waitSignal(window.workspace.volumeStarted):
         window.workspace.open_volume(Path("other"))
     settle(qtbot, window)
     assert shown(window.generator) == shown(window.reference)
-    assert len(backends.generators) == 1
+    assert len(builders.generators) == 1
 
 
 def test_the_reference_is_lit_like_the_training_images(
-    make_window: WindowMaker, backends: FakeBackends
+    make_window: WindowMaker, builders: FakeBuilders
 ) -> None:
-    backends.scene = Scene.of(backends.volumes["ramp"], image_size=16, lighting="direct")
+    builders.scene = Scene.of(builders.volumes["ramp"], image_size=16, lighting="direct")
     make_window()
-    assert backends.settings[-1].lighting == "direct"
+    assert builders.settings[-1].lighting == "direct"
 
 
 def test_a_missing_volume_is_an_error_at_first_and_a_notice_later(
@@ -203,9 +203,9 @@ def test_an_edited_tf_is_kept_for_the_next_run(
 
 
 def test_each_volume_keeps_its_own_tf(
-    qtbot: QtBot, make_window: WindowMaker, backends: FakeBackends, tmp_path: Path
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders, tmp_path: Path
 ) -> None:
-    backends.volumes["other"] = other = make_volume("other", top=300.0)
+    builders.volumes["other"] = other = make_volume("other", top=300.0)
     store = TransferFunctionStore(tmp_path)
     window = make_window(store=store)
     window.session.commit(make_tf(142.0), "edit")
@@ -220,10 +220,10 @@ def test_each_volume_keeps_its_own_tf(
 
 
 def test_a_damaged_kept_tf_is_told_and_the_default_taken(
-    make_window: WindowMaker, tmp_path: Path, backends: FakeBackends
+    make_window: WindowMaker, tmp_path: Path, builders: FakeBuilders
 ) -> None:
     store = TransferFunctionStore(tmp_path)
-    store.path(backends.volumes["ramp"].fingerprint).write_text("{}")
+    store.path(builders.volumes["ramp"].fingerprint).write_text("{}")
     window = make_window(store=store)
     assert "tfscope_tf" in window.notice.text
     assert len(window.session.transfer_function.opacity.modes) == 3
@@ -239,15 +239,15 @@ def let_go_when_hidden(
 
 
 def test_closing_while_everything_is_at_work_ends_cleanly(
-    qtbot: QtBot, make_window: WindowMaker, backends: FakeBackends
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
 ) -> None:
     window = make_window()
     gate = threading.Semaphore(0)
-    engine = backends.references[-1]
+    engine = builders.references[-1]
     engine.gate = gate
     window.session.set_view(View(azimuth=1.0))
     qtbot.waitUntil(lambda: engine.requests[-1].view == View(azimuth=1.0))
-    backends.loading = loading = threading.Event()
+    builders.loading = loading = threading.Event()
     window.workspace.open_model(Path("another"))
     window.workspace.open_volume(Path("ramp"))
     # The render and the loading end only once the window waits for them.
@@ -257,7 +257,7 @@ def test_closing_while_everything_is_at_work_ends_cleanly(
     helper.join()
     assert not window.isVisible()
     assert engine.closed
-    assert all(g.closed for g in backends.generators)
+    assert all(g.closed for g in builders.generators)
 
 
 def test_the_reference_size_can_be_chosen(qtbot: QtBot, make_window: WindowMaker) -> None:
@@ -271,19 +271,19 @@ def test_the_reference_size_can_be_chosen(qtbot: QtBot, make_window: WindowMaker
 
 
 def test_the_reference_renderer_can_be_chosen(
-    qtbot: QtBot, make_window: WindowMaker, backends: FakeBackends
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
 ) -> None:
     window = make_window()
-    assert [s.renderer for s in backends.settings] == ["vtk"]
+    assert [s.renderer for s in builders.settings] == ["vtk"]
     assert window.reference.title == "VTK (reference)"
     action(window, "Ray caster").trigger()
     settle(qtbot, window)
-    assert backends.settings[-1].renderer == "raycast"
+    assert builders.settings[-1].renderer == "raycast"
     assert window.reference.title == "Ray caster (reference)"
-    assert backends.references[0].closed
+    assert builders.references[0].closed
     action(window, "VTK").trigger()
     settle(qtbot, window)
-    assert backends.settings[-1].renderer == "vtk"
+    assert builders.settings[-1].renderer == "vtk"
 
 
 @pytest.mark.parametrize(
@@ -335,10 +335,10 @@ def test_help_opens_without_blocking(make_window: WindowMaker) -> None:
 
 
 def test_an_engine_slower_than_the_mouse_is_never_queued(
-    qtbot: QtBot, make_window: WindowMaker, backends: FakeBackends
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
 ) -> None:
     window = make_window()
-    engine: FakeEngine = backends.references[-1]
+    engine: FakeEngine = builders.references[-1]
     engine.gate = threading.Semaphore(0)
     before = len(engine.requests)
     window.session.move_view(View(azimuth=0.0))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from pytestqt.qtbot import QtBot
-from window_fakes import FakeBackends, make_volume
+from window_fakes import FakeBuilders, make_volume
 
 from app.main_window import MainWindow
 from model.scene import Scene
@@ -16,10 +16,10 @@ WindowMaker = Callable[..., MainWindow]
 
 
 @pytest.fixture(autouse=True)
-def shipped(backends: FakeBackends, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+def shipped(builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """The ramp has a shipped model, the hill has none; returns the fingerprints looked up."""
-    backends.volumes["hill"] = make_volume("hill", top=150.0)
-    ramp = backends.volumes["ramp"].fingerprint
+    builders.volumes["hill"] = make_volume("hill", top=150.0)
+    ramp = builders.volumes["ramp"].fingerprint
     asked: list[str] = []
 
     def model_for(fingerprint: str) -> Path | None:
@@ -42,22 +42,22 @@ def open_volume(qtbot: QtBot, window: MainWindow, name: str) -> None:
 
 
 def test_a_volume_brings_its_shipped_model(
-    qtbot: QtBot, make_window: WindowMaker, backends: FakeBackends
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
 ) -> None:
     window = make_window(model=None)
-    assert len(backends.generators) == 1
+    assert len(builders.generators) == 1
     assert window.generator.canvas.image is not None
     open_volume(qtbot, window, "hill")
-    assert len(backends.generators) == 1
+    assert len(builders.generators) == 1
     assert window.generator.canvas.image is None
 
 
 def test_a_model_that_the_user_chose_stays(
-    qtbot: QtBot, make_window: WindowMaker, backends: FakeBackends
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
 ) -> None:
-    backends.scene = Scene.of(backends.volumes["hill"], image_size=16)
+    builders.scene = Scene.of(builders.volumes["hill"], image_size=16)
     window = make_window(volume="hill", model=Path("mine"))
     open_volume(qtbot, window, "ramp")
-    assert len(backends.generators) == 1
+    assert len(builders.generators) == 1
     open_volume(qtbot, window, "hill")
     assert window.generator.canvas.image is not None

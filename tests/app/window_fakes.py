@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from app.engines import Backends, ReferenceSettings
+from app.engines import Builders, GeneratorSettings, ReferenceSettings
 from app.messages import RenderRequest
 from app.worker import Engine
 from model.errors import VolumeError
@@ -78,8 +78,8 @@ class FakeEngine:
 
 
 @dataclass
-class FakeBackends:
-    """Backends whose volumes and engines the test can look at and break."""
+class FakeBuilders:
+    """Builders whose volumes and engines the test can look at and break."""
 
     volumes: dict[str, Volume] = field(default_factory=lambda: {"ramp": make_volume()})
     scene: Scene | None = None
@@ -89,8 +89,8 @@ class FakeBackends:
     generator_error: Exception | None = None
     loading: threading.Event | None = None
 
-    def make(self) -> Backends:
-        return Backends(self.read_volume, self.reference, self.generator)
+    def make(self) -> Builders:
+        return Builders(self.read_volume, self.reference, self.generator)
 
     def read_volume(self, path: Path) -> Volume:
         if path.stem not in self.volumes:
@@ -102,7 +102,7 @@ class FakeBackends:
         self.references.append(FakeEngine())
         return self.references[-1]
 
-    def generator(self, folder: Path, device: str) -> Engine:
+    def generator(self, folder: Path, settings: GeneratorSettings) -> Engine:
         if self.loading is not None:
             assert self.loading.wait(PATIENCE_S)
         if self.generator_error is not None:

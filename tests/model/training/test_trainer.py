@@ -23,6 +23,7 @@ from skimage.io import imread
 
 from model.checkpoint import load_card, load_model
 from model.dataset import SampleStore
+from model.encoding import EncodedBatch
 from model.errors import DatasetError, TrainingError
 from model.networks.blocks import NetworkSize
 from model.networks.opacity import LatentCodec

@@ -1,20 +1,15 @@
-"""``bench``: speed and accuracy on this machine."""
+"""``bench renderers``: VTK beside the ray caster."""
 
 from __future__ import annotations
 
-import json
-import os
-import platform
-from importlib.metadata import version
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from rich.table import Table
 
 from app.cli.console import console, counting
+from app.cli.machine import machine_facts, write_json
 from app.plots import Curve, Plot, save_plots
-from model.errors import RenderError
 from model.renderer_benchmark import RENDERERS, RendererComparison, compare_renderers
 from model.scene import Lighting, Scene
 from model.shipped import shipped_volumes
@@ -55,30 +50,9 @@ def bench_renderers(
         _print(comparison)
     if json_path is not None:
         result = {"machine": machine, "volumes": [c.to_json() for c in comparisons]}
-        _write(json_path, json.dumps(result, indent=2, allow_nan=False) + "\n")
+        write_json(json_path, result)
     if plot is not None:
         save_plots(plot, [_plot(comparison) for comparison in comparisons])
-
-
-def machine_facts() -> dict[str, Any]:
-    """What a measurement depends on."""
-    return {
-        "processor": _processor(),
-        "cores": os.cpu_count(),
-        "system": platform.system(),
-        "python": platform.python_version(),
-        **{name: version(name) for name in ("vtk", "numba", "torch")},
-    }
-
-
-def _processor() -> str:
-    try:
-        for line in Path("/proc/cpuinfo").read_text().splitlines():
-            if line.startswith("model name"):
-                return line.split(":", 1)[1].strip()
-    except OSError:
-        pass
-    return platform.processor() or platform.machine()
 
 
 def _print(comparison: RendererComparison) -> None:
@@ -132,10 +106,3 @@ def _plot(comparison: RendererComparison) -> Plot:
         curves,
         logarithmic=True,
     )
-
-
-def _write(path: Path, text: str) -> None:
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise RenderError(f"{path}: the result cannot be written ({error.strerror}).") from error

@@ -1,0 +1,92 @@
+"""``bench generator``: how fast images come from a generator, by backend."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import torch
+from rich.table import Table
+
+from app.cli.console import console
+from app.cli.machine import machine_facts, write_json
+from model.checkpoint import load_model
+from model.generator import choose_device
+from model.generator_benchmark import BackendRow, PartsRow, compare_backends, time_parts
+from model.networks.blocks import keep_variance
+from model.networks.build import build_generator
+from model.networks.two_stage import GeneratorNetwork
+from model.scene import Scene
+from model.shipped import DEFAULT_VOLUME
+from model.training.options import PRESETS
+from model.volume_files import read_volume
+
+
+def bench_generator(
+    presets: list[str], model: Path | None, device_name: str, seconds: float, json_path: Path | None
+) -> None:
+    """Measure a model, or each preset's networks; print tables, and write JSON when asked."""
+    device = choose_device(device_name)
+    machine = {**machine_facts(), "threads": torch.get_num_threads(), "device": str(device)}
+    console.print(", ".join(f"{name} {value}" for name, value in machine.items()))
+    results = []
+    for name, network, scene in _networks(presets, model):
+        rows = list(compare_backends(network, scene, device, seconds))
+        parts = time_parts(network, scene, device, seconds)
+        _print(name, rows, parts)
+        results.append(
+            {
+                "name": name,
+                "builders": [row.to_json() for row in rows],
+                "kept": [row.to_json() for row in parts],
+            }
+        )
+    if json_path is not None:
+        write_json(json_path, {"machine": machine, "generators": results})
+
+
+def _networks(presets: list[str], model: Path | None) -> list[tuple[str, GeneratorNetwork, Scene]]:
+    """What to measure: a model, or untrained networks, which are as fast as trained ones."""
+    if model is not None:
+        card, network = load_model(model)
+        return [(str(model), network, card.scene)]
+    volume = read_volume(DEFAULT_VOLUME)
+    found = []
+    for name in presets or PRESETS:
+        size = PRESETS[name]
+        scene = Scene.of(volume, size.image_size)
+        torch.manual_seed(0)
+        network = build_generator(size, scene)
+        keep_variance(network)
+        found.append((f"{name}, untrained", network, scene))
+    return found
+
+
+def _print(name: str, rows: list[BackendRow], parts: list[PartsRow]) -> None:
+    table = Table(title=name, title_justify="left")
+    table.add_column("backend")
+    table.add_column("precision")
+    for heading in ("images", "ms", "images/s", "over eager", "difference"):
+        table.add_column(heading, justify="right")
+    for row in rows:
+        if row.obstacle is None:
+            table.add_row(row.backend, row.precision, str(row.batch), *_cells(row))
+    console.print(table)
+    console.print("difference: the largest from eager float32, in steps of 1/255")
+    for row in rows:
+        if row.obstacle and row.batch == rows[0].batch:
+            console.print(f"{row.backend}, {row.precision}: left out, as {row.obstacle}.")
+    for part in parts:
+        console.print(
+            f"{part.batch} images: the view takes {1e3 * part.view:.1f} ms more when it changes, "
+            f"the opacity TF {1e3 * part.opacity_tf:.1f}, the colour TF {1e3 * part.color_tf:.1f}."
+        )
+
+
+def _cells(row: BackendRow) -> list[str]:
+    assert row.seconds is not None
+    return [
+        f"{1e3 * row.seconds:.1f}",
+        f"{row.batch / row.seconds:.0f}",
+        f"{row.speedup:.2f}",
+        f"{row.difference:.2f}",
+    ]

@@ -1,0 +1,160 @@
+import importlib.util
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from model.backends import BACKENDS, EAGER, Backend, choose_backend, make_draw, obstacle
+from model.checkpoint import ModelCard, save_model
+from model.errors import DeviceError
+from model.generator import Generator, LastValue
+from model.generator_benchmark import compare_backends, time_parts
+from model.networks.blocks import Architecture, NetworkSize, place
+from model.networks.build import build_generator
+from model.networks.two_stage import GeneratorNetwork
+from model.sampling import draw_sample
+from model.scene import Scene
+
+CPU = torch.device("cpu")
+ARCHITECTURES: list[Architecture] = ["paper", "grid", "grid-translation"]
+
+
+def network_of(architecture: Architecture, scene: Scene) -> GeneratorNetwork:
+    torch.manual_seed(0)
+    network = build_generator(NetworkSize(0.125, 16, 64, architecture=architecture), scene)
+    for parameter in network.parameters():
+        # Images far from one grey: as first weights, the paper's are too small for that.
+        if parameter.ndim > 1:
+            torch.nn.init.kaiming_normal_(parameter, nonlinearity="linear")
+    return place(network, CPU).eval()
+
+
+def usable(name: str, precision: str = "float32") -> Backend:
+    backend = choose_backend(name, precision, CPU)
+    trouble = obstacle(backend, CPU)
+    if trouble is not None:
+        pytest.skip(trouble)
+    return backend
+
+
+@pytest.mark.parametrize("architecture", ARCHITECTURES)
+@pytest.mark.parametrize("name", [b for b in BACKENDS if b not in ("eager", "compiled")])
+def test_libraries_draw_what_torch_draws(
+    architecture: Architecture, name: str, scene: Scene
+) -> None:
+    network = network_of(architecture, scene)
+    draw = make_draw(network, usable(name), CPU)
+    with torch.inference_mode():
+        for count in (1, 3, 1):
+            torch.manual_seed(count)
+            seen = network.see(torch.rand(count, 5) * 2 - 1)
+            latent = network.opacity.encode(torch.rand(count, 256))
+            color = network.encode_color(torch.rand(count, 3, 256))
+            for ours, expected in zip(
+                draw(seen, latent, color), network.draw(seen, latent, color), strict=True
+            ):
+                assert expected.std() > 0.003
+                torch.testing.assert_close(ours, expected, rtol=0, atol=1e-4)
+
+
+@pytest.mark.parametrize("name", ["eager", "openvino"])
+def test_bfloat16_is_near(name: str, scene: Scene) -> None:
+    network = network_of("grid", scene)
+    rows = {
+        (row.backend, row.precision, row.batch): row
+        for row in compare_backends(network, scene, CPU, seconds=0.001, names=(name,))
+    }
+    usable(name, "bfloat16")
+    rounded, exact = rows[name, "bfloat16", 1], rows[name, "float32", 1]
+    assert exact.difference is not None
+    assert rounded.difference is not None
+    assert exact.difference < 0.05 < rounded.difference < 20
+    assert all(part.view > 0 for part in time_parts(network, scene, CPU, seconds=0.001))
+
+
+@pytest.mark.skipif(shutil.which("c++") is None, reason="no C++ compiler")
+@pytest.mark.filterwarnings("ignore")
+def test_compiled_drawing_draws_the_same(scene: Scene) -> None:
+    network = network_of("grid", scene)
+    draw = make_draw(network, usable("compiled"), CPU)
+    with torch.inference_mode():
+        inputs = (
+            network.see(torch.zeros(1, 5)),
+            network.opacity.encode(torch.rand(1, 256)),
+            network.encode_color(torch.rand(1, 3, 256)),
+        )
+        for ours, expected in zip(draw(*inputs), network.draw(*inputs), strict=True):
+            torch.testing.assert_close(ours, expected, rtol=0, atol=1e-4)
+
+
+def test_unknown_names_are_refused_with_those_there_are() -> None:
+    with pytest.raises(DeviceError, match="choose auto, eager, compiled"):
+        choose_backend("tensorrt", "float32", CPU)
+    with pytest.raises(DeviceError, match="choose float32, bfloat16"):
+        choose_backend("eager", "int8", CPU)
+
+
+def test_a_library_that_is_not_installed_is_named(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(DeviceError, match=r"openvino must be installed.*choose eager"):
+        make_draw(network_of("grid", scene), Backend("openvino"), CPU)
+    assert choose_backend("auto", "float32", CPU) == EAGER
+
+
+@pytest.fixture
+def folder(scene: Scene, tmp_path: Path) -> Path:
+    network = network_of("grid", scene)
+    size = NetworkSize(0.125, 16, 64, architecture="grid")
+    card = ModelCard(scene=scene, preset="tiny", size=size, training={}, metrics={}, versions={})
+    save_model(tmp_path, card, network)
+    return tmp_path
+
+
+def test_where_the_fastest_fails_torch_draws(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    usable("openvino")
+
+    def broken(*arguments: object) -> None:
+        raise RuntimeError("made up")
+
+    monkeypatch.setattr("model.backends._openvino", broken)
+    generator = Generator.load(folder, "cpu", "auto")
+    assert generator.backend == EAGER
+    assert "openvino cannot" in caplog.text
+    with pytest.raises(RuntimeError, match="made up"):
+        Generator.load(folder, "cpu", "openvino")
+
+
+def test_what_is_kept_between_images_changes_none(folder: Path, scene: Scene) -> None:
+    a, b = (draw_sample(scene, 0, "holdout", i) for i in range(2))
+    kept = Generator.load(folder, "cpu")
+    for view, opacity, color in (
+        (a, a, a),
+        (b, a, a),
+        (b, b, a),
+        (b, b, b),
+        (a, b, b),
+    ):
+        tfs = opacity.transfer_function.opacity, color.transfer_function.color
+        fresh = Generator.load(folder, "cpu").render(view.view, *tfs)
+        np.testing.assert_array_equal(kept.render(view.view, *tfs), fresh)
+
+
+def test_a_last_value_is_worked_out_once() -> None:
+    calls: list[float] = []
+
+    def square(x: torch.Tensor) -> torch.Tensor:
+        calls.append(float(x))
+        return x * x
+
+    last = LastValue(square)
+    argument = torch.tensor(3.0)
+    assert float(last(argument)) == float(last(torch.tensor(3.0))) == 9
+    argument += 1  # what was given may change afterwards
+    assert float(last(argument)) == 16
+    assert calls == [3, 4]
