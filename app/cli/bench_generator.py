@@ -36,7 +36,7 @@ def bench_generator(
         results.append(
             {
                 "name": name,
-                "builders": [row.to_json() for row in rows],
+                "backends": [row.to_json() for row in rows],
                 "kept": [row.to_json() for row in parts],
             }
         )

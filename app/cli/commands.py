@@ -508,3 +508,31 @@ def generator(
     from app.cli.bench_generator import bench_generator
 
     bench_generator([str(p) for p in preset or []], model, str(device), seconds, json)
+
+
+@bench.command()
+def training(
+    preset: Annotated[
+        list[options.Preset] | None,
+        typer.Option("--preset", help="May be repeated. (default: draft and compact)"),
+    ] = None,
+    architecture: Annotated[
+        options.ArchitectureOption | None,
+        typer.Option("--architecture", help="(default: the preset's)"),
+    ] = None,
+    steps: Annotated[int, typer.Option("--steps", min=1, help="That are timed each way.")] = 10,
+    json: Annotated[
+        Path | None, typer.Option("--json", metavar="OUT.json", help="Also write the result.")
+    ] = None,
+    device: options.DeviceName = options.Device.AUTO,
+) -> None:
+    """Speed of training by precision, order of channels and compilation; without rendering."""
+    from app.cli.bench_training import bench_training
+
+    bench_training(
+        [str(p) for p in preset or []],
+        None if architecture is None else architecture.value,
+        str(device),
+        steps,
+        json,
+    )

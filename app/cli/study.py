@@ -101,7 +101,7 @@ def _print(study: Study, result: dict[str, object]) -> None:
     heading, *rows = study_table(study, result)
     table = Table(title=study.title, title_justify="left")
     for i, name in enumerate(heading):
-        table.add_column(name, justify="right" if i else "left")
+        table.add_column(name, justify="right" if i else "left", no_wrap=not i)
     for row in rows:
         table.add_row(*row)
     console.print(table)

@@ -64,6 +64,8 @@ class Stage(ABC):
     parts : int
         Parts that batches are learned from in; more than one after the memory
         has run out. Batch norm then sees the parts.
+    precision : torch.dtype
+        Of the layers that allow for fewer digits; weights are float32.
     """
 
     name: str
@@ -87,6 +89,7 @@ class Stage(ABC):
         self.device = device
         self.steps = 0
         self.parts = 1
+        self.precision = torch.bfloat16
         self.generator_optimiser = adam(self.generator, options.grid_rate)
         self.discriminator_optimiser = adam(self.discriminator)
 
@@ -196,7 +199,8 @@ class Stage(ABC):
 
     def _autocast(self) -> AbstractContextManager[None]:
         # bfloat16 keeps float32's exponents: no loss scaling, no overflow.
-        return torch.autocast(self.device.type, torch.bfloat16)
+        rounded = self.precision != torch.float32
+        return torch.autocast(self.device.type, self.precision if rounded else None, rounded)
 
     @abstractmethod
     def _real(self, batch: EncodedBatch) -> Tensor:

@@ -80,6 +80,9 @@ COMMANDS = (
     "evaluate",
     "bench",
     "bench renderers",
+    "bench generator",
+    "bench training",
+    "study",
 )
 
 
@@ -193,6 +196,44 @@ def test_renderers_are_compared(
         assert rows[0]["error"][name] < rows[-1]["error"][name]
     assert imread(tmp_path / "r.png").shape[1] == 800
     assert "ball" in capsys.readouterr().out
+
+
+def test_backends_are_compared_on_a_model(
+    trained: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr("shutil.which", lambda name: None)
+    out = tmp_path / "r.json"
+    arguments = f"bench generator --model {trained} --seconds 0.1 --device cpu --json {out}"
+    assert run(arguments.split()) == 0
+    (result,) = json.loads(out.read_text())["generators"]
+    rows = {(r["backend"], r["precision"], r["batch"]): r for r in result["backends"]}
+    assert rows["eager", "float32", 1]["speedup"] == 1
+    assert rows["eager", "float32", 16]["difference"] == 0
+    assert rows["eager", "bfloat16", 16]["difference"] > 0
+    assert [part["batch"] for part in result["kept"]] == [1, 16]
+    printed = capsys.readouterr().out
+    assert "compiled, float32: left out, as a C++ compiler must be installed" in printed
+
+
+def test_a_study_writes_its_table_and_goes_on(
+    raw_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = f"study l1-weight --volume {raw_file} --samples 16 --images 16 --count 4"
+    arguments += f" --sensitivities 1 --workers 1 --device cpu --out {tmp_path}"
+    assert run(arguments.split()) == 0
+    first = (tmp_path / "l1-weight.json").read_text()
+    table = (tmp_path / "l1-weight.md").read_text()
+    assert "| 450 | 16 |" in table
+    assert "0.044 | 0.012 |" in table
+    assert "nearest of 16" in capsys.readouterr().out
+    assert run(arguments.split()) == 0
+    assert (tmp_path / "l1-weight.json").read_text() == first
+    capsys.readouterr()
+    assert run([*arguments.split(), "--set", "l1_weight=1", "--set", "seed=1"]) == 2
+    assert "another options" in one_line(capsys)
 
 
 def test_a_png_shows_the_image_on_black(raw_file: Path, tf_file: Path, tmp_path: Path) -> None:

@@ -1,0 +1,64 @@
+"""``bench training``: how fast each preset learns, by precision, memory order, compilation."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import torch
+from rich.table import Table
+
+from app.cli.console import console
+from app.cli.machine import machine_facts, write_json
+from model.generator import choose_device
+from model.networks.blocks import Architecture
+from model.scene import Scene
+from model.shipped import DEFAULT_VOLUME
+from model.training.options import PRESETS, TrainingOptions
+from model.training_benchmark import TrainingRow, compare_training
+from model.volume_files import read_volume
+
+
+def bench_training(
+    presets: list[str],
+    architecture: Architecture | None,
+    device_name: str,
+    steps: int,
+    json_path: Path | None,
+) -> None:
+    """Time steps without rendering; print a table for each preset, and write JSON when asked."""
+    device = choose_device(device_name)
+    machine = {**machine_facts(), "threads": torch.get_num_threads(), "device": str(device)}
+    console.print(", ".join(f"{name} {value}" for name, value in machine.items()))
+    volume = read_volume(DEFAULT_VOLUME)
+    results = []
+    for name in presets or ["draft", "compact"]:
+        size = PRESETS[name]
+        if architecture is not None:
+            size = replace(size, architecture=architecture)
+        scene = Scene.of(volume, size.image_size)
+        rows = list(compare_training(size, TrainingOptions(), scene, device, steps))
+        _print(f"{name}, {size.architecture}", rows)
+        results.append({"name": name, "rows": [row.to_json() for row in rows]})
+    if json_path is not None:
+        write_json(json_path, {"machine": machine, "presets": results})
+
+
+def _print(name: str, rows: list[TrainingRow]) -> None:
+    table = Table(title=name, title_justify="left")
+    for heading in ("stage", "precision", "channels", "compiled"):
+        table.add_column(heading)
+    for heading in ("batch", "ms a step", "samples/s", "ratio"):
+        table.add_column(heading, justify="right")
+    for row in rows:
+        table.add_row(
+            row.stage,
+            row.precision,
+            "last" if row.channels_last else "first",
+            "yes" if row.compiled else "no",
+            str(row.batch_size),
+            f"{1e3 * row.seconds:.0f}",
+            f"{row.batch_size / row.seconds:.0f}",
+            f"{row.speedup:.2f}",
+        )
+    console.print(table)
