@@ -51,7 +51,7 @@ def run_window(
     Returns
     -------
     int
-        Exit code: 0; 1 when a screenshot shows an error; 2 without a display.
+        Exit code: 0; 2 when a screenshot shows an error, or without a display.
     """
     if screenshot is None and not _display_is_there():
         print(
@@ -127,7 +127,7 @@ def _take_screenshot(application: QApplication, window: MainWindow, path: Path) 
         problems = [*problems, f"{path}: the screenshot cannot be written; choose another place."]
     for problem in problems:
         print(problem, file=sys.stderr)
-    return 1 if problems else 0
+    return 2 if problems else 0
 
 
 @contextmanager

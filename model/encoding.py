@@ -22,6 +22,16 @@ LAB_LOW = np.array([0.0, -86.185, -107.863])
 LAB_HIGH = np.array([100.0, 98.254, 94.482])
 """Extent of the RGB cube in CIELAB (L, a, b)."""
 
+WHITE = (0.95047, 1.0, 1.08883)
+"""CIE XYZ of the white point, D65."""
+
+XYZ_TO_RGB = (
+    (3.2404813432, -1.5371515163, -0.4985363262),
+    (-0.9692549500, 1.8759900015, 0.0415559266),
+    (0.0556466391, -0.2040413384, 1.0573110696),
+)
+"""Linear sRGB of CIE XYZ."""
+
 
 @dataclass(frozen=True)
 class EncodedBatch:
@@ -74,7 +84,8 @@ def encode_unit(values: NDArray[np.float32]) -> Tensor:
 
 def decode_unit(values: Tensor) -> Tensor:
     """Scale values of any shape from [-1, 1] to [0, 1]."""
-    return values.float() / 2 + 0.5
+    # No fewer digits than float32's, and float64's where derivatives are checked.
+    return values.to(torch.promote_types(values.dtype, torch.float32)) / 2 + 0.5
 
 
 def rgb_to_lab(rgb: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -90,6 +101,24 @@ def rgb_to_lab(rgb: NDArray[np.float32]) -> NDArray[np.float32]:
 def encode_colors(color_tf: NDArray[np.float32]) -> Tensor:
     """Tensor (N, 3, 256) in scaled CIELAB of colour TFs (N, 256, 3) in RGB."""
     return torch.from_numpy(np.ascontiguousarray(rgb_to_lab(color_tf).transpose(0, 2, 1)))
+
+
+def decode_colors(color_tf: Tensor) -> Tensor:
+    """RGB (N, 3, 256) in [0, 1] of colour TFs in scaled CIELAB (N, 3, 256).
+
+    The inverse of :func:`encode_colors`, as a differentiable function.
+    """
+    low, high = (color_tf.new_tensor(bound)[:, None] for bound in (LAB_LOW, LAB_HIGH))
+    lightness, a, b = (low + (color_tf + 1) / 2 * (high - low)).unbind(1)
+    y = (lightness + 16) / 116
+    roots = torch.stack([y + a / 500, y, y - b / 200], dim=1)
+    # CIE's definition of CIELAB, with its straight part near black.
+    straight = (roots - 4 / 29) * 3 * (6 / 29) ** 2
+    xyz = torch.where(roots > 6 / 29, roots**3, straight) * roots.new_tensor(WHITE)[:, None]
+    linear = torch.einsum("rx,nxb->nrb", xyz.new_tensor(XYZ_TO_RGB), xyz).clamp(0, 1)
+    # sRGB's transfer curve; its root has no derivative at 0.
+    curved = 1.055 * linear.clamp_min(1e-6) ** (1 / 2.4) - 0.055
+    return torch.where(linear > 0.0031308, curved, 12.92 * linear)
 
 
 def encode_batch(

@@ -33,9 +33,10 @@ class Evaluation:
     Attributes
     ----------
     generator : dict of ndarray
-        ``rmse``, ``emd``, ``ssim``, ``flip``, ``masked_rmse`` and ``opacity_rmse``.
+        ``rmse``, ``emd``, ``ssim``, ``flip``, ``masked_rmse`` and ``opacity_rmse``;
+        ``st_lpips`` where it is installed.
     nearest_neighbour : dict of ndarray
-        ``rmse``, ``emd``, ``ssim``, ``flip`` and ``masked_rmse``.
+        The same but for ``opacity_rmse``.
     neighbours : int
         Number of training images that were searched.
     """
@@ -151,12 +152,14 @@ def _render(
 
 def _errors(image: NDArray[Any], truth: NDArray[np.float64]) -> dict[str, float]:
     color, opacity = truth[..., :3], truth[..., 3]
+    lpips = metrics.shift_tolerant_lpips(image, color)
     return {
         "rmse": metrics.rmse(image, color),
         "masked_rmse": metrics.masked_rmse(image, color, opacity),
         "emd": metrics.color_emd(image, color),
         "ssim": metrics.ssim(image, color),
         "flip": metrics.flip(image, color),
+        **({} if lpips is None else {"st_lpips": lpips}),
     }
 
 

@@ -6,17 +6,18 @@ clipped to that range first.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any
 
 import flip_evaluator
 import numpy as np
 import ot
+import torch
 from numpy.typing import NDArray
 from skimage.metrics import structural_similarity
 
-from model.encoding import rgb_to_lab
+from model.encoding import encode_unit, rgb_to_lab
 
 EMD_BINS = (8, 12, 12)
 """Bins of the colour histogram along L, a and b."""
@@ -72,6 +73,20 @@ def flip(image: Image, truth: Image) -> float:
     return float(flip_evaluator.evaluate(*pair, "LDR", applyMagma=False)[1])
 
 
+def shift_tolerant_lpips(image: Image, truth: Image) -> float | None:
+    """Distance of deep features that ignores small shifts (Ghildyal and Liu 2022).
+
+    None where the package stlpips-pytorch is not installed.
+    """
+    network = _lpips_network()
+    if network is None:
+        return None
+    pair = (np.clip(x, 0, 1).transpose(2, 0, 1)[None] for x in (image, truth))
+    a, b = (encode_unit(x.astype(np.float32)) for x in pair)
+    with torch.inference_mode():
+        return float(network(a, b))
+
+
 def summary(values: Sequence[float] | NDArray[np.float64]) -> dict[str, Any]:
     """Mean, median, 95th percentile, and the 95 % interval of the mean.
 
@@ -95,6 +110,16 @@ def _histogram(image: Image) -> NDArray[np.float64]:
     flat = np.ravel_multi_index(tuple(index.T), EMD_BINS)
     counts = np.bincount(flat, minlength=int(bins.prod())).astype(np.float64)
     return counts / counts.sum()
+
+
+@cache
+def _lpips_network() -> Callable[..., torch.Tensor] | None:
+    try:
+        from stlpips_pytorch import stlpips
+    except ImportError:
+        return None
+    network: Callable[..., torch.Tensor] = stlpips.LPIPS(net="alex", variant="shift_tolerant")
+    return network
 
 
 @cache

@@ -31,6 +31,7 @@ MEASURES = {
     "emd": "colour EMD",
     "ssim": "SSIM",
     "flip": "FLIP",
+    "st_lpips": "shift-tolerant LPIPS",
     "opacity_rmse": "opacity image RMSE",
 }
 AGREEMENTS = {
@@ -129,6 +130,8 @@ def _measures(result: dict[str, Any]) -> str:
     nearest = result["nearest_neighbour"]
     rows = []
     for key, name in MEASURES.items():
+        if key not in result:
+            continue
         ours, other = result[key], nearest.get(key)
         low, high = ours["interval"]
         cells = [

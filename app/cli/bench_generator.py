@@ -8,7 +8,8 @@ import torch
 from rich.table import Table
 
 from app.cli.console import console
-from app.cli.machine import machine_facts, write_json
+from app.cli.machine import machine_facts
+from app.cli.outputs import check_outputs, write_json
 from model.checkpoint import load_model
 from model.generator import choose_device
 from model.generator_benchmark import BackendRow, PartsRow, compare_backends, time_parts
@@ -25,6 +26,7 @@ def bench_generator(
     presets: list[str], model: Path | None, device_name: str, seconds: float, json_path: Path | None
 ) -> None:
     """Measure a model, or each preset's networks; print tables, and write JSON when asked."""
+    check_outputs(json_path)
     device = choose_device(device_name)
     machine = {**machine_facts(), "threads": torch.get_num_threads(), "device": str(device)}
     console.print(", ".join(f"{name} {value}" for name, value in machine.items()))

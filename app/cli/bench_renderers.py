@@ -8,7 +8,8 @@ import numpy as np
 from rich.table import Table
 
 from app.cli.console import console, counting
-from app.cli.machine import machine_facts, write_json
+from app.cli.machine import machine_facts
+from app.cli.outputs import check_outputs, write_json
 from app.plots import Curve, Plot, save_plots
 from model.renderer_benchmark import RENDERERS, RendererComparison, compare_renderers
 from model.scene import Lighting, Scene
@@ -30,6 +31,7 @@ def bench_renderers(
     plot: Path | None,
 ) -> None:
     """Compare the renderers on each volume; print tables, write JSON and a plot when asked."""
+    check_outputs(json_path, plot)
     machine = machine_facts()
     console.print(", ".join(f"{name} {value}" for name, value in machine.items()))
     comparisons = []

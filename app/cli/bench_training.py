@@ -9,7 +9,8 @@ import torch
 from rich.table import Table
 
 from app.cli.console import console
-from app.cli.machine import machine_facts, write_json
+from app.cli.machine import machine_facts
+from app.cli.outputs import check_outputs, write_json
 from model.generator import choose_device
 from model.networks.blocks import Architecture
 from model.scene import Scene
@@ -27,6 +28,7 @@ def bench_training(
     json_path: Path | None,
 ) -> None:
     """Time steps without rendering; print a table for each preset, and write JSON when asked."""
+    check_outputs(json_path)
     device = choose_device(device_name)
     machine = {**machine_facts(), "threads": torch.get_num_threads(), "device": str(device)}
     console.print(", ".join(f"{name} {value}" for name, value in machine.items()))

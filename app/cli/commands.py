@@ -308,7 +308,7 @@ def train(
 @application.command()
 def evaluate(
     model: Annotated[Path, typer.Option("--model", help="Folder of a trained model.")],
-    count: Annotated[int, typer.Option("--count", min=1, help="Hold-out samples.")] = 200,
+    count: Annotated[int, typer.Option("--count", min=1, help="Hold-out samples.")] = 2000,
     volume: options.VolumeFile = None,
     raw: options.RawLayoutText = None,
     component: options.ComponentName = None,
@@ -329,7 +329,7 @@ def evaluate(
             "--sensitivities",
             min=0,
             help="Samples whose sensitivities are held against the renderer's own, in unlit "
-            "scenes. (default: 20)",
+            "scenes. (default: 200)",
         ),
     ] = None,
     json: Annotated[

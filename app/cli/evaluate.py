@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ from rich.table import Table
 
 from app.cli import options
 from app.cli.console import console, counting
+from app.cli.outputs import check_outputs, write_json
 from model.agreement import sensitivity_agreement
 from model.dataset import SampleStore
 from model.error_profile import Group, error_profile, to_json
@@ -23,7 +23,7 @@ from model.report import AGREEMENTS, MEASURES, extremes, html_report, picture_sh
 from model.sample_rendering import render_store
 from model.sampling import draw_sample
 
-DEFAULT_SENSITIVITIES = 20
+DEFAULT_SENSITIVITIES = 200
 
 
 def evaluate_model(
@@ -43,6 +43,7 @@ def evaluate_model(
     Without a store, the hold-out samples, and as many training samples as
     asked for, are rendered anew: they follow from the model's seed.
     """
+    check_outputs(json_path, report_path)
     generator = Generator.load(folder, device)
     if store_path is not None:
         store = SampleStore(store_path)
@@ -69,8 +70,7 @@ def evaluate_model(
         _print_agreement(agreement)
         result["sensitivity_agreement"] = agreement
     if json_path is not None:
-        text = json.dumps({"model": str(folder), **result}, indent=2, allow_nan=False)
-        _write(json_path, text + "\n")
+        write_json(json_path, {"model": str(folder), **result})
     if report_path is not None and page is not None:
         _write(report_path, html_report(f"{generator.scene.volume_name}: {folder}", result, *page))
 
@@ -172,6 +172,8 @@ def _print(result: dict[str, Any]) -> None:
         for statistic in statistics:
             table.add_column(f"{who}\n{statistic}", justify="right")
     for key, label in MEASURES.items():
+        if key not in result:
+            continue
         other = neighbour.get(key, {})
         cells = [f"{result[key][s]:.4f}" for s in statistics]
         cells += [f"{other[s]:.4f}" if other else "" for s in statistics]

@@ -1,15 +1,12 @@
-"""What measurements depend on, and how they are written."""
+"""What measurements depend on."""
 
 from __future__ import annotations
 
-import json
 import os
 import platform
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
-
-from model.errors import TfscopeError
 
 
 def machine_facts() -> dict[str, Any]:
@@ -31,17 +28,3 @@ def _processor() -> str:
     except OSError:
         pass
     return platform.processor() or platform.machine()
-
-
-def write_json(path: Path, result: dict[str, Any]) -> None:
-    """Write a result as JSON.
-
-    Raises
-    ------
-    TfscopeError
-        When the file cannot be written.
-    """
-    try:
-        path.write_text(json.dumps(result, indent=2, allow_nan=False) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise TfscopeError(f"{path}: the result cannot be written ({error.strerror}).") from error

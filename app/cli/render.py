@@ -13,6 +13,7 @@ from skimage.transform import resize
 
 from app.cli import options
 from app.cli.console import console
+from app.cli.outputs import check_outputs
 from model.checkpoint import load_card
 from model.default_transfer_function import default_transfer_function
 from model.errors import RenderError
@@ -48,6 +49,7 @@ def render_to_file(order: RenderOrder) -> None:
     """Render an image and write it; an existing file is replaced."""
     if order.out.suffix.lower() not in (".png", ".npy"):
         raise RenderError(f"{order.out}: the name must end in .png or .npy.")
+    check_outputs(order.out)
     view = View.parse(order.view)
     by = _render_generator if order.renderer == "generator" else _render_volume
     rgba = by(order, view)

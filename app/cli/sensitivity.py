@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from skimage.io import imsave
 
 from app.cli import options
+from app.cli.outputs import check_outputs
 from app.cli.render import DEFAULT_SIZE, load_fitted, model_folder
 from app.plots import Curve, Plot, save_plots
 from model.default_transfer_function import default_transfer_function
@@ -61,6 +62,7 @@ def save_sensitivity(order: SensitivityOrder) -> None:
     """Differentiate an image and write the result; an existing file is replaced."""
     if order.out.suffix.lower() not in (".png", ".npz"):
         raise RenderError(f"{order.out}: the name must end in .png or .npz.")
+    check_outputs(order.out)
     if order.exact and order.model is not None:
         raise RenderError("The exact sensitivity has no model; leave --exact or --model out.")
     view = View.parse(order.view)

@@ -12,12 +12,14 @@ small networks only, and have its rank.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
 
 import torch
 from torch import Tensor, nn
 
+from model.encoding import decode_colors, decode_unit
 from model.networks.blocks import (
     Modulation,
     NetworkSize,
@@ -30,12 +32,16 @@ from model.networks.blocks import (
 from model.networks.feature_grid import FeatureGrid
 from model.networks.frustum import Frustum
 from model.networks.opacity import OpacityNetwork
+from model.networks.points import BINS, PointNetwork, binned
 from model.networks.translation import color_encoder
 from model.networks.two_stage import GeneratorNetwork
 from model.scene import Scene
 
 NODES = 32**3
 PLANES = 16
+LOOKED_UP = (8, 4)
+"""Units of each point that look TFs up: for opacity, and for each colour and opacity."""
+
 FOLDED = 8
 """Features of each plane that become channels of the 2-D decoder."""
 
@@ -50,6 +56,8 @@ class Look(NamedTuple):
         Of the feature grid.
     code : Tensor, shape (N, channels)
         Features of the latent code.
+    opacities : Tensor, shape (N, 1, BINS)
+        The opacity TF that the latent code stands for, 0..1.
     coarse, fine : Tensor, shapes (N, channels, size, size) and (N, channels / 2, So, So)
         The decoder's.
     """
@@ -57,29 +65,9 @@ class Look(NamedTuple):
     image: Tensor
     samples: Tensor
     code: Tensor
+    opacities: Tensor
     coarse: Tensor
     fine: Tensor
-
-
-class PointNetwork(nn.Module):
-    """Two layers on each point; a code modulates the first through its weights."""
-
-    def __init__(self, features: int, hidden: int, outputs: int, code: int) -> None:
-        super().__init__()
-        self.first = nn.Linear(features, hidden)
-        self.second = nn.Linear(hidden, outputs)
-        self.modulation = Modulation(code, hidden)
-
-    def forward(self, samples: Tensor, code: Tensor) -> Tensor:
-        """Map samples (N, points, features) and codes (N, code) to (N, points, outputs)."""
-        scale, shift = self.modulation.factors(code)
-        # As one product for each image: points are too many to scale each of their features.
-        weight = self.first.weight.t() * (1 + scale)[:, None]
-        bias = self.first.bias * (1 + scale) + shift
-        dtype = samples.dtype
-        hidden = torch.baddbmm(bias[:, None].to(dtype), samples, weight.to(dtype))
-        outputs: Tensor = self.second(torch.relu_(hidden))
-        return outputs
 
 
 class GridOpacityGenerator(OpacityNetwork):
@@ -93,11 +81,13 @@ class GridOpacityGenerator(OpacityNetwork):
     """
 
     def __init__(self, size: NetworkSize, scene: Scene) -> None:
-        super().__init__(size)
+        # Points look up the TF that the code stands for: it had better be the right one, and
+        # a codec of full width is cheap beside the images.
+        super().__init__(replace(size, width=max(1.0, size.width)))
         c = size.channels
         self.frustum = Frustum(scene.view_range, scene.proportions, PLANES, size.opacity_size // 2)
         self.latent = mlp(size.latent_dim, c(512), c(512))
-        self.points = PointNetwork(size.features, c(128), FOLDED, c(512))
+        self.points = PointNetwork(size.features, c(128), LOOKED_UP[0], 1, FOLDED, c(512))
         self.coarse = Modulated(_entry(FOLDED * PLANES, c(256)), c(256), c(512))
         self.block = Modulated(ResidualBlock(c(256), c(256)), c(256), c(512))
         self.narrow = nn.Conv2d(c(256), c(128), 1)
@@ -124,10 +114,12 @@ class GridOpacityGenerator(OpacityNetwork):
     def look(self, samples: Tensor, latent: Tensor) -> Look:
         """The opacity image, with what else was found on the way."""
         code = self.latent(latent)
-        coarse = self.coarse(fold(self.points(samples, code), self.frustum), code)
+        opacities = binned(decode_unit(self.decode(latent)[:, None]))
+        seen = fold(self.points(samples, code, opacities), self.frustum)
+        coarse = self.coarse(seen, code)
         coarse = self.block(coarse, code)
         fine = self.fine(self.larger(self.narrow(coarse)))
-        return Look(self.image(fine), samples, code, coarse, fine)
+        return Look(self.image(fine), samples, code, opacities, coarse, fine)
 
 
 class GridColorGenerator(nn.Module):
@@ -139,7 +131,7 @@ class GridColorGenerator(nn.Module):
         self.color_tf = color_encoder(size)
         self.merge = mlp(c(256) + c(512), c(512))
         self.frustum = frustum
-        self.points = PointNetwork(size.features, c(128), FOLDED, c(512))
+        self.points = PointNetwork(size.features, c(128), LOOKED_UP[1], 4, FOLDED, c(512))
         self.coarse = Modulated(_entry(c(256) + FOLDED * PLANES, c(256)), c(256), c(512))
         self.block = Modulated(ResidualBlock(c(256), c(256)), c(256), c(512))
         self.narrow = nn.Conv2d(c(256), c(128), 1)
@@ -154,10 +146,17 @@ class GridColorGenerator(nn.Module):
         self.image = nn.Sequential(nn.Conv2d(channels[-1], 3, 3, padding=1), nn.Tanh())
         start(self)
 
+    def encode(self, color_tf: Tensor) -> Tensor:
+        """Codes of colour TFs (N, 3, 256), and behind them their colours in RGB."""
+        return concatenate(self.color_tf(color_tf), binned(decode_colors(color_tf)).flatten(1))
+
     def forward(self, look: Look, color: Tensor) -> Tensor:
-        """Colour images (N, 3, S, S) of a look, from codes of colour TFs."""
-        code = self.merge(concatenate(color, look.code))
-        folded = fold(self.points(look.samples, code), self.frustum)
+        """Colour images (N, 3, S, S) of a look, from what :meth:`encode` gave."""
+        code, colors = color[:, : -3 * BINS], color[:, -3 * BINS :]
+        code = self.merge(concatenate(code, look.code))
+        shown = colors.reshape(-1, 3, BINS) * look.opacities
+        tfs = concatenate(look.opacities, shown)
+        folded = fold(self.points(look.samples, code, tfs), self.frustum)
         x = self.block(self.coarse(concatenate(look.coarse, folded), code), code)
         x = self.fine(self.larger(self.narrow(x)) + look.fine, code)
         for finer in self.finer:
@@ -188,8 +187,7 @@ class GridGenerator(GeneratorNetwork):
 
     def encode_color(self, color_tf: Tensor) -> Tensor:
         """Codes (N, channels) of colour TFs (N, 3, 256)."""
-        code: Tensor = self.color.color_tf(color_tf)
-        return code
+        return self.color.encode(color_tf)
 
     def draw(
         self, seen: tuple[Tensor, ...], latent: Tensor, color: Tensor

@@ -9,7 +9,7 @@ from torch import nn
 
 from model.networks.feature_grid import FeatureGrid
 
-BETAS = (0.5, 0.999)
+BETA1 = 0.5
 
 WARM_UP = 0.03
 """Share of a stage over which a learning rate that follows a cosine rises first."""
@@ -18,12 +18,14 @@ LEAST_DECAY = 1e-3
 """Where it starts and ends, as a share of its largest value."""
 
 
-def adam(network: nn.Module, grid_rate: float = 1.0) -> torch.optim.Adam:
-    """Adam with the paper's betas (section 6, implementation details).
+def adam(network: nn.Module, beta2: float, grid_rate: float = 1.0) -> torch.optim.Adam:
+    """Adam, its first beta the paper's (section 6, implementation details).
 
     Parameters
     ----------
     network : Module
+    beta2 : float
+        Decay of the squared gradients' mean.
     grid_rate : float
         Learning rate of feature grids, as a multiple of all others'.
 
@@ -38,7 +40,7 @@ def adam(network: nn.Module, grid_rate: float = 1.0) -> torch.optim.Adam:
     groups = [{"params": [p for p in parameters if id(p) not in grids], "factor": 1.0}]
     if grids:
         groups.append({"params": [p for p in parameters if id(p) in grids], "factor": grid_rate})
-    return torch.optim.Adam(groups, betas=BETAS, fused=True)
+    return torch.optim.Adam(groups, betas=(BETA1, beta2), fused=True)
 
 
 def set_rate(optimiser: torch.optim.Optimizer, rate: float) -> None:

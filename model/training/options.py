@@ -26,7 +26,7 @@ class StageOptions:
     ----------
     batch_size : int
     learning_rate : float
-        Of Adam with betas .5 and .999, for generator and discriminator.
+        Of Adam, for generator and discriminator.
     halvings : float
         How often the learning rate is halved over the stage, where it does not
         follow a cosine.
@@ -65,6 +65,10 @@ class TrainingOptions:
     grid_rate : float
         Learning rate of the feature grid, as a multiple of the networks'. A
         node is seen by few rays: at the networks' rate it hardly moves.
+    beta2 : float
+        Of Adam: decay of the squared gradients' mean; .999 in the paper. A
+        gradient far larger than those before it moves weights by up to
+        (1 - .5) / sqrt(1 - beta2) times the learning rate, 16 times at .999.
     average_decay : float
         Decay per step of the exponential moving average of the generator's
         weights, which is evaluated and shipped; 0 ships the last weights.
@@ -86,14 +90,15 @@ class TrainingOptions:
 
     opacity: StageOptions = StageOptions(16, 4e-4, 3.0)
     translation: StageOptions = StageOptions(16, 4e-4, 3.0)
-    joint: StageOptions = StageOptions(8, 2e-3, 5.0)
+    joint: StageOptions = StageOptions(8, 1e-3, 5.0)
     l1_weight: float = 150.0
-    decoded_tf_weight: float = 20.0
+    decoded_tf_weight: float = 100.0
     opacity_l1_weight: float = 150.0
     derivative_weight: float = 0.0
     predicted_share: float = 1.0
     cosine: bool = True
-    grid_rate: float = 15.0
+    grid_rate: float = 30.0
+    beta2: float = 0.99
     average_decay: float = 0.999
     keep_variance: bool = True
     adversarial_start: float = 1.0
@@ -108,6 +113,8 @@ class TrainingOptions:
             raise TrainingError("The start of the adversarial loss must be from 0 to 1.")
         if not self.grid_rate > 0:
             raise TrainingError("The feature grid's learning rate must be above 0.")
+        if not 0 <= self.beta2 < 1:
+            raise TrainingError("The decay of the squared gradients must be from 0 to below 1.")
         if not 0 <= self.average_decay < 1:
             raise TrainingError("The decay of the weight average must be from 0 to below 1.")
         if not 0 < self.opacity_time_share < 1:
@@ -126,6 +133,7 @@ class TrainingOptions:
             opacity_l1_weight=0.0,
             predicted_share=0.0,
             cosine=False,
+            beta2=0.999,
             average_decay=0.0,
             keep_variance=False,
             adversarial_start=0.0,

@@ -90,8 +90,8 @@ class Stage(ABC):
         self.steps = 0
         self.parts = 1
         self.precision = torch.bfloat16
-        self.generator_optimiser = adam(self.generator, options.grid_rate)
-        self.discriminator_optimiser = adam(self.discriminator)
+        self.generator_optimiser = adam(self.generator, options.beta2, options.grid_rate)
+        self.discriminator_optimiser = adam(self.discriminator, options.beta2)
 
     def begin(self) -> None:  # noqa: B027  (most stages have nothing to take over)
         """Take over what earlier stages have learned; called when the stage begins."""

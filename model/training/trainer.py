@@ -12,6 +12,7 @@ import json
 import platform
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -19,6 +20,7 @@ from typing import Any
 
 import numpy as np
 import torch
+from filelock import FileLock, Timeout
 
 from model.checkpoint import ModelCard, save_model
 from model.encoding import EncodedBatch, encode_batch
@@ -32,6 +34,8 @@ from model.training.schedule import Schedule
 from model.training.sources import SampleSource, TrainingBatch
 from model.training.stage import Losses, Stage
 from model.training.state import STATE_FILE, Progress, load_progress, load_stage, save_state
+
+LOCK_FILE = "training.lock"
 
 
 @dataclass(frozen=True)
@@ -72,10 +76,10 @@ class TrainingPlan:
 
     def check_recipe(self, found: dict[str, Any]) -> None:
         """Raise :class:`model.errors.TrainingError` when the folder's run has another recipe."""
-        changed = [k for k, v in _plain(self.recipe()).items() if found.get(k) != v]
+        changed = _differences(_plain(self.recipe()), found)
         if changed:
             raise TrainingError(
-                f"{self.folder}: the run to resume has another {' and '.join(changed)}; "
+                f"{self.folder}: the run to resume has {', '.join(changed)}; "
                 "give the options that it was started with."
             )
 
@@ -126,12 +130,44 @@ def train(
     ------
     TrainingError
         When the folder holds a run (or, resuming, none or another one), when
-        the data set is too small, or when a loss is no longer finite.
+        another process trains there, when the data set is too small, or when a
+        loss is no longer finite.
     """
     try:
-        _Run(plan, resume, on_report).train()
+        with _alone(plan.folder):
+            _Run(plan, resume, on_report).train()
     finally:
         plan.source.close()
+
+
+@contextmanager
+def _alone(folder: Path) -> Iterator[None]:
+    """Keep other processes from training in the same folder."""
+    if parallel.rank():
+        yield
+        return
+    lock = FileLock(folder / LOCK_FILE, timeout=0)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        lock.acquire()
+    except Timeout:
+        raise TrainingError(
+            f"{folder}: another process is training there; wait for it, stop it, "
+            "or choose another folder."
+        ) from None
+    except OSError as error:
+        raise _unwritable(folder, error) from error
+    try:
+        yield
+    finally:
+        lock.release()
+
+
+def _unwritable(folder: Path, error: OSError) -> TrainingError:
+    return TrainingError(
+        f"{folder}: the run cannot be written ({error.strerror}); "
+        "make room or choose another folder."
+    )
 
 
 class _Run:
@@ -156,7 +192,6 @@ class _Run:
 
     def train(self) -> None:
         try:
-            self.plan.folder.mkdir(parents=True, exist_ok=True)
             names = self.schedule.names
             for name in names[names.index(self.progress.stage) :]:
                 if name != self.progress.stage:
@@ -170,10 +205,7 @@ class _Run:
             self._checkpoint()
             raise
         except OSError as error:
-            raise TrainingError(
-                f"{self.plan.folder}: the run cannot be written ({error.strerror}); "
-                "make room or choose another folder."
-            ) from error
+            raise _unwritable(self.plan.folder, error) from error
 
     def _first_progress(self, resume: bool) -> Progress:
         plan = self.plan
@@ -334,6 +366,18 @@ def _split_notice(stage: Stage) -> str:
         f"The memory is too small for {stage.stage.batch_size} samples at once: from here on "
         f"each batch of the {stage.name} stage is learned from in {stage.parts} parts."
     )
+
+
+def _differences(asked: dict[str, Any], found: dict[str, Any], path: str = "") -> list[str]:
+    """What a run has otherwise than it is asked for, such as "options.seed 1, not 0"."""
+    changed = []
+    for name, value in asked.items():
+        other = found.get(name)
+        if isinstance(value, dict) and isinstance(other, dict):
+            changed += _differences(value, other, f"{path}{name}.")
+        elif other != value:
+            changed.append(f"{path}{name} {other}, not {value}")
+    return changed
 
 
 def _plain(recipe: dict[str, Any]) -> dict[str, Any]:

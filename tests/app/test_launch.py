@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QApplication
 from window_fakes import FakeBuilders
 
 from app import launch
+from app.engines import FASTEST
 from app.launch import run_window
 from app.main_window import MainWindow
 from app.transfer_function_store import TransferFunctionStore
@@ -20,7 +21,7 @@ from model.errors import CheckpointError
 
 def test_a_screenshot_shows_both_images(builders: FakeBuilders, tmp_path: Path) -> None:
     path = tmp_path / "window.png"
-    code = run_window(Path("ramp"), Path("model"), "cpu", path, builders.make())
+    code = run_window(Path("ramp"), Path("model"), FASTEST, path, builders.make())
     image = QImage(str(path))
     assert code == 0
     assert (image.width(), image.height()) == (1280, 860)
@@ -34,7 +35,7 @@ def test_a_screenshot_shows_both_images(builders: FakeBuilders, tmp_path: Path) 
 
 def test_a_screenshot_needs_no_model(builders: FakeBuilders, tmp_path: Path) -> None:
     path = tmp_path / "window.png"
-    assert run_window(Path("ramp"), None, "cpu", path, builders.make()) == 0
+    assert run_window(Path("ramp"), None, FASTEST, path, builders.make()) == 0
     assert path.exists()
 
 
@@ -49,7 +50,7 @@ def test_an_error_is_in_the_picture_and_printed(
     if broken == "model":
         builders.generator_error = CheckpointError("model: the weights are truncated.")
     volume = Path("gone" if broken == "volume" else "ramp")
-    assert run_window(volume, Path("model"), "cpu", path, builders.make()) == 1
+    assert run_window(volume, Path("model"), FASTEST, path, builders.make()) == 2
     assert path.exists()
     printed = capsys.readouterr().err.splitlines()
     expected = {
@@ -63,7 +64,7 @@ def test_a_screenshot_that_cannot_be_written_is_told(
     builders: FakeBuilders, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "missing" / "window.png"
-    assert run_window(Path("ramp"), None, "cpu", path, builders.make()) == 1
+    assert run_window(Path("ramp"), None, FASTEST, path, builders.make()) == 2
     assert str(path) in capsys.readouterr().err
 
 
@@ -76,7 +77,7 @@ def test_without_a_display_one_sentence_names_the_way_out(
     monkeypatch.setattr("sys.platform", "linux")
     for variable in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"):
         monkeypatch.delenv(variable, raising=False)
-    assert run_window(Path("ramp"), None, "cpu", None, builders.make()) == 2
+    assert run_window(Path("ramp"), None, FASTEST, None, builders.make()) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert "--screenshot" in line
 
@@ -94,7 +95,7 @@ def test_control_c_closes_the_window(
         os.kill(os.getpid(), signal.SIGINT)
 
     QTimer.singleShot(0, interrupt)
-    assert run_window(Path("ramp"), None, "cpu", None, builders.make()) == 0
+    assert run_window(Path("ramp"), None, FASTEST, None, builders.make()) == 0
     assert opened == [True]
     assert signal.getsignal(signal.SIGINT) is before
 
@@ -116,6 +117,6 @@ def test_an_image_that_never_comes_does_not_hang_the_screenshot(
 
     helper = threading.Thread(target=load_after_the_screenshot)
     helper.start()
-    assert run_window(Path("ramp"), Path("model"), "cpu", path, builders.make()) == 1
+    assert run_window(Path("ramp"), Path("model"), FASTEST, path, builders.make()) == 2
     helper.join()
     assert "before both images" in capsys.readouterr().err

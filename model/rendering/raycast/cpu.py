@@ -49,7 +49,7 @@ def draw_rows(
     levels, staging, total = stack_batch(voxels)
     for row in range(rows[0], rows[1]):
         for column in range(size):
-            ray, distance, _ = make_ray(camera, shape, step, column, row, size)
+            ray, distance = make_ray(camera, shape, step, column, row, size)
             first = march(
                 voxels, shape, scale, cells, cell_shape, shift,
                 alphas, colors, light, glow, ray, opaque, levels, staging, total,
@@ -78,7 +78,7 @@ def draw_rows_preintegrated(
     size = image.shape[1]
     for row in range(rows[0], rows[1]):
         for column in range(size):
-            ray, distance, _ = make_ray(camera, shape, step, column, row, size)
+            ray, distance = make_ray(camera, shape, step, column, row, size)
             red = green = blue = alpha = ZERO
             first = -1
             if ray.count > 0 or ray.rest > 0:

@@ -54,7 +54,7 @@ def _draw_pixels(
         return
     levels = cuda.local.array(BATCH, int32)
     total = cuda.local.array(4, float32)
-    ray, distance, _ = make_ray(camera, shape, step, column, row, size)
+    ray, distance = make_ray(camera, shape, step, column, row, size)
     first = march(
         voxels, shape, scale, cells, cell_shape, shift,
         alphas, colors, light, glow, ray, opaque, levels, None, total,

@@ -73,9 +73,8 @@ def make_ray(camera: Any, shape: Any, step: float, column: int, row: int, size: 
     -------
     ray : Ray
         `count` is 0 for a ray that misses the volume.
-    distance, unit : float
-        World distance from the eye to the first sample; 1 / unit is the
-        length of the ray's direction before it was normalised.
+    distance : float
+        World distance from the eye to the first sample.
     """
     x = (2 * column + 1) / size - 1
     y = 1 - (2 * row + 1) / size
@@ -102,7 +101,7 @@ def make_ray(camera: Any, shape: Any, step: float, column: int, row: int, size: 
         count,
         np.float32(steps - count),
     )
-    return ray, first, unit
+    return ray, first
 
 
 @inlined

@@ -233,7 +233,7 @@ def test_a_study_writes_its_table_and_goes_on(
     assert (tmp_path / "l1-weight.json").read_text() == first
     capsys.readouterr()
     assert run([*arguments.split(), "--set", "l1_weight=1", "--set", "seed=1"]) == 2
-    assert "another options" in one_line(capsys)
+    assert "options.l1_weight 50.0, not" in one_line(capsys)
 
 
 def test_a_png_shows_the_image_on_black(raw_file: Path, tf_file: Path, tmp_path: Path) -> None:

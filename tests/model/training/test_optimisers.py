@@ -42,7 +42,7 @@ def test_halvings() -> None:
 
 def test_only_the_feature_grid_has_another_rate() -> None:
     network = nn.ModuleDict({"grid": FeatureGrid((1, 1, 1), 8, 2), "other": nn.Linear(3, 4)})
-    optimiser = adam(network, 10.0)
+    optimiser = adam(network, 0.999, 10.0)
     set_rate(optimiser, 1e-3)
     before = {name: p.detach().clone() for name, p in network.named_parameters()}
     for parameter in network.parameters():

@@ -33,6 +33,8 @@ def test_options_survive_json() -> None:
         {"average_decay": 1.0},
         {"adversarial_start": 2.0},
         {"opacity_time_share": 0.0},
+        {"beta2": 1.0},
+        {"grid_rate": 0.0},
     ],
 )
 def test_impossible_recipes_are_refused(bad: dict) -> None:

@@ -232,6 +232,18 @@ def test_an_unwritable_folder_is_said(store: SampleStore, tmp_path: Path) -> Non
         train(plan(store, tmp_path / "file" / "run"))
 
 
+def test_two_runs_never_share_a_folder(store: SampleStore, tmp_path: Path) -> None:
+    def start_another(report: TrainingReport) -> None:
+        with pytest.raises(TrainingError, match="another process is training there"):
+            train(plan(store, tmp_path), resume=True)
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        train(plan(store, tmp_path), on_report=start_another)
+    # What was stopped is free again.
+    train(plan(store, tmp_path, samples=64), resume=True)
+
+
 def test_what_cannot_be_resumed_is_said(finished: Path, store: SampleStore, tmp_path: Path) -> None:
     with pytest.raises(TrainingError, match="add --resume"):
         train(plan(store, finished))
@@ -240,7 +252,7 @@ def test_what_cannot_be_resumed_is_said(finished: Path, store: SampleStore, tmp_
     with pytest.raises(TrainingError, match="is finished"):
         train(plan(store, finished), resume=True)
     other = replace(plan(store, finished), options=replace(RECIPE, seed=5))
-    with pytest.raises(TrainingError, match="another options"):
+    with pytest.raises(TrainingError, match=r"options\.seed 3, not 5"):
         train(other, resume=True)
 
 

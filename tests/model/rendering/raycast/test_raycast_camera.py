@@ -84,7 +84,7 @@ def test_rays_are_those_of_a_pinhole_camera(volume: Volume) -> None:
     eye = view.camera_distance(volume.radius) * view.basis()[2] + volume.center
     for row, column in np.ndindex(size, size):
         world = step * volume.voxel_size
-        ray, first, unit = ray_of(camera, volume.dimensions, world, column, row, size)
+        ray, first = ray_of(camera, volume.dimensions, world, column, row, size)
         assert ray.count == counts[row, column]
         if ray.count == 0:
             continue
@@ -93,7 +93,6 @@ def test_rays_are_those_of_a_pinhole_camera(volume: Volume) -> None:
         assert np.linalg.norm(start - eye) == pytest.approx(first, rel=1e-5)
         forward = np.array(ray.step) * volume.spacing / world
         assert np.linalg.norm(forward) == pytest.approx(1, rel=1e-5)
-        assert forward @ -view.basis()[2] == pytest.approx(unit, rel=1e-5)
         assert 0 <= ray.rest < 1
 
 
@@ -108,7 +107,7 @@ def test_a_ray_along_a_face_or_an_edge_goes_through(
     eye[axis] = -10 if sign > 0 else shape[axis] + 10
     eye[axis - 1], eye[axis - 2] = np.array(faces) * (shape[[axis - 1, axis - 2]] - 1)
     camera = straight_camera(tuple(eye), axis, sign)
-    ray, first, _ = ray_of(camera, tuple(map(int, shape)), 0.75, 0, 0, 1)
+    ray, first = ray_of(camera, tuple(map(int, shape)), 0.75, 0, 0, 1)
     length = shape[axis] - 1
     assert ray.count == int(length / 0.75)
     assert ray.count + ray.rest == pytest.approx(length / 0.75)
@@ -126,7 +125,7 @@ def test_a_ray_just_beside_a_face_misses(axis: int, aside: float) -> None:
     eye = np.array([2.0, 3.0, 4.0])
     eye[axis] = -10
     eye[axis - 1] = aside * (shape[axis - 1] - 1)
-    ray, _, _ = ray_of(straight_camera(tuple(eye), axis, 1), shape, 0.5, 0, 0, 1)
+    ray, _ = ray_of(straight_camera(tuple(eye), axis, 1), shape, 0.5, 0, 0, 1)
     assert (ray.count, ray.rest) == (0, 0)
 
 
@@ -134,7 +133,7 @@ def test_a_ray_just_beside_a_face_misses(axis: int, aside: float) -> None:
 def test_a_ray_that_is_hardly_tilted_against_a_face_is_finite(tilt: float) -> None:
     camera = straight_camera((0.0, 3.0, -10.0), 2, 1)
     camera[3] = tilt
-    ray, first, _ = ray_of(camera, (5, 7, 9), 0.5, 0, 0, 1)
+    ray, first = ray_of(camera, (5, 7, 9), 0.5, 0, 0, 1)
     assert np.isfinite([*ray.start, *ray.step, *ray.inverse, first, ray.rest]).all()
     # It starts on the face x = 0: one way lies the volume, the other way nothing.
     assert ray.count == (16 if tilt > 0 else 0)

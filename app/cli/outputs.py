@@ -1,0 +1,44 @@
+"""Files that commands write: looked at before the work, written after it."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+from model.errors import TfscopeError
+
+
+def check_outputs(*paths: Path | None) -> None:
+    """Refuse files that could not be written, before hours go into what they are to hold.
+
+    Raises
+    ------
+    TfscopeError
+    """
+    for path in filter(None, paths):
+        folder = path.absolute().parent
+        trouble = None
+        if path.is_dir():
+            trouble = "it is a folder; give the name of a file"
+        elif not folder.is_dir():
+            trouble = f"there is no folder {folder}; make it, or choose another place"
+        elif not os.access(path if path.exists() else folder, os.W_OK):
+            trouble = "writing there is not allowed; choose another place"
+        if trouble is not None:
+            raise TfscopeError(f"{path}: the result cannot be written: {trouble}.")
+
+
+def write_json(path: Path, result: dict[str, Any]) -> None:
+    """Write a result as JSON.
+
+    Raises
+    ------
+    TfscopeError
+        When the file cannot be written.
+    """
+    try:
+        path.write_text(json.dumps(result, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    except OSError as error:
+        raise TfscopeError(f"{path}: the result cannot be written ({error.strerror}).") from error
