@@ -2,8 +2,9 @@
 
 A learned feature grid is sampled on planes across the view's frustum. A small
 network, modulated by the code of the opacity TF, goes over each point; then
-the planes are folded into channels and decoded in 2-D. Colour follows from the
-same samples, modulated by the codes of both TFs.
+the planes are folded into channels and decoded in 2-D. From the same samples
+follows how much of each scalar value every pixel shows; the colour TF says the
+rest.
 
 The latent code enters behind the sampling: derivatives by it pass through
 small networks only, and have its rank.
@@ -32,15 +33,20 @@ from model.networks.blocks import (
 from model.networks.feature_grid import FeatureGrid
 from model.networks.frustum import Frustum
 from model.networks.opacity import OpacityNetwork
-from model.networks.points import BINS, PointNetwork, binned
-from model.networks.translation import color_encoder
+from model.networks.points import PointNetwork, binned
 from model.networks.two_stage import GeneratorNetwork
 from model.scene import Scene
 
 NODES = 32**3
 PLANES = 16
-LOOKED_UP = (8, 4)
-"""Units of each point that look TFs up: for opacity, and for each colour and opacity."""
+LOOKED_UP = 8
+"""Units of each point that look the opacity TF up."""
+
+COLORS = 32
+"""Scalar values that the colour of a pixel is mixed from."""
+
+FAINT = 0.01
+"""Opacity that is added before a scalar value's share of a pixel is guessed from the TF."""
 
 FOLDED = 8
 """Features of each plane that become channels of the 2-D decoder."""
@@ -87,7 +93,7 @@ class GridOpacityGenerator(OpacityNetwork):
         c = size.channels
         self.frustum = Frustum(scene.view_range, scene.proportions, PLANES, size.opacity_size // 2)
         self.latent = mlp(size.latent_dim, c(512), c(512))
-        self.points = PointNetwork(size.features, c(128), LOOKED_UP[0], 1, FOLDED, c(512))
+        self.points = PointNetwork(size.features, c(128), LOOKED_UP, FOLDED, c(512))
         self.coarse = Modulated(_entry(FOLDED * PLANES, c(256)), c(256), c(512))
         self.block = Modulated(ResidualBlock(c(256), c(256)), c(256), c(512))
         self.narrow = nn.Conv2d(c(256), c(128), 1)
@@ -123,15 +129,26 @@ class GridOpacityGenerator(OpacityNetwork):
 
 
 class GridColorGenerator(nn.Module):
-    """Paints what the opacity generator saw through its frustum."""
+    """Paints what the opacity generator saw through its frustum.
 
-    def __init__(self, size: NetworkSize, frustum: Frustum) -> None:
+    A pixel of an unlit rendering is a sum over scalar values: how much of each
+    is seen there, times its colour. The network says how much, by view and
+    latent code; the colour TF enters exactly, and nothing of it is learned.
+    Where the scene is lit, white highlights are one more share.
+
+    Parameters
+    ----------
+    size : NetworkSize
+    frustum : Frustum
+    lit : bool
+    """
+
+    def __init__(self, size: NetworkSize, frustum: Frustum, lit: bool) -> None:
         super().__init__()
         c = size.channels
-        self.color_tf = color_encoder(size)
-        self.merge = mlp(c(256) + c(512), c(512))
         self.frustum = frustum
-        self.points = PointNetwork(size.features, c(128), LOOKED_UP[1], 4, FOLDED, c(512))
+        self.lit = lit
+        self.points = PointNetwork(size.features, c(128), LOOKED_UP, FOLDED, c(512))
         self.coarse = Modulated(_entry(c(256) + FOLDED * PLANES, c(256)), c(256), c(512))
         self.block = Modulated(ResidualBlock(c(256), c(256)), c(256), c(512))
         self.narrow = nn.Conv2d(c(256), c(128), 1)
@@ -143,26 +160,35 @@ class GridColorGenerator(nn.Module):
             nn.Sequential(nn.Conv2d(a, b, 1), _larger(), ResidualBlock(b, b))
             for a, b in pairwise(channels)
         )
-        self.image = nn.Sequential(nn.Conv2d(channels[-1], 3, 3, padding=1), nn.Tanh())
+        self.visible = nn.Conv2d(channels[-1], 1, 3, padding=1)
+        self.shares = nn.Conv2d(channels[-1], COLORS + lit, 1)
+        self.trust = nn.Parameter(torch.ones(1))
         start(self)
 
-    def encode(self, color_tf: Tensor) -> Tensor:
-        """Codes of colour TFs (N, 3, 256), and behind them their colours in RGB."""
-        return concatenate(self.color_tf(color_tf), binned(decode_colors(color_tf)).flatten(1))
+    def forward(self, look: Look, colors: Tensor) -> Tensor:
+        """Colour images (N, 3, S, S) of a look.
 
-    def forward(self, look: Look, color: Tensor) -> Tensor:
-        """Colour images (N, 3, S, S) of a look, from what :meth:`encode` gave."""
-        code, colors = color[:, : -3 * BINS], color[:, -3 * BINS :]
-        code = self.merge(concatenate(code, look.code))
-        shown = colors.reshape(-1, 3, BINS) * look.opacities
-        tfs = concatenate(look.opacities, shown)
-        folded = fold(self.points(look.samples, code, tfs), self.frustum)
-        x = self.block(self.coarse(concatenate(look.coarse, folded), code), code)
-        x = self.fine(self.larger(self.narrow(x)) + look.fine, code)
+        Parameters
+        ----------
+        look : Look
+        colors : Tensor, shape (N, 3, COLORS)
+            In RGB, 0..1.
+        """
+        folded = fold(self.points(look.samples, look.code, look.opacities), self.frustum)
+        x = self.block(self.coarse(concatenate(look.coarse, folded), look.code), look.code)
+        x = self.fine(self.larger(self.narrow(x)) + look.fine, look.code)
         for finer in self.finer:
             x = finer(x)
-        image: Tensor = self.image(x)
-        return image
+        # What the TF does not show is not seen, unless the network insists.
+        opacities = binned(look.opacities, COLORS)
+        if self.lit:
+            opacities = nn.functional.pad(opacities, (0, 1))
+            colors = nn.functional.pad(colors, (0, 1), value=1.0)
+        shown = torch.log(opacities + FAINT)[:, 0, :, None, None]
+        logits = self.shares(x).to(shown.dtype) + self.trust * shown
+        shares = torch.softmax(logits, dim=1)
+        color = torch.einsum("nck,nkhw->nchw", colors, shares)
+        return 2 * torch.sigmoid(self.visible(x).to(color.dtype)) * color - 1
 
 
 class GridGenerator(GeneratorNetwork):
@@ -179,15 +205,15 @@ class GridGenerator(GeneratorNetwork):
     def __init__(self, size: NetworkSize, scene: Scene) -> None:
         super().__init__()
         self.opacity = GridOpacityGenerator(size, scene)
-        self.color = GridColorGenerator(size, self.opacity.frustum)
+        self.color = GridColorGenerator(size, self.opacity.frustum, scene.lighting != "none")
 
     def see(self, view: Tensor) -> tuple[Tensor, ...]:
         """Samples of the grid for views (N, 5)."""
         return (self.opacity.see(view),)
 
     def encode_color(self, color_tf: Tensor) -> Tensor:
-        """Codes (N, channels) of colour TFs (N, 3, 256)."""
-        return self.color.encode(color_tf)
+        """Colours (N, 3, COLORS) in RGB of colour TFs (N, 3, 256)."""
+        return binned(decode_colors(color_tf), COLORS)
 
     def draw(
         self, seen: tuple[Tensor, ...], latent: Tensor, color: Tensor

@@ -12,12 +12,11 @@ BINS = 64
 
 
 class PointNetwork(nn.Module):
-    """Two layers on each point; codes and TFs decide about the first one's weights.
+    """Two layers on each point; code and opacity TF decide about the first one's weights.
 
-    Some hidden units are modulated by a code. The others look TFs up: their
-    weights are linear in the TFs. Where a point's features tell how often each
-    scalar value occurs around it, such a unit is the opacity there, or a colour
-    times opacity.
+    Some hidden units are modulated by a code. The others look the TF up: their
+    weights are linear in it. Where a point's features tell how often each
+    scalar value occurs around it, such a unit is the opacity there.
 
     Parameters
     ----------
@@ -26,29 +25,26 @@ class PointNetwork(nn.Module):
     hidden : int
         Number of units that the code modulates.
     looked_up : int
-        Number of units for each channel of the TFs.
-    channels : int
-        Of the TFs.
+        Number of units that look the TF up.
     outputs, code : int
     """
 
-    def __init__(
-        self, features: int, hidden: int, looked_up: int, channels: int, outputs: int, code: int
-    ) -> None:
+    def __init__(self, features: int, hidden: int, looked_up: int, outputs: int, code: int) -> None:
         super().__init__()
         self.first = nn.Linear(features, hidden)
         self.modulation = Modulation(code, hidden)
         self.values = nn.Parameter(torch.randn(looked_up, features, BINS) / features**0.5)
-        self.second = nn.Linear(hidden + looked_up * channels, outputs)
+        self.second = nn.Linear(hidden + looked_up, outputs)
 
-    def forward(self, samples: Tensor, code: Tensor, tfs: Tensor) -> Tensor:
+    def forward(self, samples: Tensor, code: Tensor, opacities: Tensor) -> Tensor:
         """Map points to features of theirs.
 
         Parameters
         ----------
         samples : Tensor, shape (N, points, features)
         code : Tensor, shape (N, code)
-        tfs : Tensor, shape (N, channels, BINS)
+        opacities : Tensor, shape (N, 1, BINS)
+            The TF.
 
         Returns
         -------
@@ -57,7 +53,7 @@ class PointNetwork(nn.Module):
         scale, shift = self.modulation.factors(code)
         # As one product for each image: points are too many to scale each of their features.
         modulated = self.first.weight.t() * (1 + scale)[:, None]
-        looked_up = torch.einsum("ufb,ncb->nfuc", self.values, tfs).flatten(2)
+        looked_up = torch.einsum("ufb,nb->nfu", self.values, opacities[:, 0])
         weight = torch.cat([modulated, looked_up], dim=2)
         bias = self.first.bias * (1 + scale) + shift
         bias = nn.functional.pad(bias, (0, looked_up.shape[2]))
@@ -67,6 +63,6 @@ class PointNetwork(nn.Module):
         return outputs
 
 
-def binned(tfs: Tensor) -> Tensor:
-    """TFs (N, channels, 256) averaged over the scalar values of each bin."""
-    return tfs.reshape(*tfs.shape[:2], BINS, -1).mean(dim=3)
+def binned(tfs: Tensor, bins: int = BINS) -> Tensor:
+    """TFs (N, channels, samples) averaged over the scalar values of each bin."""
+    return tfs.reshape(*tfs.shape[:2], bins, -1).mean(dim=3)

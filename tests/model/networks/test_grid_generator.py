@@ -6,15 +6,18 @@ import math
 from dataclasses import replace
 from typing import get_args
 
+import numpy as np
 import pytest
 import torch
+from numpy.typing import NDArray
 from torch.autograd import forward_ad
 
+from model.encoding import encode_colors
 from model.networks.blocks import Architecture, NetworkSize
 from model.networks.build import build_generator
 from model.networks.grid_generator import GridGenerator, GridOpacityGenerator, fold
 from model.networks.two_stage import GeneratorNetwork
-from model.scene import Scene
+from model.scene import LightDirection, Scene
 from model.view import VIEW_ANGLE, View
 
 SIZES = [
@@ -133,3 +136,42 @@ def test_in_evaluation_a_sample_does_not_depend_on_its_batch(scene: Scene) -> No
     together = network(*inputs(3))[0]
     alone = network(*(x[1:2] for x in inputs(3)))[0]
     torch.testing.assert_close(together[1:2], alone, atol=1e-5, rtol=0)
+
+
+def test_one_colour_for_all_scalar_values_is_the_images_only_colour(scene: Scene) -> None:
+    """Whatever the weights: hue and saturation of an unlit image are the colour TF's."""
+    network = build(NetworkSize(0.125, 16, 32, architecture="grid"), scene).eval()
+    view, opacity_tf, _ = inputs(3)
+    rgb = np.array([0.9, 0.5, 0.2], np.float32)
+    color_tf = encode_colors(np.broadcast_to(rgb, (3, 256, 3)))
+    with torch.no_grad():
+        image = (network(view, opacity_tf, color_tf)[0] + 1) / 2
+    visible = image / torch.from_numpy(rgb)[:, None, None]
+    assert visible.min() > 0
+    torch.testing.assert_close(visible.amax(dim=1), visible.amin(dim=1), atol=1e-3, rtol=0)
+
+
+def test_only_lit_images_have_highlights(scene: Scene) -> None:
+    view, opacity_tf, _ = inputs(1)
+    black = encode_colors(np.zeros((1, 256, 3), np.float32))
+    size = NetworkSize(0.125, 16, 32, architecture="grid")
+    lit = replace(scene, lighting="direct", light=LightDirection())
+    for of, highlights in ((scene, False), (lit, True)):
+        with torch.no_grad():
+            image = (build(size, of).eval()(view, opacity_tf, black)[0] + 1) / 2
+        assert (image.max() > 1e-4) == highlights
+
+
+def test_unlit_images_are_linear_in_the_colours(scene: Scene) -> None:
+    network = build(NetworkSize(0.125, 16, 32, architecture="grid"), scene).eval()
+    view, opacity_tf, _ = inputs(1)
+    random = np.random.default_rng(0)
+    one, other = random.random((2, 1, 256, 3), dtype=np.float32)
+
+    def image(rgb: NDArray[np.float32]) -> torch.Tensor:
+        with torch.no_grad():
+            return network(view, opacity_tf, encode_colors(rgb))[0] + 1
+
+    torch.testing.assert_close(
+        image((one + other) / 2), (image(one) + image(other)) / 2, atol=1e-3, rtol=0
+    )

@@ -1,4 +1,4 @@
-"""Points that look transfer functions up."""
+"""Points that look the opacity TF up."""
 
 from __future__ import annotations
 
@@ -7,24 +7,24 @@ import torch
 from model.networks.points import BINS, PointNetwork, binned
 
 
-def test_points_that_know_their_scalar_values_integrate_the_tfs() -> None:
-    """Where features count the scalar values around a point, it shows premultiplied colour."""
+def test_points_that_know_their_scalar_values_integrate_the_tf() -> None:
+    """Where features count the scalar values around a point, a unit shows the opacity there."""
     torch.manual_seed(0)
-    network = PointNetwork(BINS, 5, looked_up=1, channels=4, outputs=9, code=3)
+    network = PointNetwork(BINS, 5, looked_up=1, outputs=6, code=3)
     with torch.no_grad():
         network.values.copy_(torch.eye(BINS)[None])
         # What the hidden units have come to is passed on as it is.
-        network.second.weight.copy_(torch.eye(9))
+        network.second.weight.copy_(torch.eye(6))
         network.second.bias.zero_()
     counts = torch.rand(2, 7, BINS)
     counts /= counts.sum(dim=2, keepdim=True)
-    opacity, color = torch.rand(2, 1, BINS), torch.rand(2, 3, BINS)
-    tfs = torch.cat([opacity, opacity * color], dim=1)
-    found = network(counts, torch.rand(2, 3), tfs)[..., 5:]
-    expected = torch.stack([(counts[i] @ tfs[i].t()) for i in range(2)])
+    opacities = torch.rand(2, 1, BINS)
+    found = network(counts, torch.rand(2, 3), opacities)[..., 5]
+    expected = torch.stack([counts[i] @ opacities[i, 0] for i in range(2)])
     torch.testing.assert_close(found, expected)
 
 
 def test_bins_are_means_over_neighbouring_scalar_values() -> None:
     ramp = torch.arange(256.0).expand(1, 2, 256)
     torch.testing.assert_close(binned(ramp)[0, 1], 4 * torch.arange(64.0) + 1.5)
+    torch.testing.assert_close(binned(ramp, 32)[0, 1], 8 * torch.arange(32.0) + 3.5)
