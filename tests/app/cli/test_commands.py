@@ -232,8 +232,8 @@ def test_a_study_writes_its_table_and_goes_on(
     assert run(arguments.split()) == 0
     assert (tmp_path / "l1-weight.json").read_text() == first
     capsys.readouterr()
-    assert run([*arguments.split(), "--set", "l1_weight=1", "--set", "seed=1"]) == 2
-    assert "options.l1_weight 50.0, not" in one_line(capsys)
+    assert run([*arguments.split(), "--set", "seed=1"]) == 2
+    assert "options.seed 0, not 1" in one_line(capsys)
 
 
 def test_a_png_shows_the_image_on_black(raw_file: Path, tf_file: Path, tmp_path: Path) -> None:
@@ -266,7 +266,7 @@ def test_the_generator_renders_its_model(trained: Path, tf_file: Path, tmp_path:
     assert run([*arguments.split(), "--out", str(out)]) == 0
     tf = TransferFunction.load(tf_file)
     expected = Generator.load(trained, "cpu").render(View(10, 5), tf.opacity, tf.color)
-    np.testing.assert_allclose(np.load(out), expected, atol=1e-6)
+    np.testing.assert_allclose(np.load(out), expected, atol=1e-4)
     assert run([*arguments.split(), "--size", "128", "--out", str(out)]) == 0
     assert np.load(out).shape == (128, 128, 4)
 

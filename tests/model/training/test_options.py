@@ -78,7 +78,7 @@ def test_settings_change_single_options() -> None:
         ("l1_weight=many", "give a number, as now 150"),
         ("l1_weight", "give a number"),
         ("l1_weight=nan", "give a number"),
-        ("joint.batch_size=2.5", "give a number, as now 16"),
+        ("joint.batch_size=2.5", "give a number, as now 8"),
         ("keep_variance=1", "true or false"),
         ("average_decay=2", "from 0 to below 1"),
     ],
