@@ -29,7 +29,7 @@ EDIT_WIDTH = 6.0
 
 A network has only seen smooth TFs: what it makes of a change of a single bin
 is noise of its encoder. Against the renderer's derivative, the median cosine
-for 8 x 8 blocks of the shipped model's images rose from .19 to .61.
+for 8 x 8 blocks of a feature grid's images rose from .19 to .61.
 """
 
 
