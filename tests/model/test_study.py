@@ -85,7 +85,7 @@ def test_what_is_finished_is_not_trained_again_and_what_was_stopped_goes_on(
 def test_another_recipe_needs_another_folder(plan: StudyPlan) -> None:
     run_study(STUDY, plan)
     other = replace(plan, options=plan.options.with_settings(["grid_rate=3"]))
-    with pytest.raises(TrainingError, match=r"options\.grid_rate 15\.0, not 3\.0"):
+    with pytest.raises(TrainingError, match=r"options\.grid_rate .*, not 3\.0"):
         run_study(STUDY, other)
     with pytest.raises(TrainingError, match="another budget"):
         run_study(STUDY, replace(plan, budget=Budget(samples=32)))
