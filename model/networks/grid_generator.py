@@ -184,11 +184,13 @@ class GridColorGenerator(nn.Module):
         if self.lit:
             opacities = nn.functional.pad(opacities, (0, 1))
             colors = nn.functional.pad(colors, (0, 1), value=1.0)
-        shown = torch.log(opacities + FAINT)[:, 0, :, None, None]
-        logits = self.shares(x).to(shown.dtype) + self.trust * shown
-        shares = torch.softmax(logits, dim=1)
-        color = torch.einsum("nck,nkhw->nchw", colors, shares)
-        return 2 * torch.sigmoid(self.visible(x).to(color.dtype)) * color - 1
+        shown = self.trust * torch.log(opacities + FAINT)
+        # The shares of a pixel side by side, as convolutions in channels-last order leave them.
+        logits = self.shares(x).permute(0, 2, 3, 1).flatten(1, 2)
+        shares = torch.softmax(logits.to(shown.dtype) + shown, dim=2)
+        color = torch.bmm(shares, colors.transpose(1, 2)).transpose(1, 2)
+        visible = torch.sigmoid(self.visible(x).to(color.dtype))
+        return 2 * visible * color.reshape(len(x), 3, *x.shape[2:]) - 1
 
 
 class GridGenerator(GeneratorNetwork):
