@@ -7,7 +7,7 @@ smallest RMSE to it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -82,15 +82,35 @@ def evaluate(
         Called with the number of samples measured so far.
     """
     samples = store.read("holdout", range(min(count, store.count("holdout"))))
-    nearest = nearest_images(samples.rgba, store)
-    ours: list[dict[str, float]] = []
-    neighbour: list[dict[str, float]] = []
-    for i, (image, opacity, true_opacity) in enumerate(_render(generator, samples)):
-        truth = samples.rgba[i].astype(np.float64) / 255
-        ours.append(_errors(image, truth) | {"opacity_rmse": metrics.rmse(opacity, true_opacity)})
-        neighbour.append(_errors(nearest[i, ..., :3] / 255, truth))
-        on_progress(i + 1)
+    rows = []
+    for row in zip(
+        _generator_rows(generator, samples), _neighbour_rows(samples, store), strict=True
+    ):
+        rows.append(row)
+        on_progress(len(rows))
+    ours, neighbour = zip(*rows, strict=True)
     return Evaluation(_columns(ours), _columns(neighbour), store.count("train"))
+
+
+def generator_errors(generator: Generator, samples: SampleBatch) -> dict[str, NDArray[np.float64]]:
+    """The generator's part of an :class:`Evaluation`."""
+    return _columns(list(_generator_rows(generator, samples)))
+
+
+def neighbour_errors(samples: SampleBatch, store: SampleStore) -> dict[str, NDArray[np.float64]]:
+    """The nearest training images' part of an :class:`Evaluation`."""
+    return _columns(list(_neighbour_rows(samples, store)))
+
+
+def _generator_rows(generator: Generator, samples: SampleBatch) -> Iterator[dict[str, float]]:
+    for i, (image, opacity, true_opacity) in enumerate(_render(generator, samples)):
+        errors = _errors(image, samples.rgba[i] / 255)
+        yield errors | {"opacity_rmse": metrics.rmse(opacity, true_opacity)}
+
+
+def _neighbour_rows(samples: SampleBatch, store: SampleStore) -> Iterator[dict[str, float]]:
+    for nearest, truth in zip(nearest_images(samples.rgba, store), samples.rgba, strict=True):
+        yield _errors(nearest[..., :3] / 255, truth / 255)
 
 
 def pictures(
@@ -163,5 +183,5 @@ def _errors(image: NDArray[Any], truth: NDArray[np.float64]) -> dict[str, float]
     }
 
 
-def _columns(rows: list[dict[str, float]]) -> dict[str, NDArray[np.float64]]:
+def _columns(rows: Sequence[dict[str, float]]) -> dict[str, NDArray[np.float64]]:
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import torch
 from torch import Tensor
+from torch.utils.benchmark import Timer
 
-from model.backends import BACKENDS, EAGER, Backend, BackendName, Draw, make_draw, obstacle
+from model.backends import BACKENDS, EAGER, Backend, BackendName, make_draw, obstacle
 from model.encoding import encode_colors, encode_unit, encode_views
 from model.networks.blocks import place
 from model.networks.two_stage import GeneratorNetwork
@@ -52,10 +52,6 @@ class BackendRow:
     difference: float | None = None
     obstacle: str | None = None
 
-    def to_json(self) -> dict[str, Any]:
-        """The row as plain data."""
-        return asdict(self)
-
 
 @dataclass(frozen=True)
 class PartsRow:
@@ -74,10 +70,6 @@ class PartsRow:
     view: float
     opacity_tf: float
     color_tf: float
-
-    def to_json(self) -> dict[str, Any]:
-        """The row as plain data."""
-        return asdict(self)
 
 
 @torch.inference_mode()
@@ -114,20 +106,17 @@ def compare_backends(
         truth = network.draw(seen, latent, color)
         eager: float | None = None
         for backend in _backends(names):
-            row = BackendRow(backend.name, backend.precision, batch)
             trouble = obstacle(backend, device)
-            if trouble is None:
-                draw = make_draw(network, backend, device)
-                found = [part.clone() for part in draw(seen, latent, color)]
-                duration = _time(draw, (seen, latent, color), device, seconds)
-                eager = eager or duration
-                worst = max(_difference(a, b) for a, b in zip(found, truth, strict=True))
-                row = BackendRow(
-                    backend.name, backend.precision, batch, duration, eager / duration, worst
-                )
-            else:
-                row = BackendRow(backend.name, backend.precision, batch, obstacle=trouble)
-            yield row
+            if trouble is not None:
+                yield BackendRow(*backend, batch, obstacle=trouble)
+                continue
+            draw = make_draw(network, backend, device)
+            # Libraries read the network when they first draw: that is not timed.
+            found = [part.clone() for part in draw(seen, latent, color)]
+            duration = _time(draw, (seen, latent, color), seconds)
+            eager = eager or duration
+            worst = max(_difference(a, b) for a, b in zip(found, truth, strict=True))
+            yield BackendRow(*backend, batch, duration, eager / duration, worst)
 
 
 @torch.inference_mode()
@@ -144,7 +133,7 @@ def time_parts(
             (network.opacity.encode, opacity_tf),
             (network.encode_color, color_tf),
         ]
-        rows.append(PartsRow(batch, *(_time(f, (x,), device, seconds / 4) for f, x in parts)))
+        rows.append(PartsRow(batch, *(_time(f, (x,), seconds / 4) for f, x in parts)))
     return rows
 
 
@@ -164,25 +153,14 @@ def _inputs(batch: int, scene: Scene, device: torch.device) -> tuple[Tensor, Ten
     )
 
 
-def _time(
-    function: Draw | Callable[..., Any],
-    arguments: tuple[Any, ...],
-    device: torch.device,
-    seconds: float,
-) -> float:
-    """Median time of a call, after two that are not counted."""
-    for _ in range(2):
-        function(*arguments)
-    durations: list[float] = []
-    while len(durations) < 5 or sum(durations) < seconds:
-        if device.type == "cuda":
-            torch.cuda.synchronize()
-        start = time.perf_counter()
-        function(*arguments)
-        if device.type == "cuda":
-            torch.cuda.synchronize()
-        durations.append(time.perf_counter() - start)
-    return float(torch.tensor(durations).median())
+def _time(function: Callable[..., Any], arguments: tuple[Any, ...], seconds: float) -> float:
+    """Median time of a call."""
+    timer = Timer(
+        "function(*arguments)",
+        globals={"function": function, "arguments": arguments},
+        num_threads=torch.get_num_threads(),
+    )
+    return float(timer.blocked_autorange(min_run_time=seconds).median)
 
 
 def _difference(image: Tensor, truth: Tensor) -> float:

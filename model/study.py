@@ -10,19 +10,20 @@ once.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import torch
+from numpy.typing import NDArray
 
-from model import metrics
 from model.agreement import sensitivity_agreement
 from model.checkpoint import write_atomically
-from model.dataset import SampleStore
+from model.dataset import SampleBatch, SampleStore
 from model.errors import TrainingError
-from model.evaluation import Evaluation, evaluate
+from model.evaluation import generator_errors, neighbour_errors
 from model.generator import Generator
 from model.networks.blocks import NetworkSize
 from model.sampling import draw_sample
@@ -125,8 +126,8 @@ class StudyPlan:
     store : SampleStore
         Complete; its hold-out samples measure, its training images are also
         searched for nearest neighbours.
-    volume : Volume or None
-        For the agreement of sensitivities; None leaves it out.
+    volume : Volume
+        For the agreement of sensitivities.
     preset : str
     size : NetworkSize
     options : TrainingOptions
@@ -138,11 +139,12 @@ class StudyPlan:
     count : int
         Hold-out samples that are measured.
     sensitivities : int
-        Hold-out samples whose sensitivities are compared with the renderer's.
+        Hold-out samples whose sensitivities are compared with the renderer's;
+        0 leaves that out.
     """
 
     store: SampleStore
-    volume: Volume | None
+    volume: Volume
     preset: str
     size: NetworkSize
     options: TrainingOptions
@@ -196,12 +198,15 @@ def run_study(
     TrainingError
         When a folder holds a run with other options or another budget.
     """
+    samples = plan.store.read("holdout", range(plan.count))
     rows = {}
     for variant in study.variants:
         on_variant(variant)
-        rows[variant.name] = _row(plan, variant, on_report)
-    # All variants are searched for the same neighbours.
-    neighbour = next(iter(rows.values()))["nearest_neighbour"]
+        rows[variant.name] = _row(plan, variant, samples, on_report)
+    neighbour = {
+        "count": plan.store.count("train"),
+        **_means(neighbour_errors(samples, plan.store)),
+    }
     return {
         "title": study.title,
         "volume": plan.store.scene.volume_name,
@@ -219,7 +224,10 @@ def run_study(
 
 
 def _row(
-    plan: StudyPlan, variant: Variant, on_report: Callable[[TrainingReport], None]
+    plan: StudyPlan,
+    variant: Variant,
+    samples: SampleBatch,
+    on_report: Callable[[TrainingReport], None],
 ) -> dict[str, Any]:
     """What a variant has come to; trained and measured where that is not on disk."""
     training = plan.training(variant)
@@ -233,7 +241,7 @@ def _row(
     asked = {
         "budget": asdict(plan.budget),
         "count": plan.count,
-        "sensitivities": plan.sensitivities if plan.volume else 0,
+        "sensitivities": plan.sensitivities,
     }
     if path.is_file():
         row: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
@@ -245,76 +253,22 @@ def _row(
         if row["asked"] == asked:
             return row
     generator = Generator.load(training.folder, plan.device.type)
-    evaluation = evaluate(generator, plan.store, plan.count)
-    row = {"asked": asked, **_measured(evaluation), **_agreement(generator, plan)}
+    errors = _means(generator_errors(generator, samples))
+    row = {"asked": asked, **errors, **_agreement(generator, plan)}
     row["samples_seen"] = generator.card.training["samples_seen"]
     write_atomically(path, json.dumps(row, indent=2).encode())
     return row
 
 
-def _measured(evaluation: Evaluation) -> dict[str, Any]:
-    def means(errors: dict[str, Any]) -> dict[str, float]:
-        return {name: metrics.summary(errors[name])["mean"] for name in MEASURES if name in errors}
-
-    neighbour = {"count": evaluation.neighbours, **means(evaluation.nearest_neighbour)}
-    return {**means(evaluation.generator), "nearest_neighbour": neighbour}
+def _means(errors: dict[str, NDArray[np.float64]]) -> dict[str, float]:
+    return {name: float(errors[name].mean()) for name in MEASURES if name in errors}
 
 
 def _agreement(generator: Generator, plan: StudyPlan) -> dict[str, float]:
     """Median cosines with the renderer's sensitivities, of whole images and of blocks."""
-    if plan.volume is None or not plan.sensitivities:
+    if not plan.sensitivities:
         return {}
     scene, seed = plan.store.scene, plan.store.seed
     samples = [draw_sample(scene, seed, "holdout", i) for i in range(plan.sensitivities)]
     found = sensitivity_agreement(generator, plan.volume, samples).to_json()
     return {name: found[name]["median"] for name in ("image_cosine", "block_cosine")}
-
-
-def study_table(study: Study, result: dict[str, Any]) -> list[list[str]]:
-    """The result as rows of cells, the heading first, the paper's numbers beside ours."""
-    heading = ["", "samples", "RMSE", "EMD", "SSIM", "opacity RMSE", "cosine image", "blocks"]
-    rows = [[*heading, "paper's RMSE", "EMD"]]
-    neighbour = result["nearest_neighbour"]
-    label = f"nearest of {neighbour['count']:,}"
-    rows.append([label, "", *_cells(neighbour), *_paper(study.neighbour)])
-    for variant in study.variants:
-        row = result["variants"][variant.name]
-        rows.append(
-            [variant.label, f"{row['samples_seen']:,}", *_cells(row), *_paper(variant.paper)]
-        )
-    return rows
-
-
-def markdown(study: Study, result: dict[str, Any]) -> str:
-    """The table, with what it was made with, for a document."""
-    heading, *rows = study_table(study, result)
-    budget = (
-        f"{result['minutes']:g} minutes"
-        if result["minutes"] is not None
-        else f"{result['samples']:,} samples"
-    )
-    lines = [
-        f"{study.title}. {result['volume']}, preset {result['preset']} "
-        f"({result['architecture']}, {result['image_size']} x {result['image_size']}), "
-        f"{budget} for each, {result['holdout_count']} hold-out samples. "
-        f"Paper: {study.paper}.",
-        "",
-        *(f"| {' | '.join(cells)} |" for cells in (heading, ["---"] * len(heading), *rows)),
-    ]
-    return "\n".join(lines) + "\n"
-
-
-def _cells(row: dict[str, Any]) -> list[str]:
-    """A row's errors and cosines; empty where one was not measured."""
-    return [
-        *(_number(row.get(name), 4 if name == "emd" else 3) for name in MEASURES),
-        *(_number(row.get(name), 2) for name in ("image_cosine", "block_cosine")),
-    ]
-
-
-def _number(value: float | None, digits: int) -> str:
-    return "" if value is None else f"{value:.{digits}f}"
-
-
-def _paper(numbers: Sequence[float] | None) -> list[str]:
-    return ["", ""] if numbers is None else [f"{number:.3f}" for number in numbers]

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 
 import torch
 from rich.table import Table
 
 from app.cli.console import console
-from app.cli.machine import machine_facts
+from app.cli.machine import print_machine
 from app.cli.outputs import check_outputs, write_json
 from model.checkpoint import load_model
 from model.generator import choose_device
@@ -28,8 +29,7 @@ def bench_generator(
     """Measure a model, or each preset's networks; print tables, and write JSON when asked."""
     check_outputs(json_path)
     device = choose_device(device_name)
-    machine = {**machine_facts(), "threads": torch.get_num_threads(), "device": str(device)}
-    console.print(", ".join(f"{name} {value}" for name, value in machine.items()))
+    machine = print_machine(device)
     results = []
     for name, network, scene in _networks(presets, model):
         rows = list(compare_backends(network, scene, device, seconds))
@@ -38,8 +38,8 @@ def bench_generator(
         results.append(
             {
                 "name": name,
-                "backends": [row.to_json() for row in rows],
-                "kept": [row.to_json() for row in parts],
+                "backends": [asdict(row) for row in rows],
+                "kept": [asdict(row) for row in parts],
             }
         )
     if json_path is not None:

@@ -8,7 +8,7 @@ import numpy as np
 from rich.table import Table
 
 from app.cli.console import console, counting
-from app.cli.machine import machine_facts
+from app.cli.machine import print_machine
 from app.cli.outputs import check_outputs, write_json
 from app.plots import Curve, Plot, save_plots
 from model.renderer_benchmark import RENDERERS, RendererComparison, compare_renderers
@@ -32,8 +32,7 @@ def bench_renderers(
 ) -> None:
     """Compare the renderers on each volume; print tables, write JSON and a plot when asked."""
     check_outputs(json_path, plot)
-    machine = machine_facts()
-    console.print(", ".join(f"{name} {value}" for name, value in machine.items()))
+    machine = print_machine()
     comparisons = []
     for path in paths or shipped_volumes():
         volume = read_volume(path)

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import asdict
 from pathlib import Path
 
-import torch
 from rich.table import Table
 
 from app.cli.console import console
-from app.cli.machine import machine_facts
+from app.cli.machine import print_machine
 from app.cli.outputs import check_outputs, write_json
+from app.cli.train import size_of
 from model.generator import choose_device
 from model.networks.blocks import Architecture
 from model.scene import Scene
 from model.shipped import DEFAULT_VOLUME
-from model.training.options import PRESETS, TrainingOptions
+from model.training.options import TrainingOptions
 from model.training_benchmark import TrainingRow, compare_training
 from model.volume_files import read_volume
 
@@ -30,18 +30,15 @@ def bench_training(
     """Time steps without rendering; print a table for each preset, and write JSON when asked."""
     check_outputs(json_path)
     device = choose_device(device_name)
-    machine = {**machine_facts(), "threads": torch.get_num_threads(), "device": str(device)}
-    console.print(", ".join(f"{name} {value}" for name, value in machine.items()))
+    machine = print_machine(device)
     volume = read_volume(DEFAULT_VOLUME)
     results = []
     for name in presets or ["draft", "compact"]:
-        size = PRESETS[name]
-        if architecture is not None:
-            size = replace(size, architecture=architecture)
+        size = size_of(name, architecture)
         scene = Scene.of(volume, size.image_size)
         rows = list(compare_training(size, TrainingOptions(), scene, device, steps))
         _print(f"{name}, {size.architecture}", rows)
-        results.append({"name": name, "rows": [row.to_json() for row in rows]})
+        results.append({"name": name, "rows": [asdict(row) for row in rows]})
     if json_path is not None:
         write_json(json_path, {"machine": machine, "presets": results})
 

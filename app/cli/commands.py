@@ -1,4 +1,7 @@
-"""The commands and their options. What they do is in one module each."""
+"""The commands and their options. What they do is in one module each.
+
+Long, as each option has its name, limits and help here; there is no logic to split off.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ from typing import Annotated
 import typer
 
 from app.cli import options
+from app.cli.bench_commands import bench
 from model.errors import TfscopeError
 
 application = typer.Typer(
@@ -16,7 +20,6 @@ application = typer.Typer(
     help="Look into volumes through transfer functions, beside a generative model.",
 )
 
-bench = typer.Typer(help="Measure speed and accuracy on this machine.", no_args_is_help=True)
 application.add_typer(bench, name="bench")
 
 
@@ -88,7 +91,7 @@ def render(
         typer.Option("--size", min=16, max=4096, help="Pixels. (default: the model's, or 256)"),
     ] = None,
     device: options.DeviceName = options.Device.AUTO,
-    backend: options.BackendName = options.BackendOption.AUTO,
+    backend: options.BackendName = options.BackendOption.EAGER,
     precision: options.PrecisionName = options.PrecisionOption.FLOAT32,
 ) -> None:
     """Render one image to a file."""
@@ -291,7 +294,7 @@ def train(
             samples=samples,
             resume=resume,
             faithful=faithful,
-            architecture=None if architecture is None else architecture.value,
+            architecture=options.architecture_name(architecture),
             settings=tuple(settings or ()),
             lighting=options.lighting(lighting),
             renderer=options.renderer_name(renderer),
@@ -332,9 +335,7 @@ def evaluate(
             "scenes. (default: 200)",
         ),
     ] = None,
-    json: Annotated[
-        Path | None, typer.Option("--json", metavar="OUT.json", help="Also write the result.")
-    ] = None,
+    json: options.JsonFile = None,
     report: Annotated[
         Path | None,
         typer.Option(
@@ -416,7 +417,7 @@ def study(
             volume=options.VolumeSource(volume, raw, component),
             out=out,
             preset=str(preset),
-            architecture=None if architecture is None else architecture.value,
+            architecture=options.architecture_name(architecture),
             minutes=minutes,
             samples=samples,
             images=images,
@@ -427,112 +428,4 @@ def study(
             workers=workers,
             device=str(device),
         )
-    )
-
-
-@bench.command()
-def renderers(
-    volume: Annotated[
-        list[Path] | None,
-        typer.Option("--volume", help="Volume file; may be repeated. (default: the shipped ones)"),
-    ] = None,
-    count: Annotated[
-        int, typer.Option("--count", min=1, help="Random views and TFs per volume.")
-    ] = 20,
-    size: Annotated[
-        int, typer.Option("--size", min=16, max=4096, help="Width and height in pixels.")
-    ] = 256,
-    lighting: options.LightingName = options.LightingOption.NONE,
-    seed: options.Seed = 0,
-    distance: Annotated[
-        list[float] | None,
-        typer.Option(
-            "--distance",
-            min=0.01,
-            max=10,
-            help="Sample distance in voxels; may be repeated. (default: 0.25 to 4)",
-        ),
-    ] = None,
-    reference: Annotated[
-        float | None,
-        typer.Option(
-            "--reference",
-            min=0.01,
-            max=10,
-            help="Sample distance of VTK's images that errors are measured against. "
-            "(default: 1/16, 1/4 in global lighting)",
-        ),
-    ] = None,
-    json: Annotated[
-        Path | None, typer.Option("--json", metavar="OUT.json", help="Also write the result.")
-    ] = None,
-    plot: Annotated[
-        Path | None,
-        typer.Option("--plot", metavar="OUT.png", help="Also draw speed against accuracy."),
-    ] = None,
-) -> None:
-    """VTK and the ray caster: images per second and errors over sample distances."""
-    from app.cli.bench_renderers import bench_renderers
-
-    bench_renderers(
-        volume,
-        count,
-        size,
-        options.lighting(lighting),
-        seed,
-        distance,
-        reference,
-        json,
-        plot,
-    )
-
-
-@bench.command()
-def generator(
-    preset: Annotated[
-        list[options.Preset] | None,
-        typer.Option("--preset", help="Of untrained networks; may be repeated. (default: all)"),
-    ] = None,
-    model: Annotated[
-        Path | None, typer.Option("--model", help="A trained model, instead of presets.")
-    ] = None,
-    seconds: Annotated[
-        float, typer.Option("--seconds", min=0.1, help="Least time of each measurement.")
-    ] = 2.0,
-    json: Annotated[
-        Path | None, typer.Option("--json", metavar="OUT.json", help="Also write the result.")
-    ] = None,
-    device: options.DeviceName = options.Device.AUTO,
-) -> None:
-    """Latency of the generator by backend and precision, and its distance from torch."""
-    from app.cli.bench_generator import bench_generator
-
-    bench_generator([str(p) for p in preset or []], model, str(device), seconds, json)
-
-
-@bench.command()
-def training(
-    preset: Annotated[
-        list[options.Preset] | None,
-        typer.Option("--preset", help="May be repeated. (default: draft and compact)"),
-    ] = None,
-    architecture: Annotated[
-        options.ArchitectureOption | None,
-        typer.Option("--architecture", help="(default: the preset's)"),
-    ] = None,
-    steps: Annotated[int, typer.Option("--steps", min=1, help="That are timed each way.")] = 10,
-    json: Annotated[
-        Path | None, typer.Option("--json", metavar="OUT.json", help="Also write the result.")
-    ] = None,
-    device: options.DeviceName = options.Device.AUTO,
-) -> None:
-    """Speed of training by precision, order of channels and compilation; without rendering."""
-    from app.cli.bench_training import bench_training
-
-    bench_training(
-        [str(p) for p in preset or []],
-        None if architecture is None else architecture.value,
-        str(device),
-        steps,
-        json,
     )

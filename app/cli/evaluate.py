@@ -12,11 +12,11 @@ from rich.table import Table
 
 from app.cli import options
 from app.cli.console import console, counting
-from app.cli.outputs import check_outputs, write_json
+from app.cli.outputs import check_outputs, write_json, write_text
 from model.agreement import sensitivity_agreement
 from model.dataset import SampleStore
 from model.error_profile import Group, error_profile, to_json
-from model.errors import CheckpointError, DatasetError, VolumeError
+from model.errors import DatasetError, VolumeError
 from model.evaluation import evaluate, pictures
 from model.generator import Generator
 from model.report import AGREEMENTS, MEASURES, extremes, html_report, picture_sheet
@@ -72,16 +72,8 @@ def evaluate_model(
     if json_path is not None:
         write_json(json_path, {"model": str(folder), **result})
     if report_path is not None and page is not None:
-        _write(report_path, html_report(f"{generator.scene.volume_name}: {folder}", result, *page))
-
-
-def _write(path: Path, text: str) -> None:
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise CheckpointError(
-            f"{path}: the result cannot be written ({error.strerror})."
-        ) from error
+        title = f"{generator.scene.volume_name}: {folder}"
+        write_text(report_path, html_report(title, result, *page))
 
 
 def _render(

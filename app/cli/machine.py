@@ -8,9 +8,21 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+import torch
 
-def machine_facts() -> dict[str, Any]:
-    """What a measurement depends on."""
+from app.cli.console import console
+
+
+def print_machine(device: torch.device | None = None) -> dict[str, Any]:
+    """Print what a measurement depends on, and return it; with torch's threads and device."""
+    facts = _machine()
+    if device is not None:
+        facts |= {"threads": torch.get_num_threads(), "device": str(device)}
+    console.print(", ".join(f"{name} {value}" for name, value in facts.items()))
+    return facts
+
+
+def _machine() -> dict[str, Any]:
     return {
         "processor": _processor(),
         "cores": os.cpu_count(),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, cast
+from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
@@ -15,6 +15,9 @@ from model.shipped import DEFAULT_VOLUME, shipped_volumes
 from model.transfer_function import Range
 from model.volume import Volume
 from model.volume_files import Component, RawLayout, read_volume
+
+if TYPE_CHECKING:
+    from model.networks.blocks import Architecture
 
 
 class LightingOption(StrEnum):
@@ -159,6 +162,9 @@ Window = Annotated[
         help="Scalar values between which random opacity modes lie. (default: from the data)",
     ),
 ]
+JsonFile = Annotated[
+    Path | None, typer.Option("--json", metavar="OUT.json", help="Also write the result.")
+]
 Workers = Annotated[
     int | None, typer.Option("--workers", min=1, help="Processes. (default: one per core)")
 ]
@@ -168,6 +174,11 @@ Seed = Annotated[int, typer.Option("--seed", min=0, help="The same seed gives th
 def renderer_name(option: StrEnum) -> RendererName:
     """The renderer of an option."""
     return cast(RendererName, str(option))
+
+
+def architecture_name(option: ArchitectureOption | None) -> Architecture | None:
+    """The architecture of an option; None for the preset's own."""
+    return None if option is None else option.value
 
 
 def lighting(option: LightingOption) -> Lighting:

@@ -31,7 +31,12 @@ def check_outputs(*paths: Path | None) -> None:
 
 
 def write_json(path: Path, result: dict[str, Any]) -> None:
-    """Write a result as JSON.
+    """Write a result as JSON; see :func:`write_text`."""
+    write_text(path, json.dumps(result, indent=2, allow_nan=False) + "\n")
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text.
 
     Raises
     ------
@@ -39,6 +44,6 @@ def write_json(path: Path, result: dict[str, Any]) -> None:
         When the file cannot be written.
     """
     try:
-        path.write_text(json.dumps(result, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+        path.write_text(text, encoding="utf-8")
     except OSError as error:
         raise TfscopeError(f"{path}: the result cannot be written ({error.strerror}).") from error

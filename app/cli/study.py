@@ -10,7 +10,7 @@ from rich.table import Table
 
 from app.cli import options
 from app.cli.console import console, counting
-from app.cli.train import TrainingDisplay
+from app.cli.train import TrainingDisplay, budget_of, size_of
 from model.checkpoint import write_atomically
 from model.dataset import SampleStore
 from model.errors import TrainingError
@@ -19,8 +19,9 @@ from model.networks.blocks import Architecture, NetworkSize
 from model.sample_rendering import render_store
 from model.sampling import Stream
 from model.scene import Scene
-from model.study import STUDIES, Study, StudyPlan, markdown, run_study, study_table
-from model.training.options import PRESETS, Budget, TrainingOptions
+from model.study import STUDIES, Study, StudyPlan, run_study
+from model.study_table import markdown, study_table
+from model.training.options import TrainingOptions
 from model.volume import Volume
 
 
@@ -50,12 +51,7 @@ DEFAULT_MINUTES = 10.0
 def study_models(order: StudyOrder) -> None:
     """Render the samples, train and measure what is missing, print and write the table."""
     study = STUDIES[order.study]
-    minutes = order.minutes
-    if minutes is None and order.samples is None:
-        minutes = DEFAULT_MINUTES
-    size = PRESETS[order.preset]
-    if order.architecture is not None:
-        size = replace(size, architecture=order.architecture)
+    size = size_of(order.preset, order.architecture)
     volume = order.volume.read()
     # Stored samples are the same for all, but do not come in pairs.
     recipe = replace(TrainingOptions(seed=order.seed), derivative_weight=0.0)
@@ -65,7 +61,7 @@ def study_models(order: StudyOrder) -> None:
         preset=order.preset,
         size=size,
         options=recipe.with_settings(order.settings),
-        budget=Budget(minutes, order.samples),
+        budget=budget_of(order.minutes, order.samples, DEFAULT_MINUTES),
         folder=order.out,
         device=choose_device(order.device),
         count=order.count,

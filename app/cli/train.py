@@ -64,10 +64,7 @@ class TrainOrder:
 
 def train_model(order: TrainOrder) -> None:
     """Train, with a progress bar; Ctrl-C saves the run before it ends."""
-    minutes = order.minutes
-    if minutes is None and order.samples is None:
-        minutes = DEFAULT_MINUTES
-    budget = Budget(minutes, order.samples)
+    budget = budget_of(order.minutes, order.samples, DEFAULT_MINUTES)
     _check_options(order)
     if order.resume:
         _check_resumption(order)
@@ -98,12 +95,22 @@ def _train(plan: TrainingPlan, order: TrainOrder) -> None:
     console.print(f"The model is in {order.out}; open it with: python main.py --model {order.out}")
 
 
+def budget_of(minutes: float | None, samples: int | None, default: float) -> Budget:
+    """The budget that two options ask for; so many minutes when both are left out."""
+    return Budget(default if minutes is None and samples is None else minutes, samples)
+
+
+def size_of(preset: str, architecture: Architecture | None) -> NetworkSize:
+    """A preset's size, with another architecture where one is named."""
+    size = PRESETS[preset]
+    return size if architecture is None else replace(size, architecture=architecture)
+
+
 def _size(order: TrainOrder) -> NetworkSize:
-    """The preset's size; the paper's networks have no modulation."""
-    size = PRESETS[order.preset]
+    """The size; the paper's networks have no modulation."""
     if order.faithful:
-        size = replace(size, modulation=False, architecture="paper")
-    return size if order.architecture is None else replace(size, architecture=order.architecture)
+        return replace(size_of(order.preset, "paper"), modulation=False)
+    return size_of(order.preset, order.architecture)
 
 
 def _recipe(order: TrainOrder) -> TrainingOptions:

@@ -12,7 +12,8 @@ from model.generator import Generator
 from model.networks.blocks import NetworkSize
 from model.sample_rendering import render_store
 from model.scene import Scene
-from model.study import STUDIES, Study, StudyPlan, Variant, markdown, run_study
+from model.study import STUDIES, Study, StudyPlan, Variant, run_study
+from model.study_table import markdown
 from model.training.options import Budget, StageOptions, TrainingOptions
 from model.volume import Volume
 
