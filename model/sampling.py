@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 from model.scene import Scene
 from model.transfer_function import (
@@ -33,6 +34,9 @@ MIN_WIDTH_BINS = 2.0
 
 PAIR_STREAM = 2
 """Tells the random numbers of edits from those of samples."""
+
+TF_STREAM = 3
+"""Tells the random numbers of opacity TFs on their own from all others."""
 
 EDIT_WIDTH_BINS = (2.0, 32.0)
 EDIT_HEIGHT = (0.02, 0.2)
@@ -80,6 +84,16 @@ def draw_paired_sample(scene: Scene, seed: int, index: int) -> SceneSample:
     points = tuple(zip(values.tolist(), edited.tolist(), strict=True))
     opacity = OpacityTF(scene.scalar_range, points=points)
     return SceneSample(sample.view, TransferFunction(opacity, sample.transfer_function.color))
+
+
+def draw_opacity_tfs(scene: Scene, seed: int, index: int, count: int) -> NDArray[np.float32]:
+    """Draw opacity TFs on their own, sampled over the scalar range: (count, 256), in 0..1.
+
+    Batch `index` is a function of the arguments only, like a sample.
+    """
+    rng = np.random.default_rng([seed, TF_STREAM, index])
+    tfs = [draw_opacity_tf(rng, scene.scalar_range, scene.scalar_window) for _ in range(count)]
+    return np.stack([tf.sample(scene.scalar_range) for tf in tfs])
 
 
 def draw_view(rng: np.random.Generator, view_range: ViewRange) -> View:

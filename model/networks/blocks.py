@@ -48,6 +48,9 @@ class NetworkSize:
         Whether the codes of view and TFs also scale and shift the translation
         decoder's features at every resolution. The paper's network has only
         the tiled codes; small networks then take very long to heed colours.
+    deep_codec : bool
+        Whether two layers decode the latent code to an opacity TF, instead of
+        the paper's one.
 
     Raises
     ------
@@ -61,6 +64,7 @@ class NetworkSize:
     latent_dim: int = 8
     features: int = 16
     modulation: bool = False
+    deep_codec: bool = False
     architecture: Architecture = "paper"
 
     def __post_init__(self) -> None:

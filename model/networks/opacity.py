@@ -48,13 +48,14 @@ class LatentCodec(nn.Module):
     def __init__(self, size: NetworkSize) -> None:
         super().__init__()
         c = size.channels
+        hidden = [c(512), c(512)] if size.deep_codec else [c(128)]
         self.encoder = nn.Sequential(
             TFEncoder([1, c(16), c(32), c(64), c(128), c(128)], c(256)),
             nn.Linear(c(256), size.latent_dim),
             nn.LeakyReLU(LEAK),
         )
         self.tf_decoder = nn.Sequential(
-            mlp(size.latent_dim, c(128)), nn.Linear(c(128), TF_SAMPLES), nn.Tanh()
+            mlp(size.latent_dim, *hidden), nn.Linear(hidden[-1], TF_SAMPLES), nn.Tanh()
         )
 
     def encode(self, opacity_tf: Tensor) -> Tensor:

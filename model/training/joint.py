@@ -13,7 +13,8 @@ from model.networks.blocks import NetworkSize
 from model.networks.translation import TranslationDiscriminator
 from model.networks.two_stage import GeneratorNetwork
 from model.training.average import WeightAverage
-from model.training.losses import decoded_tf_error, l1, response_error
+from model.training.losses import l1, response_error
+from model.training.more_tfs import MoreTFs
 from model.training.options import TrainingOptions
 from model.training.stages import ColorStage
 
@@ -28,6 +29,7 @@ class JointStage(ColorStage):
     generator : GeneratorNetwork
         A new one to be trained; or one that earlier stages train, from whose
         weights this stage starts.
+    more_tfs : MoreTFs
     device : torch.device
     tuning : bool
         Which of the two.
@@ -42,6 +44,7 @@ class JointStage(ColorStage):
         size: NetworkSize,
         options: TrainingOptions,
         generator: GeneratorNetwork,
+        more_tfs: MoreTFs,
         device: torch.device,
         tuning: bool = False,
     ) -> None:
@@ -49,6 +52,7 @@ class JointStage(ColorStage):
         if tuning:
             generator = copy.deepcopy(generator).train().requires_grad_(True)
         super().__init__(generator, TranslationDiscriminator(size), options.joint, options, device)
+        self._more_tfs = more_tfs
 
     def begin(self) -> None:
         """Start from what the earlier stages' averages have come to."""
@@ -64,8 +68,9 @@ class JointStage(ColorStage):
 
     def _generator_losses(self, batch: EncodedBatch, fake: Tensor, extra: Any) -> dict[str, Tensor]:
         opacity_image, decoded = extra
+        codec = self.generator.opacity
         losses = {
-            "decoded_tf": decoded_tf_error(decoded, batch),
+            "decoded_tf": self._more_tfs.error(codec, decoded, batch, self.steps),
             "opacity_l1": l1(opacity_image, batch.opacity_image, batch.weight),
             "l1": l1(fake, batch.image, batch.weight),
         }

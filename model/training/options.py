@@ -10,9 +10,11 @@ from typing import Any
 from model.errors import TrainingError
 from model.networks.blocks import NetworkSize
 
+_SMALL = NetworkSize(0.25, features=32, modulation=True, deep_codec=True, architecture="grid")
+
 PRESETS: dict[str, NetworkSize] = {
-    "draft": NetworkSize(0.25, image_size=64, features=32, modulation=True, architecture="grid"),
-    "compact": NetworkSize(0.25, image_size=128, features=32, modulation=True, architecture="grid"),
+    "draft": replace(_SMALL, image_size=64),
+    "compact": replace(_SMALL, image_size=128),
     "paper": NetworkSize(1.0, image_size=256),
 }
 """Network sizes by name: for experiments, for CPUs, and the paper's."""
@@ -50,6 +52,10 @@ class TrainingOptions:
         Lambda, the weight of the colour image's l1 loss (paper, Eq. 8).
     decoded_tf_weight : float
         Weight of the decoded opacity TF's squared error; 1 in the paper.
+    more_tfs : int
+        Random opacity TFs without images that each step's decoded-TF loss has
+        beside those of its samples: a codec wants to see far more TFs than can
+        be rendered. The paper has none.
     opacity_l1_weight : float
         Weight of an l1 loss on the opacity image; the paper has none.
     predicted_share : float
@@ -93,6 +99,7 @@ class TrainingOptions:
     joint: StageOptions = StageOptions(8, 1e-3, 5.0)
     l1_weight: float = 150.0
     decoded_tf_weight: float = 100.0
+    more_tfs: int = 32
     opacity_l1_weight: float = 150.0
     derivative_weight: float = 0.0
     predicted_share: float = 1.0
@@ -111,6 +118,8 @@ class TrainingOptions:
             raise TrainingError("The share of predicted opacity images must be from 0 to 1.")
         if not 0 <= self.adversarial_start <= 1:
             raise TrainingError("The start of the adversarial loss must be from 0 to 1.")
+        if self.more_tfs < 0:
+            raise TrainingError("The number of more TFs must not be negative.")
         if not self.grid_rate > 0:
             raise TrainingError("The feature grid's learning rate must be above 0.")
         if not 0 <= self.beta2 < 1:
@@ -130,6 +139,7 @@ class TrainingOptions:
             opacity=StageOptions(64, 2e-4, 30 / 5),
             translation=StageOptions(50, 8e-5, 30 / 8),
             decoded_tf_weight=1.0,
+            more_tfs=0,
             opacity_l1_weight=0.0,
             predicted_share=0.0,
             cosine=False,

@@ -9,6 +9,7 @@ from model.networks.build import build_generator, build_opacity
 from model.networks.two_stage import GeneratorNetwork, TwoStageGenerator
 from model.scene import Scene
 from model.training.joint import JointStage
+from model.training.more_tfs import MoreTFs
 from model.training.options import TrainingOptions
 from model.training.stage import Stage
 from model.training.stages import OpacityStage, TranslationStage
@@ -38,18 +39,20 @@ class Schedule:
         self._size = size
         torch.manual_seed(options.seed)
         self.stages: dict[str, Stage]
+        more_tfs = MoreTFs(scene, options.seed, options.more_tfs)
         if size.architecture == "grid":
-            self.stages = {"joint": JointStage(size, options, build_generator(size, scene), device)}
+            generator = build_generator(size, scene)
+            self.stages = {"joint": JointStage(size, options, generator, more_tfs, device)}
             self.ends = {"joint": 1.0}
             return
-        opacity = OpacityStage(size, options, build_opacity(size, scene), device)
+        opacity = OpacityStage(size, options, build_opacity(size, scene), more_tfs, device)
         translation = TranslationStage(size, options, opacity.average.network, device)
         self.stages = {"opacity": opacity, "translation": translation}
         apart = 1 - options.joint_share
         self.ends = {"opacity": options.opacity_time_share * apart, "translation": apart}
         if options.joint_share:
-            generator = self._two_stages()
-            self.stages["joint"] = JointStage(size, options, generator, device, tuning=True)
+            both = self._two_stages()
+            self.stages["joint"] = JointStage(size, options, both, more_tfs, device, tuning=True)
             self.ends["joint"] = 1.0
 
     @property

@@ -11,13 +11,24 @@ from model.networks.blocks import NetworkSize
 from model.networks.opacity import OpacityDiscriminator, OpacityNetwork
 from model.networks.translation import TranslationDiscriminator, TranslationGenerator
 from model.training.average import WeightAverage
-from model.training.losses import decoded_tf_error, l1
+from model.training.losses import l1
+from model.training.more_tfs import MoreTFs
 from model.training.options import TrainingOptions
 from model.training.stage import Stage
 
 
 class OpacityStage(Stage):
-    """Stage 1: the opacity GAN with its decoded-TF loss (paper, Eq. 7)."""
+    """Stage 1: the opacity GAN with its decoded-TF loss (paper, Eq. 7).
+
+    Parameters
+    ----------
+    size : NetworkSize
+    options : TrainingOptions
+    opacity : OpacityNetwork
+        The generator.
+    more_tfs : MoreTFs
+    device : torch.device
+    """
 
     name = "opacity"
     generator: OpacityNetwork
@@ -28,9 +39,11 @@ class OpacityStage(Stage):
         size: NetworkSize,
         options: TrainingOptions,
         opacity: OpacityNetwork,
+        more_tfs: MoreTFs,
         device: torch.device,
     ) -> None:
         super().__init__(opacity, OpacityDiscriminator(size), options.opacity, options, device)
+        self._more_tfs = more_tfs
 
     def _real(self, batch: EncodedBatch) -> Tensor:
         return batch.opacity_image
@@ -47,7 +60,7 @@ class OpacityStage(Stage):
         self, batch: EncodedBatch, fake: Tensor, extra: Tensor
     ) -> dict[str, Tensor]:
         return {
-            "decoded_tf": decoded_tf_error(extra, batch),
+            "decoded_tf": self._more_tfs.error(self.generator, extra, batch, self.steps),
             "opacity_l1": l1(fake, batch.opacity_image, batch.weight),
         }
 

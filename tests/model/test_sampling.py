@@ -9,6 +9,7 @@ from model.sampling import (
     MAX_MODES,
     draw_color_tf,
     draw_opacity_tf,
+    draw_opacity_tfs,
     draw_paired_sample,
     draw_sample,
     sample_rng,
@@ -77,6 +78,20 @@ def test_modes_keep_their_limits() -> None:
             assert 0.1 <= amplitudes[0] <= 1
         else:
             assert sum(amplitudes) == pytest.approx(1)
+
+
+def test_tfs_on_their_own_are_drawn_like_those_of_samples(scene: Scene) -> None:
+    tfs = draw_opacity_tfs(scene, 0, 4, 300)
+    assert tfs.shape == (300, 256)
+    assert tfs.min() >= 0
+    assert tfs.max() <= 1
+    assert np.array_equal(tfs, draw_opacity_tfs(scene, 0, 4, 300))
+    of_samples = [draw_sample(scene, 0, "train", i).transfer_function for i in range(300)]
+    values = np.stack([tf.opacity.sample(scene.scalar_range) for tf in of_samples])
+    assert not (tfs[:, None] == values[None]).all(axis=2).any()
+    difference = np.abs(tfs.mean(axis=0) - values.mean(axis=0))
+    error = np.hypot(tfs.std(axis=0), values.std(axis=0)) / np.sqrt(300)
+    assert (difference < 5 * error + 1e-6).all()
 
 
 def test_modes_are_light_and_the_ends_dark() -> None:

@@ -15,6 +15,7 @@ def test_faithful_is_the_papers_recipe() -> None:
     assert (recipe.translation.batch_size, recipe.translation.learning_rate) == (50, 8e-5)
     assert recipe.l1_weight == 150
     assert recipe.decoded_tf_weight == 1
+    assert recipe.more_tfs == 0
     assert recipe.opacity_l1_weight == 0
     assert recipe.predicted_share == 0
     assert recipe.average_decay == 0
@@ -35,6 +36,7 @@ def test_options_survive_json() -> None:
         {"opacity_time_share": 0.0},
         {"beta2": 1.0},
         {"grid_rate": 0.0},
+        {"more_tfs": -1},
     ],
 )
 def test_impossible_recipes_are_refused(bad: dict) -> None:

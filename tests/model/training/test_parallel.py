@@ -38,7 +38,9 @@ import torch
 from model.encoding import EncodedBatch
 from model.networks.blocks import NetworkSize
 from model.networks.opacity import OpacityGenerator
+from model.scene import Scene
 from model.training import parallel
+from model.training.more_tfs import MoreTFs
 from model.training.options import TrainingOptions
 from model.training.stages import OpacityStage
 import safetensors.torch
@@ -48,7 +50,8 @@ with parallel.process_group(torch.device("cpu")) as device:
     torch.manual_seed(0)
     size = NetworkSize(0.125, 16, 16)
     options = TrainingOptions(adversarial_start=0.0)
-    stage = OpacityStage(size, options, OpacityGenerator(size), device)
+    none = MoreTFs(Scene('none', '', (0.0, 1.0), (0.0, 1.0), 16), 0, 0)
+    stage = OpacityStage(size, options, OpacityGenerator(size), none, device)
     gradients = {}
     for name in ("same", "different"):
         torch.manual_seed(7 if name == "same" else 8 + rank)

@@ -15,8 +15,11 @@ from model.encoding import EncodedBatch, encode_batch
 from model.errors import TrainingError
 from model.networks.blocks import NetworkSize
 from model.networks.opacity import OpacityGenerator
+from model.sampling import draw_opacity_tfs
+from model.scene import Scene
 from model.training.average import WeightAverage
 from model.training.losses import LEAST_RESPONSE, adversarial, response_error
+from model.training.more_tfs import MoreTFs
 from model.training.optimisers import WARM_UP
 from model.training.options import StageOptions, TrainingOptions
 from model.training.stage import Losses
@@ -25,6 +28,8 @@ from model.training.stages import OpacityStage, TranslationStage
 SIZE = NetworkSize(0.125, 16, 64)
 CPU = torch.device("cpu")
 ONES = torch.ones(2)
+SCENE = Scene("none", "", (0.0, 1.0), (0.2, 0.8), 64)
+NO_MORE, MORE = MoreTFs(SCENE, 0, 0), MoreTFs(SCENE, 0, 8)
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +39,7 @@ def batch(store: SampleStore) -> EncodedBatch:
 
 def stages(options: TrainingOptions) -> tuple[OpacityStage, TranslationStage]:
     torch.manual_seed(0)
-    opacity = OpacityStage(SIZE, options, OpacityGenerator(SIZE), CPU)
+    opacity = OpacityStage(SIZE, options, OpacityGenerator(SIZE), NO_MORE, CPU)
     return opacity, TranslationStage(SIZE, options, opacity.average.network, CPU)
 
 
@@ -62,6 +67,22 @@ def test_reported_losses_are_those_of_the_networks(batch: EncodedBatch) -> None:
     square = (output.decoded_tf.float() - batch.opacity_tf).square().mean().item()
     assert losses["opacity_l1"] == pytest.approx(l1, rel=1e-3)
     assert losses["decoded_tf"] == pytest.approx(square, rel=1e-3)
+
+
+def test_the_codec_also_learns_from_tfs_without_images(batch: EncodedBatch) -> None:
+    stage = stages(TrainingOptions())[0]
+    stage.steps = 5
+    errors = {}
+    for count in (0, 40):
+        more = MoreTFs(SCENE, 3, count)
+        with torch.no_grad():
+            decoded = stage.generator.decode(stage.generator.encode(batch.opacity_tf))
+            errors[count] = more.error(stage.generator, decoded, batch, stage.steps).item()
+    tfs = torch.from_numpy(draw_opacity_tfs(SCENE, 3, 5, 40)) * 2 - 1
+    with torch.no_grad():
+        others = (stage.generator.decode(stage.generator.encode(tfs)) - tfs).square().mean().item()
+    assert errors[40] == pytest.approx((errors[0] + others) / 2)
+    assert others != pytest.approx(errors[0], rel=1e-3)
 
 
 def test_a_few_steps_on_one_batch_lower_its_losses(batch: EncodedBatch) -> None:
@@ -192,7 +213,7 @@ def test_a_batch_too_large_for_the_memory_is_learned_from_in_parts(
 
     def trained(kind: type[OpacityStage]) -> tuple[OpacityStage, Losses]:
         torch.manual_seed(0)
-        stage = kind(SIZE, options, OpacityGenerator(SIZE), CPU)
+        stage = kind(SIZE, options, OpacityGenerator(SIZE), MORE, CPU)
         # Without batch statistics, parts add up to the whole.
         stage.generator.eval()
         stage.discriminator.eval()
@@ -213,7 +234,7 @@ def test_a_batch_too_large_for_the_memory_is_learned_from_in_parts(
 
 
 def test_memory_too_small_for_any_part_is_said(batch: EncodedBatch) -> None:
-    stage = Tight(SIZE, TrainingOptions(), OpacityGenerator(SIZE), CPU)
+    stage = Tight(SIZE, TrainingOptions(), OpacityGenerator(SIZE), MORE, CPU)
     stage.room = 1
     with pytest.raises(TrainingError, match=r"out of memory .* --set opacity.batch_size=12"):
         stage.step(batch, 0.0)
