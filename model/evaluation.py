@@ -19,6 +19,7 @@ from sklearn.metrics import pairwise_distances_argmin_min
 from model import metrics
 from model.dataset import BLOCK, SampleBatch, SampleStore
 from model.encoding import decode_unit, encode_batch
+from model.error_scales import ErrorScale, ErrorScales
 from model.generator import Generator
 
 RENDER_BATCH = 16
@@ -39,11 +40,14 @@ class Evaluation:
         The same but for ``opacity_rmse``.
     neighbours : int
         Number of training images that were searched.
+    scales : list of ErrorScale
+        Of the generator's colour images.
     """
 
     generator: dict[str, NDArray[np.float64]]
     nearest_neighbour: dict[str, NDArray[np.float64]]
     neighbours: int
+    scales: list[ErrorScale]
 
     @property
     def count(self) -> int:
@@ -55,6 +59,7 @@ class Evaluation:
         return {
             "count": self.count,
             **{name: metrics.summary(v) for name, v in self.generator.items()},
+            "scales": [scale.to_json() for scale in self.scales],
             "nearest_neighbour": {
                 "count": self.neighbours,
                 **{name: metrics.summary(v) for name, v in self.nearest_neighbour.items()},
@@ -83,13 +88,13 @@ def evaluate(
     """
     samples = store.read("holdout", range(min(count, store.count("holdout"))))
     rows = []
-    for row in zip(
-        _generator_rows(generator, samples), _neighbour_rows(samples, store), strict=True
-    ):
+    scales = ErrorScales()
+    ours = _generator_rows(generator, samples, scales.add)
+    for row in zip(ours, _neighbour_rows(samples, store), strict=True):
         rows.append(row)
         on_progress(len(rows))
-    ours, neighbour = zip(*rows, strict=True)
-    return Evaluation(_columns(ours), _columns(neighbour), store.count("train"))
+    errors, neighbour = (_columns(part) for part in zip(*rows, strict=True))
+    return Evaluation(errors, neighbour, store.count("train"), scales.scales())
 
 
 def generator_errors(generator: Generator, samples: SampleBatch) -> dict[str, NDArray[np.float64]]:
@@ -102,9 +107,15 @@ def neighbour_errors(samples: SampleBatch, store: SampleStore) -> dict[str, NDAr
     return _columns(list(_neighbour_rows(samples, store)))
 
 
-def _generator_rows(generator: Generator, samples: SampleBatch) -> Iterator[dict[str, float]]:
+def _generator_rows(
+    generator: Generator,
+    samples: SampleBatch,
+    on_image: Callable[[NDArray[Any], NDArray[Any]], None] = lambda image, truth: None,
+) -> Iterator[dict[str, float]]:
     for i, (image, opacity, true_opacity) in enumerate(_render(generator, samples)):
-        errors = _errors(image, samples.rgba[i] / 255)
+        truth = samples.rgba[i] / 255
+        on_image(image, truth[..., :3])
+        errors = _errors(image, truth)
         yield errors | {"opacity_rmse": metrics.rmse(opacity, true_opacity)}
 
 

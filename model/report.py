@@ -113,6 +113,7 @@ def html_report(
     if "sensitivity_agreement" in result:
         parts.append(_agreement(result["sensitivity_agreement"]))
     parts += ["<h2>Where the error is</h2>", *(_profile(n, profile[n]) for n in PROFILES)]
+    parts.append(_scales(result["scales"]))
     parts += [
         "<h2>Samples</h2>",
         "<p>Worst, then median, then best by image RMSE; below each true image the generated "
@@ -171,6 +172,20 @@ def _profile(name: str, groups: list[Group]) -> str:
         )
     head = f"<tr><th>{html.escape(PROFILES[name])}</th><th>samples</th><th>RMSE</th><th></th></tr>"
     return f"<table>{head}{''.join(rows)}</table>"
+
+
+def _scales(scales: list[dict[str, float]]) -> str:
+    whole = sum(scale["error"] for scale in scales) or 1.0
+    rows = []
+    for scale in scales:
+        part, left = scale["error"] / whole, scale["error"] / (scale["truth"] or 1.0)
+        bar = f'<span class="bar" style="width:{20 * part:.1f}rem"></span>'
+        rows.append(
+            f"<tr><td>{scale['pixels']:.0f}</td><td>{part:.0%}</td>"
+            f'<td>{left:.1%}</td><td style="text-align:left">{bar}</td></tr>'
+        )
+    head = "<tr><th>details of so many pixels</th><th>of the squared error</th>"
+    return f"<table>{head}<th>error over details</th><th></th></tr>{''.join(rows)}</table>"
 
 
 def _row(name: str, *cells: str) -> str:

@@ -172,3 +172,6 @@ def _print(result: dict[str, Any]) -> None:
         table.add_row(label, *cells)
     console.print(table)
     console.print(f"nearest: the nearest of {neighbour['count']} training images, by RMSE")
+    whole = sum(scale["error"] for scale in result["scales"]) or 1.0
+    shares = [f"{scale['error'] / whole:.0%} of {scale['pixels']}" for scale in result["scales"]]
+    console.print(f"the squared error, by the size of details in pixels: {', '.join(shares)}")

@@ -11,6 +11,7 @@ import numpy as np
 from skimage.io import imread
 
 from model.error_profile import Group
+from model.error_scales import ErrorScale
 from model.report import MEASURES, PROFILES, extremes, html_report, picture_sheet
 
 
@@ -55,6 +56,7 @@ def test_the_page_is_whole_and_says_what_was_measured() -> None:
     result = {
         "count": 9,
         **dict.fromkeys(MEASURES, summary),
+        "scales": [ErrorScale(1, 0.03, 0.3).to_json(), ErrorScale(2, 0.01, 0.5).to_json()],
         "nearest_neighbour": {"count": 55, "rmse": {**summary, "mean": 0.4321}},
         "sensitivity_agreement": {"count": 3, **dict.fromkeys(names, agreement)},
     }
@@ -66,6 +68,8 @@ def test_the_page_is_whole_and_says_what_was_measured() -> None:
     assert not checker.open
     for text in ("a &lt;volume&gt;", "0.1234", "0.4321", "0.1100 to 0.1300", "0.22", "90 to 180"):
         assert text in page
+    assert "<td>1</td><td>75%</td><td>10.0%</td>" in page
+    assert "<td>2</td><td>25%</td><td>2.0%</td>" in page
     match = re.search(r"base64,([^\"]+)", page)
     assert match is not None
     np.testing.assert_array_equal(imread(io.BytesIO(base64.b64decode(match[1]))), sheet)
