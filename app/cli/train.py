@@ -109,7 +109,9 @@ def size_of(preset: str, architecture: Architecture | None) -> NetworkSize:
 def _size(order: TrainOrder) -> NetworkSize:
     """The size; the paper's networks have nothing that was added to them."""
     if order.faithful:
-        return replace(size_of(order.preset, "paper"), modulation=False, deep_codec=False)
+        return replace(
+            size_of(order.preset, "paper"), rays=False, modulation=False, deep_codec=False
+        )
     return size_of(order.preset, order.architecture)
 
 

@@ -44,6 +44,9 @@ class NetworkSize:
         grid's opacity image in front of the paper's translation.
     features : int
         Numbers at each node of the feature grid, where there is one.
+    rays : bool
+        Whether a feature grid is accompanied by a finer one that is summed up
+        along each pixel's line of sight.
     modulation : bool
         Whether the codes of view and TFs also scale and shift the translation
         decoder's features at every resolution. The paper's network has only
@@ -63,6 +66,7 @@ class NetworkSize:
     image_size: int = 256
     latent_dim: int = 8
     features: int = 16
+    rays: bool = False
     modulation: bool = False
     deep_codec: bool = False
     architecture: Architecture = "paper"

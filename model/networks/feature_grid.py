@@ -105,7 +105,7 @@ class _Interpolation(torch.autograd.Function):
         def part(piece: slice) -> None:
             gather(places[piece], shape, values, out[piece])
 
-        list(_threads().map(part, _pieces(len(points))))
+        list(threads().map(part, pieces(len(points))))
         ctx.save_for_backward(points)
         ctx.shape, ctx.nodes = shape, features.shape
         return found
@@ -121,18 +121,19 @@ class _Interpolation(torch.autograd.Function):
             return total
 
         # Summed in a fixed order, so that training can be repeated bit for bit.
-        first, *others = _threads().map(part, _pieces(len(points)))
+        first, *others = threads().map(part, pieces(len(points)))
         for other in others:
             first += other
         return torch.from_numpy(first), None, None
 
 
 @lru_cache(maxsize=1)
-def _threads() -> ThreadPoolExecutor:
+def threads() -> ThreadPoolExecutor:
+    """Threads of the grids' kernels, as many as torch's."""
     return ThreadPoolExecutor(torch.get_num_threads(), thread_name_prefix="feature-grid")
 
 
-def _pieces(count: int) -> list[slice]:
+def pieces(count: int) -> list[slice]:
     """As many parts of a number of points as there are threads."""
     bounds = np.linspace(0, count, torch.get_num_threads() + 1).astype(int)
     return [slice(a, b) for a, b in pairwise(bounds)]

@@ -2,9 +2,9 @@
 
 A learned feature grid is sampled on planes across the view's frustum. A small
 network, modulated by the code of the opacity TF, goes over each point; then
-the planes are folded into channels and decoded in 2-D. From the same samples
-follows how much of each scalar value every pixel shows; the colour TF says the
-rest.
+the planes are folded into channels and decoded in 2-D. Details come from a
+finer grid, summed up along each pixel's line of sight. From all this follows
+how much of each scalar value every pixel shows; the colour TF says the rest.
 
 The latent code enters behind the sampling: derivatives by it pass through
 small networks only, and have its rank.
@@ -33,7 +33,9 @@ from model.networks.blocks import (
 from model.networks.feature_grid import FeatureGrid
 from model.networks.frustum import Frustum
 from model.networks.opacity import OpacityNetwork
-from model.networks.points import PointNetwork, binned
+from model.networks.points import PointNetwork, RayNetwork, binned
+from model.networks.ray_grid import RayGrid
+from model.networks.ray_kernels import FEATURES
 from model.networks.two_stage import GeneratorNetwork
 from model.scene import Scene
 
@@ -48,6 +50,9 @@ COLORS = 32
 FAINT = 0.01
 """Opacity that is added before a scalar value's share of a pixel is guessed from the TF."""
 
+RAY_NODES = 64**3
+RAY_UNITS = 8
+
 FOLDED = 8
 """Features of each plane that become channels of the 2-D decoder."""
 
@@ -59,7 +64,7 @@ class Look(NamedTuple):
     ----------
     image : Tensor, shape (N, 1, So, So)
     samples : Tensor, shape (N, planes * size * size, features)
-        Of the feature grid.
+        Of the feature grid; without the sums along lines of sight.
     code : Tensor, shape (N, channels)
         Features of the latent code.
     opacities : Tensor, shape (N, 1, BINS)
@@ -98,33 +103,45 @@ class GridOpacityGenerator(OpacityNetwork):
         self.block = Modulated(ResidualBlock(c(256), c(256)), c(256), c(512))
         self.narrow = nn.Conv2d(c(256), c(128), 1)
         self.larger = _larger()
+        if size.rays:
+            self.entry = _entry(c(128) + 2 * RAY_UNITS, c(128))
         self.fine = ResidualBlock(c(128), c(128))
         self.image = nn.Sequential(nn.Conv2d(c(128), 1, 3, padding=1), nn.Tanh())
         start(self)
         self.grid = FeatureGrid(scene.proportions, NODES, size.features)
+        self.rays = RayGrid(scene, RAY_NODES, size.opacity_size) if size.rays else None
+        self.shown = RayNetwork(FEATURES, RAY_UNITS) if size.rays else None
 
-    def see(self, view: Tensor) -> Tensor:
-        """Samples (N, planes * size * size, features) of the grid for views (N, 5)."""
+    def see(self, view: Tensor) -> tuple[Tensor, ...]:
+        """Samples (N, planes * size * size, features) of the grid for views (N, 5).
+
+        With rays, also the sums (N, S * S, FEATURES) along lines of sight.
+        """
         with torch.autocast(view.device.type, enabled=False):
             # Places need float32's digits.
             samples = self.grid(self.frustum.points(view.to(self.grid.features.dtype)))
+            sums = () if self.rays is None else (self.rays(view),)
         samples = samples.flatten(1, 3)
         if torch.is_autocast_enabled(view.device.type):
             samples = samples.to(torch.get_autocast_dtype(view.device.type))
-        return samples
+        return samples, *sums
 
-    def draw_seen(self, seen: Tensor, latent: Tensor) -> Tensor:
-        """Opacity images (N, 1, S, S) from samples of the grid and latent codes."""
+    def draw_seen(self, seen: tuple[Tensor, ...], latent: Tensor) -> Tensor:
+        """Opacity images (N, 1, S, S) from what :meth:`see` gave and latent codes."""
         return self.look(seen, latent).image
 
-    def look(self, samples: Tensor, latent: Tensor) -> Look:
+    def look(self, seen: tuple[Tensor, ...], latent: Tensor) -> Look:
         """The opacity image, with what else was found on the way."""
+        samples, *sums = seen
         code = self.latent(latent)
         opacities = binned(decode_unit(self.decode(latent)[:, None]))
-        seen = fold(self.points(samples, code, opacities), self.frustum)
-        coarse = self.coarse(seen, code)
-        coarse = self.block(coarse, code)
-        fine = self.fine(self.larger(self.narrow(coarse)))
+        folded = fold(self.points(samples, code, opacities), self.frustum)
+        coarse = self.block(self.coarse(folded, code), code)
+        fine = self.larger(self.narrow(coarse))
+        if self.shown is not None:
+            shown = self.shown(*sums, opacities).unflatten(1, fine.shape[2:]).permute(0, 3, 1, 2)
+            fine = self.entry(concatenate(fine, shown.to(fine.dtype)))
+        fine = self.fine(fine)
         return Look(self.image(fine), samples, code, opacities, coarse, fine)
 
 
@@ -210,8 +227,8 @@ class GridGenerator(GeneratorNetwork):
         self.color = GridColorGenerator(size, self.opacity.frustum, scene.lighting != "none")
 
     def see(self, view: Tensor) -> tuple[Tensor, ...]:
-        """Samples of the grid for views (N, 5)."""
-        return (self.opacity.see(view),)
+        """What the opacity generator sees for views (N, 5)."""
+        return self.opacity.see(view)
 
     def encode_color(self, color_tf: Tensor) -> Tensor:
         """Colours (N, 3, COLORS) in RGB of colour TFs (N, 3, 256)."""
@@ -220,8 +237,8 @@ class GridGenerator(GeneratorNetwork):
     def draw(
         self, seen: tuple[Tensor, ...], latent: Tensor, color: Tensor
     ) -> tuple[Tensor, Tensor]:
-        """Colour and opacity image from samples of the grid and codes of both TFs."""
-        look = self.opacity.look(seen[0], latent)
+        """Colour and opacity image from what was seen and codes of both TFs."""
+        look = self.opacity.look(seen, latent)
         return self.color(look, color), look.image
 
 

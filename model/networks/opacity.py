@@ -82,11 +82,11 @@ class OpacityNetwork(LatentCodec, ABC):
         return self.draw_seen(self.see(view), latent)
 
     @abstractmethod
-    def see(self, view: Tensor) -> Tensor:
+    def see(self, view: Tensor) -> tuple[Tensor, ...]:
         """What views (N, 5) alone decide; for all latent codes the same."""
 
     @abstractmethod
-    def draw_seen(self, seen: Tensor, latent: Tensor) -> Tensor:
+    def draw_seen(self, seen: tuple[Tensor, ...], latent: Tensor) -> Tensor:
         """Opacity images (N, 1, S, S) from what :meth:`see` gave and latent codes."""
 
 
@@ -109,14 +109,13 @@ class OpacityGenerator(OpacityNetwork):
         self.image = nn.Sequential(*blocks, nn.Tanh())
         initialise(self)
 
-    def see(self, view: Tensor) -> Tensor:
+    def see(self, view: Tensor) -> tuple[Tensor, ...]:
         """Codes (N, channels) of views (N, 5)."""
-        code: Tensor = self.view(view)
-        return code
+        return (self.view(view),)
 
-    def draw_seen(self, seen: Tensor, latent: Tensor) -> Tensor:
+    def draw_seen(self, seen: tuple[Tensor, ...], latent: Tensor) -> Tensor:
         """Opacity images (N, 1, S, S) from codes of views and latent codes."""
-        fused = self.merge(concatenate(seen, self.latent(latent)))
+        fused = self.merge(concatenate(*seen, self.latent(latent)))
         image: Tensor = self.image(fused[:, :, None, None])
         return image
 

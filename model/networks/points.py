@@ -1,4 +1,4 @@
-"""What points of a feature grid show under transfer functions."""
+"""What points of a feature grid, and sums along lines of sight, show under an opacity TF."""
 
 from __future__ import annotations
 
@@ -61,6 +61,38 @@ class PointNetwork(nn.Module):
         hidden = torch.baddbmm(bias[:, None].to(dtype), samples, weight.to(dtype))
         outputs: Tensor = self.second(torch.relu_(hidden))
         return outputs
+
+
+class RayNetwork(nn.Module):
+    """Looks the opacity TF up with what lines of sight run through.
+
+    Where features tell how far a line runs through each scalar value, a sum
+    over them, weighted by the TF, is an optical depth: what shows is one less
+    its negative's exponential.
+
+    Parameters
+    ----------
+    features : int
+        Of each line.
+    units : int
+        Depths that are looked up.
+    """
+
+    def __init__(self, features: int, units: int) -> None:
+        super().__init__()
+        self.values = nn.Parameter(4 * torch.randn(units, features, BINS) / features**0.5)
+        self.bias = nn.Parameter(torch.zeros(units))
+
+    def forward(self, sums: Tensor, opacities: Tensor) -> Tensor:
+        """Map sums (N, lines, features) under TFs (N, 1, BINS) to (N, lines, 2 * units).
+
+        The opacity that follows from each depth, 0..1, and the depth's logarithm.
+        """
+        with torch.autocast(sums.device.type, enabled=False):
+            opacities = opacities[:, 0].to(sums.dtype)
+            weight = torch.einsum("ufb,nb->nfu", self.values, opacities)
+            depth = torch.relu(torch.baddbmm(self.bias.expand(len(sums), 1, -1), sums, weight))
+            return torch.cat([1 - torch.exp(-depth), torch.log1p(depth)], dim=2)
 
 
 def binned(tfs: Tensor, bins: int = BINS) -> Tensor:

@@ -86,7 +86,7 @@ class TwoStageGenerator(GeneratorNetwork):
 
     def see(self, view: Tensor) -> tuple[Tensor, ...]:
         """What the opacity generator sees, and the translation's code of the view."""
-        return self.opacity.see(view), self.translation.view(view)
+        return *self.opacity.see(view), self.translation.view(view)
 
     def encode_color(self, color_tf: Tensor) -> Tensor:
         """Codes (N, channels) of colour TFs (N, 3, 256)."""
@@ -97,5 +97,6 @@ class TwoStageGenerator(GeneratorNetwork):
         self, seen: tuple[Tensor, ...], latent: Tensor, color: Tensor
     ) -> tuple[Tensor, Tensor]:
         """Draw the opacity image, then paint it."""
-        opacity_image = self.opacity.draw_seen(seen[0], latent)
-        return self.translation.draw(seen[1], latent, color, opacity_image), opacity_image
+        *seen_by_opacity, view = seen
+        opacity_image = self.opacity.draw_seen(tuple(seen_by_opacity), latent)
+        return self.translation.draw(view, latent, color, opacity_image), opacity_image

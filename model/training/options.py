@@ -10,7 +10,9 @@ from typing import Any
 from model.errors import TrainingError
 from model.networks.blocks import NetworkSize
 
-_SMALL = NetworkSize(0.25, features=32, modulation=True, deep_codec=True, architecture="grid")
+_SMALL = NetworkSize(
+    0.25, features=32, rays=True, modulation=True, deep_codec=True, architecture="grid"
+)
 
 PRESETS: dict[str, NetworkSize] = {
     "draft": replace(_SMALL, image_size=64),

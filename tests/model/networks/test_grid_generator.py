@@ -24,6 +24,8 @@ SIZES = [
     NetworkSize(0.125, 16, 16, architecture="grid"),
     NetworkSize(0.125, 16, 64, latent_dim=3, architecture="grid"),
     NetworkSize(0.25, 32, 32, architecture="grid-translation"),
+    NetworkSize(0.125, 16, 32, rays=True, architecture="grid"),
+    NetworkSize(0.125, 16, 16, rays=True, architecture="grid-translation"),
 ]
 
 
@@ -52,9 +54,12 @@ def test_images_have_their_sizes_and_lie_in_range(size: NetworkSize, scene: Scen
         assert values.std() > 1e-3
 
 
+@pytest.mark.parametrize("rays", [False, True])
 @pytest.mark.parametrize("architecture", get_args(Architecture))
-def test_each_architecture_trains_all_its_weights(architecture: Architecture, scene: Scene) -> None:
-    size = NetworkSize(0.125, 16, 32, modulation=True, architecture=architecture)
+def test_each_architecture_trains_all_its_weights(
+    architecture: Architecture, rays: bool, scene: Scene
+) -> None:
+    size = NetworkSize(0.125, 16, 32, rays=rays, modulation=True, architecture=architecture)
     network = build(size, scene)
     view, opacity_tf, color_tf = inputs(4)
     latent = network.opacity.encode(opacity_tf)
@@ -69,9 +74,12 @@ def test_each_architecture_trains_all_its_weights(architecture: Architecture, sc
     assert not without
 
 
-def test_derivatives_by_the_latent_code_go_forwards_and_are_true(scene: Scene) -> None:
+@pytest.mark.parametrize("size", [SIZES[0], SIZES[3]])
+def test_derivatives_by_the_latent_code_go_forwards_and_are_true(
+    size: NetworkSize, scene: Scene
+) -> None:
     """Forward mode, as the sensitivity takes it, against central differences in float64."""
-    network = build(SIZES[0], scene).double().eval().requires_grad_(False)
+    network = build(size, scene).double().eval().requires_grad_(False)
     view, opacity_tf, color_tf = inputs(1, torch.float64)
     latent = network.opacity.encode(opacity_tf)
     direction = torch.randn_like(latent)
@@ -88,8 +96,11 @@ def test_derivatives_by_the_latent_code_go_forwards_and_are_true(scene: Scene) -
     torch.testing.assert_close(slope, expected, rtol=1e-4, atol=1e-8)
 
 
-def test_float32_on_the_cpu_agrees_with_float64_through_torch(scene: Scene) -> None:
-    network = build(SIZES[0], scene).eval().requires_grad_(False)
+@pytest.mark.parametrize("size", [SIZES[0], SIZES[3]])
+def test_float32_on_the_cpu_agrees_with_float64_through_torch(
+    size: NetworkSize, scene: Scene
+) -> None:
+    network = build(size, scene).eval().requires_grad_(False)
     expected, _ = network(*inputs())
     found, _ = network.double()(*inputs(dtype=torch.float64))
     torch.testing.assert_close(found.float(), expected, atol=1e-3, rtol=0)
@@ -107,7 +118,7 @@ def test_what_the_grid_holds_at_a_place_is_seen_at_its_pixel(scene: Scene, view:
         grid.features.zero_()
         grid.features[:, :4] = torch.stack([x, y, z, torch.ones_like(x)], dim=-1).reshape(-1, 4)
         encoded = torch.from_numpy(view.vector(scene.view_range))[None]
-        samples = network.see(encoded)
+        (samples,) = network.see(encoded)
     seen = samples.reshape(16, 16, 16, -1).double()
     inside = seen[..., 3] > 0.999
     assert inside.sum() > 100
