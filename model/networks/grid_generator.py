@@ -50,7 +50,7 @@ COLORS = 32
 FAINT = 0.01
 """Opacity that is added before a scalar value's share of a pixel is guessed from the TF."""
 
-RAY_NODES = 64**3
+RAY_NODES = 48**3
 RAY_UNITS = 8
 
 FOLDED = 8
@@ -64,7 +64,9 @@ class Look(NamedTuple):
     ----------
     image : Tensor, shape (N, 1, So, So)
     samples : Tensor, shape (N, planes * size * size, features)
-        Of the feature grid; without the sums along lines of sight.
+        Of the feature grid.
+    sums : Tensor, shape (N, lines, FEATURES), or None
+        Along lines of sight.
     code : Tensor, shape (N, channels)
         Features of the latent code.
     opacities : Tensor, shape (N, 1, BINS)
@@ -75,6 +77,7 @@ class Look(NamedTuple):
 
     image: Tensor
     samples: Tensor
+    sums: Tensor | None
     code: Tensor
     opacities: Tensor
     coarse: Tensor
@@ -89,9 +92,12 @@ class GridOpacityGenerator(OpacityNetwork):
     size : NetworkSize
     scene : Scene
         Its views and the volume's proportions.
+    lines : int, optional
+        Width and height of the image that has a line of sight for each pixel:
+        the opacity image, or one 2, 4 or more powers of two as large.
     """
 
-    def __init__(self, size: NetworkSize, scene: Scene) -> None:
+    def __init__(self, size: NetworkSize, scene: Scene, lines: int | None = None) -> None:
         # Points look up the TF that the code stands for: it had better be the right one, and
         # a codec of full width is cheap beside the images.
         super().__init__(replace(size, width=max(1.0, size.width)))
@@ -103,19 +109,18 @@ class GridOpacityGenerator(OpacityNetwork):
         self.block = Modulated(ResidualBlock(c(256), c(256)), c(256), c(512))
         self.narrow = nn.Conv2d(c(256), c(128), 1)
         self.larger = _larger()
-        if size.rays:
-            self.entry = _entry(c(128) + 2 * RAY_UNITS, c(128))
+        self.details = Details(c(128)) if size.rays else None
         self.fine = ResidualBlock(c(128), c(128))
         self.image = nn.Sequential(nn.Conv2d(c(128), 1, 3, padding=1), nn.Tanh())
         start(self)
         self.grid = FeatureGrid(scene.proportions, NODES, size.features)
-        self.rays = RayGrid(scene, RAY_NODES, size.opacity_size) if size.rays else None
-        self.shown = RayNetwork(FEATURES, RAY_UNITS) if size.rays else None
+        lines = lines or size.opacity_size
+        self.rays = RayGrid(scene, RAY_NODES, lines) if size.rays else None
 
     def see(self, view: Tensor) -> tuple[Tensor, ...]:
         """Samples (N, planes * size * size, features) of the grid for views (N, 5).
 
-        With rays, also the sums (N, S * S, FEATURES) along lines of sight.
+        With rays, also the sums (N, lines, FEATURES) along lines of sight.
         """
         with torch.autocast(view.device.type, enabled=False):
             # Places need float32's digits.
@@ -132,17 +137,16 @@ class GridOpacityGenerator(OpacityNetwork):
 
     def look(self, seen: tuple[Tensor, ...], latent: Tensor) -> Look:
         """The opacity image, with what else was found on the way."""
-        samples, *sums = seen
+        samples, sums = seen[0], seen[1] if len(seen) > 1 else None
         code = self.latent(latent)
         opacities = binned(decode_unit(self.decode(latent)[:, None]))
         folded = fold(self.points(samples, code, opacities), self.frustum)
         coarse = self.block(self.coarse(folded, code), code)
         fine = self.larger(self.narrow(coarse))
-        if self.shown is not None:
-            shown = self.shown(*sums, opacities).unflatten(1, fine.shape[2:]).permute(0, 3, 1, 2)
-            fine = self.entry(concatenate(fine, shown.to(fine.dtype)))
+        if self.details is not None and sums is not None:
+            fine = self.details(fine, sums, opacities)
         fine = self.fine(fine)
-        return Look(self.image(fine), samples, code, opacities, coarse, fine)
+        return Look(self.image(fine), samples, sums, code, opacities, coarse, fine)
 
 
 class GridColorGenerator(nn.Module):
@@ -177,6 +181,7 @@ class GridColorGenerator(nn.Module):
             nn.Sequential(nn.Conv2d(a, b, 1), _larger(), ResidualBlock(b, b))
             for a, b in pairwise(channels)
         )
+        self.details = Details(channels[-1]) if size.rays and doublings else None
         self.visible = nn.Conv2d(channels[-1], 1, 3, padding=1)
         self.shares = nn.Conv2d(channels[-1], COLORS + lit, 1)
         self.trust = nn.Parameter(torch.ones(1))
@@ -194,8 +199,12 @@ class GridColorGenerator(nn.Module):
         folded = fold(self.points(look.samples, look.code, look.opacities), self.frustum)
         x = self.block(self.coarse(concatenate(look.coarse, folded), look.code), look.code)
         x = self.fine(self.larger(self.narrow(x)) + look.fine, look.code)
-        for finer in self.finer:
-            x = finer(x)
+        for i, finer in enumerate(self.finer, 1):
+            narrow, larger, block = finer.children()
+            x = larger(narrow(x))
+            if self.details is not None and look.sums is not None and i == len(self.finer):
+                x = self.details(x, look.sums, look.opacities)
+            x = block(x)
         # What the TF does not show is not seen, unless the network insists.
         opacities = binned(look.opacities, COLORS)
         if self.lit:
@@ -223,7 +232,7 @@ class GridGenerator(GeneratorNetwork):
 
     def __init__(self, size: NetworkSize, scene: Scene) -> None:
         super().__init__()
-        self.opacity = GridOpacityGenerator(size, scene)
+        self.opacity = GridOpacityGenerator(size, scene, size.image_size)
         self.color = GridColorGenerator(size, self.opacity.frustum, scene.lighting != "none")
 
     def see(self, view: Tensor) -> tuple[Tensor, ...]:
@@ -240,6 +249,26 @@ class GridGenerator(GeneratorNetwork):
         """Colour and opacity image from what was seen and codes of both TFs."""
         look = self.opacity.look(seen, latent)
         return self.color(look, color), look.image
+
+
+class Details(nn.Module):
+    """Adds what lines of sight show under an opacity TF to an image's features."""
+
+    def __init__(self, channels: int) -> None:
+        super().__init__()
+        self.shown = RayNetwork(FEATURES, RAY_UNITS)
+        self.entry = _entry(channels + 2 * RAY_UNITS, channels)
+
+    def forward(self, x: Tensor, sums: Tensor, opacities: Tensor) -> Tensor:
+        """Map features (N, channels, S, S), sums of as many or more lines, and TFs to features."""
+        edge = math.isqrt(sums.shape[1])
+        lines = sums.transpose(1, 2).reshape(len(sums), -1, edge, edge)
+        if edge > x.shape[2]:
+            lines = nn.functional.avg_pool2d(lines, edge // x.shape[2])
+        shown = self.shown(lines.flatten(2).transpose(1, 2), opacities)
+        shown = shown.transpose(1, 2).reshape(len(x), -1, *x.shape[2:])
+        y: Tensor = self.entry(concatenate(x, shown.to(x.dtype)))
+        return y
 
 
 class Modulated(nn.Module):
