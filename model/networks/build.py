@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from model.networks.blocks import NetworkSize
-from model.networks.grid_generator import GridGenerator, GridOpacityGenerator
+from model.networks.grid_generator import GridGenerator
+from model.networks.grid_opacity import GridOpacityGenerator
 from model.networks.opacity import OpacityGenerator, OpacityNetwork
 from model.networks.two_stage import GeneratorNetwork, TwoStageGenerator
 from model.scene import Scene

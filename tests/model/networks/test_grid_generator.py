@@ -15,7 +15,9 @@ from torch.autograd import forward_ad
 from model.encoding import encode_colors
 from model.networks.blocks import Architecture, NetworkSize
 from model.networks.build import build_generator
-from model.networks.grid_generator import GridGenerator, GridOpacityGenerator, fold
+from model.networks.grid_generator import GridGenerator
+from model.networks.grid_layers import fold
+from model.networks.grid_opacity import GridOpacityGenerator
 from model.networks.two_stage import GeneratorNetwork
 from model.scene import LightDirection, Scene
 from model.view import VIEW_ANGLE, View
