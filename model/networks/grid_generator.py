@@ -111,7 +111,7 @@ class GridGenerator(GeneratorNetwork):
 
     def __init__(self, size: NetworkSize, scene: Scene) -> None:
         super().__init__()
-        self.opacity = GridOpacityGenerator(size, scene, size.image_size)
+        self.opacity = GridOpacityGenerator(size, scene)
         self.color = GridColorGenerator(size, self.opacity.frustum, scene.lighting != "none")
 
     def see(self, view: Tensor) -> tuple[Tensor, ...]:

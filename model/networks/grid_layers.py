@@ -24,11 +24,12 @@ class Details(nn.Module):
         self.entry = entry(channels + 2 * RAY_UNITS, channels)
 
     def forward(self, x: Tensor, sums: Tensor, opacities: Tensor) -> Tensor:
-        """Map features (N, channels, S, S), sums of as many or more lines, and TFs to features."""
+        """Map features (N, channels, S, S), sums of at most as many lines, and TFs to features."""
         edge = math.isqrt(sums.shape[1])
         lines = sums.transpose(1, 2).reshape(len(sums), -1, edge, edge)
-        if edge > x.shape[2]:
-            lines = nn.functional.avg_pool2d(lines, edge // x.shape[2])
+        if edge < x.shape[2]:
+            # Sums vary less from pixel to pixel than what they show.
+            lines = nn.functional.interpolate(lines, x.shape[2:], mode="bilinear")
         shown = self.shown(lines.flatten(2).transpose(1, 2), opacities)
         shown = shown.transpose(1, 2).reshape(len(x), -1, *x.shape[2:])
         y: Tensor = self.entry(concatenate(x, shown.to(x.dtype)))

@@ -45,7 +45,7 @@ class Look(NamedTuple):
     image : Tensor, shape (N, 1, So, So)
     samples : Tensor, shape (N, planes * size * size, features)
         Of the feature grid.
-    sums : Tensor, shape (N, lines, FEATURES), or None
+    sums : Tensor, shape (N, So * So, FEATURES), or None
         Along lines of sight.
     code : Tensor, shape (N, channels)
         Features of the latent code.
@@ -72,12 +72,9 @@ class GridOpacityGenerator(OpacityNetwork):
     size : NetworkSize
     scene : Scene
         Its views and the volume's proportions.
-    lines : int, optional
-        Width and height of the image that has a line of sight for each pixel:
-        the opacity image, or one 2, 4 or more powers of two as large.
     """
 
-    def __init__(self, size: NetworkSize, scene: Scene, lines: int | None = None) -> None:
+    def __init__(self, size: NetworkSize, scene: Scene) -> None:
         # Points look up the TF that the code stands for: it had better be the right one, and
         # a codec of full width is cheap beside the images.
         super().__init__(replace(size, width=max(1.0, size.width)))
@@ -94,13 +91,12 @@ class GridOpacityGenerator(OpacityNetwork):
         self.image = nn.Sequential(nn.Conv2d(c(128), 1, 3, padding=1), nn.Tanh())
         start(self)
         self.grid = FeatureGrid(scene.proportions, NODES, size.features)
-        lines = lines or size.opacity_size
-        self.rays = RayGrid(scene, RAY_NODES, lines) if size.rays else None
+        self.rays = RayGrid(scene, RAY_NODES, size.opacity_size) if size.rays else None
 
     def see(self, view: Tensor) -> tuple[Tensor, ...]:
         """Samples (N, planes * size * size, features) of the grid for views (N, 5).
 
-        With rays, also the sums (N, lines, FEATURES) along lines of sight.
+        With rays, also the sums (N, So * So, FEATURES) along lines of sight.
         """
         with torch.autocast(view.device.type, enabled=False):
             # Places need float32's digits.
