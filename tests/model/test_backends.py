@@ -21,9 +21,10 @@ CPU = torch.device("cpu")
 ARCHITECTURES: list[Architecture] = ["paper", "grid", "grid-translation"]
 
 
-def network_of(architecture: Architecture, scene: Scene) -> GeneratorNetwork:
+def network_of(architecture: Architecture, scene: Scene, rays: bool = False) -> GeneratorNetwork:
     torch.manual_seed(0)
-    network = build_generator(NetworkSize(0.125, 16, 64, architecture=architecture), scene)
+    size = NetworkSize(0.125, 16, 64, rays=rays, architecture=architecture)
+    network = build_generator(size, scene)
     for parameter in network.parameters():
         # Images far from one grey: as first weights, the paper's are too small for that.
         if parameter.ndim > 1:
@@ -39,12 +40,14 @@ def usable(name: str, precision: str = "float32") -> Backend:
     return backend
 
 
-@pytest.mark.parametrize("architecture", ARCHITECTURES)
+@pytest.mark.parametrize(
+    ("architecture", "rays"), [(a, False) for a in ARCHITECTURES] + [("grid", True)]
+)
 @pytest.mark.parametrize("name", [b for b in BACKENDS if b not in ("eager", "compiled")])
 def test_libraries_draw_what_torch_draws(
-    architecture: Architecture, name: str, scene: Scene
+    architecture: Architecture, rays: bool, name: str, scene: Scene
 ) -> None:
-    network = network_of(architecture, scene)
+    network = network_of(architecture, scene, rays)
     draw = make_draw(network, usable(name), CPU)
     with torch.inference_mode():
         for count in (1, 3, 1):
