@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from PySide6.QtGui import QValidator
-from PySide6.QtWidgets import QDoubleSpinBox, QWidget
+from PySide6.QtWidgets import QDoubleSpinBox, QToolTip, QWidget
 
 _MAX_DECIMALS = 320
 
@@ -33,6 +33,7 @@ class NumberBox(QDoubleSpinBox):
         self._digits = min(6 + math.ceil(common), 17)
         self.setRange(lo, hi)
         self.setSingleStep((hi - lo) / 200)
+        self.setToolTip(f"From {self.textFromValue(lo)} to {self.textFromValue(hi)}")
         self.blockSignals(False)
 
     def show_value(self, value: float) -> None:
@@ -64,7 +65,7 @@ class NumberBox(QDoubleSpinBox):
         return state, text, position
 
     def fixup(self, text: str) -> str:
-        """Bring a number outside the range to its nearer end."""
+        """Bring a number outside the range to its nearer end, and show the range."""
         try:
             number = float(text.replace(",", "."))
         except ValueError:
@@ -72,4 +73,6 @@ class NumberBox(QDoubleSpinBox):
         if math.isnan(number):
             return self.textFromValue(self.value())
         nearest = min(max(number, self.minimum()), self.maximum())
+        if nearest != number:
+            QToolTip.showText(self.mapToGlobal(self.rect().bottomLeft()), self.toolTip(), self)
         return repr(nearest)

@@ -3,6 +3,7 @@ from __future__ import annotations
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QToolTip
 from pytestqt.qtbot import QtBot
 
 from app.tf_editor.number_box import NumberBox
@@ -42,9 +43,21 @@ def test_a_typed_number_counts_at_enter(
 
 @pytest.mark.parametrize(("text", "value"), [("5", 1.0), ("-3", 0.0)])
 def test_a_number_outside_goes_to_the_nearer_end(box: NumberBox, text: str, value: float) -> None:
+    box.show()
     box.show_value(0.5)
     type_number(box, text)
     assert box.value() == value
+    assert QToolTip.text() == "From 0 to 1"
+
+
+def test_a_number_inside_is_taken_without_a_word(box: NumberBox) -> None:
+    QToolTip.hideText()
+    QTest.qWait(500)
+    box.show()
+    box.set_limits(-2.5, 1e6)
+    assert box.toolTip() == "From -2.5 to 1e+06"
+    type_number(box, "7")
+    assert not QToolTip.isVisible()
 
 
 def test_nonsense_changes_nothing(box: NumberBox) -> None:
