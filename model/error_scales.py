@@ -27,10 +27,6 @@ class ErrorScale:
     error: float
     truth: float
 
-    def to_json(self) -> dict[str, float]:
-        """The scale as plain data."""
-        return dict(vars(self))
-
 
 class ErrorScales:
     """Sums up the details of errors, image by image.

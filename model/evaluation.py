@@ -8,7 +8,7 @@ smallest RMSE to it.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -59,7 +59,7 @@ class Evaluation:
         return {
             "count": self.count,
             **{name: metrics.summary(v) for name, v in self.generator.items()},
-            "scales": [scale.to_json() for scale in self.scales],
+            "scales": [asdict(scale) for scale in self.scales],
             "nearest_neighbour": {
                 "count": self.neighbours,
                 **{name: metrics.summary(v) for name, v in self.nearest_neighbour.items()},

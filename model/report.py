@@ -164,11 +164,10 @@ def _profile(name: str, groups: list[Group]) -> str:
     largest = max(group.error for group in groups)
     rows = []
     for group in groups:
-        width = 20 * group.error / largest if largest else 0.0
-        bar = f'<span class="bar" style="width:{width:.1f}rem"></span>'
+        share = group.error / largest if largest else 0.0
         rows.append(
             f"<tr><td>{group.low:.4g} to {group.high:.4g}</td><td>{group.count:.0f}</td>"
-            f'<td>{group.error:.4f}</td><td style="text-align:left">{bar}</td></tr>'
+            f"<td>{group.error:.4f}</td>{_bar(share)}</tr>"
         )
     head = f"<tr><th>{html.escape(PROFILES[name])}</th><th>samples</th><th>RMSE</th><th></th></tr>"
     return f"<table>{head}{''.join(rows)}</table>"
@@ -179,13 +178,18 @@ def _scales(scales: list[dict[str, float]]) -> str:
     rows = []
     for scale in scales:
         part, left = scale["error"] / whole, scale["error"] / (scale["truth"] or 1.0)
-        bar = f'<span class="bar" style="width:{20 * part:.1f}rem"></span>'
         rows.append(
             f"<tr><td>{scale['pixels']:.0f}</td><td>{part:.0%}</td>"
-            f'<td>{left:.1%}</td><td style="text-align:left">{bar}</td></tr>'
+            f"<td>{left:.1%}</td>{_bar(part)}</tr>"
         )
     head = "<tr><th>details of so many pixels</th><th>of the squared error</th>"
     return f"<table>{head}<th>error over details</th><th></th></tr>{''.join(rows)}</table>"
+
+
+def _bar(share: float) -> str:
+    """A cell with a bar as long as a share, 0..1, of the longest."""
+    bar = f'<span class="bar" style="width:{20 * share:.1f}rem"></span>'
+    return f'<td style="text-align:left">{bar}</td>'
 
 
 def _row(name: str, *cells: str) -> str:

@@ -7,9 +7,6 @@ needs a gradient, and derivatives by the transfer function never pass here.
 from __future__ import annotations
 
 import math
-from concurrent.futures import ThreadPoolExecutor
-from functools import lru_cache
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -19,6 +16,7 @@ from torch import Tensor, nn
 from torch.nn.functional import grid_sample
 
 from model.networks.grid_kernels import gather, scatter
+from model.networks.kernel_threads import in_pieces, suits_kernels, summed_in_pieces
 
 FIRST_SPREAD = 0.3
 """Standard deviation of the first features."""
@@ -66,7 +64,7 @@ class FeatureGrid(nn.Module):
         """
         box = points.new_tensor(self.extent)
         inside = (points.detach() / box).reshape(-1, 3)
-        if self.features.device.type == "cpu" and self.features.dtype == torch.float32:
+        if suits_kernels(self.features):
             found: Tensor = _Interpolation.apply(self.features, inside, self.shape)  # type: ignore[no-untyped-call]
         else:
             found = interpolate_grid(self.features, inside, self.shape)
@@ -105,7 +103,7 @@ class _Interpolation(torch.autograd.Function):
         def part(piece: slice) -> None:
             gather(places[piece], shape, values, out[piece])
 
-        list(threads().map(part, pieces(len(points))))
+        in_pieces(len(points), part)
         ctx.save_for_backward(points)
         ctx.shape, ctx.nodes = shape, features.shape
         return found
@@ -115,25 +113,7 @@ class _Interpolation(torch.autograd.Function):
         (points,) = ctx.saved_tensors
         places, values = points.numpy(), gradients[0].contiguous().numpy()
 
-        def part(piece: slice) -> NDArray[np.float32]:
-            total = np.zeros(ctx.nodes, dtype=np.float32)
+        def add(piece: slice, total: NDArray[np.float32]) -> None:
             scatter(places[piece], ctx.shape, values[piece], total)
-            return total
 
-        # Summed in a fixed order, so that training can be repeated bit for bit.
-        first, *others = threads().map(part, pieces(len(points)))
-        for other in others:
-            first += other
-        return torch.from_numpy(first), None, None
-
-
-@lru_cache(maxsize=1)
-def threads() -> ThreadPoolExecutor:
-    """Threads of the grids' kernels, as many as torch's."""
-    return ThreadPoolExecutor(torch.get_num_threads(), thread_name_prefix="feature-grid")
-
-
-def pieces(count: int) -> list[slice]:
-    """As many parts of a number of points as there are threads."""
-    bounds = np.linspace(0, count, torch.get_num_threads() + 1).astype(int)
-    return [slice(a, b) for a, b in pairwise(bounds)]
+        return summed_in_pieces(len(points), ctx.nodes, add), None, None

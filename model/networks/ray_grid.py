@@ -14,7 +14,8 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from model.networks.feature_grid import FeatureGrid, interpolate_grid, pieces, threads
+from model.networks.feature_grid import FeatureGrid, interpolate_grid
+from model.networks.kernel_threads import in_pieces, suits_kernels, summed_in_pieces
 from model.networks.ray_kernels import FEATURES, project, spread
 from model.networks.rays import Rays, lines_of_sight
 from model.scene import Scene
@@ -48,7 +49,7 @@ class RayGrid(nn.Module):
         with torch.no_grad():
             view = view.to(features.dtype)
             rays = lines_of_sight(view, self._view_range, self.grid.extent, shape, self._size)
-        if features.device.type == "cpu" and features.dtype == torch.float32:
+        if suits_kernels(features):
             sums: Tensor = _Projection.apply(features, rays, shape)  # type: ignore[no-untyped-call]
         else:
             sums = project_rays(features, rays, shape)
@@ -92,7 +93,7 @@ class _Projection(torch.autograd.Function):
             first, step, points, weight = (x[piece] for x in lines)
             project(first, step, points, weight, shape, values, out[piece])
 
-        list(threads().map(part, pieces(len(out))))
+        in_pieces(len(out), part)
         ctx.lines, ctx.shape, ctx.nodes = lines, shape, features.shape
         return sums
 
@@ -100,14 +101,8 @@ class _Projection(torch.autograd.Function):
     def backward(ctx: Any, *gradients: Tensor) -> tuple[Tensor, None, None]:
         values = gradients[0].contiguous().numpy()
 
-        def part(piece: slice) -> NDArray[np.float32]:
-            total = np.zeros(ctx.nodes, dtype=np.float32)
+        def add(piece: slice, total: NDArray[np.float32]) -> None:
             first, step, points, weight = (x[piece] for x in ctx.lines)
             spread(first, step, points, weight, ctx.shape, values[piece], total)
-            return total
 
-        # Summed in a fixed order, so that training can be repeated bit for bit.
-        total, *others = threads().map(part, pieces(len(values)))
-        for other in others:
-            total += other
-        return torch.from_numpy(total), None, None
+        return summed_in_pieces(len(values), ctx.nodes, add), None, None

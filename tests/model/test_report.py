@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import io
 import re
+from dataclasses import asdict
 from html.parser import HTMLParser
 
 import numpy as np
@@ -56,7 +57,7 @@ def test_the_page_is_whole_and_says_what_was_measured() -> None:
     result = {
         "count": 9,
         **dict.fromkeys(MEASURES, summary),
-        "scales": [ErrorScale(1, 0.03, 0.3).to_json(), ErrorScale(2, 0.01, 0.5).to_json()],
+        "scales": [asdict(ErrorScale(1, 0.03, 0.3)), asdict(ErrorScale(2, 0.01, 0.5))],
         "nearest_neighbour": {"count": 55, "rmse": {**summary, "mean": 0.4321}},
         "sensitivity_agreement": {"count": 3, **dict.fromkeys(names, agreement)},
     }

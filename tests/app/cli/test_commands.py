@@ -266,7 +266,7 @@ def test_the_generator_renders_its_model(trained: Path, tf_file: Path, tmp_path:
     assert run([*arguments.split(), "--out", str(out)]) == 0
     tf = TransferFunction.load(tf_file)
     expected = Generator.load(trained, "cpu").render(View(10, 5), tf.opacity, tf.color)
-    np.testing.assert_allclose(np.load(out), expected, atol=1e-4)
+    np.testing.assert_allclose(np.load(out), expected, atol=1e-6)
     assert run([*arguments.split(), "--size", "128", "--out", str(out)]) == 0
     assert np.load(out).shape == (128, 128, 4)
 
