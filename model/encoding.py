@@ -44,8 +44,6 @@ class EncodedBatch:
     color_tf : Tensor, shape (N, 3, 256)
     opacity_image : Tensor, shape (N, 1, So, So)
     image : Tensor, shape (N, 3, S, S)
-    weight : Tensor, shape (N,)
-        Weight of each sample's losses; not encoded.
     """
 
     view: Tensor
@@ -53,7 +51,6 @@ class EncodedBatch:
     color_tf: Tensor
     opacity_image: Tensor
     image: Tensor
-    weight: Tensor
 
     def to(self, device: torch.device) -> EncodedBatch:
         """The same batch on a device."""
@@ -63,7 +60,7 @@ class EncodedBatch:
         return len(self.view)
 
     def parts(self, count: int) -> list[EncodedBatch]:
-        """The batch in about as many parts, each of whole pairs of samples."""
+        """The batch in about as many parts, each of an even number of samples."""
         size = 2 * -(-len(self) // (2 * count))
         columns = {name: value.split(size) for name, value in vars(self).items()}
         return [
@@ -121,12 +118,7 @@ def decode_colors(color_tf: Tensor) -> Tensor:
     return torch.where(linear > 0.0031308, curved, 12.92 * linear)
 
 
-def encode_batch(
-    batch: SampleBatch,
-    view_range: ViewRange,
-    opacity_size: int,
-    weights: NDArray[np.float32] | None = None,
-) -> EncodedBatch:
+def encode_batch(batch: SampleBatch, view_range: ViewRange, opacity_size: int) -> EncodedBatch:
     """Encode stored samples.
 
     Parameters
@@ -137,8 +129,6 @@ def encode_batch(
     opacity_size : int
         Width and height of the opacity image: the image's opacity, averaged
         over square blocks of pixels.
-    weights : ndarray of float32, shape (N,), optional
-        Of the samples' losses; 1 by default.
     """
     rgba = torch.from_numpy(np.ascontiguousarray(batch.rgba.transpose(0, 3, 1, 2)))
     rgba = rgba.float() / 127.5 - 1
@@ -149,5 +139,4 @@ def encode_batch(
         color_tf=encode_colors(batch.color_tf),
         opacity_image=opacity,
         image=rgba[:, :3].contiguous(),
-        weight=torch.ones(len(batch)) if weights is None else torch.from_numpy(weights),
     )

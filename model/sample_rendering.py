@@ -5,7 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
@@ -16,7 +16,7 @@ import numpy as np
 from model.dataset import STREAMS, SampleBatch, SampleStore
 from model.errors import DatasetError, RenderError
 from model.rendering.renderer import Renderer, open_renderer
-from model.sampling import SceneSample, Stream, draw_sample
+from model.sampling import Stream, draw_sample
 from model.scene import Scene
 from model.volume import Volume
 
@@ -36,11 +36,7 @@ def render_samples(
     indices : range
         Which samples of the stream.
     """
-    return render_drawn(renderer, scene, [draw_sample(scene, seed, stream, i) for i in indices])
-
-
-def render_drawn(renderer: Renderer, scene: Scene, samples: Sequence[SceneSample]) -> SampleBatch:
-    """Render samples that have been drawn; see :func:`render_samples`."""
+    samples = [draw_sample(scene, seed, stream, i) for i in indices]
     images = [
         renderer.render(
             s.view, s.transfer_function.opacity, s.transfer_function.color, scene.image_size

@@ -32,14 +32,8 @@ MAX_MODES = 5
 MIN_WIDTH_BINS = 2.0
 """Narrowest random mode, in bins; without a floor, modes near the ends would become spikes."""
 
-PAIR_STREAM = 2
-"""Tells the random numbers of edits from those of samples."""
-
 TF_STREAM = 3
 """Tells the random numbers of opacity TFs on their own from all others."""
-
-EDIT_WIDTH_BINS = (2.0, 32.0)
-EDIT_HEIGHT = (0.02, 0.2)
 
 
 @dataclass(frozen=True)
@@ -61,29 +55,6 @@ def draw_sample(scene: Scene, seed: int, stream: Stream, index: int) -> SceneSam
     view = draw_view(rng, scene.view_range)
     opacity = draw_opacity_tf(rng, scene.scalar_range, scene.scalar_window)
     return SceneSample(view, TransferFunction(opacity, draw_color_tf(rng, opacity)))
-
-
-def draw_paired_sample(scene: Scene, seed: int, index: int) -> SceneSample:
-    """Draw sample `index` of a training stream in which samples come in pairs.
-
-    Even ones are those of :func:`draw_sample`; the odd one behind each differs
-    from it by a small edit of the opacity TF: a Gaussian bump, up or down. The
-    difference of their images is a derivative of the renderer in a random
-    direction.
-    """
-    sample = draw_sample(scene, seed, "train", index - index % 2)
-    if index % 2 == 0:
-        return sample
-    rng = np.random.default_rng([seed, PAIR_STREAM, index])
-    before = sample.transfer_function.opacity
-    values = np.linspace(*scene.scalar_range, TF_SAMPLES)
-    width = before.bin_width * np.exp(rng.uniform(*np.log(EDIT_WIDTH_BINS)))
-    height = rng.uniform(*EDIT_HEIGHT) * rng.choice([-1.0, 1.0])
-    bump = height * np.exp(-(((values - rng.uniform(*scene.scalar_window)) / width) ** 2))
-    edited = np.clip(before(values) + bump, 0, 1)
-    points = tuple(zip(values.tolist(), edited.tolist(), strict=True))
-    opacity = OpacityTF(scene.scalar_range, points=points)
-    return SceneSample(sample.view, TransferFunction(opacity, sample.transfer_function.color))
 
 
 def draw_opacity_tfs(scene: Scene, seed: int, index: int, count: int) -> NDArray[np.float32]:

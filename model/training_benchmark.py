@@ -130,5 +130,4 @@ def _noise(count: int, size: NetworkSize) -> EncodedBatch:
         color_tf=draw(3, TF_SAMPLES),
         opacity_image=draw(1, size.opacity_size, size.opacity_size),
         image=draw(3, size.image_size, size.image_size),
-        weight=torch.ones(count),
     )

@@ -270,10 +270,6 @@ def train(
             "(default: 4, or more when lit)",
         ),
     ] = None,
-    error_driven: Annotated[
-        bool,
-        typer.Option("--error-driven", help="Draw fresh samples with a high error more often."),
-    ] = False,
     renderer: options.SampleRendererName = options.SampleRenderer.RAYCAST,
     lighting: options.LightingName = options.LightingOption.NONE,
     window: options.Window = None,
@@ -299,7 +295,6 @@ def train(
             lighting=options.lighting(lighting),
             renderer=options.renderer_name(renderer),
             reuse=reuse,
-            error_driven=error_driven,
             window=options.parse_window(window),
             seed=seed,
             workers=workers,

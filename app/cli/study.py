@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from rich.table import Table
@@ -13,7 +13,6 @@ from app.cli.console import console, counting
 from app.cli.train import TrainingDisplay, budget_of, size_of
 from model.checkpoint import write_atomically
 from model.dataset import SampleStore
-from model.errors import TrainingError
 from model.generator import choose_device
 from model.networks.blocks import Architecture, NetworkSize
 from model.sample_rendering import render_store
@@ -53,24 +52,18 @@ def study_models(order: StudyOrder) -> None:
     study = STUDIES[order.study]
     size = size_of(order.preset, order.architecture)
     volume = order.volume.read()
-    # Stored samples are the same for all, but do not come in pairs.
-    recipe = replace(TrainingOptions(seed=order.seed), derivative_weight=0.0)
     plan = StudyPlan(
         store=_store(order, volume, size),
         volume=volume,
         preset=order.preset,
         size=size,
-        options=recipe.with_settings(order.settings),
+        options=TrainingOptions(seed=order.seed).with_settings(order.settings),
         budget=budget_of(order.minutes, order.samples, DEFAULT_MINUTES),
         folder=order.out,
         device=choose_device(order.device),
         count=order.count,
         sensitivities=order.sensitivities,
     )
-    if plan.options.derivative_weight:
-        raise TrainingError(
-            "A study's samples are stored and do not come in pairs; leave derivative_weight at 0."
-        )
     with TrainingDisplay() as display:
         result = run_study(study, plan, lambda v: display.begin(v.label), display.show)
     _print(study, result)

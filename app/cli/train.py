@@ -55,7 +55,6 @@ class TrainOrder:
     lighting: Lighting
     renderer: RendererName
     reuse: float | None
-    error_driven: bool
     window: Range | None
     seed: int
     workers: int | None
@@ -126,7 +125,6 @@ def _check_options(order: TrainOrder) -> None:
         "--lighting": order.lighting != "none",
         "--window": order.window is not None,
         "--reuse": order.reuse is not None,
-        "--error-driven": order.error_driven,
     }
     given = [name for name, value in fixed.items() if value]
     if order.store is not None and given:
@@ -136,8 +134,6 @@ def _check_options(order: TrainOrder) -> None:
         )
     if order.faithful and order.architecture not in (None, "paper"):
         raise TrainingError("The paper's recipe is for its networks; leave --architecture out.")
-    if order.faithful and order.error_driven:
-        raise TrainingError("The paper's recipe draws all samples alike; leave --error-driven out.")
 
 
 def _check_resumption(order: TrainOrder) -> None:
@@ -170,8 +166,6 @@ def _source(order: TrainOrder, device: str) -> SampleSource:
         order.seed,
         order.reuse,
         order.workers,
-        order.error_driven,
-        paired=_recipe(order).derivative_weight > 0,
         device="cuda" if on_gpu else "cpu",
     )
 

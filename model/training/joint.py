@@ -13,7 +13,7 @@ from model.networks.blocks import NetworkSize
 from model.networks.translation import TranslationDiscriminator
 from model.networks.two_stage import GeneratorNetwork
 from model.training.average import WeightAverage
-from model.training.losses import l1, response_error
+from model.training.losses import l1
 from model.training.more_tfs import MoreTFs
 from model.training.options import TrainingOptions
 from model.training.stages import ColorStage
@@ -69,16 +69,11 @@ class JointStage(ColorStage):
     def _generator_losses(self, batch: EncodedBatch, fake: Tensor, extra: Any) -> dict[str, Tensor]:
         opacity_image, decoded = extra
         codec = self.generator.opacity
-        losses = {
+        return {
             "decoded_tf": self._more_tfs.error(codec, decoded, batch, self.steps),
-            "opacity_l1": l1(opacity_image, batch.opacity_image, batch.weight),
-            "l1": l1(fake, batch.image, batch.weight),
+            "opacity_l1": l1(opacity_image, batch.opacity_image),
+            "l1": l1(fake, batch.image),
         }
-        if self.options.derivative_weight:
-            losses["derivative"] = response_error(fake, batch.image) + response_error(
-                opacity_image, batch.opacity_image
-            )
-        return losses
 
     def _weights(self) -> dict[str, float]:
         return {
@@ -86,5 +81,4 @@ class JointStage(ColorStage):
             "decoded_tf": self.options.decoded_tf_weight,
             "opacity_l1": self.options.opacity_l1_weight,
             "l1": self.options.l1_weight,
-            "derivative": self.options.derivative_weight,
         }

@@ -41,12 +41,12 @@ class MoreTFs:
             The same step has the same TFs, so that resumed runs repeat; ranks
             have different ones.
         """
-        error = decoded_tf_error(decoded, batch)
+        error = decoded_tf_error(decoded, batch.opacity_tf)
         if not self._count:
             return error
         index = step * ranks() + rank()
         tfs = encode_unit(draw_opacity_tfs(self._scene, self._seed, index, self._count))
         tfs = tfs.to(decoded.device)
-        others = (codec.decode(codec.encode(tfs)).float() - tfs).square().mean()
+        others = decoded_tf_error(codec.decode(codec.encode(tfs)), tfs)
         # Half and half, whatever the batch: parts of one then add up to the whole.
         return (error + others) / 2

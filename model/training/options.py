@@ -63,10 +63,6 @@ class TrainingOptions:
     predicted_share : float
         Share of stage 2's samples whose opacity image is predicted by stage 1,
         0..1; the paper trains on rendered ones only.
-    derivative_weight : float
-        Weight, in the joint stage, of the error of the generator's response to
-        small edits of the opacity TF; 0 leaves it out. Needs rendered samples:
-        they then come in pairs.
     cosine : bool
         Whether the learning rate rises over the first steps of a stage and then
         falls along half a cosine, instead of by halvings.
@@ -103,7 +99,6 @@ class TrainingOptions:
     decoded_tf_weight: float = 100.0
     more_tfs: int = 32
     opacity_l1_weight: float = 150.0
-    derivative_weight: float = 0.0
     predicted_share: float = 1.0
     cosine: bool = True
     grid_rate: float = 30.0

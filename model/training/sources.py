@@ -4,33 +4,11 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
 
 from model.dataset import SampleBatch, SampleStore
 from model.errors import DatasetError
 from model.scene import Scene
-
-
-@dataclass(frozen=True)
-class TrainingBatch:
-    """Samples to learn from.
-
-    Attributes
-    ----------
-    samples : SampleBatch
-    weights : ndarray of float32, shape (N,)
-        Weight of each sample's loss; 1 where all are drawn alike.
-    ticket : ndarray of int64, shape (N,)
-        For :meth:`SampleSource.report`.
-    """
-
-    samples: SampleBatch
-    weights: NDArray[np.float32]
-    ticket: NDArray[np.int64]
 
 
 class SampleSource(ABC):
@@ -41,21 +19,17 @@ class SampleSource(ABC):
     scene : Scene
     seed : int
         Of the samples: the hold-out follows from scene and seed alone.
-    paired : bool
-        Whether samples 0 and 1, 2 and 3, ... of a batch differ by a small edit
-        of the opacity TF.
     """
 
     scene: Scene
     seed: int
-    paired: bool = False
 
     @abstractmethod
     def holdout(self, count: int) -> SampleBatch:
         """The first hold-out samples, `count` at most; the same in every run."""
 
     @abstractmethod
-    def batches(self, stage: int, batch_size: int, seed: int, done: int) -> Iterator[TrainingBatch]:
+    def batches(self, stage: int, batch_size: int, seed: int, done: int) -> Iterator[SampleBatch]:
         """Batches of random samples without end.
 
         Parameters
@@ -73,9 +47,6 @@ class SampleSource(ABC):
     @abstractmethod
     def check(self, batch_size: int) -> None:
         """Raise :class:`model.errors.DatasetError` when there are too few samples."""
-
-    def report(self, ticket: NDArray[np.int64], errors: NDArray[np.float32]) -> None:  # noqa: B027
-        """Take note of the error of each sample of a batch; most sources have no use for it."""
 
     def recipe(self) -> dict[str, Any]:
         """What must not change when a run is resumed, as plain data."""
@@ -107,12 +78,9 @@ class StoredSource(SampleSource):
         """The first hold-out samples."""
         return self.store.read("holdout", range(min(count, self.store.count("holdout"))))
 
-    def batches(self, stage: int, batch_size: int, seed: int, done: int) -> Iterator[TrainingBatch]:
+    def batches(self, stage: int, batch_size: int, seed: int, done: int) -> Iterator[SampleBatch]:
         """Batches of random samples, each sample once in a pass."""
-        weights = np.ones(batch_size, dtype=np.float32)
-        ticket = np.zeros(batch_size, dtype=np.int64)
-        for samples in self.store.shuffled("train", [seed, stage], batch_size, skip=done):
-            yield TrainingBatch(samples, weights, ticket)
+        return self.store.shuffled("train", [seed, stage], batch_size, skip=done)
 
     def check(self, batch_size: int) -> None:
         """Raise :class:`model.errors.DatasetError` when a batch cannot be filled."""

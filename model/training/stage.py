@@ -36,15 +36,12 @@ class StepResult:
     ----------
     losses : dict of float
         Each loss by name, without its factor in the sum.
-    errors : Tensor of float32, shape (N,)
-        Image error of each sample: its mean absolute difference.
     gradient : float
         Norm of the generator's gradient. The generator has not been changed
         where it is not finite.
     """
 
     losses: Losses
-    errors: Tensor
     gradient: float
 
 
@@ -131,15 +128,13 @@ class Stage(ABC):
             reported["discriminator"] = self._train_discriminator(parts, kept)
         self.generator_optimiser.zero_grad(set_to_none=True)
         weights = self._weights()
-        errors = []
         for part in parts:
             share = len(part) / len(batch)
             fake, extra = kept or self._generated(part)
-            errors.append((fake.detach().float() - self._real(part)).abs().mean(dim=(1, 2, 3)))
             losses = self._generator_losses(part, fake, extra)
             if adversaries:
                 with self._autocast():
-                    losses["adversarial"] = adversarial(self._judge(part, fake), 1.0, part.weight)
+                    losses["adversarial"] = adversarial(self._judge(part, fake), 1.0)
             total = torch.stack([weights[name] * loss for name, loss in losses.items()]).sum()
             (share * total).backward()  # type: ignore[no-untyped-call]
             for name, loss in losses.items():
@@ -150,7 +145,7 @@ class Stage(ABC):
             self.generator_optimiser.step()
             self.average.update(self.generator, self.steps)
             self.steps += 1
-        return StepResult(reported, torch.cat(errors), gradient)
+        return StepResult(reported, gradient)
 
     def _generated(self, batch: EncodedBatch) -> tuple[Tensor, Any]:
         with self._autocast():
@@ -169,8 +164,8 @@ class Stage(ABC):
             with self._autocast():
                 real_logits = self._judge(part, self._real(part))
                 fake_logits = self._judge(part, fake.detach())
-            loss = adversarial(real_logits, 1.0, part.weight)
-            loss = len(part) / whole * (loss + adversarial(fake_logits, 0.0, part.weight))
+            loss = adversarial(real_logits, 1.0) + adversarial(fake_logits, 0.0)
+            loss = len(part) / whole * loss
             loss.backward()  # type: ignore[no-untyped-call]
             reported += float(loss.detach())
         average_gradients(self.discriminator.parameters())

@@ -61,7 +61,7 @@ class OpacityStage(Stage):
     ) -> dict[str, Tensor]:
         return {
             "decoded_tf": self._more_tfs.error(self.generator, extra, batch, self.steps),
-            "opacity_l1": l1(fake, batch.opacity_image, batch.weight),
+            "opacity_l1": l1(fake, batch.opacity_image),
         }
 
     def _weights(self) -> dict[str, float]:
@@ -134,7 +134,7 @@ class TranslationStage(ColorStage):
     def _generator_losses(
         self, batch: EncodedBatch, fake: Tensor, extra: Tensor
     ) -> dict[str, Tensor]:
-        return {"l1": l1(fake, batch.image, batch.weight)}
+        return {"l1": l1(fake, batch.image)}
 
     def _weights(self) -> dict[str, float]:
         return {"adversarial": 1.0, "l1": self.options.l1_weight}

@@ -19,13 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.dataset import ARRAYS, BLOCK, SampleBatch
-from model.errors import TrainingError
-from model.rendering.renderer import Renderer
-from model.sample_rendering import check_volume, make_renderer, render_drawn, render_samples
-from model.sampling import draw_paired_sample
+from model.sample_rendering import check_volume, make_renderer, render_samples
 from model.scene import Lighting, Scene
-from model.training.importance import Importance
-from model.training.sources import SampleSource, TrainingBatch
+from model.training.sources import SampleSource
 from model.volume import Volume
 
 DEFAULT_REUSE: dict[Lighting, float] = {"none": 4.0, "direct": 16.0, "global": 8.0}
@@ -60,12 +56,6 @@ class StreamSource(SampleSource):
         rendering.
     threads : int, optional
         Rendering threads, one per processor by default.
-    error_driven : bool
-        Draw samples with a high recent error more often, with weights that
-        keep the expected loss what it was.
-    paired : bool
-        Samples come in pairs that differ by a small edit of the opacity TF;
-        see :func:`model.sampling.draw_paired_sample`.
     ring_samples : int, optional
         Size of the ring.
     device : {"cpu", "cuda"}
@@ -89,31 +79,21 @@ class StreamSource(SampleSource):
         seed: int,
         reuse: float | None = None,
         threads: int | None = None,
-        error_driven: bool = False,
-        paired: bool = False,
         ring_samples: int | None = None,
         device: Literal["cpu", "cuda"] = "cpu",
     ) -> None:
         self.scene = scene
         self.seed = seed
-        self.paired = paired
-        if paired and error_driven:
-            raise TrainingError(
-                "Pairs of samples are drawn alike: leave --error-driven out, or set "
-                "derivative_weight to 0."
-            )
         self.reuse = reuse or DEFAULT_REUSE[scene.lighting]
         self.rendering_seconds = 0.0
         self._lock = threading.Lock()
         self._volume = volume
         self._threads = threads or (1 if device == "cuda" else os.cpu_count() or 1)
         self._device: Literal["cpu", "cuda"] = device
-        self._error_driven = error_driven
         image_bytes = 4 * scene.image_size**2
         self._capacity = ring_samples or min(RING_SAMPLES, RING_BYTES // image_bytes)
         check_volume(volume, scene)
         self._ring: _Ring | None = None
-        self._importance: Importance | None = None
 
     def holdout(self, count: int) -> SampleBatch:
         """The first hold-out samples, rendered anew: they follow from scene and seed."""
@@ -123,7 +103,7 @@ class StreamSource(SampleSource):
         finally:
             renderer.close()
 
-    def batches(self, stage: int, batch_size: int, seed: int, done: int) -> Iterator[TrainingBatch]:
+    def batches(self, stage: int, batch_size: int, seed: int, done: int) -> Iterator[SampleBatch]:
         """Batches of random samples among the newest."""
         self.close()
         fresh = batch_size / self.reuse
@@ -131,8 +111,6 @@ class StreamSource(SampleSource):
         newest = first + int(done * fresh)
         oldest = max(0, newest - self._capacity) // BLOCK * BLOCK
         ring = self._ring = _Ring(self._capacity, stage * STAGE_SAMPLES, oldest)
-        importance = Importance(self._capacity) if self._error_driven else None
-        self._importance = importance
         for _ in range(self._threads):
             threading.Thread(target=self._render, args=(ring,), name="samples", daemon=True).start()
         try:
@@ -142,19 +120,8 @@ class StreamSource(SampleSource):
                 ring.wait_for(newest)
                 window = np.arange(max(0, newest - self._capacity), newest)
                 rng = np.random.default_rng([seed, stage, number])
-                if self.paired:
-                    even = window[(window % 2 == 0) & (window < newest - 1)]
-                    first_of_pair = rng.choice(
-                        even, batch_size // 2, replace=len(even) < batch_size // 2
-                    )
-                    chosen = np.stack([first_of_pair, first_of_pair + 1], axis=1).ravel()
-                    weights = np.ones(batch_size, dtype=np.float32)
-                elif importance is None:
-                    chosen = rng.choice(window, batch_size, replace=len(window) < batch_size)
-                    weights = np.ones(batch_size, dtype=np.float32)
-                else:
-                    chosen, weights = importance.draw(window, batch_size, rng)
-                yield TrainingBatch(ring.read(chosen), weights, chosen)
+                chosen = rng.choice(window, batch_size, replace=len(window) < batch_size)
+                yield ring.read(chosen)
                 number += 1
         finally:
             ring.close()
@@ -162,17 +129,10 @@ class StreamSource(SampleSource):
     def check(self, batch_size: int) -> None:
         """Nothing can be missing."""
 
-    def report(self, ticket: NDArray[np.int64], errors: NDArray[np.float32]) -> None:
-        """Take note of the error of each sample of a batch."""
-        if self._importance is not None:
-            self._importance.update(ticket, errors)
-
     def recipe(self) -> dict[str, Any]:
         """What must not change when a run is resumed."""
         return super().recipe() | {
             "reuse": self.reuse,
-            "error_driven": self._error_driven,
-            "paired": self.paired,
             "ring_samples": self._capacity,
         }
 
@@ -181,7 +141,6 @@ class StreamSource(SampleSource):
         return {
             "dataset_seed": self.seed,
             "reuse": self.reuse,
-            "error_driven": self._error_driven,
             "rendering_seconds": round(self.rendering_seconds, 1),
         }
 
@@ -195,12 +154,6 @@ class StreamSource(SampleSource):
         with self._lock:
             self.rendering_seconds += seconds
 
-    def _drawn(self, renderer: Renderer, indices: range) -> SampleBatch:
-        if not self.paired:
-            return render_samples(renderer, self.scene, self.seed, "train", indices)
-        samples = [draw_paired_sample(self.scene, self.seed, i) for i in indices]
-        return render_drawn(renderer, self.scene, samples)
-
     def _render(self, ring: _Ring) -> None:
         """Render block after block into the ring, until it is closed."""
         try:
@@ -209,7 +162,7 @@ class StreamSource(SampleSource):
                 while (block := ring.next_block()) is not None:
                     start = time.thread_time()
                     indices = range(block.start + ring.offset, block.stop + ring.offset)
-                    samples = self._drawn(renderer, indices)
+                    samples = render_samples(renderer, self.scene, self.seed, "train", indices)
                     self._count(time.thread_time() - start)
                     ring.write(block, samples)
             finally:

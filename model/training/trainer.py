@@ -23,6 +23,7 @@ import torch
 from filelock import FileLock, Timeout
 
 from model.checkpoint import ModelCard, save_model
+from model.dataset import SampleBatch
 from model.encoding import EncodedBatch, encode_batch
 from model.errors import TrainingError
 from model.networks.blocks import NetworkSize
@@ -31,7 +32,7 @@ from model.training.guard import Guard
 from model.training.options import Budget, TrainingOptions
 from model.training.progress import MEASURES, HoldoutProbe, RunLog
 from model.training.schedule import Schedule
-from model.training.sources import SampleSource, TrainingBatch
+from model.training.sources import SampleSource
 from model.training.stage import Losses, Stage
 from model.training.state import STATE_FILE, Progress, load_progress, load_stage, save_state
 
@@ -216,11 +217,6 @@ class _Run:
                 f"{plan.size.image_size}; make a data set with --size {plan.size.image_size}."
             )
         plan.source.check(max(s.stage.batch_size for s in self.schedule.stages.values()))
-        if plan.options.derivative_weight and not plan.source.paired:
-            raise TrainingError(
-                "The derivative's loss needs pairs of samples, which are rendered for it; "
-                "leave --dataset out, or set derivative_weight to 0."
-            )
         if not resume:
             if (plan.folder / STATE_FILE).exists():
                 raise TrainingError(
@@ -239,17 +235,16 @@ class _Run:
     def _train_stage(self, stage: Stage) -> None:
         share, _ = self._decide()
         recent: list[Losses] = []
-        for drawn in self._batches(stage.stage.batch_size):
+        for samples in self._batches(stage.stage.batch_size):
             if share >= 1 and stage.steps:
                 break
             parts = stage.parts
-            result = stage.step(self._encoded(drawn), share)
+            result = stage.step(self._encoded(samples), share)
             losses = result.losses
             self._stop_if(stage, self.guard.check_step(result))
-            self.plan.source.report(drawn.ticket, result.errors.cpu().numpy())
             recent.append(losses)
             self.progress.batch += 1
-            self.progress.samples += len(drawn.samples) * parallel.ranks()
+            self.progress.samples += len(samples) * parallel.ranks()
             self.progress.seconds = time.monotonic() - self._started
             share, due = self._decide()
             notice = "" if stage.parts == parts else _split_notice(stage)
@@ -280,17 +275,17 @@ class _Run:
         spent = self.plan.budget.spent(self.progress.seconds, self.progress.samples)
         return self.schedule.share(self.progress.stage, spent)
 
-    def _batches(self, batch_size: int) -> Iterator[TrainingBatch]:
+    def _batches(self, batch_size: int) -> Iterator[SampleBatch]:
         """Training samples without end, from where the run stands."""
         stage = self.schedule.names.index(self.progress.stage)
         seed = self.plan.options.seed
         own = parallel.own_stage(stage)
         return self.plan.source.batches(own, batch_size, seed, self.progress.batch)
 
-    def _encoded(self, drawn: TrainingBatch) -> EncodedBatch:
+    def _encoded(self, samples: SampleBatch) -> EncodedBatch:
         plan = self.plan
         view_range = plan.source.scene.view_range
-        batch = encode_batch(drawn.samples, view_range, plan.size.opacity_size, drawn.weights)
+        batch = encode_batch(samples, view_range, plan.size.opacity_size)
         return batch.to(plan.device)
 
     def _stop_if(self, stage: Stage, trouble: str | None) -> None:

@@ -10,7 +10,6 @@ from model.sampling import (
     draw_color_tf,
     draw_opacity_tf,
     draw_opacity_tfs,
-    draw_paired_sample,
     draw_sample,
     sample_rng,
 )
@@ -110,19 +109,3 @@ def test_the_window_reaches_the_samples(volume) -> None:
     for i in range(50):
         for mode in draw_sample(scene, 0, "train", i).transfer_function.opacity.modes:
             assert 100 <= mode.mean <= 110
-
-
-def test_pairs_share_all_but_a_small_edit_of_the_opacity_tf(scene: Scene) -> None:
-    sizes = []
-    for index in range(0, 60, 2):
-        before, after = (draw_paired_sample(scene, 3, i) for i in (index, index + 1))
-        assert before == draw_sample(scene, 3, "train", index)
-        assert after.view == before.view
-        assert after.transfer_function.color == before.transfer_function.color
-        edit = after.transfer_function.opacity.sample() - before.transfer_function.opacity.sample()
-        sizes.append(np.abs(edit).max())
-        # One bump, up or down, which clipping may cut off.
-        assert (edit >= -1e-6).all() or (edit <= 1e-6).all()
-        assert after == draw_paired_sample(scene, 3, index + 1)
-    assert max(sizes) <= 0.2 + 1e-6
-    assert np.median(sizes) > 0.02

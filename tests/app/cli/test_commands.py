@@ -351,7 +351,6 @@ BAD_INPUT = [
     ("sensitivity --exact --value 7 --out x.png", "outside the volume's range"),
     ("bench renderers --volume none.nrrd", "no such file"),
     ("train --out x --reuse 0.5", "--reuse"),
-    ("train --out x --faithful --error-driven", "leave --error-driven out"),
     ("train --out x --dataset y --lighting direct --reuse 2", "--lighting and --reuse"),
     ("dataset --count 99999999999 --out x", "--count"),
     ("dataset --count 9999999 --size 4096 --out x", "GB"),

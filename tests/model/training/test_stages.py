@@ -18,7 +18,7 @@ from model.networks.opacity import OpacityGenerator
 from model.sampling import draw_opacity_tfs
 from model.scene import Scene
 from model.training.average import WeightAverage
-from model.training.losses import LEAST_RESPONSE, adversarial, response_error
+from model.training.losses import adversarial
 from model.training.more_tfs import MoreTFs
 from model.training.optimisers import WARM_UP
 from model.training.options import StageOptions, TrainingOptions
@@ -27,7 +27,6 @@ from model.training.stages import OpacityStage, TranslationStage
 
 SIZE = NetworkSize(0.125, 16, 64)
 CPU = torch.device("cpu")
-ONES = torch.ones(2)
 SCENE = Scene("none", "", (0.0, 1.0), (0.2, 0.8), 64)
 NO_MORE, MORE = MoreTFs(SCENE, 0, 0), MoreTFs(SCENE, 0, 8)
 
@@ -46,13 +45,13 @@ def stages(options: TrainingOptions) -> tuple[OpacityStage, TranslationStage]:
 def test_the_adversarial_loss_is_minus_log_of_the_probability() -> None:
     logits = torch.tensor([[0.3], [-2.0]])
     probability = 1 / (1 + np.exp(-logits.numpy()))
-    assert adversarial(logits, 1.0, ONES).item() == pytest.approx(-np.log(probability).mean())
-    assert adversarial(logits, 0.0, ONES).item() == pytest.approx(-np.log(1 - probability).mean())
+    assert adversarial(logits, 1.0).item() == pytest.approx(-np.log(probability).mean())
+    assert adversarial(logits, 0.0).item() == pytest.approx(-np.log(1 - probability).mean())
 
 
 def test_a_lost_discriminator_still_gives_a_gradient() -> None:
     logits = torch.tensor([[-200.0]], requires_grad=True)
-    (gradient,) = torch.autograd.grad(adversarial(logits, 1.0, torch.ones(1)), logits)
+    (gradient,) = torch.autograd.grad(adversarial(logits, 1.0), logits)
     assert gradient.item() == pytest.approx(-1.0)
 
 
@@ -177,23 +176,6 @@ def test_without_decay_the_average_is_the_network() -> None:
         assert torch.equal(average.network.state_dict()[name], value)
 
 
-def test_the_response_error_compares_changes_not_images() -> None:
-    torch.manual_seed(0)
-    real = torch.rand(6, 3, 8, 8)
-    change = real[1::2] - real[::2]
-    assert response_error(real, real).item() == 0
-    # An offset that both images of a pair share is no error of the response.
-    shifted = real + torch.rand(3, 3, 8, 8).repeat_interleave(2, dim=0)
-    assert response_error(shifted, real).item() == pytest.approx(0, abs=1e-5)
-    still = real[::2].repeat_interleave(2, dim=0)
-    size = change.abs().flatten(1).mean(dim=1)
-    expected = (size / (size + LEAST_RESPONSE)).mean().item()
-    assert response_error(still, real).item() == pytest.approx(expected)
-    half = real.clone()
-    half[1::2] = real[::2] + change / 2
-    assert response_error(half, real).item() == pytest.approx(expected / 2, rel=1e-5)
-
-
 class Tight(OpacityStage):
     """A stage that has memory for a few samples only."""
 
@@ -218,7 +200,6 @@ def test_a_batch_too_large_for_the_memory_is_learned_from_in_parts(
         stage.generator.eval()
         stage.discriminator.eval()
         result = stage.step(batch, WARM_UP)
-        assert len(result.errors) == len(batch)
         return stage, result.losses
 
     (whole, losses), (parts, losses_in_parts) = trained(OpacityStage), trained(Tight)
@@ -240,7 +221,7 @@ def test_memory_too_small_for_any_part_is_said(batch: EncodedBatch) -> None:
         stage.step(batch, 0.0)
 
 
-def test_parts_of_a_batch_hold_whole_pairs(batch: EncodedBatch) -> None:
+def test_parts_of_a_batch_have_an_even_number_of_samples(batch: EncodedBatch) -> None:
     assert [len(part) for part in batch.parts(4)] == [6, 6, 6, 6]
     assert [len(part) for part in batch.parts(5)] == [6, 6, 6, 6]
     assert [len(part) for part in batch.parts(12)] == [2] * 12

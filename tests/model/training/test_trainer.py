@@ -274,7 +274,7 @@ def test_a_loss_that_is_not_finite_stops_the_run(
 ) -> None:
     monkeypatch.setattr(
         "model.training.stages.OpacityStage.step",
-        lambda *_: StepResult({"opacity_l1": float("nan")}, torch.zeros(16), 1.0),
+        lambda *_: StepResult({"opacity_l1": float("nan")}, 1.0),
     )
     with pytest.raises(TrainingError, match="no longer finite"):
         train(plan(store, tmp_path))
@@ -397,19 +397,6 @@ def test_a_run_on_fresh_samples_resumes_exactly(
     assert card.scene == scene
     assert card.training["reuse"] == 8
     assert not [t for t in threading.enumerate() if t.name == "samples"]
-
-
-def test_learning_from_responses_needs_pairs(
-    volume: Volume, scene: Scene, store: SampleStore, tmp_path: Path
-) -> None:
-    options = replace(RECIPE, derivative_weight=5.0)
-    with pytest.raises(TrainingError, match="leave --dataset out"):
-        train(replace(plan(store, tmp_path / "stored"), options=options))
-    source = StreamSource(volume, replace(scene, renderer="raycast"), 5, 8, 1, paired=True)
-    size = replace(SIZE, architecture="grid")
-    streamed_plan = replace(plan(store, tmp_path, 64), source=source, options=options, size=size)
-    train(streamed_plan)
-    assert "derivative" in (tmp_path / "log.csv").read_text()
 
 
 def test_a_full_memory_is_said_once(
