@@ -238,7 +238,7 @@ def train(
     ] = None,
     minutes: Annotated[float | None, typer.Option("--minutes", help="Budget in minutes.")] = None,
     samples: Annotated[
-        int | None, typer.Option("--samples", help="Budget in samples seen, over both stages.")
+        int | None, typer.Option("--samples", help="Budget in samples seen.")
     ] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the run in --out.")] = False,
     faithful: Annotated[
@@ -248,8 +248,8 @@ def train(
         options.ArchitectureOption | None,
         typer.Option(
             "--architecture",
-            help="Two stages as in the paper, a 3-D feature grid, or the grid's opacity image "
-            "in front of the paper's second stage. (default: the preset's)",
+            help="The paper's two networks, a 3-D feature grid, or the grid's opacity image in "
+            "front of the paper's second network. (default: the preset's)",
         ),
     ] = None,
     settings: Annotated[

@@ -9,7 +9,7 @@ from model.networks.blocks import parameter_count
 from model.volume_files import describe
 
 ARCHITECTURES = {
-    "paper": "the paper's two stages",
+    "paper": "the paper's two networks",
     "grid": "feature grid",
     "grid-translation": "feature grid, then the paper's translation",
 }

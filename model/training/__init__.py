@@ -1,1 +1,1 @@
-"""Training of both stages in one resumable run."""
+"""Training in one resumable run."""

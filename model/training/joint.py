@@ -1,8 +1,7 @@
-"""One stage for the whole generator: from the start, or to tune two stages to each other."""
+"""One stage for the whole generator."""
 
 from __future__ import annotations
 
-import copy
 from typing import Any
 
 import torch
@@ -27,12 +26,8 @@ class JointStage(ColorStage):
     size : NetworkSize
     options : TrainingOptions
     generator : GeneratorNetwork
-        A new one to be trained; or one that earlier stages train, from whose
-        weights this stage starts.
     more_tfs : MoreTFs
     device : torch.device
-    tuning : bool
-        Which of the two.
     """
 
     name = "joint"
@@ -46,19 +41,9 @@ class JointStage(ColorStage):
         generator: GeneratorNetwork,
         more_tfs: MoreTFs,
         device: torch.device,
-        tuning: bool = False,
     ) -> None:
-        self._earlier = generator if tuning else None
-        if tuning:
-            generator = copy.deepcopy(generator).train().requires_grad_(True)
         super().__init__(generator, TranslationDiscriminator(size), options.joint, options, device)
         self._more_tfs = more_tfs
-
-    def begin(self) -> None:
-        """Start from what the earlier stages' averages have come to."""
-        if self._earlier is not None:
-            for network in (self.generator, self.average.network):
-                network.load_state_dict(self._earlier.state_dict())
 
     def _generate(self, batch: EncodedBatch) -> tuple[Tensor, tuple[Tensor, Tensor]]:
         opacity = self.generator.opacity

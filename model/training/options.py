@@ -60,9 +60,6 @@ class TrainingOptions:
         be rendered. The paper has none.
     opacity_l1_weight : float
         Weight of an l1 loss on the opacity image; the paper has none.
-    predicted_share : float
-        Share of stage 2's samples whose opacity image is predicted by stage 1,
-        0..1; the paper trains on rendered ones only.
     cosine : bool
         Whether the learning rate rises over the first steps of a stage and then
         falls along half a cosine, instead of by halvings.
@@ -84,11 +81,12 @@ class TrainingOptions:
         then the other losses train the generator alone, twice as fast. The
         paper's joins at once; by default it never does, as it sharpens
         textures but costs both RMSE and EMD.
+    one_stage : bool
+        Whether the whole generator is trained at once, by `joint`. The paper
+        first trains the opacity generator, by `opacity`, and then freezes it
+        and trains the translation on rendered opacity images, by `translation`.
     opacity_time_share : float
         Share of the two stages' time that goes to stage 1.
-    joint_share : float
-        Share of the budget, behind both stages, in which they are tuned to
-        each other, 0 to below 1; the paper has none.
     seed : int
     """
 
@@ -99,20 +97,17 @@ class TrainingOptions:
     decoded_tf_weight: float = 100.0
     more_tfs: int = 32
     opacity_l1_weight: float = 150.0
-    predicted_share: float = 1.0
     cosine: bool = True
     grid_rate: float = 30.0
     beta2: float = 0.99
     average_decay: float = 0.999
     keep_variance: bool = True
     adversarial_start: float = 1.0
+    one_stage: bool = True
     opacity_time_share: float = 0.4
-    joint_share: float = 0.0
     seed: int = 0
 
     def __post_init__(self) -> None:
-        if not 0 <= self.predicted_share <= 1:
-            raise TrainingError("The share of predicted opacity images must be from 0 to 1.")
         if not 0 <= self.adversarial_start <= 1:
             raise TrainingError("The start of the adversarial loss must be from 0 to 1.")
         if self.more_tfs < 0:
@@ -125,8 +120,6 @@ class TrainingOptions:
             raise TrainingError("The decay of the weight average must be from 0 to below 1.")
         if not 0 < self.opacity_time_share < 1:
             raise TrainingError("The opacity stage's share of the budget must be between 0 and 1.")
-        if not 0 <= self.joint_share < 1:
-            raise TrainingError("The joint stage's share of the budget must be from 0 to below 1.")
 
     @classmethod
     def faithful(cls, seed: int = 0) -> TrainingOptions:
@@ -138,12 +131,12 @@ class TrainingOptions:
             decoded_tf_weight=1.0,
             more_tfs=0,
             opacity_l1_weight=0.0,
-            predicted_share=0.0,
             cosine=False,
             beta2=0.999,
             average_decay=0.0,
             keep_variance=False,
             adversarial_start=0.0,
+            one_stage=False,
         )
 
     def with_settings(self, settings: Sequence[str]) -> TrainingOptions:
@@ -187,7 +180,7 @@ class TrainingOptions:
 
 @dataclass(frozen=True)
 class Budget:
-    """How long to train: minutes of wall clock, or samples seen, over both stages."""
+    """How long to train: minutes of wall clock, or samples seen."""
 
     minutes: float | None = None
     samples: int | None = None

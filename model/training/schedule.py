@@ -40,20 +40,16 @@ class Schedule:
         torch.manual_seed(options.seed)
         self.stages: dict[str, Stage]
         more_tfs = MoreTFs(scene, options.seed, options.more_tfs)
-        if size.architecture == "grid":
+        # Both images of a feature grid come from one network.
+        if options.one_stage or size.architecture == "grid":
             generator = build_generator(size, scene)
             self.stages = {"joint": JointStage(size, options, generator, more_tfs, device)}
             self.ends = {"joint": 1.0}
-            return
-        opacity = OpacityStage(size, options, build_opacity(size, scene), more_tfs, device)
-        translation = TranslationStage(size, options, opacity.average.network, device)
-        self.stages = {"opacity": opacity, "translation": translation}
-        apart = 1 - options.joint_share
-        self.ends = {"opacity": options.opacity_time_share * apart, "translation": apart}
-        if options.joint_share:
-            both = self._two_stages()
-            self.stages["joint"] = JointStage(size, options, both, more_tfs, device, tuning=True)
-            self.ends["joint"] = 1.0
+        else:
+            opacity = OpacityStage(size, options, build_opacity(size, scene), more_tfs, device)
+            translation = TranslationStage(size, options, opacity.average.network, device)
+            self.stages = {"opacity": opacity, "translation": translation}
+            self.ends = {"opacity": options.opacity_time_share, "translation": 1.0}
 
     @property
     def names(self) -> list[str]:
@@ -85,17 +81,16 @@ class Schedule:
             return list(self.stages.values())
         return list(self.stages.values())[: self.names.index(name) + 1]
 
-    def generator(self, name: str) -> GeneratorNetwork:
-        """The averaged networks as one generator, at the time of the named stage."""
-        if "joint" in self.stages and name in ("joint", "done"):
+    def generator(self) -> GeneratorNetwork:
+        """The averaged networks as one generator."""
+        if "joint" in self.stages:
             network: GeneratorNetwork = self.stages["joint"].average.network
             return network.eval()
-        return self._two_stages().eval()
+        opacity, translation = self.stages["opacity"], self.stages["translation"]
+        return TwoStageGenerator(
+            self._size, opacity.average.network, translation.average.network
+        ).eval()
 
     def draws_color(self, name: str) -> bool:
         """Whether colour images have been trained by the time of the named stage."""
         return name != "opacity"
-
-    def _two_stages(self) -> TwoStageGenerator:
-        opacity, translation = self.stages["opacity"], self.stages["translation"]
-        return TwoStageGenerator(self._size, opacity.average.network, translation.average.network)

@@ -90,9 +90,6 @@ class Stage(ABC):
         self.generator_optimiser = adam(self.generator, options.beta2, options.grid_rate)
         self.discriminator_optimiser = adam(self.discriminator, options.beta2)
 
-    def begin(self) -> None:  # noqa: B027  (most stages have nothing to take over)
-        """Take over what earlier stages have learned; called when the stage begins."""
-
     def step(self, batch: EncodedBatch, progress: float) -> StepResult:
         """Train both networks on one batch.
 

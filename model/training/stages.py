@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
 import torch
 from torch import Tensor
 
@@ -91,8 +90,7 @@ class TranslationStage(ColorStage):
     size : NetworkSize
     options : TrainingOptions
     opacity : OpacityNetwork
-        The trained generator of stage 1; it gives the latent codes, and the
-        opacity images of the predicted share of samples.
+        The trained generator of stage 1; it gives the latent codes.
     device : torch.device
     """
 
@@ -115,24 +113,13 @@ class TranslationStage(ColorStage):
         )
         self.opacity = opacity
 
-    def _generate(self, batch: EncodedBatch) -> tuple[Tensor, Tensor]:
+    def _generate(self, batch: EncodedBatch) -> tuple[Tensor, None]:
         with torch.no_grad():
             latent = self.opacity.encode(batch.opacity_tf)
-            opacity = self._opacity_images(batch, latent)
-        return self.generator(batch.view, latent, batch.color_tf, opacity), latent
-
-    def _opacity_images(self, batch: EncodedBatch, latent: Tensor) -> Tensor:
-        """Rendered opacity images, with the predicted share replaced."""
-        share = self.options.predicted_share
-        if share == 0:
-            return batch.opacity_image
-        predicted = self.opacity.draw(batch.view, latent).float()
-        rng = np.random.default_rng([self.options.seed, self.steps])
-        chosen = torch.from_numpy(rng.random(len(predicted)) < share).to(self.device)
-        return torch.where(chosen[:, None, None, None], predicted, batch.opacity_image)
+        return self.generator(batch.view, latent, batch.color_tf, batch.opacity_image), None
 
     def _generator_losses(
-        self, batch: EncodedBatch, fake: Tensor, extra: Tensor
+        self, batch: EncodedBatch, fake: Tensor, extra: None
     ) -> dict[str, Tensor]:
         return {"l1": l1(fake, batch.image)}
 

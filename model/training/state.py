@@ -31,11 +31,11 @@ class Progress:
     Attributes
     ----------
     stage : str
-        "opacity", "translation" or "done".
+        "joint", "opacity", "translation" or "done".
     seconds : float
         Wall clock spent in all sessions of the run.
     samples : int
-        Samples seen in both stages.
+        Samples seen in all stages.
     batch : int
         Batches done in this stage.
     """

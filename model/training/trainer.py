@@ -1,8 +1,8 @@
-"""The training run: both stages in one loop that can stop and resume anywhere.
+"""The training run: all stages in one loop that can stop and resume anywhere.
 
 A run lives in a folder: ``training.json`` with its tensors (the resumable
 state), ``log.csv``, ``sheets/`` with pictures, and, from the first interval
-of stage 2 on, the model itself, which the window can open while training
+that draws colours on, the model itself, which the window can open while training
 goes on.
 """
 
@@ -117,7 +117,7 @@ def train(
     resume: bool = False,
     on_report: Callable[[TrainingReport], None] = lambda report: None,
 ) -> None:
-    """Train both stages within the budget.
+    """Train within the budget.
 
     Parameters
     ----------
@@ -197,7 +197,6 @@ class _Run:
             for name in names[names.index(self.progress.stage) :]:
                 if name != self.progress.stage:
                     self.progress.enter(name)
-                    self.schedule.stages[name].begin()
                     self._checkpoint()
                 self._train_stage(self.schedule.stages[name])
             self.progress.stage = "done"
@@ -300,7 +299,7 @@ class _Run:
         names = dict.fromkeys(name for losses in recent for name in losses)
         losses = {k: float(np.mean([r[k] for r in recent if k in r])) for k in names}
         sheet = self.plan.folder / "sheets" / f"{self.progress.samples:09d}.png"
-        measured = self.probe.measure(self.schedule.generator(self.progress.stage), sheet)
+        measured = self.probe.measure(self.schedule.generator(), sheet)
         self.metrics = {name: measured[name] for name in MEASURES}
         self.log.write(self.progress, losses, measured)
         # Only what the stage trains can collapse.
@@ -316,7 +315,7 @@ class _Run:
         begun = self.schedule.begun(name)
         save_state(self.plan.folder, self.progress, self.plan.recipe(), begun)
         if self.schedule.draws_color(name) and begun[-1].steps:
-            save_model(self.plan.folder, self._card(), self.schedule.generator(name))
+            save_model(self.plan.folder, self._card(), self.schedule.generator())
         self._saved = time.monotonic()
 
     def _card(self) -> ModelCard:

@@ -281,9 +281,9 @@ def test_a_dataset_is_made_grown_and_trained_on(raw_file: Path, tmp_path: Path) 
     assert (store.count("train"), store.count("holdout"), store.seed) == (70, 6, 5)
     assert store.scene == Scene.of(read_volume(raw_file), 64, renderer="raycast")
     train = f"train --dataset {out} --preset draft --out {tmp_path / 'run'} --samples 200"
-    assert run([*train.split(), "--faithful", "--set", "predicted_share=0.5"]) == 0
+    assert run([*train.split(), "--faithful", "--set", "opacity_time_share=0.5"]) == 0
     card = load_card(tmp_path / "run")
-    assert card.training["options"]["predicted_share"] == 0.5
+    assert card.training["options"]["opacity_time_share"] == 0.5
     assert card.training["options"]["opacity_l1_weight"] == 0
     assert card.training["samples_stored"] == 70
     assert card.training["dataset_seed"] == 5

@@ -17,20 +17,19 @@ def test_faithful_is_the_papers_recipe() -> None:
     assert recipe.decoded_tf_weight == 1
     assert recipe.more_tfs == 0
     assert recipe.opacity_l1_weight == 0
-    assert recipe.predicted_share == 0
+    assert not recipe.one_stage
     assert recipe.average_decay == 0
     assert recipe.adversarial_start == 0
 
 
 def test_options_survive_json() -> None:
-    options = TrainingOptions(predicted_share=0.25, seed=9)
+    options = TrainingOptions(opacity_time_share=0.25, seed=9)
     assert TrainingOptions.from_json(json.loads(json.dumps(options.to_json()))) == options
 
 
 @pytest.mark.parametrize(
     "bad",
     [
-        {"predicted_share": 1.5},
         {"average_decay": 1.0},
         {"adversarial_start": 2.0},
         {"opacity_time_share": 0.0},

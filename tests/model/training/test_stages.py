@@ -113,21 +113,6 @@ def test_stage_2_leaves_stage_1_alone(batch: EncodedBatch) -> None:
     assert all(torch.equal(v, after[k]) for k, v in before.items())
 
 
-@pytest.mark.parametrize(("share", "low", "high"), [(0.0, 0, 0), (0.5, 4, 20), (1.0, 24, 24)])
-def test_the_predicted_share_of_opacity_images_is_predicted(
-    batch: EncodedBatch, share: float, low: int, high: int
-) -> None:
-    _, translation = stages(TrainingOptions(predicted_share=share))
-    with torch.no_grad():
-        latent = translation.opacity.encode(batch.opacity_tf)
-        images = translation._opacity_images(batch, latent)
-        predicted = translation.opacity.draw(batch.view, latent)
-    from_stage_1 = [torch.equal(a, b) for a, b in zip(images, predicted, strict=True)]
-    assert low <= sum(from_stage_1) <= high
-    for image, truth, ours in zip(images, batch.opacity_image, from_stage_1, strict=True):
-        assert ours or torch.equal(image, truth)
-
-
 @pytest.mark.parametrize(("progress", "halvings"), [(0.0, 0), (0.16, 0), (0.17, 1), (0.99, 5)])
 def test_the_learning_rate_is_halved_as_in_the_paper(
     batch: EncodedBatch, progress: float, halvings: int

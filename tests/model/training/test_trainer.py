@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
@@ -25,11 +25,10 @@ from model.checkpoint import load_card, load_model
 from model.dataset import SampleStore
 from model.encoding import EncodedBatch
 from model.errors import DatasetError, TrainingError
-from model.networks.blocks import NetworkSize
+from model.networks.blocks import Architecture, NetworkSize
 from model.networks.opacity import LatentCodec
 from model.scene import Scene
 from model.training.options import Budget, StageOptions, TrainingOptions
-from model.training.schedule import Schedule
 from model.training.sources import StoredSource
 from model.training.stage import StepResult
 from model.training.stages import OpacityStage
@@ -40,7 +39,11 @@ from model.volume import Volume
 
 SIZE = NetworkSize(0.125, 16, 64)
 RECIPE = TrainingOptions(
-    opacity=StageOptions(16, 2e-4, 6.0), translation=StageOptions(16, 8e-5, 3.75), seed=3
+    opacity=StageOptions(16, 2e-4, 6.0),
+    translation=StageOptions(16, 8e-5, 3.75),
+    joint=StageOptions(16, 1e-3, 2.0),
+    one_stage=False,
+    seed=3,
 )
 
 
@@ -321,43 +324,26 @@ def test_a_collapse_stops_the_run_and_keeps_the_last_good_state(
     assert load_progress(tmp_path)[0].samples == 6 * 16
 
 
-@pytest.mark.parametrize("size", [replace(SIZE, architecture="grid"), SIZE])
+@pytest.mark.parametrize("architecture", get_args(Architecture))
 def test_a_joint_stage_resumes_exactly(
-    store: SampleStore, tmp_path: Path, size: NetworkSize
+    store: SampleStore, tmp_path: Path, architecture: Architecture
 ) -> None:
-    """The grid's only stage; or one behind the paper's two, begun or not yet begun."""
-    options = replace(RECIPE, joint_share=0.5, joint=StageOptions(16, 1e-3, 2.0))
+    options = replace(RECIPE, one_stage=True)
+    size = replace(SIZE, architecture=architecture)
 
     def run(folder: Path) -> TrainingPlan:
         return replace(plan(store, folder, 320, 1e9), size=size, options=options)
 
     train(run(tmp_path / "whole"))
     with (tmp_path / "whole" / "log.csv").open() as file:
-        stages = [row["stage"] for row in csv.DictReader(file)]
-    assert stages == (
-        ["joint"] if size.architecture == "grid" else ["opacity", "translation", "joint"]
-    )
+        assert [row["stage"] for row in csv.DictReader(file)] == ["joint"]
     expected = load_model(tmp_path / "whole")[1].state_dict()
-    for steps in (4, 15):
-        folder = tmp_path / f"stopped after {steps}"
-        with pytest.raises(KeyboardInterrupt):
-            train(run(folder), on_report=Stop(steps))
-        train(run(folder), resume=True)
-        for name, value in load_model(folder)[1].state_dict().items():
-            torch.testing.assert_close(value, expected[name], rtol=0, atol=0, msg=name)
-
-
-def test_tuning_starts_from_the_averages_of_both_stages(store: SampleStore) -> None:
-    options = replace(RECIPE, joint_share=0.5)
-    schedule = Schedule(SIZE, options, store.scene, torch.device("cpu"))
-    with torch.no_grad():
-        for parameter in schedule.stages["translation"].average.network.parameters():
-            parameter.add_(1.0)
-    schedule.stages["joint"].begin()
-    expected = schedule.generator("translation").state_dict()
-    for network in (schedule.stages["joint"].generator, schedule.generator("joint")):
-        for name, value in network.state_dict().items():
-            assert torch.equal(value, expected[name]), name
+    folder = tmp_path / "stopped"
+    with pytest.raises(KeyboardInterrupt):
+        train(run(folder), on_report=Stop(4))
+    train(run(folder), resume=True)
+    for name, value in load_model(folder)[1].state_dict().items():
+        torch.testing.assert_close(value, expected[name], rtol=0, atol=0, msg=name)
 
 
 def test_too_few_samples_are_refused(scene: Scene, tmp_path: Path) -> None:
