@@ -96,7 +96,7 @@ class TrainingOptions:
     l1_weight: float = 150.0
     decoded_tf_weight: float = 100.0
     more_tfs: int = 32
-    opacity_l1_weight: float = 150.0
+    opacity_l1_weight: float = 50.0
     cosine: bool = True
     grid_rate: float = 30.0
     beta2: float = 0.99
