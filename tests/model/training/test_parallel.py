@@ -57,7 +57,7 @@ with parallel.process_group(torch.device("cpu")) as device:
         torch.manual_seed(7 if name == "same" else 8 + rank)
         batch = EncodedBatch(
             torch.rand(8, 5), torch.rand(8, 256), torch.rand(8, 3, 256),
-            torch.rand(8, 1, 16, 16), torch.rand(8, 3, 16, 16), torch.ones(8),
+            torch.rand(8, 1, 16, 16), torch.rand(8, 3, 16, 16),
         )
         stage.step(batch, 0.5)
     tensors = {f"g.{k}": v for k, v in stage.generator.named_parameters()}
