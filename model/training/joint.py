@@ -12,8 +12,8 @@ from model.networks.blocks import NetworkSize
 from model.networks.translation import TranslationDiscriminator
 from model.networks.two_stage import GeneratorNetwork
 from model.training.average import WeightAverage
+from model.training.codec_loss import CodecLoss
 from model.training.losses import l1
-from model.training.more_tfs import MoreTFs
 from model.training.options import TrainingOptions
 from model.training.stages import ColorStage
 
@@ -26,7 +26,7 @@ class JointStage(ColorStage):
     size : NetworkSize
     options : TrainingOptions
     generator : GeneratorNetwork
-    more_tfs : MoreTFs
+    codec_loss : CodecLoss
     device : torch.device
     """
 
@@ -39,11 +39,11 @@ class JointStage(ColorStage):
         size: NetworkSize,
         options: TrainingOptions,
         generator: GeneratorNetwork,
-        more_tfs: MoreTFs,
+        codec_loss: CodecLoss,
         device: torch.device,
     ) -> None:
         super().__init__(generator, TranslationDiscriminator(size), options.joint, options, device)
-        self._more_tfs = more_tfs
+        self._codec_loss = codec_loss
 
     def _generate(self, batch: EncodedBatch) -> tuple[Tensor, tuple[Tensor, Tensor]]:
         opacity = self.generator.opacity
@@ -55,7 +55,7 @@ class JointStage(ColorStage):
         opacity_image, decoded = extra
         codec = self.generator.opacity
         return {
-            "decoded_tf": self._more_tfs.error(codec, decoded, batch, self.steps),
+            "decoded_tf": self._codec_loss(codec, decoded, batch, self.steps),
             "opacity_l1": l1(opacity_image, batch.opacity_image),
             "l1": l1(fake, batch.image),
         }

@@ -12,11 +12,6 @@ def l1(fake: Tensor, real: Tensor) -> Tensor:
     return (fake.float() - real).abs().mean()
 
 
-def decoded_tf_error(decoded: Tensor, opacity_tf: Tensor) -> Tensor:
-    """Mean squared difference of decoded opacity TFs (N, 256) (paper, Eq. 7)."""
-    return (decoded.float() - opacity_tf).square().mean()
-
-
 def adversarial(logits: Tensor, target: float) -> Tensor:
     """Binary cross-entropy of logits (N, ...) against one target, in float32."""
     logits = logits.float()

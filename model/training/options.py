@@ -58,6 +58,9 @@ class TrainingOptions:
         Random opacity TFs without images that each step's decoded-TF loss has
         beside those of its samples: a codec wants to see far more TFs than can
         be rendered. The paper has none.
+    thick_layer_weight : float
+        Weight, within the decoded-TF loss, of the squared error of what the TF
+        means for a thick layer's opacity; the paper has none.
     opacity_l1_weight : float
         Weight of an l1 loss on the opacity image; the paper has none.
     cosine : bool
@@ -96,6 +99,7 @@ class TrainingOptions:
     l1_weight: float = 150.0
     decoded_tf_weight: float = 100.0
     more_tfs: int = 32
+    thick_layer_weight: float = 0.3
     opacity_l1_weight: float = 50.0
     cosine: bool = True
     grid_rate: float = 30.0
@@ -130,6 +134,7 @@ class TrainingOptions:
             translation=StageOptions(50, 8e-5, 30 / 8),
             decoded_tf_weight=1.0,
             more_tfs=0,
+            thick_layer_weight=0.0,
             opacity_l1_weight=0.0,
             cosine=False,
             beta2=0.999,

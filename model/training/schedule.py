@@ -8,8 +8,8 @@ from model.networks.blocks import NetworkSize
 from model.networks.build import build_generator, build_opacity
 from model.networks.two_stage import GeneratorNetwork, TwoStageGenerator
 from model.scene import Scene
+from model.training.codec_loss import CodecLoss
 from model.training.joint import JointStage
-from model.training.more_tfs import MoreTFs
 from model.training.options import TrainingOptions
 from model.training.stage import Stage
 from model.training.stages import OpacityStage, TranslationStage
@@ -39,14 +39,14 @@ class Schedule:
         self._size = size
         torch.manual_seed(options.seed)
         self.stages: dict[str, Stage]
-        more_tfs = MoreTFs(scene, options.seed, options.more_tfs)
+        codec_loss = CodecLoss(scene, options)
         # Both images of a feature grid come from one network.
         if options.one_stage or size.architecture == "grid":
             generator = build_generator(size, scene)
-            self.stages = {"joint": JointStage(size, options, generator, more_tfs, device)}
+            self.stages = {"joint": JointStage(size, options, generator, codec_loss, device)}
             self.ends = {"joint": 1.0}
         else:
-            opacity = OpacityStage(size, options, build_opacity(size, scene), more_tfs, device)
+            opacity = OpacityStage(size, options, build_opacity(size, scene), codec_loss, device)
             translation = TranslationStage(size, options, opacity.average.network, device)
             self.stages = {"opacity": opacity, "translation": translation}
             self.ends = {"opacity": options.opacity_time_share, "translation": 1.0}

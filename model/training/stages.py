@@ -10,8 +10,8 @@ from model.networks.blocks import NetworkSize
 from model.networks.opacity import OpacityDiscriminator, OpacityNetwork
 from model.networks.translation import TranslationDiscriminator, TranslationGenerator
 from model.training.average import WeightAverage
+from model.training.codec_loss import CodecLoss
 from model.training.losses import l1
-from model.training.more_tfs import MoreTFs
 from model.training.options import TrainingOptions
 from model.training.stage import Stage
 
@@ -25,7 +25,7 @@ class OpacityStage(Stage):
     options : TrainingOptions
     opacity : OpacityNetwork
         The generator.
-    more_tfs : MoreTFs
+    codec_loss : CodecLoss
     device : torch.device
     """
 
@@ -38,11 +38,11 @@ class OpacityStage(Stage):
         size: NetworkSize,
         options: TrainingOptions,
         opacity: OpacityNetwork,
-        more_tfs: MoreTFs,
+        codec_loss: CodecLoss,
         device: torch.device,
     ) -> None:
         super().__init__(opacity, OpacityDiscriminator(size), options.opacity, options, device)
-        self._more_tfs = more_tfs
+        self._codec_loss = codec_loss
 
     def _real(self, batch: EncodedBatch) -> Tensor:
         return batch.opacity_image
@@ -59,7 +59,7 @@ class OpacityStage(Stage):
         self, batch: EncodedBatch, fake: Tensor, extra: Tensor
     ) -> dict[str, Tensor]:
         return {
-            "decoded_tf": self._more_tfs.error(self.generator, extra, batch, self.steps),
+            "decoded_tf": self._codec_loss(self.generator, extra, batch, self.steps),
             "opacity_l1": l1(fake, batch.opacity_image),
         }
 

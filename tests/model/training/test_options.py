@@ -16,6 +16,7 @@ def test_faithful_is_the_papers_recipe() -> None:
     assert recipe.l1_weight == 150
     assert recipe.decoded_tf_weight == 1
     assert recipe.more_tfs == 0
+    assert recipe.thick_layer_weight == 0
     assert recipe.opacity_l1_weight == 0
     assert not recipe.one_stage
     assert recipe.average_decay == 0

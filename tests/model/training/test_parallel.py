@@ -40,7 +40,7 @@ from model.networks.blocks import NetworkSize
 from model.networks.opacity import OpacityGenerator
 from model.scene import Scene
 from model.training import parallel
-from model.training.more_tfs import MoreTFs
+from model.training.codec_loss import CodecLoss
 from model.training.options import TrainingOptions
 from model.training.stages import OpacityStage
 import safetensors.torch
@@ -50,8 +50,8 @@ with parallel.process_group(torch.device("cpu")) as device:
     torch.manual_seed(0)
     size = NetworkSize(0.125, 16, 16)
     options = TrainingOptions(adversarial_start=0.0)
-    none = MoreTFs(Scene('none', '', (0.0, 1.0), (0.0, 1.0), 16), 0, 0)
-    stage = OpacityStage(size, options, OpacityGenerator(size), none, device)
+    loss = CodecLoss(Scene('none', '', (0.0, 1.0), (0.0, 1.0), 16), options)
+    stage = OpacityStage(size, options, OpacityGenerator(size), loss, device)
     gradients = {}
     for name in ("same", "different"):
         torch.manual_seed(7 if name == "same" else 8 + rank)

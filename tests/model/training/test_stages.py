@@ -18,8 +18,8 @@ from model.networks.opacity import OpacityGenerator
 from model.sampling import draw_opacity_tfs
 from model.scene import Scene
 from model.training.average import WeightAverage
+from model.training.codec_loss import LAYER, CodecLoss, decoded_tf_error
 from model.training.losses import adversarial
-from model.training.more_tfs import MoreTFs
 from model.training.optimisers import WARM_UP
 from model.training.options import StageOptions, TrainingOptions
 from model.training.stage import Losses
@@ -28,7 +28,8 @@ from model.training.stages import OpacityStage, TranslationStage
 SIZE = NetworkSize(0.125, 16, 64)
 CPU = torch.device("cpu")
 SCENE = Scene("none", "", (0.0, 1.0), (0.2, 0.8), 64)
-NO_MORE, MORE = MoreTFs(SCENE, 0, 0), MoreTFs(SCENE, 0, 8)
+PLAIN = replace(TrainingOptions(), more_tfs=0, thick_layer_weight=0.0)
+LOSS = CodecLoss(SCENE, replace(PLAIN, more_tfs=8))
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +39,7 @@ def batch(store: SampleStore) -> EncodedBatch:
 
 def stages(options: TrainingOptions) -> tuple[OpacityStage, TranslationStage]:
     torch.manual_seed(0)
-    opacity = OpacityStage(SIZE, options, OpacityGenerator(SIZE), NO_MORE, CPU)
+    opacity = OpacityStage(SIZE, options, OpacityGenerator(SIZE), CodecLoss(SCENE, PLAIN), CPU)
     return opacity, TranslationStage(SIZE, options, opacity.average.network, CPU)
 
 
@@ -73,15 +74,31 @@ def test_the_codec_also_learns_from_tfs_without_images(batch: EncodedBatch) -> N
     stage.steps = 5
     errors = {}
     for count in (0, 40):
-        more = MoreTFs(SCENE, 3, count)
+        loss = CodecLoss(SCENE, replace(PLAIN, more_tfs=count, seed=3))
         with torch.no_grad():
             decoded = stage.generator.decode(stage.generator.encode(batch.opacity_tf))
-            errors[count] = more.error(stage.generator, decoded, batch, stage.steps).item()
+            errors[count] = loss(stage.generator, decoded, batch, stage.steps).item()
     tfs = torch.from_numpy(draw_opacity_tfs(SCENE, 3, 5, 40)) * 2 - 1
     with torch.no_grad():
         others = (stage.generator.decode(stage.generator.encode(tfs)) - tfs).square().mean().item()
     assert errors[40] == pytest.approx((errors[0] + others) / 2)
     assert others != pytest.approx(errors[0], rel=1e-3)
+
+
+def test_faint_modes_count_by_what_a_thick_layer_shows() -> None:
+    rng = np.random.default_rng(0)
+    true = rng.uniform(0, 1, (3, 256)) ** 4
+    decoded = np.clip(true + rng.normal(0, 0.02, true.shape), 0, 1)
+    through = [np.ones_like(true), np.ones_like(true)]
+    for _ in range(LAYER):
+        through = [t * (1 - tf) for t, tf in zip(through, (true, decoded), strict=True)]
+    curves = np.square(2 * (decoded - true)).mean()
+    layers = np.square(2 * (through[1] - through[0])).mean()
+    ours, theirs = (torch.from_numpy(2 * tf - 1).float() for tf in (decoded, true))
+    assert decoded_tf_error(ours, theirs, 0.0).item() == pytest.approx(curves, rel=1e-4)
+    error = decoded_tf_error(ours, theirs, 0.3).item()
+    assert error == pytest.approx(curves + 0.3 * layers, rel=1e-4)
+    assert layers > 10 * curves
 
 
 def test_a_few_steps_on_one_batch_lower_its_losses(batch: EncodedBatch) -> None:
@@ -180,7 +197,7 @@ def test_a_batch_too_large_for_the_memory_is_learned_from_in_parts(
 
     def trained(kind: type[OpacityStage]) -> tuple[OpacityStage, Losses]:
         torch.manual_seed(0)
-        stage = kind(SIZE, options, OpacityGenerator(SIZE), MORE, CPU)
+        stage = kind(SIZE, options, OpacityGenerator(SIZE), LOSS, CPU)
         # Without batch statistics, parts add up to the whole.
         stage.generator.eval()
         stage.discriminator.eval()
@@ -200,7 +217,7 @@ def test_a_batch_too_large_for_the_memory_is_learned_from_in_parts(
 
 
 def test_memory_too_small_for_any_part_is_said(batch: EncodedBatch) -> None:
-    stage = Tight(SIZE, TrainingOptions(), OpacityGenerator(SIZE), MORE, CPU)
+    stage = Tight(SIZE, TrainingOptions(), OpacityGenerator(SIZE), LOSS, CPU)
     stage.room = 1
     with pytest.raises(TrainingError, match=r"out of memory .* --set opacity.batch_size=12"):
         stage.step(batch, 0.0)

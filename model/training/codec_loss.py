@@ -1,0 +1,81 @@
+"""What the codec of opacity TFs is trained by: how far decoded TFs are from what was encoded."""
+
+from __future__ import annotations
+
+from torch import Tensor
+
+from model.encoding import EncodedBatch, decode_unit, encode_unit
+from model.networks.opacity import LatentCodec
+from model.sampling import draw_opacity_tfs
+from model.scene import Scene
+from model.training.options import TrainingOptions
+from model.training.parallel import rank, ranks
+
+LAYER = 32
+"""Thickness in voxels of the layers whose opacity counts, too."""
+
+
+class CodecLoss:
+    """The decoded-TF loss (paper, Eq. 7), also over TFs that have not been rendered.
+
+    Parameters
+    ----------
+    scene : Scene
+        Says where random modes lie.
+    options : TrainingOptions
+        Its `more_tfs`, `thick_layer_weight` and `seed`.
+    """
+
+    def __init__(self, scene: Scene, options: TrainingOptions) -> None:
+        self._scene = scene
+        self._options = options
+
+    def __call__(
+        self, codec: LatentCodec, decoded: Tensor, batch: EncodedBatch, step: int
+    ) -> Tensor:
+        """The loss of a batch's decoded TFs and of this step's others.
+
+        Parameters
+        ----------
+        codec : LatentCodec
+        decoded : Tensor, shape (N, 256)
+            The batch's decoded TFs.
+        batch : EncodedBatch
+        step : int
+            The same step has the same TFs, so that resumed runs repeat; ranks
+            have different ones.
+        """
+        thick = self._options.thick_layer_weight
+        error = decoded_tf_error(decoded, batch.opacity_tf, thick)
+        if not self._options.more_tfs:
+            return error
+        index = step * ranks() + rank()
+        drawn = draw_opacity_tfs(self._scene, self._options.seed, index, self._options.more_tfs)
+        tfs = encode_unit(drawn).to(decoded.device)
+        others = decoded_tf_error(codec.decode(codec.encode(tfs)), tfs, thick)
+        # Half and half, whatever the batch: parts of one then add up to the whole.
+        return (error + others) / 2
+
+
+def decoded_tf_error(decoded: Tensor, opacity_tf: Tensor, thick: float) -> Tensor:
+    """How far decoded opacity TFs are from true ones, both (N, 256) in [-1, 1].
+
+    Parameters
+    ----------
+    decoded, opacity_tf : Tensor
+    thick : float
+        Weight of the squared error of :func:`layer_opacity`, beside that of
+        the TFs themselves. A faint mode is hardly seen in the curve, but well
+        where the volume has a wide region of its values.
+    """
+    decoded = decoded.float()
+    error = (decoded - opacity_tf).square().mean()
+    if thick:
+        layers = 2 * (layer_opacity(decoded) - layer_opacity(opacity_tf))
+        error = error + thick * layers.square().mean()
+    return error
+
+
+def layer_opacity(opacity_tf: Tensor) -> Tensor:
+    """Opacity in [0, 1] of a layer of :data:`LAYER` voxels, for TFs in [-1, 1]."""
+    return 1 - (1 - decode_unit(opacity_tf)) ** LAYER
