@@ -99,7 +99,7 @@ class TrainingOptions:
     l1_weight: float = 150.0
     decoded_tf_weight: float = 100.0
     more_tfs: int = 32
-    thick_layer_weight: float = 0.3
+    thick_layer_weight: float = 0.1
     opacity_l1_weight: float = 50.0
     cosine: bool = True
     grid_rate: float = 30.0
