@@ -40,7 +40,7 @@ class NetworkSize:
     latent_dim : int
         Length of the latent code of an opacity TF.
     architecture : {"paper", "grid", "grid-translation"}
-        The paper's two stages; both images from a feature grid; or the feature
+        The paper's two networks; both images from a feature grid; or the feature
         grid's opacity image in front of the paper's translation.
     features : int
         Numbers at each node of the feature grid, where there is one.

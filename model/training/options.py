@@ -85,7 +85,8 @@ class TrainingOptions:
         paper's joins at once; by default it never does, as it sharpens
         textures but costs both RMSE and EMD.
     one_stage : bool
-        Whether the whole generator is trained at once, by `joint`. The paper
+        Whether the whole generator is trained at once, by `joint`, as a feature
+        grid's two images always are: they come from one network. The paper
         first trains the opacity generator, by `opacity`, and then freezes it
         and trains the translation on rendered opacity images, by `translation`.
     opacity_time_share : float

@@ -2,8 +2,8 @@
 
 A run lives in a folder: ``training.json`` with its tensors (the resumable
 state), ``log.csv``, ``sheets/`` with pictures, and, from the first interval
-that draws colours on, the model itself, which the window can open while training
-goes on.
+that draws colours on, the model itself, which the window can open while
+training goes on.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
 import importlib.util
 import shutil
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -18,7 +19,6 @@ from model.sampling import draw_sample
 from model.scene import Scene
 
 CPU = torch.device("cpu")
-ARCHITECTURES: list[Architecture] = ["paper", "grid", "grid-translation"]
 
 
 def network_of(architecture: Architecture, scene: Scene, rays: bool = False) -> GeneratorNetwork:
@@ -41,7 +41,7 @@ def usable(name: str, precision: str = "float32") -> Backend:
 
 
 @pytest.mark.parametrize(
-    ("architecture", "rays"), [(a, False) for a in ARCHITECTURES] + [("grid", True)]
+    ("architecture", "rays"), [(a, False) for a in get_args(Architecture)] + [("grid", True)]
 )
 @pytest.mark.parametrize("name", [b for b in BACKENDS if b not in ("eager", "compiled")])
 def test_libraries_draw_what_torch_draws(

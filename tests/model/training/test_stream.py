@@ -44,8 +44,8 @@ def assert_same(one: SampleBatch, other: SampleBatch) -> None:
 @cache
 def numbers_of_azimuths(scene: Scene, first: int, count: int) -> dict[float, int]:
     """The number in the stream of each sample: no two azimuths are the same."""
-    numbers = range(first, first + count)
-    return {draw_sample(scene, 5, "train", i).view.azimuth: i for i in numbers}
+    indices = range(first, first + count)
+    return {draw_sample(scene, 5, "train", i).view.azimuth: i for i in indices}
 
 
 def numbers(batch: SampleBatch, scene: Scene, first: int = 0, count: int = 4096) -> list[int]:
