@@ -182,7 +182,13 @@ class SampleStore:
     def read(self, stream: Stream, indices: range) -> SampleBatch:
         """Read consecutive samples."""
         span = slice(indices.start, indices.stop)
-        return SampleBatch(*(np.asarray(self._array(stream, name)[span]) for name in ARRAYS))
+        try:
+            return SampleBatch(*(np.asarray(self._array(stream, name)[span]) for name in ARRAYS))
+        except OSError as error:
+            raise DatasetError(
+                f"{self.path}: samples cannot be read ({error.strerror}); "
+                "make the data set available again, or make it anew."
+            ) from error
 
     def write_block(self, stream: Stream, block: range, batch: SampleBatch) -> None:
         """Write one block and then mark it complete."""
@@ -217,11 +223,12 @@ class SampleStore:
             Number of batches to leave out at the start.
         """
         all_blocks = _blocks(self.count(stream))
+        pool_blocks = max(POOL_BLOCKS, -(-batch_size // BLOCK))
         for epoch in itertools.count():
             rng = np.random.default_rng([*seed, epoch])
             order = rng.permutation(len(all_blocks))
-            for start in range(0, len(order), POOL_BLOCKS):
-                blocks = [all_blocks[i] for i in order[start : start + POOL_BLOCKS]]
+            for start in range(0, len(order), pool_blocks):
+                blocks = [all_blocks[i] for i in order[start : start + pool_blocks]]
                 shuffle = rng.permutation(sum(map(len, blocks)))
                 batches = np.split(shuffle, range(batch_size, len(shuffle), batch_size))
                 full = [b for b in batches if len(b) == batch_size]

@@ -60,7 +60,7 @@ class EncodedBatch:
         return len(self.view)
 
     def parts(self, count: int) -> list[EncodedBatch]:
-        """The batch in about as many parts, each of an even number of samples."""
+        """The batch in about as many parts; only the last may have an odd number of samples."""
         size = 2 * -(-len(self) // (2 * count))
         columns = {name: value.split(size) for name, value in vars(self).items()}
         return [

@@ -42,3 +42,7 @@ class DeviceError(TfscopeError):
 
 class TrainingError(TfscopeError):
     """A training run cannot start, resume, or go on."""
+
+
+class CollapseError(TrainingError):
+    """A training run was stopped because nothing good can come of it any more."""

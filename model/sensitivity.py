@@ -14,23 +14,15 @@ from functools import cached_property
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter1d
 from torch.autograd import forward_ad
 from torch.autograd.functional import jacobian
 
 from model.encoding import decode_unit
 from model.generator import Generator
 from model.region import Region, block_edges
+from model.tf_edits import EDIT_WIDTH, response_to_edits
 from model.transfer_function import TransferFunction
 from model.view import View
-
-EDIT_WIDTH = 6.0
-"""Standard deviation, in bins of the TF, of the edits that a sensitivity stands for.
-
-A network has only seen smooth TFs: what it makes of a change of a single bin
-is noise of its encoder. Against the renderer's derivative, the median cosine
-for 8 x 8 blocks of a feature grid's images rose from .19 to .61.
-"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,12 +136,5 @@ def generator_sensitivity(
         image=image.permute(1, 2, 0).cpu().numpy(),
         # Networks speak in [-1, 1]: an image value changes half as much, an opacity twice as much.
         image_by_latent=(slopes / 2).permute(0, 2, 3, 1).contiguous().cpu().numpy(),
-        latent_by_tf=_blur(2 * latent_by_tf.cpu().numpy(), edit_width),
+        latent_by_tf=response_to_edits(2 * latent_by_tf.cpu().numpy(), edit_width),
     )
-
-
-def _blur(slopes: NDArray[np.float32], width: float) -> NDArray[np.float32]:
-    """Response to Gaussian edits from that to single bins; edits end where the TF does."""
-    if width == 0:
-        return slopes
-    return np.asarray(gaussian_filter1d(slopes, width, axis=1, mode="constant"))

@@ -4,7 +4,8 @@ A study trains one model for each of its variants, on the same stored samples
 and for as long, and measures all on the same hold-out samples. Each variant
 has a folder of its own: what is finished is not trained again, what was
 stopped is resumed; what two studies in one folder have in common is trained
-once.
+once. A variant that collapses is a result, too: it is measured in its last
+good state, and the study goes on.
 """
 
 from __future__ import annotations
@@ -20,20 +21,24 @@ import torch
 from numpy.typing import NDArray
 
 from model.agreement import sensitivity_agreement
-from model.checkpoint import write_atomically
+from model.checkpoint import MODEL_FILE, write_atomically
 from model.dataset import SampleBatch, SampleStore
-from model.errors import TrainingError
+from model.errors import CollapseError, TrainingError
 from model.evaluation import generator_errors, neighbour_errors
 from model.generator import Generator
 from model.networks.blocks import NetworkSize
 from model.sampling import draw_sample
 from model.training.options import Budget, TrainingOptions
+from model.training.plan import TrainingPlan, TrainingReport
 from model.training.sources import StoredSource
 from model.training.state import STATE_FILE, load_progress
-from model.training.trainer import TrainingPlan, TrainingReport, train
+from model.training.trainer import train
 from model.volume import Volume
 
 MEASURES = ("rmse", "emd", "ssim", "opacity_rmse")
+OUTCOME_FILE = "outcome.json"
+"""For how long a variant was to be trained, and whether it has collapsed."""
+
 RESULT_FILE = "result.json"
 
 
@@ -231,33 +236,50 @@ def _row(
 ) -> dict[str, Any]:
     """What a variant has come to; trained and measured where that is not on disk."""
     training = plan.training(variant)
+    outcome = _trained(training, on_report)
+    path = training.folder / RESULT_FILE
+    asked = {"count": plan.count, "sensitivities": plan.sensitivities}
+    if path.is_file():
+        row: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        if row["asked"] == asked:
+            return row
+    row = {"asked": asked, **outcome}
+    if (training.folder / MODEL_FILE).is_file():
+        generator = Generator.load(training.folder, plan.device.type)
+        row |= _means(generator_errors(generator, samples)) | _agreement(generator, plan)
+        row["samples_seen"] = generator.card.training["samples_seen"]
+    write_atomically(path, json.dumps(row, indent=2).encode())
+    return row
+
+
+def _trained(training: TrainingPlan, on_report: Callable[[TrainingReport], None]) -> dict[str, str]:
+    """Train what is not trained yet; says "collapsed" how it ended, where it did not end well."""
+    path = training.folder / OUTCOME_FILE
+    budget = asdict(training.budget)
+    outcome: dict[str, Any] = {"budget": budget, "collapsed": None}
+    if path.is_file():
+        outcome = json.loads(path.read_text(encoding="utf-8"))
+        if outcome["budget"] != budget:
+            raise TrainingError(
+                f"{training.folder}: this model is trained with another budget; "
+                "give the same, or choose another folder."
+            )
+    else:
+        training.folder.mkdir(parents=True, exist_ok=True)
+        write_atomically(path, json.dumps(outcome, indent=2).encode())
     begun = (training.folder / STATE_FILE).exists()
+    done = outcome["collapsed"] is not None
     if begun:
         progress, recipe = load_progress(training.folder)
         training.check_recipe(recipe)
-    if not begun or progress.stage != "done":
-        train(training, begun, on_report)
-    path = training.folder / RESULT_FILE
-    asked = {
-        "budget": asdict(plan.budget),
-        "count": plan.count,
-        "sensitivities": plan.sensitivities,
-    }
-    if path.is_file():
-        row: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-        if row["asked"]["budget"] != asked["budget"]:
-            raise TrainingError(
-                f"{training.folder}: this model was trained with another budget; "
-                "give the same, or choose another folder."
-            )
-        if row["asked"] == asked:
-            return row
-    generator = Generator.load(training.folder, plan.device.type)
-    errors = _means(generator_errors(generator, samples))
-    row = {"asked": asked, **errors, **_agreement(generator, plan)}
-    row["samples_seen"] = generator.card.training["samples_seen"]
-    write_atomically(path, json.dumps(row, indent=2).encode())
-    return row
+        done = done or progress.stage == "done"
+    if not done:
+        try:
+            train(training, begun, on_report)
+        except CollapseError as error:
+            outcome["collapsed"] = str(error)
+            write_atomically(path, json.dumps(outcome, indent=2).encode())
+    return {} if outcome["collapsed"] is None else {"collapsed": outcome["collapsed"]}
 
 
 def _means(errors: dict[str, NDArray[np.float64]]) -> dict[str, float]:

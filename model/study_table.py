@@ -17,9 +17,9 @@ def study_table(study: Study, result: dict[str, Any]) -> list[list[str]]:
     rows.append([label, "", *_cells(neighbour), *_paper(study.neighbour)])
     for variant in study.variants:
         row = result["variants"][variant.name]
-        rows.append(
-            [variant.label, f"{row['samples_seen']:,}", *_cells(row), *_paper(variant.paper)]
-        )
+        seen = f"{row['samples_seen']:,}" if "samples_seen" in row else ""
+        label = f"{variant.label} (collapsed)" if "collapsed" in row else variant.label
+        rows.append([label, seen, *_cells(row), *_paper(variant.paper)])
     return rows
 
 
@@ -39,6 +39,10 @@ def markdown(study: Study, result: dict[str, Any]) -> str:
         "",
         *(f"| {' | '.join(cells)} |" for cells in (heading, ["---"] * len(heading), *rows)),
     ]
+    for variant in study.variants:
+        why = result["variants"][variant.name].get("collapsed")
+        if why is not None:
+            lines += ["", f"{variant.label} collapsed, and was measured as far as it came. {why}"]
     return "\n".join(lines) + "\n"
 
 

@@ -153,6 +153,16 @@ def sensitivity(
             help="Scalar value whose field OUT.png shows. (default: all values together)",
         ),
     ] = None,
+    edit_width: Annotated[
+        float | None,
+        typer.Option(
+            "--edit-width",
+            min=0,
+            max=256,
+            help="Width of the edits around each scalar value: standard deviation in 256ths of "
+            "the range; 0 for single samples of the TF. (default: 6)",
+        ),
+    ] = None,
     device: options.DeviceName = options.Device.AUTO,
 ) -> None:
     """Where in the TF an edit changes a region, or where in the image an edit shows."""
@@ -168,6 +178,7 @@ def sensitivity(
             region=region,
             block=block,
             value=value,
+            edit_width=edit_width,
             exact=exact,
             device=str(device),
             out=out,

@@ -12,6 +12,7 @@ from model.dataset import STREAMS, SampleStore
 from model.errors import TfscopeError
 from model.sample_rendering import render_store
 from model.scene import Scene
+from model.training.sources import LEAST_HOLDOUT
 from model.volume import Volume
 
 MAX_HOLDOUT = 2000
@@ -44,7 +45,7 @@ def make_dataset(
         options.parse_window(window),
         options.renderer_name(renderer),
     )
-    holdout = holdout or max(1, min(count // 10, MAX_HOLDOUT))
+    holdout = holdout or max(LEAST_HOLDOUT, min(count // 10, MAX_HOLDOUT))
     _check_room(out, (count + holdout) * 4 * size**2)
     store = SampleStore.create(out, scene, seed, {"train": count, "holdout": holdout})
     total = sum(store.count(stream) for stream in STREAMS)

@@ -22,6 +22,7 @@ from model.generator import Generator
 from model.report import AGREEMENTS, MEASURES, extremes, html_report, picture_sheet
 from model.sample_rendering import render_store
 from model.sampling import draw_sample
+from model.volume import Volume
 
 DEFAULT_SENSITIVITIES = 200
 
@@ -45,35 +46,48 @@ def evaluate_model(
     """
     check_outputs(json_path, report_path)
     generator = Generator.load(folder, device)
+    # Before anything is measured: what is missing had better be said first.
+    volume = _volume_to_differentiate(generator, source, sensitivities)
     if store_path is not None:
-        store = SampleStore(store_path)
-        store.require_complete()
-        seed = generator.card.training.get("dataset_seed", store.seed)
-        if store.scene != generator.scene or store.seed != seed:
-            raise DatasetError(
-                f"{store_path}: the data set has another scene or seed than the model {folder}; "
-                "give the one that it was trained on, or none."
-            )
-        if count > store.count("holdout"):
-            raise DatasetError(
-                f"{store_path}: only {store.count('holdout')} hold-out samples are there, "
-                f"not {count}; lower --count, or add some with 'dataset --holdout'."
-            )
+        store = _store(generator, folder, store_path, count)
         result, page = _measure(generator, store, count, report_path is not None)
     else:
         with tempfile.TemporaryDirectory() as scratch:
             store = _render(generator, Path(scratch), count, source, neighbours, workers)
             result, page = _measure(generator, store, count, report_path is not None)
     _print(result)
-    agreement = _agreement(generator, source, sensitivities)
-    if agreement is not None:
+
+    def write() -> None:
+        if json_path is not None:
+            write_json(json_path, {"model": str(folder), **result})
+        if report_path is not None and page is not None:
+            title = f"{generator.scene.volume_name}: {folder}"
+            write_text(report_path, html_report(title, result, *page))
+
+    write()
+    if volume is not None:
+        agreement = _agreement(generator, volume, sensitivities or DEFAULT_SENSITIVITIES)
         _print_agreement(agreement)
         result["sensitivity_agreement"] = agreement
-    if json_path is not None:
-        write_json(json_path, {"model": str(folder), **result})
-    if report_path is not None and page is not None:
-        title = f"{generator.scene.volume_name}: {folder}"
-        write_text(report_path, html_report(title, result, *page))
+        write()
+
+
+def _store(generator: Generator, folder: Path, path: Path, count: int) -> SampleStore:
+    """The data set that the model was trained on, with enough hold-out samples."""
+    store = SampleStore(path)
+    store.require_complete()
+    seed = generator.card.training.get("dataset_seed", store.seed)
+    if store.scene != generator.scene or store.seed != seed:
+        raise DatasetError(
+            f"{path}: the data set has another scene or seed than the model {folder}; "
+            "give the one that it was trained on, or none."
+        )
+    if count > store.count("holdout"):
+        raise DatasetError(
+            f"{path}: only {store.count('holdout')} hold-out samples are there, "
+            f"not {count}; lower --count, or add some with 'dataset --holdout'."
+        )
+    return store
 
 
 def _render(
@@ -114,26 +128,29 @@ def _measure(
     return result, (profile, picture_sheet(*pictures(generator, store, extremes(errors))))
 
 
-def _agreement(
+def _volume_to_differentiate(
     generator: Generator, source: options.VolumeSource, count: int | None
-) -> dict[str, Any] | None:
-    """Compare sensitivities with the renderer's on the first hold-out samples.
+) -> Volume | None:
+    """The volume that sensitivities are compared on.
 
-    None for lit scenes and when not asked for; unasked, also without the volume.
+    None for lit scenes and when not asked for; unasked, also where it is not at hand.
     """
     scene = generator.scene
     if count == 0 or scene.lighting != "none":
         return None
     try:
-        volume = options.volume_of(scene.volume_fingerprint, scene.volume_name, source)
+        return options.volume_of(scene.volume_fingerprint, scene.volume_name, source)
     except VolumeError:
         if count is not None:
             raise
         console.print("Give --volume to have the sensitivities compared with the renderer's own.")
         return None
-    count = count or DEFAULT_SENSITIVITIES
+
+
+def _agreement(generator: Generator, volume: Volume, count: int) -> dict[str, Any]:
+    """Compare sensitivities with the renderer's on the first hold-out samples."""
     seed = int(generator.card.training.get("dataset_seed", 0))
-    samples = [draw_sample(scene, seed, "holdout", i) for i in range(count)]
+    samples = [draw_sample(generator.scene, seed, "holdout", i) for i in range(count)]
     with counting("differentiating", count) as (progress, task):
         agreement = sensitivity_agreement(
             generator, volume, samples, lambda done: progress.update(task, completed=done)

@@ -166,9 +166,20 @@ JsonFile = Annotated[
     Path | None, typer.Option("--json", metavar="OUT.json", help="Also write the result.")
 ]
 Workers = Annotated[
-    int | None, typer.Option("--workers", min=1, help="Processes. (default: one per core)")
+    int | None,
+    typer.Option(
+        "--workers", min=1, help="Processes, of train threads, that render. (default: one per core)"
+    ),
 ]
-Seed = Annotated[int, typer.Option("--seed", min=0, help="The same seed gives the same result.")]
+Seed = Annotated[
+    int,
+    typer.Option(
+        "--seed",
+        min=0,
+        help="The same seed gives the same samples, and on one CPU the same training; GPUs add "
+        "up in another order each time.",
+    ),
+]
 
 
 def renderer_name(option: StrEnum) -> RendererName:

@@ -16,6 +16,7 @@ from app.plots import Curve, Plot, save_plots
 from model.default_transfer_function import default_transfer_function
 from model.errors import RenderError
 from model.region import Region, block_edges
+from model.tf_edits import EDIT_WIDTH, response_to_edits
 from model.transfer_function import TF_SAMPLES, TransferFunction
 from model.view import View
 from model.volume import Volume
@@ -39,6 +40,7 @@ class SensitivityOrder:
     region: str | None
     block: int
     value: float | None
+    edit_width: float | None
     exact: bool
     device: str
     out: Path
@@ -106,7 +108,7 @@ def _by_renderer(
         image = renderer.render(view, tf.opacity, tf.color, size)[..., :3]
     finally:
         renderer.close()
-    return _Differentiated(image, sensitivity)
+    return _Differentiated(image, response_to_edits(sensitivity, _edit_width(order)))
 
 
 def _by_generator(
@@ -126,9 +128,13 @@ def _by_generator(
         raise RenderError(
             f"The model draws {scene.image_size} x {scene.image_size} pixels; leave --size out."
         )
-    found = generator_sensitivity(generator, view, tf)
+    found = generator_sensitivity(generator, view, tf, _edit_width(order))
     sensitivity = found.region(region) if region is not None else found.field(order.block)
     return _Differentiated(np.clip(found.image, 0, 1), sensitivity)
+
+
+def _edit_width(order: SensitivityOrder) -> float:
+    return EDIT_WIDTH if order.edit_width is None else order.edit_width
 
 
 def _transfer_function(order: SensitivityOrder, volume: Volume) -> TransferFunction:

@@ -75,7 +75,7 @@ def study_models(order: StudyOrder) -> None:
 
 def _store(order: StudyOrder, volume: Volume, size: NetworkSize) -> SampleStore:
     """The study's samples, rendered where they are missing."""
-    scene = Scene.of(volume, size.image_size)
+    scene = Scene.of(volume, size.image_size, renderer="raycast")
     counts: dict[Stream, int] = {"train": order.images, "holdout": order.count}
     order.out.mkdir(parents=True, exist_ok=True)
     store = SampleStore.create(order.out / "samples.zarr", scene, order.seed, counts)

@@ -29,10 +29,11 @@ from model.rendering.raycast import cuda
 from model.scene import Lighting, RendererName, Scene
 from model.training import parallel
 from model.training.options import PRESETS, Budget, TrainingOptions
+from model.training.plan import TrainingPlan, TrainingReport
 from model.training.sources import SampleSource, StoredSource
-from model.training.state import load_progress
+from model.training.state import STATE_FILE, load_progress
 from model.training.stream import StreamSource
-from model.training.trainer import TrainingPlan, TrainingReport, train
+from model.training.trainer import train
 from model.transfer_function import Range
 
 DEFAULT_MINUTES = 60.0
@@ -88,6 +89,9 @@ def _train(plan: TrainingPlan, order: TrainOrder) -> None:
         try:
             train(plan, order.resume, display.show)
         except KeyboardInterrupt:
+            if not (plan.folder / STATE_FILE).exists():
+                console.print("Stopped before there was anything to save.")
+                raise
             again = shlex.join([*(a for a in sys.argv[1:] if a != "--resume"), "--resume"])
             console.print(f"Stopped; the run is saved. Go on with: python main.py {again}")
             raise
@@ -125,12 +129,14 @@ def _check_options(order: TrainOrder) -> None:
         "--lighting": order.lighting != "none",
         "--window": order.window is not None,
         "--reuse": order.reuse is not None,
+        "--renderer": order.renderer != "raycast",
+        "--workers": order.workers is not None,
     }
     given = [name for name, value in fixed.items() if value]
     if order.store is not None and given:
         raise TrainingError(
-            f"A stored data set decides on its own about {' and '.join(given)}; "
-            "leave that out, or leave --dataset out."
+            f"With a stored data set {' and '.join(given)} would have no effect: it is rendered "
+            "already; leave that out, or leave --dataset out."
         )
     if order.faithful and order.architecture not in (None, "paper"):
         raise TrainingError("The paper's recipe is for its networks; leave --architecture out.")

@@ -120,7 +120,9 @@ class GridGenerator(GeneratorNetwork):
 
     def encode_color(self, color_tf: Tensor) -> Tensor:
         """Colours (N, 3, COLORS) in RGB of colour TFs (N, 3, 256)."""
-        return binned(decode_colors(color_tf), COLORS)
+        with torch.autocast(color_tf.device.type, enabled=False):
+            # What enters exactly must not be rounded on its way.
+            return binned(decode_colors(color_tf), COLORS)
 
     def draw(
         self, seen: tuple[Tensor, ...], latent: Tensor, color: Tensor

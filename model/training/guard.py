@@ -11,7 +11,7 @@ import math
 import torch
 from torch import Tensor
 
-from model.training.stage import StepResult
+from model.training.stage import Stage, StepResult
 
 LEAST_DIVERSITY = 0.1
 """Spread of generated images over that of the rendered ones, below which they are all alike."""
@@ -43,31 +43,33 @@ class Guard:
         self.healthy = True
         self._bad = 0
 
-    def check_step(self, result: StepResult) -> str | None:
-        """What is wrong with a step, if anything; its weights have not been changed then."""
+    def check_step(self, stage: Stage, result: StepResult) -> str | None:
+        """What is wrong with a step, if anything; the generator is then as it was before."""
         values = {f"{name} loss": loss for name, loss in result.losses.items()}
         for name, value in {**values, "gradient": result.gradient}.items():
             if not math.isfinite(value):
-                return (
-                    f"the {name} is no longer finite; lower the learning rate (for example "
-                    "--set joint.learning_rate=2e-4), or try another --seed"
-                )
+                return f"the {name} is no longer finite; {_slower(stage)}, or try another --seed"
         return None
 
-    def check_measurement(self, metrics: dict[str, float], samples: int) -> str | None:
+    def check_measurement(
+        self, stage: Stage, metrics: dict[str, float], samples: int, last: bool = False
+    ) -> str | None:
         """What has collapsed, if anything has for :data:`PATIENCE` measurements.
 
         Parameters
         ----------
+        stage : Stage
         metrics : dict of float
             "latent_rank", "latent_spread" and "diversity" as the probe measures them.
         samples : int
             Seen in this stage.
+        last : bool
+            Whether the stage is over: then one is enough.
         """
-        found = None if samples < WARM_UP else _collapse(metrics)
+        found = None if samples < WARM_UP else _collapse(stage, metrics)
         self.healthy = found is None
         self._bad = 0 if self.healthy else self._bad + 1
-        return found if self._bad >= PATIENCE else None
+        return found if last or self._bad >= PATIENCE else None
 
 
 def latent_health(latent: Tensor) -> dict[str, float]:
@@ -104,7 +106,7 @@ def diversity(images: Tensor, truth: Tensor) -> float:
     return math.sqrt(spreads[0] / max(spreads[1], 1e-12))
 
 
-def _collapse(metrics: dict[str, float]) -> str | None:
+def _collapse(stage: Stage, metrics: dict[str, float]) -> str | None:
     if metrics["latent_spread"] < LEAST_SPREAD or metrics["latent_rank"] < LEAST_RANK:
         return (
             "the latent codes of all opacity TFs have become the same "
@@ -113,9 +115,16 @@ def _collapse(metrics: dict[str, float]) -> str | None:
             "(--set decoded_tf_weight=400), or try another --seed"
         )
     if metrics["diversity"] < LEAST_DIVERSITY:
+        start = stage.options.adversarial_start
+        later = "let the discriminator join later (--set adversarial_start=0.8), or "
         return (
             "all generated images have become alike "
-            f"(their spread is {metrics['diversity']:.1%} of the rendered ones'); let the "
-            "discriminator join later (--set adversarial_start=0.8), or lower the learning rate"
+            f"(their spread is {metrics['diversity']:.1%} of the rendered ones'); "
+            f"{later if start < 0.8 else ''}{_slower(stage)}"
         )
     return None
+
+
+def _slower(stage: Stage) -> str:
+    rate = stage.stage.learning_rate / 4
+    return f"lower the learning rate (for example --set {stage.name}.learning_rate={rate:g})"

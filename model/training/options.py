@@ -40,6 +40,14 @@ class StageOptions:
     learning_rate: float
     halvings: float
 
+    def __post_init__(self) -> None:
+        if self.batch_size < 2:
+            raise TrainingError("A batch must have at least 2 samples.")
+        if not self.learning_rate > 0:
+            raise TrainingError("A learning rate must be above 0.")
+        if self.halvings < 0:
+            raise TrainingError("The number of halvings must not be negative.")
+
 
 @dataclass(frozen=True)
 class TrainingOptions:
@@ -78,7 +86,8 @@ class TrainingOptions:
         weights, which is evaluated and shipped; 0 ships the last weights.
     keep_variance : bool
         Whether the first weights of layers without batch norm follow from
-        their fan-in; the paper draws all from N(0, .02).
+        their fan-in; the paper draws all from N(0, .02). Those of the feature
+        grid's layers always do.
     adversarial_start : float
         Share of each stage after which the discriminator joins, 0..1; until
         then the other losses train the generator alone, twice as fast. The
@@ -115,6 +124,14 @@ class TrainingOptions:
     def __post_init__(self) -> None:
         if not 0 <= self.adversarial_start <= 1:
             raise TrainingError("The start of the adversarial loss must be from 0 to 1.")
+        weights = (
+            self.l1_weight,
+            self.decoded_tf_weight,
+            self.thick_layer_weight,
+            self.opacity_l1_weight,
+        )
+        if min(weights) < 0:
+            raise TrainingError("The weights of the losses must not be negative.")
         if self.more_tfs < 0:
             raise TrainingError("The number of more TFs must not be negative.")
         if not self.grid_rate > 0:

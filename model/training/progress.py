@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -109,7 +110,8 @@ class RunLog:
         self._rows: list[dict[str, Any]] = []
         if self._path.is_file():
             with self._path.open(newline="", encoding="utf-8") as file:
-                self._rows = [r for r in csv.DictReader(file) if int(r["samples"]) <= samples]
+                rows = [r for r in csv.DictReader(file) if int(r["samples"]) <= samples]
+            self._rows = [{k: _value(v) for k, v in row.items()} for row in rows]
 
     def write(self, progress: Progress, losses: Losses, measured: dict[str, float]) -> None:
         """Add a row."""
@@ -132,11 +134,19 @@ class RunLog:
     def last_metrics(self) -> dict[str, float]:
         """What the probe measured last; empty before the first time."""
         last = self._rows[-1] if self._rows else {}
-        return {name: float(last[name]) for name in MEASURES if last.get(name)}
+        return {name: float(last[name]) for name in MEASURES if last.get(name, "") != ""}
 
     def curve(self) -> list[dict[str, Any]]:
         """The rows, for the model's card."""
         return [{k: v for k, v in row.items() if v != ""} for row in self._rows]
+
+
+def _value(text: str) -> int | float | str:
+    """A cell as what it was before it was written: a number, or the name of a stage."""
+    for kind in (int, float):
+        with suppress(ValueError):
+            return kind(text)
+    return text
 
 
 def _pixels(images: torch.Tensor) -> np.ndarray[Any, np.dtype[np.float32]]:

@@ -10,6 +10,9 @@ from model.dataset import SampleBatch, SampleStore
 from model.errors import DatasetError
 from model.scene import Scene
 
+LEAST_HOLDOUT = 4
+"""Hold-out samples without which nobody can say whether codes and images differ."""
+
 
 class SampleSource(ABC):
     """Samples of one scene: an endless supply to learn from, and a fixed hold-out.
@@ -85,12 +88,16 @@ class StoredSource(SampleSource):
     def check(self, batch_size: int) -> None:
         """Raise :class:`model.errors.DatasetError` when a batch cannot be filled."""
         train, holdout = self.store.count("train"), self.store.count("holdout")
-        if train < batch_size or holdout < 1:
+        if train < batch_size or holdout < LEAST_HOLDOUT:
             raise DatasetError(
                 f"{self.store.path}: {train} training and {holdout} hold-out samples are too "
-                f"few; at least {batch_size} and 1 are needed, so render more."
+                f"few; at least {batch_size} and {LEAST_HOLDOUT} are needed, so render more."
             )
         self.store.require_complete()
+
+    def recipe(self) -> dict[str, Any]:
+        """Also how many samples there are: in a data set that has grown, all batches differ."""
+        return {**super().recipe(), "samples_stored": self.store.count("train")}
 
     def summary(self) -> dict[str, Any]:
         """Number of samples and their seed."""

@@ -75,6 +75,7 @@ def save_state(
         "tfscope_training": FORMAT_VERSION,
         "tensors": name,
         "steps": {stage.name: stage.steps for stage in stages},
+        "parts": {stage.name: stage.parts for stage in stages},
         "progress": asdict(progress),
         "recipe": recipe,
     }
@@ -124,6 +125,7 @@ def load_stage(folder: Path, stage: Stage) -> None:
             "start again in another folder."
         ) from error
     stage.steps = header["steps"][stage.name]
+    stage.parts = header.get("parts", {}).get(stage.name, 1)
 
 
 def _header(folder: Path) -> dict[str, Any]:

@@ -8,108 +8,30 @@ training goes on.
 
 from __future__ import annotations
 
-import json
 import platform
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import torch
 from filelock import FileLock, Timeout
 
 from model.checkpoint import ModelCard, save_model
 from model.dataset import SampleBatch
 from model.encoding import EncodedBatch, encode_batch
-from model.errors import TrainingError
-from model.networks.blocks import NetworkSize
+from model.errors import CollapseError, TrainingError
 from model.training import parallel
 from model.training.guard import Guard
-from model.training.options import Budget, TrainingOptions
+from model.training.interruption import Interruption
+from model.training.plan import TrainingPlan, TrainingReport
 from model.training.progress import MEASURES, HoldoutProbe, RunLog
 from model.training.schedule import Schedule
-from model.training.sources import SampleSource
 from model.training.stage import Losses, Stage
 from model.training.state import STATE_FILE, Progress, load_progress, load_stage, save_state
 
 LOCK_FILE = "training.lock"
-
-
-@dataclass(frozen=True)
-class TrainingPlan:
-    """What to train, on what, for how long, and where to.
-
-    Attributes
-    ----------
-    source : SampleSource
-    preset : str
-        Name of the preset, for the record.
-    size : NetworkSize
-    options : TrainingOptions
-    budget : Budget
-    folder : Path
-    device : torch.device
-    interval : float
-        Seconds between states on disk: what a kill can lose at most.
-    """
-
-    source: SampleSource
-    preset: str
-    size: NetworkSize
-    options: TrainingOptions
-    budget: Budget
-    folder: Path
-    device: torch.device
-    interval: float = 60.0
-
-    def recipe(self) -> dict[str, Any]:
-        """What must not change when a run is resumed, as plain data."""
-        return {
-            "preset": self.preset,
-            "size": asdict(self.size),
-            **self.source.recipe(),
-            "options": self.options.to_json(),
-        }
-
-    def check_recipe(self, found: dict[str, Any]) -> None:
-        """Raise :class:`model.errors.TrainingError` when the folder's run has another recipe."""
-        changed = _differences(_plain(self.recipe()), found)
-        if changed:
-            raise TrainingError(
-                f"{self.folder}: the run to resume has {', '.join(changed)}; "
-                "give the options that it was started with."
-            )
-
-
-@dataclass(frozen=True)
-class TrainingReport:
-    """What the run tells at each step, for a progress bar.
-
-    Attributes
-    ----------
-    stage : str
-    spent : float
-        Share of the whole budget that is used up, 0..1.
-    seconds : float
-    samples : int
-    losses : dict of float
-    metrics : dict of float
-        Of the last interval's hold-out; empty before the first.
-    notice : str
-        Something to be said once; mostly empty.
-    """
-
-    stage: str
-    spent: float
-    seconds: float
-    samples: int
-    losses: Losses
-    metrics: dict[str, float]
-    notice: str = ""
 
 
 def train(
@@ -125,14 +47,19 @@ def train(
     resume : bool
         Go on with the run in the folder; without it the folder must hold none.
     on_report : callable
-        Called after each optimisation step.
+        Called after each optimisation step. Where it raises
+        :class:`KeyboardInterrupt`, the run is saved and ends, as after Ctrl-C.
 
     Raises
     ------
+    CollapseError
+        When a loss is no longer finite, or when codes or images collapse.
     TrainingError
         When the folder holds a run (or, resuming, none or another one), when
-        another process trains there, when the data set is too small, or when a
-        loss is no longer finite.
+        another process trains there, or when the data set is too small.
+    KeyboardInterrupt
+        After Ctrl-C, when the step in work is done and the run is saved; at
+        once, and without that, when it is pressed again.
     """
     try:
         with _alone(plan.folder):
@@ -148,27 +75,31 @@ def _alone(folder: Path) -> Iterator[None]:
         yield
         return
     lock = FileLock(folder / LOCK_FILE, timeout=0)
-    try:
+    with _writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
-        lock.acquire()
-    except Timeout:
-        raise TrainingError(
-            f"{folder}: another process is training there; wait for it, stop it, "
-            "or choose another folder."
-        ) from None
-    except OSError as error:
-        raise _unwritable(folder, error) from error
+        try:
+            lock.acquire()
+        except Timeout:
+            raise TrainingError(
+                f"{folder}: another process is training there; wait for it, stop it, "
+                "or choose another folder."
+            ) from None
     try:
         yield
     finally:
         lock.release()
 
 
-def _unwritable(folder: Path, error: OSError) -> TrainingError:
-    return TrainingError(
-        f"{folder}: the run cannot be written ({error.strerror}); "
-        "make room or choose another folder."
-    )
+@contextmanager
+def _writing(folder: Path) -> Iterator[None]:
+    """Say what it means when something cannot be written."""
+    try:
+        yield
+    except OSError as error:
+        raise TrainingError(
+            f"{folder}: the run cannot be written ({error.strerror}); "
+            "make room or choose another folder."
+        ) from error
 
 
 class _Run:
@@ -182,6 +113,7 @@ class _Run:
         # All have looked into the folder before the first one writes to it.
         parallel.wait_for_all()
         self.guard = Guard()
+        self.interruption = Interruption()
         self.log = RunLog(plan.folder, self.progress.samples)
         self.metrics = self.log.last_metrics()
         self.probe = HoldoutProbe(plan.source, plan.size, plan.device)
@@ -192,8 +124,8 @@ class _Run:
         self._saved = time.monotonic()
 
     def train(self) -> None:
-        try:
-            names = self.schedule.names
+        names = self.schedule.names
+        with self.interruption:
             for name in names[names.index(self.progress.stage) :]:
                 if name != self.progress.stage:
                     self.progress.enter(name)
@@ -201,11 +133,6 @@ class _Run:
                 self._train_stage(self.schedule.stages[name])
             self.progress.stage = "done"
             self._checkpoint()
-        except KeyboardInterrupt:
-            self._checkpoint()
-            raise
-        except OSError as error:
-            raise _unwritable(self.plan.folder, error) from error
 
     def _first_progress(self, resume: bool) -> Progress:
         plan = self.plan
@@ -232,7 +159,7 @@ class _Run:
         return progress
 
     def _train_stage(self, stage: Stage) -> None:
-        share, _ = self._decide()
+        share, _, _ = self._decide()
         recent: list[Losses] = []
         for samples in self._batches(stage.stage.batch_size):
             if share >= 1 and stage.steps:
@@ -240,34 +167,46 @@ class _Run:
             parts = stage.parts
             result = stage.step(self._encoded(samples), share)
             losses = result.losses
-            self._stop_if(stage, self.guard.check_step(result))
+            self._stop_if(stage, self.guard.check_step(stage, result))
             recent.append(losses)
             self.progress.batch += 1
             self.progress.samples += len(samples) * parallel.ranks()
             self.progress.seconds = time.monotonic() - self._started
-            share, due = self._decide()
+            share, due, stop = self._decide()
             notice = "" if stage.parts == parts else _split_notice(stage)
-            self._report(losses, notice)
+            try:
+                self._report(losses, notice)
+            except KeyboardInterrupt:
+                stop = True
             if due:
                 if parallel.rank() == 0:
-                    self._take_stock(stage, recent)
+                    self._take_stock(stage, recent, last=share >= 1)
                 self._saved = time.monotonic()
                 recent.clear()
+            if stop:
+                if self.guard.healthy:
+                    self._checkpoint()
+                raise KeyboardInterrupt
 
-    def _take_stock(self, stage: Stage, recent: list[Losses]) -> None:
+    def _take_stock(self, stage: Stage, recent: list[Losses], last: bool) -> None:
         """Measure, and save what is worth it."""
         measured = self._measure(recent)
         seen = self.progress.batch * stage.stage.batch_size * parallel.ranks()
-        self._stop_if(stage, self.guard.check_measurement(measured, seen))
+        self._stop_if(stage, self.guard.check_measurement(stage, measured, seen, last))
         if self.guard.healthy:
             self._checkpoint()
 
-    def _decide(self) -> tuple[float, bool]:
-        """Share of the stage that is over, and whether to measure and save; alike on all ranks."""
+    def _decide(self) -> tuple[float, bool, bool]:
+        """How much of the stage is over, whether to measure and save, whether to stop.
+
+        Alike on all ranks.
+        """
         share = self._stage_share()
         due = time.monotonic() - self._saved > self.plan.interval or share >= 1
-        share, flag = parallel.from_first([share, float(due)], self.plan.device)
-        return share, bool(flag)
+        mine = [share, float(due), float(self.interruption.asked)]
+        share, *flags = parallel.from_first(mine, self.plan.device)
+        due, stop = map(bool, flags)
+        return share, due, stop
 
     def _stage_share(self) -> float:
         """Share of the current stage's part of the budget that is used up."""
@@ -289,19 +228,21 @@ class _Run:
 
     def _stop_if(self, stage: Stage, trouble: str | None) -> None:
         if trouble is not None:
-            raise TrainingError(
+            saved = (self.plan.folder / STATE_FILE).exists()
+            raise CollapseError(
                 f"{self.plan.folder}: the {stage.name} stage was stopped after "
                 f"{self.progress.samples:,} samples: {trouble}. "
-                "The folder holds the last good state."
+                + ("The folder holds the last good state." if saved else "Nothing was saved yet.")
             )
 
     def _measure(self, recent: list[Losses]) -> dict[str, float]:
         names = dict.fromkeys(name for losses in recent for name in losses)
         losses = {k: float(np.mean([r[k] for r in recent if k in r])) for k in names}
         sheet = self.plan.folder / "sheets" / f"{self.progress.samples:09d}.png"
-        measured = self.probe.measure(self.schedule.generator(), sheet)
-        self.metrics = {name: measured[name] for name in MEASURES}
-        self.log.write(self.progress, losses, measured)
+        with _writing(self.plan.folder):
+            measured = self.probe.measure(self.schedule.generator(), sheet)
+            self.metrics = {name: measured[name] for name in MEASURES}
+            self.log.write(self.progress, losses, measured)
         # Only what the stage trains can collapse.
         if not self.schedule.draws_color(self.progress.stage):
             measured["diversity"] = measured["opacity_diversity"]
@@ -313,9 +254,10 @@ class _Run:
         self.progress.seconds = time.monotonic() - self._started
         name = self.progress.stage
         begun = self.schedule.begun(name)
-        save_state(self.plan.folder, self.progress, self.plan.recipe(), begun)
-        if self.schedule.draws_color(name) and begun[-1].steps:
-            save_model(self.plan.folder, self._card(), self.schedule.generator())
+        with _writing(self.plan.folder):
+            save_state(self.plan.folder, self.progress, self.plan.recipe(), begun)
+            if self.schedule.draws_color(name) and begun[-1].steps:
+                save_model(self.plan.folder, self._card(), self.schedule.generator())
         self._saved = time.monotonic()
 
     def _card(self) -> ModelCard:
@@ -360,21 +302,3 @@ def _split_notice(stage: Stage) -> str:
         f"The memory is too small for {stage.stage.batch_size} samples at once: from here on "
         f"each batch of the {stage.name} stage is learned from in {stage.parts} parts."
     )
-
-
-def _differences(asked: dict[str, Any], found: dict[str, Any], path: str = "") -> list[str]:
-    """What a run has otherwise than it is asked for, such as "options.seed 1, not 0"."""
-    changed = []
-    for name, value in asked.items():
-        other = found.get(name)
-        if isinstance(value, dict) and isinstance(other, dict):
-            changed += _differences(value, other, f"{path}{name}.")
-        elif other != value:
-            changed.append(f"{path}{name} {other}, not {value}")
-    return changed
-
-
-def _plain(recipe: dict[str, Any]) -> dict[str, Any]:
-    """A recipe as it comes back from JSON, with lists for tuples."""
-    plain: dict[str, Any] = json.loads(json.dumps(recipe))
-    return plain

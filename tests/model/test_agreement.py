@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -19,6 +20,8 @@ from model.rendering.raycast.renderer import RaycastRenderer
 from model.sampling import draw_sample
 from model.scene import LightDirection, Scene
 from model.sensitivity import Sensitivity
+from model.transfer_function import TransferFunction
+from model.view import View
 from model.volume import Volume
 
 SIZE = NetworkSize(0.125, 16, 32)
@@ -27,6 +30,25 @@ SIZE = NetworkSize(0.125, 16, 32)
 def generator_of(scene: Scene) -> Generator:
     card = ModelCard(scene, "draft", SIZE, {}, {}, {})
     return Generator(card, TwoStageGenerator(SIZE), torch.device("cpu"))
+
+
+def own(volume: Volume, change: Callable[[np.ndarray], np.ndarray]) -> type:
+    """In the place of the generator's sensitivity, the renderer's, changed somehow."""
+
+    class Own:
+        def __init__(
+            self, _generator: object, view: View, tf: TransferFunction, edit_width: float
+        ) -> None:
+            assert edit_width == 0
+            self.arguments = (RaycastRenderer(volume), view, tf, 32)
+
+        def region(self, region: Region) -> np.ndarray:
+            return change(region_sensitivity(*self.arguments, region))
+
+        def field(self, block: int) -> np.ndarray:
+            return change(sensitivity_field(*self.arguments, block))
+
+    return Own
 
 
 def test_correlations_are_those_of_scipy() -> None:
@@ -48,21 +70,31 @@ def test_the_renderers_own_sensitivity_agrees_with_itself(
 ) -> None:
     scene = replace(scene, image_size=32)
 
-    class Own:
-        def __init__(self, _generator: object, view: object, tf: object) -> None:
-            self.arguments = (RaycastRenderer(volume), view, tf, 32)
-
-        def region(self, region: Region) -> np.ndarray:
-            return factor * region_sensitivity(*self.arguments, region)  # type: ignore[arg-type]
-
-        def field(self, block: int) -> np.ndarray:
-            return factor * sensitivity_field(*self.arguments, block)  # type: ignore[arg-type]
-
-    monkeypatch.setattr("model.agreement.generator_sensitivity", Own)
+    monkeypatch.setattr("model.agreement.generator_sensitivity", own(volume, lambda s: factor * s))
     samples = [draw_sample(scene, 0, "holdout", i) for i in range(3)]
     agreement = sensitivity_agreement(generator_of(scene), volume, samples)
     for values in vars(agreement).values():
         np.testing.assert_allclose(values, expected, rtol=1e-5)
+
+
+def test_only_smooth_edits_inside_the_window_count(
+    volume: Volume, scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lo, hi = scene.scalar_range
+    scene = replace(scene, image_size=32, scalar_window=(lo + (hi - lo) / 4, hi - (hi - lo) / 4))
+    bins = np.arange(256)
+    outside = (bins < 256 / 4) | (bins > 255 - 256 / 4)
+
+    def disturbed(slopes: np.ndarray) -> np.ndarray:
+        """With what no smooth edit feels, and nonsense outside the window."""
+        jitter = np.where(bins % 2, 0.3, -0.3) * np.abs(slopes[..., ~outside]).max()
+        return np.where(outside, 1e6, slopes + jitter)
+
+    monkeypatch.setattr("model.agreement.generator_sensitivity", own(volume, disturbed))
+    samples = [draw_sample(scene, 0, "holdout", i) for i in range(3)]
+    agreement = sensitivity_agreement(generator_of(scene), volume, samples)
+    assert agreement.image_cosine.min() > 0.99
+    assert agreement.block_cosine.min() > 0.98
 
 
 def test_chance_does_not_agree(
@@ -71,7 +103,7 @@ def test_chance_does_not_agree(
     scene = replace(scene, image_size=32)
     rng = np.random.default_rng(0)
 
-    def noise(*_: object) -> Sensitivity:
+    def noise(*_: object, edit_width: float) -> Sensitivity:
         return Sensitivity(
             rng.random((32, 32, 3), dtype=np.float32),
             rng.normal(size=(8, 32, 32, 3)).astype(np.float32),

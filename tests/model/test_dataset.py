@@ -134,6 +134,14 @@ def test_a_pass_shows_each_sample_once_in_random_order(store: SampleStore) -> No
     np.testing.assert_array_equal(np.sort(azimuths), np.sort(expected))
 
 
+def test_a_batch_may_be_larger_than_a_pool(
+    store: SampleStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("model.dataset.POOL_BLOCKS", 2)
+    batch = next(store.shuffled("train", [0], 100))
+    assert len(set(batch.view[:, 0])) == 100
+
+
 @pytest.mark.parametrize("skip", [0, 1, 3, 6, 13])
 def test_a_pass_can_start_in_the_middle(
     store: SampleStore, skip: int, monkeypatch: pytest.MonkeyPatch

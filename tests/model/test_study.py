@@ -10,6 +10,7 @@ from model.errors import TrainingError
 from model.evaluation import evaluate
 from model.generator import Generator
 from model.networks.blocks import NetworkSize
+from model.networks.opacity import LatentCodec
 from model.sample_rendering import render_store
 from model.scene import Scene
 from model.study import STUDIES, Study, StudyPlan, Variant, run_study
@@ -81,6 +82,48 @@ def test_what_is_finished_is_not_trained_again_and_what_was_stopped_goes_on(
     )
     assert steps == [16, 24]
     assert first == json.loads(json.dumps(run_study(STUDY, plan)))
+
+
+def test_a_collapse_is_a_result_and_the_study_goes_on(
+    plan: StudyPlan, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("model.training.guard.WARM_UP", 0)
+    monkeypatch.setattr("model.training.guard.LEAST_DIVERSITY", 0)
+    begun: list[str] = []
+    encode = LatentCodec.encode
+
+    def collapsing(self: LatentCodec, opacity_tf: torch.Tensor) -> torch.Tensor:
+        return encode(self, opacity_tf) * (0 if begun == ["a"] else 1)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(LatentCodec, "encode", collapsing)
+        result = run_study(STUDY, plan, lambda v: begun.append(v.name))
+    assert "codes of all opacity TFs" in result["variants"]["a"]["collapsed"]
+    assert result["variants"]["b"]["samples_seen"] == 24
+    table = markdown(STUDY, result)
+    assert "| two (collapsed) |" in table
+    assert "codes of all opacity TFs" in table
+    # It is not tried again.
+    again: list[int] = []
+    assert run_study(STUDY, plan, on_report=lambda r: again.append(r.samples)) == json.loads(
+        json.dumps(result)
+    )
+    assert not again
+
+
+def test_a_budget_is_kept_also_before_anything_is_measured(
+    plan: StudyPlan, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with monkeypatch.context() as patch:
+        patch.setattr("model.study.generator_errors", interrupt)
+        with pytest.raises(KeyboardInterrupt):
+            run_study(STUDY, plan)
+    with pytest.raises(TrainingError, match="another budget"):
+        run_study(STUDY, replace(plan, budget=Budget(samples=32)))
+
+
+def interrupt(*_: object) -> None:
+    raise KeyboardInterrupt
 
 
 def test_another_recipe_needs_another_folder(plan: StudyPlan) -> None:

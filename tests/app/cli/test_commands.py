@@ -140,7 +140,7 @@ def test_the_sensitivity_of_a_region_predicts_an_edit(
     region = "12,16,36,32"
     out = tmp_path / "s.npz"
     arguments = f"sensitivity --exact {base} --tf {tf_file} --region {region} --out {out}"
-    assert run(arguments.split()) == 0
+    assert run([*arguments.split(), "--edit-width", "0"]) == 0
     with np.load(out) as file:
         sensitivity, opacity, image = file["sensitivity"], file["opacity"], file["image"]
         values = file["scalar_values"]
@@ -158,6 +158,20 @@ def test_the_sensitivity_of_a_region_predicts_an_edit(
     norms = [np.linalg.norm(i[top:bottom, left:right, :3]) for i in (image, after)]
     change = np.array([max(a, 0) for _, a in points]) - opacity
     assert norms[1] - norms[0] == pytest.approx(float(sensitivity @ change), rel=0.05)
+
+
+def test_by_default_a_sensitivity_is_for_smooth_edits(raw_file: Path, tmp_path: Path) -> None:
+    arguments = f"sensitivity --exact --volume {raw_file} --size 32 --region 8,8,24,24"
+    found = []
+    for i, width in enumerate(("", "--edit-width 6", "--edit-width 0")):
+        out = tmp_path / f"{i}.npz"
+        assert run([*arguments.split(), *width.split(), "--out", str(out)]) == 0
+        with np.load(out) as file:
+            found.append(file["sensitivity"])
+    smooth, same, bins = found
+    np.testing.assert_array_equal(smooth, same)
+    edit = np.exp(-((np.arange(256) - 120) ** 2) / (2 * 6.0**2))
+    assert smooth[120] == pytest.approx(float(bins @ (edit / edit.sum())), rel=1e-3)
 
 
 @pytest.mark.parametrize("options", ["--region 4,4,20,20", "", "--block 8 --value 120"])
@@ -390,6 +404,14 @@ def test_more_bad_input(
             "trained with the lighting 'none'",
         ),
         (f"evaluate --model {trained} --count 5000", "not shipped; give --volume"),
+        (
+            f"evaluate --model {trained} --dataset {samples} --count 6 --sensitivities 2",
+            "not shipped; give --volume",
+        ),
+        (
+            f"train --dataset {samples} --preset draft --workers 2 --out {tmp_path}",
+            "--workers would have no effect",
+        ),
         (
             f"train --volume {shipped_volumes()[0]} --preset draft --out {trained} --samples 9",
             "add --resume",

@@ -98,6 +98,14 @@ def test_derivatives_by_the_latent_code_go_forwards_and_are_true(
     torch.testing.assert_close(slope, expected, rtol=1e-4, atol=1e-8)
 
 
+def test_colours_are_not_rounded_where_the_rest_is(scene: Scene) -> None:
+    network = build(SIZES[0], scene)
+    colors = encode_colors(np.random.default_rng(0).random((4, 256, 3), dtype=np.float32))
+    expected = network.encode_color(colors)
+    with torch.autocast("cpu", torch.bfloat16):
+        torch.testing.assert_close(network.encode_color(colors), expected, rtol=0, atol=0)
+
+
 @pytest.mark.parametrize("size", [SIZES[0], SIZES[3]])
 def test_float32_on_the_cpu_agrees_with_float64_through_torch(
     size: NetworkSize, scene: Scene

@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import math
+import re
+from dataclasses import replace
+from itertools import chain
+from types import SimpleNamespace
+from typing import cast
 
 import pytest
 import torch
 
 from model.training.guard import PATIENCE, WARM_UP, Guard, diversity, latent_health
-from model.training.stage import StepResult
+from model.training.options import StageOptions, TrainingOptions
+from model.training.stage import Stage, StepResult
 
+SETTINGS = TrainingOptions(adversarial_start=0.5)
+JOINT = cast(Stage, SimpleNamespace(name="joint", stage=StageOptions(8, 8e-4, 3), options=SETTINGS))
 HEALTHY = {"latent_spread": 1.0, "latent_rank": 5.0, "diversity": 0.9}
 ALIKE = {**HEALTHY, "diversity": 0.01}
 ONE_CODE = {**HEALTHY, "latent_spread": 1e-6}
@@ -47,17 +55,43 @@ def test_diversity_compares_with_the_rendered_images() -> None:
 @pytest.mark.parametrize(("bad", "words"), [(ALIKE, "alike"), (ONE_CODE, "codes of all")])
 def test_only_a_lasting_collapse_ends_a_run(bad: dict[str, float], words: str) -> None:
     guard = Guard()
-    assert guard.check_measurement(bad, WARM_UP - 1) is None
+    assert guard.check_measurement(JOINT, bad, WARM_UP - 1) is None
     assert guard.healthy
     for _ in range(PATIENCE - 1):
-        assert guard.check_measurement(bad, WARM_UP) is None
+        assert guard.check_measurement(JOINT, bad, WARM_UP) is None
         assert not guard.healthy
-    assert guard.check_measurement(HEALTHY, WARM_UP) is None
+    assert guard.check_measurement(JOINT, HEALTHY, WARM_UP) is None
     assert guard.healthy
     for _ in range(PATIENCE - 1):
-        assert guard.check_measurement(bad, WARM_UP) is None
-    said = guard.check_measurement(bad, WARM_UP)
-    assert said is not None and words in said and "--s" in said
+        assert guard.check_measurement(JOINT, bad, WARM_UP) is None
+    said = guard.check_measurement(JOINT, bad, WARM_UP)
+    assert said is not None and words in said
+
+
+@pytest.mark.parametrize("bad", [ALIKE, ONE_CODE])
+def test_at_the_end_of_a_stage_there_is_nothing_to_wait_for(bad: dict[str, float]) -> None:
+    assert Guard().check_measurement(JOINT, bad, WARM_UP, last=True) is not None
+    assert Guard().check_measurement(JOINT, HEALTHY, WARM_UP, last=True) is None
+
+
+@pytest.mark.parametrize("start", [0.0, 0.5, 0.9, 1.0])
+def test_what_is_advised_can_be_done_and_makes_a_difference(start: float) -> None:
+    options = replace(SETTINGS, adversarial_start=start)
+    stage = cast(Stage, SimpleNamespace(**{**vars(JOINT), "options": options}))
+    said = [
+        Guard().check_measurement(stage, ALIKE, WARM_UP, last=True),
+        Guard().check_measurement(stage, ONE_CODE, WARM_UP, last=True),
+        Guard().check_step(stage, StepResult({"l1": math.nan}, 1.0)),
+    ]
+    settings = [re.findall(r"--set ([\w.]+=[\w.-]+)", words or "") for words in said]
+    assert all(settings)
+    for setting in chain(*settings):
+        changed = options.with_settings([setting])
+        assert changed != options
+        assert changed.adversarial_start >= start
+        assert changed.joint.learning_rate <= options.joint.learning_rate
+        assert changed.decoded_tf_weight >= options.decoded_tf_weight
+    assert ("adversarial_start" in str(said[0])) == (start < 0.8)
 
 
 @pytest.mark.parametrize(
@@ -65,6 +99,6 @@ def test_only_a_lasting_collapse_ends_a_run(bad: dict[str, float], words: str) -
     [(math.nan, 1.0, "the l1 loss"), (math.inf, 1.0, "the l1 loss"), (1.0, math.inf, "gradient")],
 )
 def test_what_is_not_finite_is_named(loss: float, gradient: float, words: str) -> None:
-    said = Guard().check_step(StepResult({"l1": loss}, gradient))
+    said = Guard().check_step(JOINT, StepResult({"l1": loss}, gradient))
     assert said is not None and words in said
-    assert Guard().check_step(StepResult({"l1": 1.0}, 1.0)) is None
+    assert Guard().check_step(JOINT, StepResult({"l1": 1.0}, 1.0)) is None

@@ -37,6 +37,8 @@ def test_options_survive_json() -> None:
         {"beta2": 1.0},
         {"grid_rate": 0.0},
         {"more_tfs": -1},
+        {"l1_weight": -1.0},
+        {"thick_layer_weight": -0.1},
     ],
 )
 def test_impossible_recipes_are_refused(bad: dict) -> None:
@@ -83,6 +85,9 @@ def test_settings_change_single_options() -> None:
         ("joint.batch_size=2.5", "give a number, as now 8"),
         ("keep_variance=1", "true or false"),
         ("average_decay=2", "from 0 to below 1"),
+        ("joint.batch_size=1", "at least 2"),
+        ("joint.learning_rate=0", "above 0"),
+        ("joint.halvings=-1", "not be negative"),
     ],
 )
 def test_settings_that_make_no_sense_are_refused(setting: str, words: str) -> None:

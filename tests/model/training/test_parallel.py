@@ -115,7 +115,7 @@ def test_train_runs_under_torchrun(tmp_path: Path, volume: Volume) -> None:
     arguments = ("main.py", "train", "--volume", str(raw), "--preset", "draft", "--out", str(run))
     torchrun(*arguments, "--samples", "128")
     card = load_card(run)
-    # Two processes with 16 samples each: 32 at a step.
+    # Two processes with 8 samples each: 16 at a step.
     assert card.training["samples_seen"] == 128
     assert [int(row["samples"]) for row in card.training["curve"]] == [128]
     load_model(run)

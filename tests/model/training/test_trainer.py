@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import itertools
+import json
 import os
 import signal
 import subprocess
@@ -19,22 +20,27 @@ import numpy as np
 import pytest
 import safetensors
 import torch
+from safetensors.torch import load_file
 from skimage.io import imread
 
 from model.checkpoint import load_card, load_model
 from model.dataset import SampleStore
 from model.encoding import EncodedBatch
-from model.errors import DatasetError, TrainingError
+from model.errors import CollapseError, DatasetError, TrainingError
 from model.networks.blocks import Architecture, NetworkSize
 from model.networks.opacity import LatentCodec
+from model.sample_rendering import render_store
+from model.sampling import Stream
 from model.scene import Scene
+from model.training.joint import JointStage
 from model.training.options import Budget, StageOptions, TrainingOptions
+from model.training.plan import TrainingPlan, TrainingReport
 from model.training.sources import StoredSource
 from model.training.stage import StepResult
 from model.training.stages import OpacityStage
 from model.training.state import load_progress
 from model.training.stream import StreamSource
-from model.training.trainer import TrainingPlan, TrainingReport, train
+from model.training.trainer import train
 from model.volume import Volume
 
 SIZE = NetworkSize(0.125, 16, 64)
@@ -72,6 +78,14 @@ class Stop:
         self.left -= 1
         if self.left == 0:
             raise KeyboardInterrupt
+
+
+def assert_same_state(one: Path, other: Path) -> None:
+    """All networks, averages and optimisers of two finished runs, to the last bit."""
+    states = [load_file(next(folder.glob("training-*.safetensors"))) for folder in (one, other)]
+    assert states[0].keys() == states[1].keys()
+    for name, value in states[0].items():
+        assert torch.equal(value, states[1][name]), name
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -120,9 +134,66 @@ def test_a_resumed_run_equals_an_uninterrupted_one(
     with pytest.raises(KeyboardInterrupt):
         train(plan(store, folder), on_report=Stop(steps))
     train(plan(store, folder), resume=True)
-    expected = load_model(finished)[1].state_dict()
-    for name, value in load_model(folder)[1].state_dict().items():
-        torch.testing.assert_close(value, expected[name], rtol=0, atol=0, msg=name)
+    assert_same_state(folder, finished)
+    curves = [load_card(run).training["curve"] for run in (folder, finished)]
+    assert [row.keys() for row in curves[0]] == [row.keys() for row in curves[1]]
+    assert all(isinstance(row["rmse"], float) for row in curves[0] if "rmse" in row)
+    assert [row["samples"] for row in curves[0]] == [row["samples"] for row in curves[1]]
+
+
+@pytest.fixture(scope="module")
+def adversarial(store: SampleStore, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("runs") / "adversarial"
+    train(against(store, folder))
+    return folder
+
+
+def against(store: SampleStore, folder: Path) -> TrainingPlan:
+    """A run in which the discriminator learns from the start."""
+    options = replace(RECIPE, one_stage=True, adversarial_start=0.0)
+    return replace(plan(store, folder, 128, 1e9), options=options)
+
+
+@pytest.mark.parametrize("before", ["_train_discriminator", "_generator_losses", "_weights"])
+def test_ctrl_c_in_the_middle_of_a_step_costs_nothing(
+    adversarial: Path,
+    store: SampleStore,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    before: str,
+) -> None:
+    work = getattr(JointStage, before)
+    calls = itertools.count(1)
+
+    def interrupted(*arguments: Any) -> Any:
+        if next(calls) == 4:
+            signal.raise_signal(signal.SIGINT)
+        return work(*arguments)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(JointStage, before, interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            train(against(store, tmp_path))
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    assert load_progress(tmp_path)[0].samples == 4 * 16
+    train(against(store, tmp_path), resume=True)
+    assert_same_state(tmp_path, adversarial)
+
+
+def test_ctrl_c_pressed_again_is_heard_at_once(
+    store: SampleStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def impatient(*_: Any) -> dict[str, float]:
+        signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(signal.SIGINT)
+        raise AssertionError("this is never come to")
+
+    monkeypatch.setattr(JointStage, "_weights", impatient)
+    with pytest.raises(KeyboardInterrupt):
+        train(against(store, tmp_path))
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    # What is torn apart is not saved.
+    assert not (tmp_path / "training.json").exists()
 
 
 def test_the_same_seed_gives_the_same_run_and_another_another(
@@ -181,8 +252,7 @@ def test_a_killed_run_loses_at_most_one_interval(
     train(plan(store, folder), resume=True, on_report=note)
     # With an interval of 0 every step is saved: the kill may cost the step in work.
     assert first[0] >= 400
-    expected = load_model(finished)[1].state_dict()
-    assert all(torch.equal(v, expected[k]) for k, v in load_model(folder)[1].state_dict().items())
+    assert_same_state(folder, finished)
 
 
 def test_states_are_written_at_intervals_only(store: SampleStore, tmp_path: Path) -> None:
@@ -324,6 +394,30 @@ def test_a_collapse_stops_the_run_and_keeps_the_last_good_state(
     assert load_progress(tmp_path)[0].samples == 6 * 16
 
 
+@pytest.mark.parametrize("end", ["of the stage", "by Ctrl-C"])
+def test_what_has_just_collapsed_never_replaces_what_was_good(
+    store: SampleStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, end: str
+) -> None:
+    monkeypatch.setattr("model.training.guard.WARM_UP", 0)
+    monkeypatch.setattr("model.training.guard.LEAST_DIVERSITY", 0)
+    last = 16 if end == "of the stage" else 9
+    encode = LatentCodec.encode
+    seen: list[TrainingReport] = []
+
+    def collapsing(self: LatentCodec, opacity_tf: torch.Tensor) -> torch.Tensor:
+        return encode(self, opacity_tf) * (len(seen) < last)
+
+    def note(report: TrainingReport) -> None:
+        seen.append(report)
+        if end == "by Ctrl-C" and len(seen) == last:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(LatentCodec, "encode", collapsing)
+    with pytest.raises(CollapseError if end == "of the stage" else KeyboardInterrupt):
+        train(plan(store, tmp_path), on_report=note)
+    assert load_progress(tmp_path)[0].samples == (last - 1) * 16
+
+
 @pytest.mark.parametrize("architecture", get_args(Architecture))
 def test_a_joint_stage_resumes_exactly(
     store: SampleStore, tmp_path: Path, architecture: Architecture
@@ -337,19 +431,47 @@ def test_a_joint_stage_resumes_exactly(
     train(run(tmp_path / "whole"))
     with (tmp_path / "whole" / "log.csv").open() as file:
         assert [row["stage"] for row in csv.DictReader(file)] == ["joint"]
-    expected = load_model(tmp_path / "whole")[1].state_dict()
     folder = tmp_path / "stopped"
     with pytest.raises(KeyboardInterrupt):
         train(run(folder), on_report=Stop(4))
     train(run(folder), resume=True)
-    for name, value in load_model(folder)[1].state_dict().items():
-        torch.testing.assert_close(value, expected[name], rtol=0, atol=0, msg=name)
+    assert_same_state(folder, tmp_path / "whole")
 
 
-def test_too_few_samples_are_refused(scene: Scene, tmp_path: Path) -> None:
-    store = SampleStore.create(tmp_path / "few.zarr", scene, 0, {"train": 3, "holdout": 1})
+@pytest.mark.parametrize(("samples", "holdout"), [(3, 8), (64, 1)])
+def test_too_few_samples_are_refused(
+    scene: Scene, tmp_path: Path, samples: int, holdout: int
+) -> None:
+    counts: dict[Stream, int] = {"train": samples, "holdout": holdout}
+    store = SampleStore.create(tmp_path / "few.zarr", scene, 0, counts)
     with pytest.raises(DatasetError, match="too few"):
         train(plan(store, tmp_path / "run"))
+
+
+def test_a_data_set_that_has_grown_is_another_one(
+    volume: Volume, scene: Scene, tmp_path: Path
+) -> None:
+    path = tmp_path / "samples.zarr"
+    for count in (64, 96):
+        store = SampleStore.create(path, scene, 0, {"train": count, "holdout": 4})
+        render_store(store, volume, 1)
+        if count == 64:
+            with pytest.raises(KeyboardInterrupt):
+                train(plan(store, tmp_path / "run"), on_report=Stop(2))
+    with pytest.raises(TrainingError, match="samples_stored 64, not 96"):
+        train(plan(store, tmp_path / "run"), resume=True)
+
+
+def test_a_recipe_of_an_older_version_is_not_resumed_silently(
+    store: SampleStore, tmp_path: Path
+) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        train(plan(store, tmp_path), on_report=Stop(2))
+    header = json.loads((tmp_path / "training.json").read_text())
+    header["recipe"]["options"]["old_loss"] = 5.0
+    (tmp_path / "training.json").write_text(json.dumps(header))
+    with pytest.raises(TrainingError, match=r"options\.old_loss 5\.0, not None"):
+        train(plan(store, tmp_path), resume=True)
 
 
 def streamed(volume: Volume, scene: Scene, folder: Path) -> TrainingPlan:
@@ -376,9 +498,7 @@ def test_a_run_on_fresh_samples_resumes_exactly(
         with pytest.raises(KeyboardInterrupt):
             train(streamed(volume, scene, folder), on_report=Stop(steps))
         train(streamed(volume, scene, folder), resume=True)
-        expected = load_model(tmp_path / "whole")[1].state_dict()
-        for name, value in load_model(folder)[1].state_dict().items():
-            torch.testing.assert_close(value, expected[name], rtol=0, atol=0, msg=name)
+        assert_same_state(folder, tmp_path / "whole")
     card = load_card(tmp_path / "whole")
     assert card.scene == scene
     assert card.training["reuse"] == 8
@@ -397,7 +517,16 @@ def test_a_full_memory_is_said_once(
 
     monkeypatch.setattr(OpacityStage, "_generate", tight)
     notices: list[str] = []
-    train(plan(store, tmp_path, samples=320), on_report=lambda r: notices.append(r.notice))
+    stop = Stop(5)
+
+    def note(report: TrainingReport) -> None:
+        notices.append(report.notice)
+        stop(report)
+
+    with pytest.raises(KeyboardInterrupt):
+        train(plan(store, tmp_path, samples=320), on_report=note)
+    # Also what is resumed knows.
+    train(plan(store, tmp_path, samples=320), resume=True, on_report=note)
     (notice,) = filter(None, notices)
     assert notice.startswith("The memory is too small for 16 samples at once")
     assert "opacity stage is learned from in 2 parts" in notice

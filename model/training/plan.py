@@ -1,0 +1,107 @@
+"""What a training run is given, and what it tells."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from model.errors import TrainingError
+from model.networks.blocks import NetworkSize
+from model.training.options import Budget, TrainingOptions
+from model.training.sources import SampleSource
+from model.training.stage import Losses
+
+
+@dataclass(frozen=True)
+class TrainingPlan:
+    """What to train, on what, for how long, and where to.
+
+    Attributes
+    ----------
+    source : SampleSource
+    preset : str
+        Name of the preset, for the record.
+    size : NetworkSize
+    options : TrainingOptions
+    budget : Budget
+    folder : Path
+    device : torch.device
+    interval : float
+        Seconds between states on disk: what a kill can lose at most.
+    """
+
+    source: SampleSource
+    preset: str
+    size: NetworkSize
+    options: TrainingOptions
+    budget: Budget
+    folder: Path
+    device: torch.device
+    interval: float = 60.0
+
+    def recipe(self) -> dict[str, Any]:
+        """What must not change when a run is resumed, as plain data."""
+        return {
+            "preset": self.preset,
+            "size": asdict(self.size),
+            **self.source.recipe(),
+            "options": self.options.to_json(),
+        }
+
+    def check_recipe(self, found: dict[str, Any]) -> None:
+        """Raise :class:`model.errors.TrainingError` when the folder's run has another recipe."""
+        changed = _differences(_plain(self.recipe()), found)
+        if changed:
+            raise TrainingError(
+                f"{self.folder}: the run to resume has {', '.join(changed)}; "
+                "give the options that it was started with."
+            )
+
+
+@dataclass(frozen=True)
+class TrainingReport:
+    """What the run tells at each step, for a progress bar.
+
+    Attributes
+    ----------
+    stage : str
+    spent : float
+        Share of the whole budget that is used up, 0..1.
+    seconds : float
+    samples : int
+    losses : dict of float
+    metrics : dict of float
+        Of the last interval's hold-out; empty before the first.
+    notice : str
+        Something to be said once; mostly empty.
+    """
+
+    stage: str
+    spent: float
+    seconds: float
+    samples: int
+    losses: Losses
+    metrics: dict[str, float]
+    notice: str = ""
+
+
+def _differences(asked: dict[str, Any], found: dict[str, Any], path: str = "") -> list[str]:
+    """What a run has otherwise than it is asked for, such as "options.seed 1, not 0"."""
+    changed = []
+    for name in asked | found:
+        value, other = asked.get(name), found.get(name)
+        if isinstance(value, dict) and isinstance(other, dict):
+            changed += _differences(value, other, f"{path}{name}.")
+        elif other != value:
+            changed.append(f"{path}{name} {other}, not {value}")
+    return changed
+
+
+def _plain(recipe: dict[str, Any]) -> dict[str, Any]:
+    """A recipe as it comes back from JSON, with lists for tuples."""
+    plain: dict[str, Any] = json.loads(json.dumps(recipe))
+    return plain
