@@ -1,0 +1,27 @@
+"""Fixtures of the tests of training."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from training_runs import plan
+
+from model.dataset import SampleStore
+from model.training.trainer import train
+
+
+@pytest.fixture(scope="module", autouse=True)
+def few_probes() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("model.training.progress.PROBE_SAMPLES", 8)
+        yield
+
+
+@pytest.fixture(scope="module")
+def finished(store: SampleStore, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run of 640 samples: 16 steps of stage 1 and 24 of stage 2."""
+    folder = tmp_path_factory.mktemp("runs") / "finished"
+    train(plan(store, folder))
+    return folder
