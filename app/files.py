@@ -6,20 +6,24 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject
+from PySide6.QtGui import QImageWriter
 from PySide6.QtWidgets import QFileDialog
 
 from app.engine_pane import EnginePane
 from model.errors import TransferFunctionError
+from model.volume_files import SUFFIXES
 
 if TYPE_CHECKING:
     from app.main_window import MainWindow
 
-VOLUME_FILTER = (
-    "Volumes (*.nrrd *.nhdr *.mha *.mhd *.nii *.nii.gz *.vti *.vtk *.tif *.tiff *.raw *.dcm);;"
-    "All files (*)"
-)
+VOLUME_FILTER = f"Volumes ({' '.join(f'*{s}' for s in SUFFIXES)});;All files (*)"
 TF_FILTER = "Transfer functions (*.json);;All files (*)"
 IMAGE_FILTER = "PNG images (*.png)"
+
+
+def image_formats() -> set[str]:
+    """Endings of the image files that Qt can write."""
+    return {bytes(ending.data()).decode() for ending in QImageWriter.supportedImageFormats()}
 
 
 class FileDialogs(QObject):
@@ -85,8 +89,16 @@ class FileDialogs(QObject):
         name, _ = QFileDialog.getSaveFileName(self._window, "Save image", "", IMAGE_FILTER)
         if not name:
             return
-        # Qt's dialog does not add the ending by itself, and the format follows it.
-        path = Path(name) if Path(name).suffix else Path(name).with_suffix(".png")
+        path = Path(name)
+        if path.suffix.lower().lstrip(".") not in image_formats():
+            # Qt's dialog does not add the ending by itself, and the format follows it.
+            path = path.with_name(path.name + ".png")
+            if path.exists():
+                self._window.notice.tell(
+                    f"{path}: the file is there already; choose it itself to replace it, "
+                    "or another name."
+                )
+                return
         if image.save(str(path)):
             self._window.statusBar().showMessage(f"Saved {path.name}.")
         else:

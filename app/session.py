@@ -31,6 +31,8 @@ class Session(QObject):
     undo step when it is finished.
     """
 
+    volumeStarting = Signal()
+    """Another volume comes; what is shown is still the last one's TF."""
     viewChanged = Signal(object)
     viewChangeFinished = Signal(object)
     transferFunctionChanged = Signal(object)
@@ -95,6 +97,7 @@ class Session(QObject):
         current : TransferFunction or None
             What is shown first, the default when None.
         """
+        self.volumeStarting.emit()
         self._before_drag = None
         self.undo_stack.clear()
         self._default = default

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+from itertools import chain, count
 from pathlib import Path
 
 from PySide6.QtCore import QStandardPaths
@@ -55,13 +57,23 @@ class TransferFunctionStore:
         Raises
         ------
         TransferFunctionError
-            When the file is damaged; it is set aside, not overwritten later.
+            When the file cannot be understood; it is set aside. When it cannot
+            be read or set aside, it is still there: whoever goes on to save
+            would overwrite it.
         """
         path = self.path(fingerprint)
         if not path.exists():
             return None
         try:
             return TransferFunction.load(path)
-        except TransferFunctionError:
-            path.replace(path.with_suffix(".damaged"))
+        except TransferFunctionError as error:
+            if not isinstance(error.__cause__, OSError):
+                with suppress(OSError):
+                    path.replace(_free(path.with_suffix(".damaged")))
             raise
+
+
+def _free(path: Path) -> Path:
+    """A name like that of a path that no file has yet."""
+    names = chain([path], (path.with_suffix(f".{i}{path.suffix}") for i in count(2)))
+    return next(name for name in names if not name.exists())

@@ -121,6 +121,7 @@ class Workspace(QObject):
         self._model = folder
         self._model_is_shipped = False
         if folder is None:
+            self._generator.stop()
             self._generator.pause(self._no_model_text())
         else:
             build = partial(self._builders.generator, folder, self._generator_settings)
@@ -257,6 +258,9 @@ class Workspace(QObject):
         try:
             return self._store.load(opened.fingerprint)
         except TransferFunctionError as error:
+            if self._store.path(opened.fingerprint).exists():
+                # It could not even be set aside, and must not be overwritten.
+                self._store = None
             self.problem.emit(str(error))
             return None
 

@@ -9,10 +9,14 @@ from __future__ import annotations
 
 import importlib.util
 import logging
+import os
 import shutil
+import sysconfig
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
 from typing import Any, Literal, NamedTuple, cast, get_args
 
 import torch
@@ -57,16 +61,29 @@ def obstacle(backend: Backend, device: torch.device) -> str | None:
         return "it runs on the CPU only here"
     if backend.name == "onnxruntime" and backend.precision == "bfloat16":
         return "its convolutions know no bfloat16 on CPUs"
-    if backend.name == "compiled" and device.type == "cpu" and shutil.which("c++") is None:
-        return "a C++ compiler must be installed for it"
+    if backend.name == "openvino" and backend.precision == "bfloat16" and not _knows_bfloat16():
+        return "this CPU knows no bfloat16"
+    if backend.name == "compiled" and device.type == "cpu":
+        if shutil.which(os.environ.get("CXX", "g++")) is None:
+            return "a C++ compiler must be installed for it"
+        if not Path(sysconfig.get_paths()["include"], "Python.h").exists():
+            return "Python's header files must be installed for it"
     return None
 
 
+@cache
+def _knows_bfloat16() -> bool:
+    import openvino
+
+    return "BF16" in openvino.Core().get_property("CPU", "OPTIMIZATION_CAPABILITIES")
+
+
 def choose_backend(name: str, precision: str, device: torch.device) -> Backend:
-    """Turn names into a backend; "auto" into the fastest that is there.
+    """Turn names into a backend; "auto" into the fastest of a CPU, and torch itself elsewhere.
 
     Of all that stay within 1/255 of torch in float32, OpenVINO in float32
-    measured fastest on CPUs (``python main.py bench generator``).
+    measured fastest on CPUs (``python main.py bench generator``). On GPUs
+    nothing has been measured yet.
 
     Raises
     ------

@@ -12,6 +12,11 @@ class TfscopeError(Exception):
     """Base of every error whose message is meant for the user."""
 
 
+def first_line(error: Exception) -> str:
+    """What a library's error says first, for a sentence of ours; its type where it says nothing."""
+    return next(iter(str(error).splitlines()), "") or type(error).__name__
+
+
 class VolumeError(TfscopeError):
     """A volume file cannot be read, or holds no usable volume."""
 

@@ -27,6 +27,10 @@ RENDER_BATCH = 16
 Images = NDArray[np.uint8]
 
 
+LARGER_IS_BETTER = ("ssim",)
+"""Measures that are no errors."""
+
+
 @dataclass(frozen=True)
 class Evaluation:
     """Errors per hold-out sample, arrays of shape (N,).
@@ -58,11 +62,11 @@ class Evaluation:
         """A summary of each measure, as plain data; see :func:`model.metrics.summary`."""
         return {
             "count": self.count,
-            **{name: metrics.summary(v) for name, v in self.generator.items()},
+            **_summaries(self.generator),
             "scales": [asdict(scale) for scale in self.scales],
             "nearest_neighbour": {
                 "count": self.neighbours,
-                **{name: metrics.summary(v) for name, v in self.nearest_neighbour.items()},
+                **_summaries(self.nearest_neighbour),
             },
         }
 
@@ -105,6 +109,10 @@ def generator_errors(generator: Generator, samples: SampleBatch) -> dict[str, ND
 def neighbour_errors(samples: SampleBatch, store: SampleStore) -> dict[str, NDArray[np.float64]]:
     """The nearest training images' part of an :class:`Evaluation`."""
     return _columns(list(_neighbour_rows(samples, store)))
+
+
+def _summaries(errors: dict[str, NDArray[np.float64]]) -> dict[str, Any]:
+    return {name: metrics.summary(v, name in LARGER_IS_BETTER) for name, v in errors.items()}
 
 
 def _generator_rows(

@@ -16,7 +16,7 @@ from torch.nn.functional import interpolate
 from model.backends import EAGER, Backend, choose_backend, make_draw
 from model.checkpoint import ModelCard, load_model
 from model.encoding import decode_unit, encode_colors, encode_unit, encode_views
-from model.errors import DeviceError
+from model.errors import DeviceError, first_line
 from model.networks.blocks import VIEW_PARAMETERS, place
 from model.networks.two_stage import GeneratorNetwork
 from model.scene import Scene
@@ -100,9 +100,12 @@ class Generator:
             return generator
         try:
             generator._draw_nothing()
-        except Exception:
+        except Exception as error:
             if backend != "auto":
-                raise
+                raise DeviceError(
+                    f"The backend '{by.name}' cannot draw this model ({first_line(error)}); "
+                    "choose --backend auto."
+                ) from error
             logger.warning("%s: torch draws, as %s cannot.", folder, by.name, exc_info=True)
             generator = cls(card, network, chosen, EAGER._replace(precision=by.precision))
         return generator

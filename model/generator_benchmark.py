@@ -13,6 +13,7 @@ from torch.utils.benchmark import Timer
 
 from model.backends import BACKENDS, EAGER, Backend, BackendName, make_draw, obstacle
 from model.encoding import encode_colors, encode_unit, encode_views
+from model.errors import first_line
 from model.networks.blocks import place
 from model.networks.two_stage import GeneratorNetwork
 from model.sampling import draw_sample
@@ -110,9 +111,15 @@ def compare_backends(
             if trouble is not None:
                 yield BackendRow(*backend, batch, obstacle=trouble)
                 continue
-            draw = make_draw(network, backend, device)
-            # Libraries read the network when they first draw: that is not timed.
-            found = [part.clone() for part in draw(seen, latent, color)]
+            try:
+                draw = make_draw(network, backend, device)
+                # Libraries read the network when they first draw: that is not timed.
+                found = [part.clone() for part in draw(seen, latent, color)]
+            except Exception as error:
+                if backend == EAGER:
+                    raise
+                yield BackendRow(*backend, batch, obstacle=f"it failed ({first_line(error)})")
+                continue
             duration = _time(draw, (seen, latent, color), seconds)
             eager = eager or duration
             worst = max(_difference(a, b) for a, b in zip(found, truth, strict=True))

@@ -143,7 +143,7 @@ def _measures(result: dict[str, Any]) -> str:
             f"{other['mean']:.4f}" if other else "",
         ]
         rows.append(_row(html.escape(name), *cells))
-    head = "<tr><th></th><th>mean</th><th>interval</th><th>median</th><th>95th percentile</th>"
+    head = "<tr><th></th><th>mean</th><th>interval</th><th>median</th><th>95 % are better than</th>"
     return f"<table>{head}<th>nearest, mean</th></tr>{''.join(rows)}</table>"
 
 

@@ -82,7 +82,7 @@ class Scene:
         anywhere in the sphere.
     """
 
-    volume_name: str
+    volume_name: str = field(compare=False)
     volume_fingerprint: str
     scalar_range: Range
     scalar_window: Range

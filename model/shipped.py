@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+from model.volume_files import read_volume
+
 RESOURCES = Path(__file__).resolve().parent.parent / "resources"
 
 DEFAULT_VOLUME = RESOURCES / "volumes" / "reacting_jet_temperature_112x112x192_float32.nrrd"
@@ -20,17 +22,28 @@ def shipped_volumes() -> list[Path]:
     return sorted((RESOURCES / "volumes").glob("*.nrrd"))
 
 
-def model_for(volume_fingerprint: str) -> Path | None:
-    """The shipped model of a volume, if there is one.
+def volume_for(model: Path) -> Path | None:
+    """The shipped volume that a model was trained on, if it is one of those."""
+    fingerprint = _fingerprint(model)
+    if fingerprint is None:
+        return None
+    volumes = (path for path in shipped_volumes() if read_volume(path).fingerprint == fingerprint)
+    return next(volumes, None)
 
-    Reads the models' descriptions as plain JSON: torch, which takes seconds to
-    import, is not needed to find one.
+
+def model_for(volume_fingerprint: str) -> Path | None:
+    """The shipped model of a volume, if there is one."""
+    folders = (f for f in shipped_models() if _fingerprint(f) == volume_fingerprint)
+    return next(folders, None)
+
+
+def _fingerprint(model: Path) -> str | None:
+    """The volume's that a model was trained on; None where its description cannot be read.
+
+    Reads it as plain JSON: torch, which takes seconds to import, is not needed for that.
     """
-    for folder in shipped_models():
-        try:
-            description = json.loads((folder / "model.json").read_text(encoding="utf-8"))
-            if description["scene"]["volume_fingerprint"] == volume_fingerprint:
-                return folder
-        except (OSError, ValueError, KeyError, TypeError):
-            continue
-    return None
+    try:
+        description = json.loads((model / "model.json").read_text(encoding="utf-8"))
+        return str(description["scene"]["volume_fingerprint"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return None

@@ -9,7 +9,7 @@ from pathlib import Path
 from app.cli import options
 from app.cli.console import console, counting
 from model.dataset import STREAMS, SampleStore
-from model.errors import TfscopeError
+from model.errors import DatasetError, TfscopeError
 from model.sample_rendering import render_store
 from model.scene import Scene
 from model.training.sources import LEAST_HOLDOUT
@@ -46,7 +46,7 @@ def make_dataset(
         options.renderer_name(renderer),
     )
     holdout = holdout or max(LEAST_HOLDOUT, min(count // 10, MAX_HOLDOUT))
-    _check_room(out, (count + holdout) * 4 * size**2)
+    _check_room(out, (count + holdout - _rendered(out)) * 4 * size**2)
     store = SampleStore.create(out, scene, seed, {"train": count, "holdout": holdout})
     total = sum(store.count(stream) for stream in STREAMS)
     missing = store.missing_samples()
@@ -60,6 +60,15 @@ def make_dataset(
         f"{out}: {store.count('train')} training and {store.count('holdout')} hold-out samples "
         f"of '{volume.name}', {size} x {size}, {scene.lighting} lighting, seed {seed}."
     )
+
+
+def _rendered(out: Path) -> int:
+    """Number of samples that are there already and need no more room."""
+    try:
+        store = SampleStore(out)
+        return sum(store.count(stream) for stream in STREAMS) - store.missing_samples()
+    except DatasetError:
+        return 0
 
 
 def _check_room(out: Path, image_bytes: int) -> None:

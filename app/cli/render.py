@@ -66,7 +66,7 @@ def render_to_file(order: RenderOrder) -> None:
 
 
 def load_fitted(path: Path, scalar_range: Range) -> TransferFunction:
-    """Load a TF; one that was made for another range is stretched to this, and that is said."""
+    """Load a TF; one that was made for another range is fitted to this, and that is said."""
     tf = TransferFunction.load(path)
     if tf.scalar_range != scalar_range:
         made, here = ("{:.6g} to {:.6g}".format(*r) for r in (tf.scalar_range, scalar_range))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,9 +9,10 @@ from rich.table import Table
 
 from app.cli import options
 from app.cli.console import console, counting
+from app.cli.outputs import write_json, write_text
 from app.cli.train import TrainingDisplay, budget_of, size_of
-from model.checkpoint import write_atomically
 from model.dataset import SampleStore
+from model.errors import TfscopeError
 from model.generator import choose_device
 from model.networks.blocks import Architecture, NetworkSize
 from model.sample_rendering import render_store
@@ -67,9 +67,9 @@ def study_models(order: StudyOrder) -> None:
     with TrainingDisplay() as display:
         result = run_study(study, plan, lambda v: display.begin(v.label), display.show)
     _print(study, result)
-    write_atomically(order.out / f"{order.study}.json", json.dumps(result, indent=2).encode())
+    write_json(order.out / f"{order.study}.json", result)
     table = order.out / f"{order.study}.md"
-    write_atomically(table, markdown(study, result).encode())
+    write_text(table, markdown(study, result))
     console.print(f"The table is in {table}.")
 
 
@@ -77,7 +77,12 @@ def _store(order: StudyOrder, volume: Volume, size: NetworkSize) -> SampleStore:
     """The study's samples, rendered where they are missing."""
     scene = Scene.of(volume, size.image_size, renderer="raycast")
     counts: dict[Stream, int] = {"train": order.images, "holdout": order.count}
-    order.out.mkdir(parents=True, exist_ok=True)
+    try:
+        order.out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise TfscopeError(
+            f"{order.out}: the folder cannot be made ({error.strerror}); choose another place."
+        ) from error
     store = SampleStore.create(order.out / "samples.zarr", scene, order.seed, counts)
     missing = store.missing_samples()
     if missing:

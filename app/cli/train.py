@@ -95,7 +95,9 @@ def _train(plan: TrainingPlan, order: TrainOrder) -> None:
             again = shlex.join([*(a for a in sys.argv[1:] if a != "--resume"), "--resume"])
             console.print(f"Stopped; the run is saved. Go on with: python main.py {again}")
             raise
-    console.print(f"The model is in {order.out}; open it with: python main.py --model {order.out}")
+    volume = [] if order.volume.path is None else ["--volume", str(order.volume.path)]
+    window = shlex.join(["python", "main.py", "--model", str(order.out), *volume])
+    console.print(f"The model is in {order.out}; open it with: {window}")
 
 
 def budget_of(minutes: float | None, samples: int | None, default: float) -> Budget:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from model.shipped import DEFAULT_VOLUME
+from model.shipped import DEFAULT_VOLUME, volume_for
 
 
 def open_window(
@@ -15,9 +15,14 @@ def open_window(
     precision: str,
     screenshot: Path | None,
 ) -> int:
-    """Open the window and return its exit code."""
+    """Open the window and return its exit code.
+
+    Without a volume, that of the model, where it is a shipped one.
+    """
     from app.engines import GeneratorSettings
     from app.launch import run_window
 
     generators = GeneratorSettings(device, backend, precision)
+    if volume is None and model is not None:
+        volume = volume_for(model)
     return run_window(volume or DEFAULT_VOLUME, model, generators, screenshot)

@@ -85,6 +85,8 @@ class ColorLayer(QObject):
         dialog.currentColorChanged.connect(lambda color: self._preview_color(index, color))
         dialog.accepted.connect(lambda: self._session.finish_preview("colour"))
         dialog.rejected.connect(self._session.cancel_preview)
+        # The stop is one of this volume's TF.
+        self._session.volumeStarting.connect(dialog.reject)
         dialog.finished.connect(dialog.deleteLater)
         dialog.open()
         return dialog

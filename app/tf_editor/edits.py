@@ -25,14 +25,19 @@ def opacity_handles(opacity: OpacityTF) -> list[tuple[float, float]]:
 
 
 def move_opacity_handle(opacity: OpacityTF, index: int, value: float, height: float) -> OpacityTF:
-    """Move a handle; it stays in the range, and a point stays between its neighbours."""
+    """Move a handle; it stays in the range, and a point stays between its neighbours.
+
+    A mode that lies outside, as one made for another volume may, goes no farther.
+    """
     height = _clamp(height, 0.0, 1.0)
     if opacity.points:
         points = list(opacity.points)
         limits = _room([p[0] for p in points], index)
         points[index] = (_clamp(value, *limits), height)
         return replace(opacity, points=tuple(points))
-    mean = _clamp(value, *opacity.scalar_range)
+    lo, hi = opacity.scalar_range
+    now = opacity.modes[index].mean
+    mean = _clamp(value, min(lo, now), max(hi, now))
     return _with_mode(opacity, index, replace(opacity.modes[index], mean=mean, amplitude=height))
 
 

@@ -94,6 +94,9 @@ def _differences(asked: dict[str, Any], found: dict[str, Any], path: str = "") -
     changed = []
     for name in asked | found:
         value, other = asked.get(name), found.get(name)
+        if path + name == "scene.volume_name":
+            # For people: a file that was renamed is the same volume.
+            continue
         if isinstance(value, dict) and isinstance(other, dict):
             changed += _differences(value, other, f"{path}{name}.")
         elif other != value:

@@ -92,6 +92,21 @@ def test_an_image_is_saved_at_its_own_size(
     assert saved.pixelColor(0, 0) == window.generator.canvas.image.pixelColor(0, 0)
 
 
+@pytest.mark.parametrize("name", ["image", "image.v2"])
+def test_an_ending_that_is_added_replaces_no_file(
+    window: MainWindow, dialogs: FileDialogs, answer: Answer, tmp_path: Path, name: str
+) -> None:
+    answer(tmp_path / name)
+    path = tmp_path / f"{name}.png"
+    path.write_text("mine")
+    dialogs.save_image(window.generator)
+    assert path.read_text() == "mine"
+    assert str(path) in window.notice.text
+    path.unlink()
+    dialogs.save_image(window.generator)
+    assert not QImage(str(path)).isNull()
+
+
 def test_opening_goes_to_the_workspace(
     qtbot: QtBot,
     window: MainWindow,

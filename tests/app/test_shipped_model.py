@@ -50,6 +50,8 @@ def test_a_volume_brings_its_shipped_model(
     open_volume(qtbot, window, "hill")
     assert len(builders.generators) == 1
     assert window.generator.canvas.image is None
+    # The other volume's model is not kept in memory.
+    qtbot.waitUntil(lambda: builders.generators[0].closed)
 
 
 def test_a_model_that_the_user_chose_stays(

@@ -1,5 +1,4 @@
 import importlib.util
-import shutil
 from pathlib import Path
 from typing import get_args
 
@@ -7,7 +6,15 @@ import numpy as np
 import pytest
 import torch
 
-from model.backends import BACKENDS, EAGER, Backend, choose_backend, make_draw, obstacle
+from model.backends import (
+    BACKENDS,
+    EAGER,
+    Backend,
+    BackendName,
+    choose_backend,
+    make_draw,
+    obstacle,
+)
 from model.checkpoint import ModelCard, save_model
 from model.errors import DeviceError
 from model.generator import Generator, LastValue
@@ -77,7 +84,6 @@ def test_bfloat16_is_near(name: str, scene: Scene) -> None:
     assert all(part.view > 0 for part in time_parts(network, scene, CPU, seconds=0.001))
 
 
-@pytest.mark.skipif(shutil.which("c++") is None, reason="no C++ compiler")
 @pytest.mark.filterwarnings("ignore")
 def test_compiled_drawing_draws_the_same(scene: Scene) -> None:
     network = network_of("grid", scene)
@@ -129,8 +135,35 @@ def test_where_the_fastest_fails_torch_draws(
     generator = Generator.load(folder, "cpu", "auto")
     assert generator.backend == EAGER
     assert "openvino cannot" in caplog.text
-    with pytest.raises(RuntimeError, match="made up"):
+    with pytest.raises(DeviceError, match=r"'openvino' cannot draw this model \(made up\)"):
         Generator.load(folder, "cpu", "openvino")
+
+
+def test_a_backend_that_fails_does_not_end_the_comparison(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    usable("openvino")
+
+    def broken(*arguments: object) -> None:
+        raise RuntimeError("made up\nand more")
+
+    monkeypatch.setattr("model.backends._openvino", broken)
+    names: list[BackendName] = ["openvino", "eager"]
+    rows = list(compare_backends(network_of("grid", scene), scene, CPU, seconds=0.001, names=names))
+    assert {row.backend for row in rows} == {"eager", "openvino"}
+    for row in rows:
+        assert (row.obstacle == "it failed (made up)") == (row.backend == "openvino")
+
+
+def test_what_compiling_needs_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("shutil.which", lambda name: "there")
+    monkeypatch.setattr("sysconfig.get_paths", lambda: {"include": "/nowhere"})
+    assert "Python's header files" in str(obstacle(Backend("compiled"), CPU))
+    monkeypatch.setattr("shutil.which", lambda name: None)
+    assert "C++ compiler" in str(obstacle(Backend("compiled"), CPU))
+    monkeypatch.setattr("model.backends._knows_bfloat16", lambda: False)
+    assert obstacle(Backend("openvino"), CPU) is None
+    assert "no bfloat16" in str(obstacle(Backend("openvino", "bfloat16"), CPU))
 
 
 def test_what_is_kept_between_images_changes_none(folder: Path, scene: Scene) -> None:

@@ -118,6 +118,7 @@ def test_a_summary_is_plain_json() -> None:
         "median": 50,
         "p95": 95,
     }
+    assert metrics.summary(np.arange(101), larger_is_better=True)["p95"] == 5
     json.dumps(summary, allow_nan=False)
 
 

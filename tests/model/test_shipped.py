@@ -21,6 +21,9 @@ def test_every_shipped_model_belongs_to_a_shipped_volume() -> None:
         card, _ = load_model(folder)
         assert card.scene.volume_fingerprint in by_fingerprint
         assert shipped.model_for(card.scene.volume_fingerprint) == folder
+        volume = shipped.volume_for(folder)
+        assert volume is not None
+        assert read_volume(volume).fingerprint == card.scene.volume_fingerprint
 
 
 def test_damaged_models_are_passed_over(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -32,3 +35,5 @@ def test_damaged_models_are_passed_over(tmp_path: Path, monkeypatch: pytest.Monk
         (folder / "model.json").write_text(content)
     assert shipped.model_for("abc") == tmp_path / "models" / "d"
     assert shipped.model_for("xyz") is None
+    assert shipped.volume_for(tmp_path / "models" / "a") is None
+    assert shipped.volume_for(tmp_path / "models" / "d") is None

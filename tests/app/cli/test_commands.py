@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ from model.checkpoint import load_card
 from model.dataset import SampleStore
 from model.rendering.vtk_renderer import VtkRenderer
 from model.scene import Scene
-from model.shipped import shipped_volumes
+from model.shipped import DEFAULT_VOLUME, model_for, shipped_models, shipped_volumes
 from model.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
 from model.view import View
 from model.volume_files import read_volume
@@ -336,6 +337,40 @@ def test_evaluate_compares_with_the_nearest_neighbour(
     again = json.loads(out.read_text())
     assert again["rmse"]["mean"] == pytest.approx(result["rmse"]["mean"])
     assert again["nearest_neighbour"]["rmse"]["mean"] <= result["nearest_neighbour"]["rmse"]["mean"]
+
+
+def test_what_is_rendered_already_needs_no_more_room(
+    raw_file: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    arguments = f"dataset --volume {raw_file} --out {tmp_path / 's.zarr'} --size 32 --workers 1"
+    assert run([*arguments.split(), "--count", "40"]) == 0
+    usage = shutil.disk_usage(tmp_path)._replace(free=1000)
+    monkeypatch.setattr("shutil.disk_usage", lambda path: usage)
+    assert run([*arguments.split(), "--count", "40"]) == 0
+    assert run([*arguments.split(), "--count", "400"]) == 2
+    assert "0 GB are free" in one_line(capsys)
+
+
+def test_a_study_says_where_it_cannot_write(
+    raw_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "file"
+    out.write_text("")
+    assert run(f"study baselines --volume {raw_file} --preset draft --out {out}".split()) == 2
+    assert "the folder cannot be made" in one_line(capsys)
+
+
+def test_the_window_opens_the_volume_of_a_model(monkeypatch: pytest.MonkeyPatch) -> None:
+    opened: list[Path] = []
+    monkeypatch.setattr("app.launch.run_window", lambda volume, *_: opened.append(volume) or 0)
+    for folder in shipped_models():
+        run(["--model", str(folder)])
+        assert model_for(read_volume(opened[-1]).fingerprint) == folder
+    run(["--model", "nowhere"])
+    assert opened[-1] == DEFAULT_VOLUME
 
 
 def test_training_leaves_a_curve(trained: Path) -> None:

@@ -225,6 +225,19 @@ def test_the_color_dialog_is_live_and_can_be_cancelled(
     assert session.transfer_function.color.stops[1][1:] == pytest.approx((0.2, 0.4, 0.6))
 
 
+def test_another_volume_closes_the_colour_dialog(
+    editor: TransferFunctionEditor, session: Session
+) -> None:
+    dialog = editor.color.choose_color(1)
+    dialog.setCurrentColor(QColor("#336699"))
+    tf = session.transfer_function
+    other = replace(tf, opacity=OpacityTF(tf.scalar_range))
+    session.start_volume(other, None)
+    assert not dialog.isVisible()
+    assert not session.live
+    assert session.transfer_function == other
+
+
 def test_a_double_click_on_a_stop_opens_the_dialog(
     editor: TransferFunctionEditor, monkeypatch: pytest.MonkeyPatch
 ) -> None:

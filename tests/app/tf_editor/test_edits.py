@@ -25,6 +25,15 @@ def test_a_mode_stays_in_the_range(index: int, value: float, height: float) -> N
     assert moved.modes[1 - index] == MODES.modes[1 - index]
 
 
+def test_a_mode_outside_stays_there_when_only_its_opacity_changes() -> None:
+    lo, hi = RANGE
+    outside = OpacityTF(RANGE, (GaussianMode(hi + 50, 8.0, 0.5),))
+    changed = edits.move_opacity_handle(outside, 0, hi + 50, 0.6)
+    assert (changed.modes[0].mean, changed.modes[0].amplitude) == (hi + 50, 0.6)
+    assert edits.move_opacity_handle(outside, 0, hi + 90, 0.6).modes[0].mean == hi + 50
+    assert edits.move_opacity_handle(outside, 0, lo - 90, 0.6).modes[0].mean == lo
+
+
 @given(st.integers(0, 3), anywhere, anywhere)
 def test_a_point_stays_between_its_neighbours(index: int, value: float, height: float) -> None:
     moved = edits.move_opacity_handle(CURVE, index, value, height)

@@ -217,6 +217,15 @@ def test_a_data_set_that_has_grown_is_another_one(
         train(plan(store, tmp_path / "run"), resume=True)
 
 
+def test_a_volumes_name_is_for_people(store: SampleStore, tmp_path: Path) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        train(plan(store, tmp_path), on_report=Stop(2))
+    renamed = plan(store, tmp_path, samples=64)
+    renamed.source.scene = replace(store.scene, volume_name="renamed")
+    assert renamed.source.scene == store.scene
+    train(renamed, resume=True)
+
+
 def test_a_recipe_of_an_older_version_is_not_resumed_silently(
     store: SampleStore, tmp_path: Path
 ) -> None:
