@@ -71,8 +71,8 @@ class GeneratorSettings:
     device : str
         "auto", "cpu" or "cuda".
     backend : str
-        What draws: "eager", "compiled", "openvino", "onnxruntime", or "auto" for
-        the fastest that is there.
+        What draws: "eager", "compiled", "openvino", "onnxruntime", or "auto"; see
+        :func:`model.backends.choose_backend`.
     precision : str
         "float32" or "bfloat16".
     """

@@ -81,8 +81,8 @@ class Generator:
         device : {"auto", "cpu", "cuda"}
             "auto" takes the GPU where there is one.
         backend : {"eager", "compiled", "openvino", "onnxruntime", "auto"}
-            What draws. "auto" takes the fastest that is there, and torch itself
-            where that one fails.
+            What draws. "auto" takes OpenVINO on CPUs, and torch itself elsewhere and
+            where that fails.
         precision : {"float32", "bfloat16"}
 
         Raises

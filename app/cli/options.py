@@ -119,7 +119,7 @@ BackendName = Annotated[
     BackendOption,
     typer.Option(
         "--backend",
-        help="What draws the generator's images. (auto: the fastest that is there)",
+        help="What draws the generator's images. (auto: OpenVINO on CPUs, torch on GPUs)",
     ),
 ]
 PrecisionName = Annotated[
