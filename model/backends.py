@@ -72,10 +72,21 @@ def obstacle(backend: Backend, device: torch.device) -> str | None:
 
 
 @cache
-def _knows_bfloat16() -> bool:
+def _openvino_core() -> Any:
+    """The one core of this process.
+
+    Each core gives its thread another stack for signals and takes it away in
+    the end. After two that end in the order in which they came, the thread is
+    left with one that is gone, and Ctrl-C would be a segmentation fault.
+    """
     import openvino
 
-    return "BF16" in openvino.Core().get_property("CPU", "OPTIMIZATION_CAPABILITIES")
+    return openvino.Core()
+
+
+@cache
+def _knows_bfloat16() -> bool:
+    return "BF16" in _openvino_core().get_property("CPU", "OPTIMIZATION_CAPABILITIES")
 
 
 def choose_backend(name: str, precision: str, device: torch.device) -> Backend:
@@ -185,7 +196,6 @@ def _reading() -> Iterator[None]:
 def _openvino(
     network: GeneratorNetwork, precision: Precision, inputs: tuple[Tensor, ...]
 ) -> Callable[..., list[Any]]:
-    import openvino
     from openvino.frontend import FrontEndManager
     from openvino.frontend.pytorch.ts_decoder import TorchScriptPythonDecoder
 
@@ -201,7 +211,7 @@ def _openvino(
         "INFERENCE_PRECISION_HINT": {"float32": "f32", "bfloat16": "bf16"}[precision],
         "PERFORMANCE_HINT": "LATENCY",
     }
-    compiled = openvino.compile_model(model, "CPU", hints)
+    compiled = _openvino_core().compile_model(model, "CPU", hints)
 
     def run(*arrays: Any) -> list[Any]:
         return list(compiled(arrays).values())

@@ -1,10 +1,14 @@
 import importlib.util
+import os
+import subprocess
+import sys
 from pathlib import Path
 from typing import get_args
 
 import numpy as np
 import pytest
 import torch
+from torch import Tensor
 
 from model.backends import (
     BACKENDS,
@@ -39,6 +43,14 @@ def network_of(architecture: Architecture, scene: Scene, rays: bool = False) -> 
     return place(network, CPU).eval()
 
 
+@torch.inference_mode()
+def inputs_of(network: GeneratorNetwork, count: int) -> tuple[tuple[Tensor, ...], Tensor, Tensor]:
+    torch.manual_seed(count)
+    seen = network.see(torch.rand(count, 5) * 2 - 1)
+    latent = network.opacity.encode(torch.rand(count, 256))
+    return seen, latent, network.encode_color(torch.rand(count, 3, 256))
+
+
 def usable(name: str, precision: str = "float32") -> Backend:
     backend = choose_backend(name, precision, CPU)
     trouble = obstacle(backend, CPU)
@@ -58,13 +70,8 @@ def test_libraries_draw_what_torch_draws(
     draw = make_draw(network, usable(name), CPU)
     with torch.inference_mode():
         for count in (1, 3, 1):
-            torch.manual_seed(count)
-            seen = network.see(torch.rand(count, 5) * 2 - 1)
-            latent = network.opacity.encode(torch.rand(count, 256))
-            color = network.encode_color(torch.rand(count, 3, 256))
-            for ours, expected in zip(
-                draw(seen, latent, color), network.draw(seen, latent, color), strict=True
-            ):
+            inputs = inputs_of(network, count)
+            for ours, expected in zip(draw(*inputs), network.draw(*inputs), strict=True):
                 assert expected.std() > 0.003
                 torch.testing.assert_close(ours, expected, rtol=0, atol=1e-4)
 
@@ -153,6 +160,37 @@ def test_a_backend_that_fails_does_not_end_the_comparison(
     assert {row.backend for row in rows} == {"eager", "openvino"}
     for row in rows:
         assert (row.obstacle == "it failed (made up)") == (row.backend == "openvino")
+
+
+DROPPED = """
+import gc, signal, sys
+sys.path.insert(0, "tests/model")
+from conftest import blobs
+from model.backends import Backend, make_draw
+from model.scene import Scene
+from test_backends import CPU, inputs_of, network_of
+network = network_of("grid", Scene.of(blobs(), image_size=64))
+draw = make_draw(network, Backend("openvino"), CPU)
+for count in (1, 2):
+    draw(*inputs_of(network, count))
+del draw
+gc.collect()
+try:
+    signal.raise_signal(signal.SIGINT)
+except KeyboardInterrupt:
+    print("interrupted")
+"""
+
+
+def test_ctrl_c_is_heard_after_openvino_is_gone() -> None:
+    usable("openvino")
+    process = subprocess.run(
+        [sys.executable, "-c", DROPPED],
+        capture_output=True,
+        env={**os.environ, "PYTHONPATH": str(Path.cwd())},
+        text=True,
+    )
+    assert (process.returncode, process.stdout) == (0, "interrupted\n"), process.stderr
 
 
 def test_what_compiling_needs_is_said(monkeypatch: pytest.MonkeyPatch) -> None:

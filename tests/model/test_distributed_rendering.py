@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,7 +16,8 @@ import pytest
 from distributed import Client, LocalCluster
 
 from model.cluster import environment_kept
-from model.dataset import ARRAYS, BLOCK, STREAMS, SampleStore
+from model.cluster_worker import render_block_by_value
+from model.dataset import ARRAYS, BLOCK, STREAMS, SampleBatch, SampleStore
 from model.distributed_rendering import render_store_on_cluster
 from model.errors import DatasetError, RenderError
 from model.scene import Scene
@@ -87,11 +89,35 @@ def test_a_cluster_makes_the_same_store(
     render_store_on_cluster(new, volume, "nowhere:1")  # Nothing is missing: nobody is asked.
 
 
+def blocks_do(patch: pytest.MonkeyPatch, work: Callable[..., Any]) -> None:
+    """Let workers do something else than to render; a lambda pickles whole."""
+    patch.setattr("model.distributed_rendering.render_block_by_value", lambda: work)
+
+
+def all_but_the_first_wait_for(gate: Path) -> Callable[..., SampleBatch]:
+    render = render_block_by_value()
+
+    def work(*arguments: Any) -> SampleBatch:
+        while arguments[-1].start > 0 and not gate.exists():
+            time.sleep(0.01)
+        return render(*arguments)
+
+    return work
+
+
 @posix
 @pytest.mark.parametrize("lost", [1, 2], ids=["one", "all"])
 def test_killed_workers_cost_nothing_but_their_blocks(
-    lost: int, store: SampleStore, new: SampleStore, volume: Volume, cluster: LocalCluster
+    lost: int,
+    store: SampleStore,
+    new: SampleStore,
+    volume: Volume,
+    cluster: LocalCluster,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    gate = tmp_path / "gate"
+    blocks_do(monkeypatch, all_but_the_first_wait_for(gate))
     with Client(cluster, set_as_default=False) as client:
         client.wait_for_workers(2)
         processes = client.run(os.getpid)
@@ -106,6 +132,7 @@ def test_killed_workers_cost_nothing_but_their_blocks(
             at_work.extend(len(workers[address].processing) for address in busiest[:lost])
             for address in busiest[:lost]:
                 os.kill(processes[address], signal.SIGKILL)
+            gate.touch()
 
     render_store_on_cluster(new, volume, cluster.scheduler_address, on_progress=kill_at_first)
     assert len(at_work) == lost and all(at_work)
@@ -132,11 +159,6 @@ def test_an_error_of_a_block_arrives(new: SampleStore, scheduler: str) -> None:
     other = Volume(np.arange(60, dtype=np.uint8).reshape(3, 4, 5))
     with pytest.raises(DatasetError, match="is not the one"):
         render_store_on_cluster(new, other, scheduler)
-
-
-def blocks_do(patch: pytest.MonkeyPatch, work: Callable[..., Any]) -> None:
-    """Let workers do something else than to render; a lambda pickles whole."""
-    patch.setattr("model.distributed_rendering.render_block_by_value", lambda: work)
 
 
 def test_any_other_error_becomes_a_sentence(
