@@ -163,6 +163,10 @@ class SampleStore:
         """Number of samples, in both streams, that are not rendered yet."""
         return sum(len(b) for stream in STREAMS for b in self.missing_blocks(stream))
 
+    def rendered_samples(self) -> int:
+        """Number of samples, in both streams, that are there."""
+        return sum(self.count(stream) for stream in STREAMS) - self.missing_samples()
+
     def require_complete(self) -> None:
         """Raise :class:`DatasetError` unless every sample is there."""
         missing = self.missing_samples()

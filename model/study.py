@@ -13,11 +13,9 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-import torch
 from numpy.typing import NDArray
 
 from model.agreement import sensitivity_agreement
@@ -26,11 +24,8 @@ from model.dataset import SampleBatch, SampleStore
 from model.errors import CollapseError, TrainingError
 from model.evaluation import generator_errors, neighbour_errors
 from model.generator import Generator
-from model.networks.blocks import NetworkSize
 from model.sampling import draw_sample
-from model.training.options import Budget, TrainingOptions
 from model.training.plan import TrainingPlan, TrainingReport
-from model.training.sources import StoredSource
 from model.training.state import STATE_FILE, load_progress
 from model.training.trainer import train
 from model.volume import Volume
@@ -133,14 +128,9 @@ class StudyPlan:
         searched for nearest neighbours.
     volume : Volume
         For the agreement of sensitivities.
-    preset : str
-    size : NetworkSize
-    options : TrainingOptions
-        What the variants' settings are applied to.
-    budget : Budget
-        Of one variant.
-    folder : Path
-    device : torch.device
+    base : TrainingPlan
+        On that store. Each variant changes its options or size, and has a
+        folder in its folder.
     count : int
         Hold-out samples that are measured.
     sensitivities : int
@@ -150,28 +140,20 @@ class StudyPlan:
 
     store: SampleStore
     volume: Volume
-    preset: str
-    size: NetworkSize
-    options: TrainingOptions
-    budget: Budget
-    folder: Path
-    device: torch.device
+    base: TrainingPlan
     count: int
     sensitivities: int
 
     def training(self, variant: Variant) -> TrainingPlan:
         """The training run of a variant."""
-        size = self.size
+        size = self.base.size
         if variant.latent_dim is not None:
             size = replace(size, latent_dim=variant.latent_dim)
-        return TrainingPlan(
-            source=StoredSource(self.store),
-            preset=self.preset,
+        return replace(
+            self.base,
             size=size,
-            options=self.options.with_settings(variant.settings),
-            budget=self.budget,
-            folder=self.folder / variant.name,
-            device=self.device,
+            options=self.base.options.with_settings(variant.settings),
+            folder=self.base.folder / variant.name,
         )
 
 
@@ -215,14 +197,14 @@ def run_study(
     return {
         "title": study.title,
         "volume": plan.store.scene.volume_name,
-        "preset": plan.preset,
-        "architecture": plan.size.architecture,
-        "image_size": plan.size.image_size,
-        "minutes": plan.budget.minutes,
-        "samples": plan.budget.samples,
+        "preset": plan.base.preset,
+        "architecture": plan.base.size.architecture,
+        "image_size": plan.base.size.image_size,
+        "minutes": plan.base.budget.minutes,
+        "samples": plan.base.budget.samples,
         "training_images": plan.store.count("train"),
         "holdout_count": plan.count,
-        "options": plan.options.to_json(),
+        "options": plan.base.options.to_json(),
         "nearest_neighbour": neighbour,
         "variants": rows,
     }
@@ -245,30 +227,30 @@ def _row(
             return row
     row = {"asked": asked, **outcome}
     if (training.folder / MODEL_FILE).is_file():
-        generator = Generator.load(training.folder, plan.device.type)
+        generator = Generator.load(training.folder, training.device.type)
         row |= _means(generator_errors(generator, samples)) | _agreement(generator, plan)
         row["samples_seen"] = generator.card.training["samples_seen"]
     write_atomically(path, json.dumps(row, indent=2).encode())
     return row
 
 
-def _trained(training: TrainingPlan, on_report: Callable[[TrainingReport], None]) -> dict[str, str]:
-    """Train what is not trained yet; says "collapsed" how it ended, where it did not end well."""
+def _trained(training: TrainingPlan, on_report: Callable[[TrainingReport], None]) -> dict[str, Any]:
+    """Train what is not trained yet; "collapsed" says how it ended, where it did not end well."""
     path = training.folder / OUTCOME_FILE
-    budget = asdict(training.budget)
-    outcome: dict[str, Any] = {"budget": budget, "collapsed": None}
+    outcome: dict[str, Any] = {"budget": asdict(training.budget)}
     if path.is_file():
-        outcome = json.loads(path.read_text(encoding="utf-8"))
-        if outcome["budget"] != budget:
+        found = json.loads(path.read_text(encoding="utf-8"))
+        if found["budget"] != outcome["budget"]:
             raise TrainingError(
                 f"{training.folder}: this model is trained with another budget; "
                 "give the same, or choose another folder."
             )
+        outcome = found
     else:
         training.folder.mkdir(parents=True, exist_ok=True)
         write_atomically(path, json.dumps(outcome, indent=2).encode())
     begun = (training.folder / STATE_FILE).exists()
-    done = outcome["collapsed"] is not None
+    done = "collapsed" in outcome
     if begun:
         progress, recipe = load_progress(training.folder)
         training.check_recipe(recipe)
@@ -279,7 +261,7 @@ def _trained(training: TrainingPlan, on_report: Callable[[TrainingReport], None]
         except CollapseError as error:
             outcome["collapsed"] = str(error)
             write_atomically(path, json.dumps(outcome, indent=2).encode())
-    return {} if outcome["collapsed"] is None else {"collapsed": outcome["collapsed"]}
+    return outcome
 
 
 def _means(errors: dict[str, NDArray[np.float64]]) -> dict[str, float]:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from app.cli import options
 from app.cli.console import console, counting
-from model.dataset import STREAMS, SampleStore
+from model.dataset import SampleStore
 from model.errors import DatasetError, TfscopeError
 from model.sample_rendering import render_store
 from model.scene import Scene
@@ -48,10 +48,10 @@ def make_dataset(
     holdout = holdout or max(LEAST_HOLDOUT, min(count // 10, MAX_HOLDOUT))
     _check_room(out, (count + holdout - _rendered(out)) * 4 * size**2)
     store = SampleStore.create(out, scene, seed, {"train": count, "holdout": holdout})
-    total = sum(store.count(stream) for stream in STREAMS)
-    missing = store.missing_samples()
+    rendered = store.rendered_samples()
+    total = rendered + store.missing_samples()
     try:
-        with counting("rendering", total, total - missing) as (progress, task):
+        with counting("rendering", total, rendered) as (progress, task):
             _render(store, volume, workers, scheduler, lambda new: progress.advance(task, new))
     except KeyboardInterrupt:
         console.print(f"Stopped; what is rendered stays in {out}. The same command goes on.")
@@ -65,8 +65,7 @@ def make_dataset(
 def _rendered(out: Path) -> int:
     """Number of samples that are there already and need no more room."""
     try:
-        store = SampleStore(out)
-        return sum(store.count(stream) for stream in STREAMS) - store.missing_samples()
+        return SampleStore(out).rendered_samples()
     except DatasetError:
         return 0
 

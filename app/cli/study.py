@@ -21,6 +21,8 @@ from model.scene import Scene
 from model.study import STUDIES, Study, StudyPlan, run_study
 from model.study_table import markdown, study_table
 from model.training.options import TrainingOptions
+from model.training.plan import TrainingPlan
+from model.training.sources import StoredSource
 from model.volume import Volume
 
 
@@ -52,18 +54,17 @@ def study_models(order: StudyOrder) -> None:
     study = STUDIES[order.study]
     size = size_of(order.preset, order.architecture)
     volume = order.volume.read()
-    plan = StudyPlan(
-        store=_store(order, volume, size),
-        volume=volume,
+    store = _store(order, volume, size)
+    base = TrainingPlan(
+        source=StoredSource(store),
         preset=order.preset,
         size=size,
         options=TrainingOptions(seed=order.seed).with_settings(order.settings),
         budget=budget_of(order.minutes, order.samples, DEFAULT_MINUTES),
         folder=order.out,
         device=choose_device(order.device),
-        count=order.count,
-        sensitivities=order.sensitivities,
     )
+    plan = StudyPlan(store, volume, base, order.count, order.sensitivities)
     with TrainingDisplay() as display:
         result = run_study(study, plan, lambda v: display.begin(v.label), display.show)
     _print(study, result)

@@ -6,29 +6,19 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import torch
-from torch import nn
+from lively import SIZE, lively_network
 
 from model import metrics
 from model.checkpoint import ModelCard
 from model.dataset import SampleStore
 from model.evaluation import evaluate, nearest_images, pictures
 from model.generator import Generator
-from model.networks.blocks import NetworkSize, keep_variance
-from model.networks.two_stage import TwoStageGenerator
 from model.scene import Scene
-
-SIZE = NetworkSize(0.125, 32, 64)
 
 
 @pytest.fixture(scope="module")
 def generator(scene: Scene) -> Generator:
-    torch.manual_seed(0)
-    network = TwoStageGenerator(SIZE)
-    keep_variance(network)
-    for layer in network.modules():
-        # As first weights, the paper's are too small for images that depend on anything.
-        if isinstance(layer, nn.Conv2d):
-            nn.init.kaiming_normal_(layer.weight)
+    network = lively_network()
     return Generator(ModelCard(scene, "draft", SIZE), network, torch.device("cpu"))
 
 

@@ -5,31 +5,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
+from lively import SIZE, lively_network
 from skimage.transform import resize
-from torch import nn
 
 from model.checkpoint import ModelCard, save_model
 from model.encoding import decode_unit, encode_colors, encode_unit, encode_views
 from model.errors import DeviceError
 from model.generator import Generator
-from model.networks.blocks import NetworkSize, keep_variance
-from model.networks.two_stage import TwoStageGenerator
 from model.sampling import draw_sample
 from model.scene import Scene
-
-SIZE = NetworkSize(0.125, 32, 64)
 
 
 @pytest.fixture(scope="module")
 def generator(scene: Scene, tmp_path_factory: pytest.TempPathFactory) -> Generator:
     folder: Path = tmp_path_factory.mktemp("model")
-    torch.manual_seed(0)
-    network = TwoStageGenerator(SIZE)
-    keep_variance(network)
-    for layer in network.modules():
-        # As first weights, the paper's are too small for images that depend on anything.
-        if isinstance(layer, nn.Conv2d):
-            nn.init.kaiming_normal_(layer.weight)
+    network = lively_network()
     save_model(folder, ModelCard(scene, "draft", SIZE), network)
     return Generator.load(folder, "cpu")
 

@@ -1,6 +1,7 @@
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 import torch
@@ -16,6 +17,8 @@ from model.scene import Scene
 from model.study import STUDIES, Study, StudyPlan, Variant, run_study
 from model.study_table import markdown
 from model.training.options import Budget, StageOptions, TrainingOptions
+from model.training.plan import TrainingPlan
+from model.training.sources import StoredSource
 from model.volume import Volume
 
 SMALL = NetworkSize(width=1 / 16, opacity_size=16, image_size=16, architecture="grid")
@@ -32,24 +35,22 @@ def plan(tmp_path: Path, volume: Volume) -> StudyPlan:
     scene = Scene.of(volume, 16)
     store = SampleStore.create(tmp_path / "samples.zarr", scene, 0, {"train": 32, "holdout": 6})
     render_store(store, volume, 1)
-    return StudyPlan(
-        store=store,
-        volume=volume,
+    base = TrainingPlan(
+        source=StoredSource(store),
         preset="tiny",
         size=SMALL,
         options=TrainingOptions(joint=StageOptions(8, 1e-3, 1)),
         budget=Budget(samples=24),
         folder=tmp_path / "study",
         device=torch.device("cpu"),
-        count=6,
-        sensitivities=1,
     )
+    return StudyPlan(store, volume, base, count=6, sensitivities=1)
 
 
 def test_each_variant_is_trained_as_it_says_and_measured_like_evaluate(plan: StudyPlan) -> None:
     result = run_study(STUDY, plan)
     for variant, dimension, weight in zip(STUDY.variants, (2, 8), (150, 50), strict=True):
-        generator = Generator.load(plan.folder / variant.name)
+        generator = Generator.load(plan.base.folder / variant.name)
         assert generator.card.size.latent_dim == dimension
         assert generator.card.training["options"]["l1_weight"] == weight
         row = result["variants"][variant.name]
@@ -119,7 +120,11 @@ def test_a_budget_is_kept_also_before_anything_is_measured(
         with pytest.raises(KeyboardInterrupt):
             run_study(STUDY, plan)
     with pytest.raises(TrainingError, match="another budget"):
-        run_study(STUDY, replace(plan, budget=Budget(samples=32)))
+        run_study(STUDY, changed(plan, budget=Budget(samples=32)))
+
+
+def changed(plan: StudyPlan, **what: Any) -> StudyPlan:
+    return replace(plan, base=replace(plan.base, **what))
 
 
 def interrupt(*_: object) -> None:
@@ -128,11 +133,11 @@ def interrupt(*_: object) -> None:
 
 def test_another_recipe_needs_another_folder(plan: StudyPlan) -> None:
     run_study(STUDY, plan)
-    other = replace(plan, options=plan.options.with_settings(["grid_rate=3"]))
+    other = changed(plan, options=plan.base.options.with_settings(["grid_rate=3"]))
     with pytest.raises(TrainingError, match=r"options\.grid_rate .*, not 3\.0"):
         run_study(STUDY, other)
     with pytest.raises(TrainingError, match="another budget"):
-        run_study(STUDY, replace(plan, budget=Budget(samples=32)))
+        run_study(STUDY, changed(plan, budget=Budget(samples=32)))
 
 
 def test_the_table_has_the_papers_numbers_beside_ours(plan: StudyPlan) -> None:

@@ -1,0 +1,23 @@
+from __future__ import annotations
+
+import torch
+from torch import nn
+
+from model.networks.blocks import NetworkSize, keep_variance
+from model.networks.two_stage import TwoStageGenerator
+
+SIZE = NetworkSize(0.125, 32, 64)
+
+
+def lively_network() -> TwoStageGenerator:
+    """A network of that size, whose images depend on what goes in.
+
+    As first weights, the paper's are too small for that.
+    """
+    torch.manual_seed(0)
+    network = TwoStageGenerator(SIZE)
+    keep_variance(network)
+    for layer in network.modules():
+        if isinstance(layer, nn.Conv2d):
+            nn.init.kaiming_normal_(layer.weight)
+    return network
