@@ -168,7 +168,9 @@ JsonFile = Annotated[
 Workers = Annotated[
     int | None,
     typer.Option(
-        "--workers", min=1, help="Processes, of train threads, that render. (default: one per core)"
+        "--workers",
+        min=1,
+        help="Processes that render; in training, threads. (default: one per core)",
     ),
 ]
 Seed = Annotated[
