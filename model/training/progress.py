@@ -40,7 +40,7 @@ class HoldoutProbe:
     """
 
     def __init__(self, source: SampleSource, size: NetworkSize, device: torch.device) -> None:
-        samples = source.holdout(PROBE_SAMPLES)
+        samples = source.first("holdout", PROBE_SAMPLES)
         self.count = len(samples)
         self.batch = encode_batch(samples, source.scene.view_range, size.opacity_size).to(device)
 

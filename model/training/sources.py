@@ -8,6 +8,7 @@ from typing import Any
 
 from model.dataset import SampleBatch, SampleStore
 from model.errors import DatasetError
+from model.sampling import Stream
 from model.scene import Scene
 
 LEAST_HOLDOUT = 4
@@ -28,8 +29,8 @@ class SampleSource(ABC):
     seed: int
 
     @abstractmethod
-    def holdout(self, count: int) -> SampleBatch:
-        """The first hold-out samples, `count` at most; the same in every run."""
+    def first(self, stream: Stream, count: int) -> SampleBatch:
+        """The first samples of a stream, `count` at most; the same in every run."""
 
     @abstractmethod
     def batches(self, stage: int, batch_size: int, seed: int, done: int) -> Iterator[SampleBatch]:
@@ -77,9 +78,9 @@ class StoredSource(SampleSource):
         self.scene = store.scene
         self.seed = store.seed
 
-    def holdout(self, count: int) -> SampleBatch:
-        """The first hold-out samples."""
-        return self.store.read("holdout", range(min(count, self.store.count("holdout"))))
+    def first(self, stream: Stream, count: int) -> SampleBatch:
+        """The first samples of a stream."""
+        return self.store.read(stream, range(min(count, self.store.count(stream))))
 
     def batches(self, stage: int, batch_size: int, seed: int, done: int) -> Iterator[SampleBatch]:
         """Batches of random samples, each sample once in a pass."""

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from model.dataset import ARRAYS, BLOCK, SampleBatch
 from model.sample_rendering import check_volume, make_renderer, render_samples
+from model.sampling import Stream
 from model.scene import Lighting, Scene
 from model.training.sources import SampleSource
 from model.volume import Volume
@@ -95,11 +96,11 @@ class StreamSource(SampleSource):
         check_volume(volume, scene)
         self._ring: _Ring | None = None
 
-    def holdout(self, count: int) -> SampleBatch:
-        """The first hold-out samples, rendered anew: they follow from scene and seed."""
+    def first(self, stream: Stream, count: int) -> SampleBatch:
+        """The first samples of a stream, rendered anew: they follow from scene and seed."""
         renderer = make_renderer(self._volume, self.scene, threads=None)
         try:
-            return render_samples(renderer, self.scene, self.seed, "holdout", range(count))
+            return render_samples(renderer, self.scene, self.seed, stream, range(count))
         finally:
             renderer.close()
 

@@ -22,6 +22,7 @@ from model.checkpoint import ModelCard, save_model
 from model.dataset import SampleBatch
 from model.encoding import EncodedBatch, encode_batch
 from model.errors import CollapseError, TrainingError
+from model.networks.two_stage import GeneratorNetwork
 from model.training import parallel
 from model.training.guard import Guard
 from model.training.interruption import Interruption
@@ -30,6 +31,7 @@ from model.training.progress import MEASURES, HoldoutProbe, RunLog
 from model.training.schedule import Schedule
 from model.training.stage import Losses, Stage
 from model.training.state import STATE_FILE, Progress, load_progress, load_stage, save_state
+from model.training.statistics import OwnStatistics
 
 LOCK_FILE = "training.lock"
 
@@ -117,6 +119,8 @@ class _Run:
         self.log = RunLog(plan.folder, self.progress.samples)
         self.metrics = self.log.last_metrics()
         self.probe = HoldoutProbe(plan.source, plan.size, plan.device)
+        self.statistics = OwnStatistics(plan.source, plan.size, plan.device)
+        self._evaluated: tuple[int, GeneratorNetwork] | None = None
         if resume:
             for stage in self.schedule.begun(self.progress.stage):
                 load_stage(plan.folder, stage)
@@ -240,7 +244,7 @@ class _Run:
         losses = {k: float(np.mean([r[k] for r in recent if k in r])) for k in names}
         sheet = self.plan.folder / "sheets" / f"{self.progress.samples:09d}.png"
         with _writing(self.plan.folder):
-            measured = self.probe.measure(self.schedule.generator(), sheet)
+            measured = self.probe.measure(self._generator(), sheet)
             self.metrics = {name: measured[name] for name in MEASURES}
             self.log.write(self.progress, losses, measured)
         # Only what the stage trains can collapse.
@@ -257,8 +261,17 @@ class _Run:
         with _writing(self.plan.folder):
             save_state(self.plan.folder, self.progress, self.plan.recipe(), begun)
             if self.schedule.draws_color(name) and begun[-1].steps:
-                save_model(self.plan.folder, self._card(), self.schedule.generator())
+                save_model(self.plan.folder, self._card(), self._generator())
         self._saved = time.monotonic()
+
+    def _generator(self) -> GeneratorNetwork:
+        """The generator as it is evaluated and shipped."""
+        if not self.plan.options.average_decay:
+            return self.schedule.generator()
+        if self._evaluated is None or self._evaluated[0] != self.progress.samples:
+            own = self.statistics.of(self.schedule.generator())
+            self._evaluated = self.progress.samples, own
+        return self._evaluated[1]
 
     def _card(self) -> ModelCard:
         plan = self.plan

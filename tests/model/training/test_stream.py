@@ -128,12 +128,12 @@ def test_closing_ends_the_threads(volume: Volume, raycast: Scene) -> None:
 
 def test_the_holdout_is_that_of_a_store(volume: Volume, raycast: Scene, store: SampleStore) -> None:
     with stream(volume, raycast) as source:
-        ours = source.holdout(BLOCK)
-        again = source.holdout(BLOCK)
-    theirs = StoredSource(store).holdout(BLOCK)
+        ours = source.first("holdout", BLOCK)
+        again = source.first("holdout", BLOCK)
+    theirs = StoredSource(store).first("holdout", BLOCK)
     np.testing.assert_array_equal(ours.rgba, again.rgba)
     assert store.seed != source.seed
     assert not np.array_equal(ours.view, theirs.view)
     with stream(volume, raycast) as source:
         source.seed = store.seed
-        np.testing.assert_array_equal(source.holdout(BLOCK).view, theirs.view)
+        np.testing.assert_array_equal(source.first("holdout", BLOCK).view, theirs.view)
