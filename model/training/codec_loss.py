@@ -1,12 +1,19 @@
-"""What the codec of opacity TFs is trained by: how far decoded TFs are from what was encoded."""
+"""What the codec of opacity TFs is trained by: how far decoded TFs are from what was encoded.
+
+A TF has more degrees of freedom than its code has numbers. Left alone, a codec
+learns to tell TFs apart by folding them into the code ever more finely, until
+a small edit of a TF moves the decoded one anywhere; images improve by that,
+but not their derivatives. So edits of TFs are learned from, too.
+"""
 
 from __future__ import annotations
 
+import torch
 from torch import Tensor
 
 from model.encoding import EncodedBatch, decode_unit, encode_unit
 from model.networks.opacity import LatentCodec
-from model.sampling import draw_opacity_tfs
+from model.sampling import EDIT_HEIGHT, draw_edits, draw_opacity_tfs
 from model.scene import Scene
 from model.training.options import TrainingOptions
 from model.training.parallel import rank, ranks
@@ -23,7 +30,7 @@ class CodecLoss:
     scene : Scene
         Says where random modes lie.
     options : TrainingOptions
-        Its `more_tfs`, `thick_layer_weight` and `seed`.
+        Its `more_tfs`, `thick_layer_weight`, `tf_edit_weight` and `seed`.
     """
 
     def __init__(self, scene: Scene, options: TrainingOptions) -> None:
@@ -45,14 +52,26 @@ class CodecLoss:
             The same step has the same TFs, so that resumed runs repeat; ranks
             have different ones.
         """
-        thick = self._options.thick_layer_weight
-        error = decoded_tf_error(decoded, batch.opacity_tf, thick)
-        if not self._options.more_tfs:
+        options = self._options
+        error = decoded_tf_error(decoded, batch.opacity_tf, options.thick_layer_weight)
+        if not options.more_tfs:
             return error
         index = step * ranks() + rank()
-        drawn = draw_opacity_tfs(self._scene, self._options.seed, index, self._options.more_tfs)
+        drawn = draw_opacity_tfs(self._scene, options.seed, index, options.more_tfs)
         tfs = encode_unit(drawn).to(decoded.device)
-        others = decoded_tf_error(codec.decode(codec.encode(tfs)), tfs, thick)
+        if not options.tf_edit_weight:
+            others = decoded_tf_error(
+                codec.decode(codec.encode(tfs)), tfs, options.thick_layer_weight
+            )
+            return (error + others) / 2
+        edits = draw_edits(self._scene, options.seed, index, options.more_tfs)
+        edited = encode_unit((drawn + edits).clip(0, 1)).to(decoded.device)
+        with torch.autocast(decoded.device.type, enabled=False):
+            # The difference of two TFs that are alike needs float32's digits.
+            twice = codec.decode(codec.encode(torch.cat([tfs, edited])))
+        before, after = twice.chunk(2)
+        others = decoded_tf_error(before, tfs, options.thick_layer_weight)
+        others = others + options.tf_edit_weight * edit_error(after - before, edited - tfs)
         # Half and half, whatever the batch: parts of one then add up to the whole.
         return (error + others) / 2
 
@@ -74,6 +93,22 @@ def decoded_tf_error(decoded: Tensor, opacity_tf: Tensor, thick: float) -> Tenso
         layers = 2 * (layer_opacity(decoded) - layer_opacity(opacity_tf))
         error = error + thick * layers.square().mean()
     return error
+
+
+def edit_error(decoded: Tensor, edits: Tensor) -> Tensor:
+    """How far changes of decoded TFs are from the edits that caused them.
+
+    Parameters
+    ----------
+    decoded, edits : Tensor, shape (N, 256)
+        Differences of TFs in [-1, 1].
+
+    Returns
+    -------
+    Tensor
+        Mean squared difference, in units of an edit's height.
+    """
+    return ((decoded - edits) / (2 * EDIT_HEIGHT)).square().mean()
 
 
 def layer_opacity(opacity_tf: Tensor) -> Tensor:

@@ -69,6 +69,10 @@ class TrainingOptions:
     thick_layer_weight : float
         Weight, within the decoded-TF loss, of the squared error of what the TF
         means for a thick layer's opacity; the paper has none.
+    tf_edit_weight : float
+        Weight, within the decoded-TF loss, of how decoded TFs follow smooth
+        edits of the `more_tfs`; the paper has none. Without it, derivatives by
+        the TF become worse the longer one trains.
     opacity_l1_weight : float
         Weight of an l1 loss on the opacity image; the paper has none.
     cosine : bool
@@ -110,6 +114,7 @@ class TrainingOptions:
     decoded_tf_weight: float = 100.0
     more_tfs: int = 32
     thick_layer_weight: float = 0.1
+    tf_edit_weight: float = 0.2
     opacity_l1_weight: float = 50.0
     cosine: bool = True
     grid_rate: float = 30.0
@@ -128,6 +133,7 @@ class TrainingOptions:
             self.l1_weight,
             self.decoded_tf_weight,
             self.thick_layer_weight,
+            self.tf_edit_weight,
             self.opacity_l1_weight,
         )
         if min(weights) < 0:
@@ -153,6 +159,7 @@ class TrainingOptions:
             decoded_tf_weight=1.0,
             more_tfs=0,
             thick_layer_weight=0.0,
+            tf_edit_weight=0.0,
             opacity_l1_weight=0.0,
             cosine=False,
             beta2=0.999,

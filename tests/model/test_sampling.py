@@ -8,6 +8,7 @@ import pytest
 from model.sampling import (
     MAX_MODES,
     draw_color_tf,
+    draw_edits,
     draw_opacity_tf,
     draw_opacity_tfs,
     draw_sample,
@@ -109,3 +110,23 @@ def test_the_window_reaches_the_samples(volume) -> None:
     for i in range(50):
         for mode in draw_sample(scene, 0, "train", i).transfer_function.opacity.modes:
             assert 100 <= mode.mean <= 110
+
+
+def test_edits_are_bumps_of_one_height_around_values_of_the_window() -> None:
+    scene = Scene("v", "f", RANGE, WINDOW, 64)
+    edits = draw_edits(scene, 4, 0, 400).astype(np.float64)
+    peaks = edits[np.arange(400), np.abs(edits).argmax(axis=1)]
+    assert np.allclose(np.abs(peaks), 0.1, rtol=0.02)
+    assert 150 < (peaks > 0).sum() < 250
+    values = np.linspace(*RANGE, 256)[np.abs(edits).argmax(axis=1)]
+    step = (RANGE[1] - RANGE[0]) / 255
+    assert WINDOW[0] - step < values.min() < WINDOW[0] + 0.1 * (WINDOW[1] - WINDOW[0])
+    assert WINDOW[1] - 0.1 * (WINDOW[1] - WINDOW[0]) < values.max() < WINDOW[1] + step
+    # A Gaussian of height h and standard deviation w sums up to h w sqrt(2 pi).
+    middle = np.abs(values - np.mean(RANGE)) < 0.1 * (RANGE[1] - RANGE[0])
+    widths = np.abs(edits[middle].sum(axis=1)) / 0.1 / np.sqrt(2 * np.pi)
+    assert 2.9 < widths.min() < 4
+    assert 18 < widths.max() < 24.1
+    assert 7 < np.median(widths) < 10
+    assert np.array_equal(draw_edits(scene, 4, 0, 400), edits.astype(np.float32))
+    assert not np.array_equal(draw_edits(scene, 4, 1, 400), edits.astype(np.float32))

@@ -17,6 +17,7 @@ def test_faithful_is_the_papers_recipe() -> None:
     assert recipe.decoded_tf_weight == 1
     assert recipe.more_tfs == 0
     assert recipe.thick_layer_weight == 0
+    assert recipe.tf_edit_weight == 0
     assert recipe.opacity_l1_weight == 0
     assert not recipe.one_stage
     assert recipe.average_decay == 0
@@ -39,6 +40,7 @@ def test_options_survive_json() -> None:
         {"more_tfs": -1},
         {"l1_weight": -1.0},
         {"thick_layer_weight": -0.1},
+        {"tf_edit_weight": -0.1},
     ],
 )
 def test_impossible_recipes_are_refused(bad: dict) -> None:

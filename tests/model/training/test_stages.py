@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -13,9 +14,9 @@ from torch import Tensor, nn
 from model.dataset import SampleStore
 from model.encoding import EncodedBatch, encode_batch
 from model.errors import TrainingError
-from model.networks.blocks import NetworkSize
-from model.networks.opacity import OpacityGenerator
-from model.sampling import draw_opacity_tfs
+from model.networks.blocks import NetworkSize, keep_variance
+from model.networks.opacity import LatentCodec, OpacityGenerator
+from model.sampling import draw_edits, draw_opacity_tfs
 from model.scene import Scene
 from model.training.average import WeightAverage
 from model.training.codec_loss import LAYER, CodecLoss, decoded_tf_error
@@ -28,7 +29,7 @@ from model.training.stages import OpacityStage, TranslationStage
 SIZE = NetworkSize(0.125, 16, 64)
 CPU = torch.device("cpu")
 SCENE = Scene("none", "", (0.0, 1.0), (0.2, 0.8), 64)
-PLAIN = replace(TrainingOptions(), more_tfs=0, thick_layer_weight=0.0)
+PLAIN = replace(TrainingOptions(), more_tfs=0, thick_layer_weight=0.0, tf_edit_weight=0.0)
 LOSS = CodecLoss(SCENE, replace(PLAIN, more_tfs=8))
 
 
@@ -83,6 +84,63 @@ def test_the_codec_also_learns_from_tfs_without_images(batch: EncodedBatch) -> N
         others = (stage.generator.decode(stage.generator.encode(tfs)) - tfs).square().mean().item()
     assert errors[40] == pytest.approx((errors[0] + others) / 2)
     assert others != pytest.approx(errors[0], rel=1e-3)
+
+
+class Told(nn.Module):
+    """A codec that decodes a TF as what it was told to."""
+
+    def __init__(self, decode: Callable[[Tensor], Tensor]) -> None:
+        super().__init__()
+        self.decode = decode
+
+    def encode(self, opacity_tf: Tensor) -> Tensor:
+        return opacity_tf
+
+
+def test_the_codec_is_to_follow_edits_whatever_it_makes_of_the_tf(batch: EncodedBatch) -> None:
+    tfs = draw_opacity_tfs(SCENE, 3, 5, 40)
+    edits = (tfs + draw_edits(SCENE, 3, 5, 40)).clip(0, 1) - tfs
+    assert np.abs(edits).max() > 0.05
+    share = {
+        "follows, off by a constant": (lambda tf: tf + 0.5, 0.0),
+        "does not follow": (lambda tf: 0 * tf, 1.0),
+        "follows by half": (lambda tf: tf / 2, 0.25),
+        "the other way": (lambda tf: -tf, 4.0),
+    }
+    for decode, missed in share.values():
+        codec = Told(decode)
+        decoded = codec.decode(batch.opacity_tf)
+        plain, weighted = (
+            CodecLoss(SCENE, replace(PLAIN, more_tfs=40, seed=3, tf_edit_weight=weight))(
+                codec, decoded, batch, 5
+            ).item()
+            for weight in (0.0, 3.0)
+        )
+        # Half of the loss is the batch's; a height is .1.
+        expected = 3.0 * missed * np.square(edits / 0.1).mean() / 2
+        assert weighted - plain == pytest.approx(expected, rel=1e-3, abs=1e-6)
+
+
+def test_learning_from_edits_makes_a_codec_follow_them() -> None:
+    def trained(weight: float) -> float:
+        torch.manual_seed(0)
+        codec = LatentCodec(replace(SIZE, width=0.5, deep_codec=True))
+        keep_variance(codec)
+        options = replace(PLAIN, more_tfs=24, tf_edit_weight=weight)
+        loss, optimiser = CodecLoss(SCENE, options), torch.optim.Adam(codec.parameters(), 1e-3)
+        for step in range(200):
+            tfs = 2 * torch.from_numpy(draw_opacity_tfs(SCENE, 9, step, 8)) - 1
+            batch = EncodedBatch(tfs, tfs, tfs, tfs, tfs)
+            optimiser.zero_grad()
+            loss(codec, codec.decode(codec.encode(tfs)), batch, step).backward()
+            optimiser.step()
+        # The derivative of decoded TFs along smooth edits, against the edits themselves.
+        tfs = 2 * torch.from_numpy(draw_opacity_tfs(SCENE, 7, 0, 20)) - 1
+        edits = torch.from_numpy(draw_edits(SCENE, 7, 0, 20))
+        _, moved = torch.func.jvp(lambda tf: codec.decode(codec.encode(tf)), (tfs,), (edits,))
+        return ((moved - edits).norm() / edits.norm()).item()
+
+    assert trained(3.0) < 0.9 * trained(0.0)
 
 
 def test_faint_modes_count_by_what_a_thick_layer_shows() -> None:
