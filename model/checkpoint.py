@@ -112,6 +112,17 @@ def load_card(folder: Path) -> ModelCard:
     return _card(folder, _read_json(folder))
 
 
+def weights_digest(folder: Path) -> str:
+    """SHA-256 of a model's weights, as its card has it.
+
+    Raises
+    ------
+    CheckpointError
+        When the folder holds no model.
+    """
+    return str(_read_json(folder).get("sha256"))
+
+
 def load_model(folder: Path) -> tuple[ModelCard, GeneratorNetwork]:
     """Read a model folder.
 

@@ -252,6 +252,14 @@ def train(
         int | None, typer.Option("--samples", help="Budget in samples seen.")
     ] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the run in --out.")] = False,
+    start: Annotated[
+        Path | None,
+        typer.Option(
+            "--start-from",
+            metavar="MODEL",
+            help="Begin with a trained model's weights; with another --seed it sees other samples.",
+        ),
+    ] = None,
     faithful: Annotated[
         bool, typer.Option("--faithful", help="The paper's recipe, nothing added.")
     ] = False,
@@ -300,6 +308,7 @@ def train(
             minutes=minutes,
             samples=samples,
             resume=resume,
+            start=start,
             faithful=faithful,
             architecture=options.architecture_name(architecture),
             settings=tuple(settings or ()),

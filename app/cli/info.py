@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from app.cli import options
 from app.cli.console import print_facts
 from model.checkpoint import MODEL_FILE, ModelCard, load_model
@@ -39,17 +41,21 @@ def _card_rows(card: ModelCard) -> list[tuple[str, str]]:
         ("opacity image", f"{size.opacity_size} x {size.opacity_size}"),
         ("latent code", f"{size.latent_dim} numbers"),
     ]
-    if isinstance(training.get("seconds"), int | float):
-        supply = "rendered meanwhile"
-        if "samples_stored" in training:
-            supply = f"of {training['samples_stored']:,} stored"
-        rows.append(
-            (
-                "training",
-                f"{training['seconds'] / 60:.0f} minutes on {training['device']}, "
-                f"{training['samples_seen']:,} samples seen, {supply}",
-            )
-        )
+    name, course = "training", training
+    while isinstance(course.get("seconds"), int | float):
+        rows.append((name, _course(course)))
+        name, course = "before that", course.get("start", {})
     for name, value in card.metrics.get("holdout", {}).items():
         rows.append((f"hold-out {name}", f"{value:.4f}"))
     return rows
+
+
+def _course(training: dict[str, Any]) -> str:
+    """What one run of a model's training was."""
+    supply = "rendered meanwhile"
+    if "samples_stored" in training:
+        supply = f"of {training['samples_stored']:,} stored"
+    return (
+        f"{training['seconds'] / 60:.0f} minutes on {training['device']}, "
+        f"{training['samples_seen']:,} samples seen, {supply}"
+    )

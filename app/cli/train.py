@@ -31,6 +31,7 @@ from model.training import parallel
 from model.training.options import PRESETS, Budget, TrainingOptions
 from model.training.plan import TrainingPlan, TrainingReport
 from model.training.sources import SampleSource, StoredSource
+from model.training.start import Start
 from model.training.state import STATE_FILE, load_progress
 from model.training.stream import StreamSource
 from model.training.trainer import train
@@ -50,6 +51,7 @@ class TrainOrder:
     minutes: float | None
     samples: int | None
     resume: bool
+    start: Path | None
     faithful: bool
     architecture: Architecture | None
     settings: tuple[str, ...]
@@ -77,6 +79,7 @@ def train_model(order: TrainOrder) -> None:
             budget=budget,
             folder=order.out,
             device=device,
+            start=None if order.start is None else Start.read(order.start),
         )
         _train(plan, order)
 
@@ -140,6 +143,11 @@ def _check_options(order: TrainOrder) -> None:
             f"With a stored data set {' and '.join(given)} would have no effect: it is rendered "
             "already; leave that out, or leave --dataset out."
         )
+    if order.start is not None and order.start.resolve() == order.out.resolve():
+        raise TrainingError(
+            f"{order.out}: training would write over the model that it starts from; "
+            "choose another folder for --out."
+        )
     if order.faithful and order.architecture not in (None, "paper"):
         raise TrainingError("The paper's recipe is for its networks; leave --architecture out.")
 
@@ -156,7 +164,10 @@ def _check_resumption(order: TrainOrder) -> None:
             f"{order.out}: the run renders its samples itself; leave --dataset out."
         )
     if progress.stage == "done":
-        raise TrainingError(f"{order.out}: the run is finished; train longer in another folder.")
+        raise TrainingError(
+            f"{order.out}: the run is finished; train longer in another folder with "
+            f"--start-from {shlex.quote(str(order.out))}."
+        )
 
 
 def _source(order: TrainOrder, device: str) -> SampleSource:

@@ -14,6 +14,7 @@ from model.networks.blocks import NetworkSize
 from model.training.options import Budget, TrainingOptions
 from model.training.sources import SampleSource
 from model.training.stage import Losses
+from model.training.start import Start
 
 
 @dataclass(frozen=True)
@@ -30,6 +31,8 @@ class TrainingPlan:
     budget : Budget
     folder : Path
     device : torch.device
+    start : Start, optional
+        A trained model whose weights are the first ones; random ones otherwise.
     interval : float
         Seconds between states on disk: what a kill can lose at most.
     """
@@ -41,6 +44,7 @@ class TrainingPlan:
     budget: Budget
     folder: Path
     device: torch.device
+    start: Start | None = None
     interval: float = 60.0
 
     def recipe(self) -> dict[str, Any]:
@@ -50,6 +54,7 @@ class TrainingPlan:
             "size": asdict(self.size),
             **self.source.recipe(),
             "options": self.options.to_json(),
+            **({} if self.start is None else {"start": self.start.digest}),
         }
 
     def check_recipe(self, found: dict[str, Any]) -> None:

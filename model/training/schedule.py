@@ -91,6 +91,17 @@ class Schedule:
             self._size, opacity.average.network, translation.average.network
         ).eval()
 
+    def start_from(self, generator: GeneratorNetwork) -> None:
+        """Take over a trained generator's weights; before the first step.
+
+        Parameters
+        ----------
+        generator : GeneratorNetwork
+            Of the run's size and scene.
+        """
+        for name, stage in self.stages.items():
+            stage.start_from(generator if name == "joint" else getattr(generator, name))
+
     def draws_color(self, name: str) -> bool:
         """Whether colour images have been trained by the time of the named stage."""
         return name != "opacity"

@@ -90,6 +90,11 @@ class Stage(ABC):
         self.generator_optimiser = adam(self.generator, options.beta2, options.grid_rate)
         self.discriminator_optimiser = adam(self.discriminator, options.beta2)
 
+    def start_from(self, generator: nn.Module) -> None:
+        """Take over the weights of a trained generator; before the first step."""
+        for network in (self.generator, self.average.network):
+            network.load_state_dict(generator.state_dict())
+
     def step(self, batch: EncodedBatch, progress: float) -> StepResult:
         """Train both networks on one batch.
 

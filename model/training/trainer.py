@@ -111,6 +111,9 @@ class _Run:
         self.plan = plan
         self.on_report = on_report
         self.schedule = Schedule(plan.size, plan.options, plan.source.scene, plan.device)
+        if plan.start is not None:
+            plan.start.check(plan.size, plan.source.scene)
+            self.schedule.start_from(plan.start.network)
         self.progress = self._first_progress(resume)
         # All have looked into the folder before the first one writes to it.
         parallel.wait_for_all()
@@ -158,7 +161,8 @@ class _Run:
         plan.check_recipe(recipe)
         if progress.stage == "done":
             raise TrainingError(
-                f"{plan.folder}: the run is finished; train longer in another folder."
+                f"{plan.folder}: the run is finished; train longer in another folder, "
+                "from this model."
             )
         return progress
 
@@ -287,6 +291,7 @@ class _Run:
                 **plan.source.summary(),
                 "device": str(plan.device),
                 "curve": self.log.curve(),
+                **({} if plan.start is None else {"start": plan.start.card.training}),
             },
             metrics={"holdout": self.metrics, "holdout_count": self.probe.count},
             versions={
