@@ -15,7 +15,7 @@ from torch import Tensor, nn
 from model.encoding import decode_colors
 from model.networks.blocks import NetworkSize, ResidualBlock, concatenate
 from model.networks.frustum import Frustum
-from model.networks.grid_layers import Details, Modulated, entry, fold, larger, start
+from model.networks.grid_layers import Details, entry, fold, larger, start
 from model.networks.grid_opacity import FOLDED, LOOKED_UP, PLANES, GridOpacityGenerator, Look
 from model.networks.points import PointNetwork, binned
 from model.networks.two_stage import GeneratorNetwork
@@ -49,11 +49,12 @@ class GridColorGenerator(nn.Module):
         self.frustum = frustum
         self.lit = lit
         self.points = PointNetwork(size.features, c(128), LOOKED_UP, FOLDED, c(512))
-        self.coarse = Modulated(entry(c(256) + FOLDED * PLANES, c(256)), c(256), c(512))
-        self.block = Modulated(ResidualBlock(c(256), c(256)), c(256), c(512))
+        self.coarse = nn.Sequential(
+            entry(c(256) + FOLDED * PLANES, c(256)), ResidualBlock(c(256), c(256))
+        )
         self.narrow = nn.Conv2d(c(256), c(128), 1)
         self.larger = larger()
-        self.fine = Modulated(ResidualBlock(c(128), c(128)), c(128), c(512))
+        self.fine = ResidualBlock(c(128), c(128))
         doublings = int(math.log2(size.image_size // size.opacity_size))
         channels = [c(128 // 2**i) for i in range(doublings + 1)]
         self.finer = nn.ModuleList(
@@ -76,8 +77,8 @@ class GridColorGenerator(nn.Module):
             In RGB, 0..1.
         """
         folded = fold(self.points(look.samples, look.code, look.opacities), self.frustum)
-        x = self.block(self.coarse(concatenate(look.coarse, folded), look.code), look.code)
-        x = self.fine(self.larger(self.narrow(x)) + look.fine, look.code)
+        x = self.coarse(concatenate(look.coarse, folded))
+        x = self.fine(self.larger(self.narrow(x)) + look.fine)
         for i, finer in enumerate(self.finer, 1):
             narrow, enlarge, block = finer.children()
             x = enlarge(narrow(x))

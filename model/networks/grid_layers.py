@@ -6,7 +6,7 @@ import math
 
 from torch import Tensor, nn
 
-from model.networks.blocks import Modulation, concatenate, initialise, keep_variance
+from model.networks.blocks import concatenate, initialise, keep_variance
 from model.networks.frustum import Frustum
 from model.networks.points import RayNetwork
 from model.networks.ray_kernels import FEATURES
@@ -33,20 +33,6 @@ class Details(nn.Module):
         shown = self.shown(lines.flatten(2).transpose(1, 2), opacities)
         shown = shown.transpose(1, 2).reshape(len(x), -1, *x.shape[2:])
         y: Tensor = self.entry(concatenate(x, shown.to(x.dtype)))
-        return y
-
-
-class Modulated(nn.Module):
-    """Layers whose output a code scales and shifts."""
-
-    def __init__(self, layers: nn.Module, channels: int, code: int) -> None:
-        super().__init__()
-        self.layers = layers
-        self.modulation = Modulation(code, channels)
-
-    def forward(self, x: Tensor, code: Tensor) -> Tensor:
-        """Map (N, channels_in, H, W) and codes (N, code) to (N, channels, H, W)."""
-        y: Tensor = self.modulation(self.layers(x), code)
         return y
 
 

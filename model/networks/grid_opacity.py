@@ -1,9 +1,9 @@
 """The opacity generator that samples a learned feature grid.
 
 The grid is sampled on planes across the view's frustum. A small network,
-modulated by the code of the opacity TF, goes over each point; then the planes
-are folded into channels and decoded in 2-D. Details come from a finer grid,
-summed up along each pixel's line of sight.
+modulated by the code of the opacity TF, goes over each point; nothing behind
+it needs to know the TF. The planes are folded into channels and decoded in
+2-D. Details come from a finer grid, summed up along each pixel's line of sight.
 
 The latent code enters behind the sampling: derivatives by it pass through
 small networks only, and have its rank.
@@ -21,7 +21,7 @@ from model.encoding import decode_unit
 from model.networks.blocks import NetworkSize, ResidualBlock, mlp
 from model.networks.feature_grid import FeatureGrid
 from model.networks.frustum import Frustum
-from model.networks.grid_layers import Details, Modulated, entry, fold, larger, start
+from model.networks.grid_layers import Details, entry, fold, larger, start
 from model.networks.opacity import OpacityNetwork
 from model.networks.points import PointNetwork, binned
 from model.networks.ray_grid import RayGrid
@@ -82,8 +82,7 @@ class GridOpacityGenerator(OpacityNetwork):
         self.frustum = Frustum(scene.view_range, scene.proportions, PLANES, size.opacity_size // 2)
         self.latent = mlp(size.latent_dim, c(512), c(512))
         self.points = PointNetwork(size.features, c(128), LOOKED_UP, FOLDED, c(512))
-        self.coarse = Modulated(entry(FOLDED * PLANES, c(256)), c(256), c(512))
-        self.block = Modulated(ResidualBlock(c(256), c(256)), c(256), c(512))
+        self.coarse = nn.Sequential(entry(FOLDED * PLANES, c(256)), ResidualBlock(c(256), c(256)))
         self.narrow = nn.Conv2d(c(256), c(128), 1)
         self.larger = larger()
         self.details = Details(c(128)) if size.rays else None
@@ -117,7 +116,7 @@ class GridOpacityGenerator(OpacityNetwork):
         code = self.latent(latent)
         opacities = binned(decode_unit(self.decode(latent)[:, None]))
         folded = fold(self.points(samples, code, opacities), self.frustum)
-        coarse = self.block(self.coarse(folded, code), code)
+        coarse = self.coarse(folded)
         fine = self.larger(self.narrow(coarse))
         if self.details is not None and sums is not None:
             fine = self.details(fine, sums, opacities)
