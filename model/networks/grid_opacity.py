@@ -1,9 +1,9 @@
 """The opacity generator that samples a learned feature grid.
 
 The grid is sampled on planes across the view's frustum. A small network,
-modulated by the code of the opacity TF, goes over each point; nothing behind
-it needs to know the TF. The planes are folded into channels and decoded in
-2-D. Details come from a finer grid, summed up along each pixel's line of sight.
+modulated by the code of the opacity TF, goes over each point; then the planes
+are folded into channels and decoded in 2-D. Details come from a finer grid,
+summed up along each pixel's line of sight, where the TF is looked up again.
 
 The latent code enters behind the sampling: derivatives by it pass through
 small networks only, and have its rank.

@@ -8,7 +8,9 @@ but not their derivatives. So edits of TFs are learned from, too.
 
 from __future__ import annotations
 
+import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 
 from model.encoding import EncodedBatch, decode_unit, encode_unit
@@ -59,21 +61,26 @@ class CodecLoss:
         index = step * ranks() + rank()
         drawn = draw_opacity_tfs(self._scene, options.seed, index, options.more_tfs)
         tfs = encode_unit(drawn).to(decoded.device)
-        if not options.tf_edit_weight:
-            others = decoded_tf_error(
-                codec.decode(codec.encode(tfs)), tfs, options.thick_layer_weight
-            )
-            return (error + others) / 2
-        edits = draw_edits(self._scene, options.seed, index, options.more_tfs)
-        edited = encode_unit((drawn + edits).clip(0, 1)).to(decoded.device)
-        with torch.autocast(decoded.device.type, enabled=False):
+        if options.tf_edit_weight:
+            again, missed = self._edited(codec, drawn, tfs, index)
+        else:
+            again, missed = codec.decode(codec.encode(tfs)), tfs.new_zeros(())
+        others = decoded_tf_error(again, tfs, options.thick_layer_weight)
+        others = others + options.tf_edit_weight * missed
+        # Half and half, whatever the batch: parts of one then add up to the whole.
+        return (error + others) / 2
+
+    def _edited(
+        self, codec: LatentCodec, drawn: NDArray[np.float32], tfs: Tensor, index: int
+    ) -> tuple[Tensor, Tensor]:
+        """Decoded TFs, and how far they are from following a random edit of each."""
+        edits = draw_edits(self._scene, self._options.seed, index, len(drawn))
+        edited = encode_unit((drawn + edits).clip(0, 1)).to(tfs.device)
+        with torch.autocast(tfs.device.type, enabled=False):
             # The difference of two TFs that are alike needs float32's digits.
             twice = codec.decode(codec.encode(torch.cat([tfs, edited])))
         before, after = twice.chunk(2)
-        others = decoded_tf_error(before, tfs, options.thick_layer_weight)
-        others = others + options.tf_edit_weight * edit_error(after - before, edited - tfs)
-        # Half and half, whatever the batch: parts of one then add up to the whole.
-        return (error + others) / 2
+        return before, edit_error(after - before, edited - tfs)
 
 
 def decoded_tf_error(decoded: Tensor, opacity_tf: Tensor, thick: float) -> Tensor:
