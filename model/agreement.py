@@ -21,10 +21,8 @@ from model.generator import Generator
 from model.region import Region
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.sampling import SceneSample
-from model.scene import Scene
 from model.sensitivity import generator_sensitivity
 from model.tf_edits import EDIT_WIDTH, response_to_edits
-from model.transfer_function import TF_SAMPLES
 from model.volume import Volume
 
 BLOCKS = 8
@@ -87,7 +85,7 @@ def sensitivity_agreement(
     """
     scene = generator.scene
     size = scene.image_size
-    inside = _window(scene)
+    inside = scene.window_samples
     whole, block = Region(0, 0, size, size), -(-size // BLOCKS)
     renderer = RaycastRenderer(volume, scene.lighting, scene.light, scene.sample_distance)
     rows = []
@@ -121,10 +119,3 @@ def rank_correlation(one: NDArray[np.floating], other: NDArray[np.floating]) -> 
     """Spearman's correlation of two vectors; 0 where either is constant."""
     a, b = rankdata(one), rankdata(other)
     return cosine(a - a.mean(), b - b.mean())
-
-
-def _window(scene: Scene) -> slice:
-    """The TF's samples inside the scalar window."""
-    lo, hi = scene.scalar_range
-    first, last = ((value - lo) / (hi - lo) * (TF_SAMPLES - 1) for value in scene.scalar_window)
-    return slice(int(np.ceil(first)), int(np.floor(last)) + 1)

@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any, Literal, get_args
 
 from model.errors import TfscopeError
-from model.transfer_function import Range
+from model.transfer_function import TF_SAMPLES, Range
 from model.view import ViewRange
 from model.volume import Triple, Volume
 
@@ -125,6 +125,13 @@ class Scene:
             raise TfscopeError(
                 f"The volume's proportions {self.proportions} must be three numbers in 0..1."
             )
+
+    @property
+    def window_samples(self) -> slice:
+        """Which of a TF's 256 samples over the scalar range lie inside the scalar window."""
+        lo, hi = self.scalar_range
+        first, last = ((value - lo) / (hi - lo) * (TF_SAMPLES - 1) for value in self.scalar_window)
+        return slice(math.ceil(first), math.floor(last) + 1)
 
     @classmethod
     def of(

@@ -112,3 +112,27 @@ def training(
         steps,
         json,
     )
+
+
+@bench.command()
+def codec(
+    model: Annotated[
+        Path | None,
+        typer.Option("--model", help="Measure this model's codec, instead of training one."),
+    ] = None,
+    volume: options.VolumeFile = None,
+    preset: Annotated[
+        options.Preset, typer.Option("--preset", help="Whose codec is trained.")
+    ] = options.Preset.COMPACT,
+    steps: Annotated[int, typer.Option("--steps", min=4, help="To train for.")] = 3000,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="Change the recipe, as for 'train'."),
+    ] = None,
+    seed: options.Seed = 0,
+    json: options.JsonFile = None,
+) -> None:
+    """How well a latent codec keeps opacity TFs and follows edits of them; without images."""
+    from app.cli.bench_codec import bench_codec
+
+    bench_codec(model, volume, str(preset), steps, tuple(settings or ()), seed, json)

@@ -54,21 +54,24 @@ class CodecLoss:
             The same step has the same TFs, so that resumed runs repeat; ranks
             have different ones.
         """
-        options = self._options
-        error = decoded_tf_error(decoded, batch.opacity_tf, options.thick_layer_weight)
-        if not options.more_tfs:
+        error = decoded_tf_error(decoded, batch.opacity_tf, self._options.thick_layer_weight)
+        if not self._options.more_tfs:
             return error
+        # Half and half, whatever the batch: parts of one then add up to the whole.
+        return (error + self.without_images(codec, step, decoded.device)) / 2
+
+    def without_images(self, codec: LatentCodec, step: int, device: torch.device) -> Tensor:
+        """The loss of this step's random TFs alone; there must be some (`more_tfs`)."""
+        options = self._options
         index = step * ranks() + rank()
         drawn = draw_opacity_tfs(self._scene, options.seed, index, options.more_tfs)
-        tfs = encode_unit(drawn).to(decoded.device)
+        tfs = encode_unit(drawn).to(device)
         if options.tf_edit_weight:
-            again, missed = self._edited(codec, drawn, tfs, index)
+            decoded, missed = self._edited(codec, drawn, tfs, index)
         else:
-            again, missed = codec.decode(codec.encode(tfs)), tfs.new_zeros(())
-        others = decoded_tf_error(again, tfs, options.thick_layer_weight)
-        others = others + options.tf_edit_weight * missed
-        # Half and half, whatever the batch: parts of one then add up to the whole.
-        return (error + others) / 2
+            decoded, missed = codec.decode(codec.encode(tfs)), tfs.new_zeros(())
+        error = decoded_tf_error(decoded, tfs, options.thick_layer_weight)
+        return error + options.tf_edit_weight * missed
 
     def _edited(
         self, codec: LatentCodec, drawn: NDArray[np.float32], tfs: Tensor, index: int

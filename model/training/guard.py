@@ -112,7 +112,7 @@ def _collapse(stage: Stage, metrics: dict[str, float]) -> str | None:
             "the latent codes of all opacity TFs have become the same "
             f"(largest standard deviation {metrics['latent_spread']:.2g}, "
             f"effective rank {metrics['latent_rank']:.2f}); raise the weight of the decoded TF "
-            "(--set decoded_tf_weight=400), or try another --seed"
+            "(--set decoded_tf_weight=4000), or try another --seed"
         )
     if metrics["diversity"] < LEAST_DIVERSITY:
         start = stage.options.adversarial_start

@@ -111,10 +111,10 @@ class TrainingOptions:
     translation: StageOptions = StageOptions(16, 4e-4, 3.0)
     joint: StageOptions = StageOptions(8, 1e-3, 5.0)
     l1_weight: float = 150.0
-    decoded_tf_weight: float = 100.0
+    decoded_tf_weight: float = 1000.0
     more_tfs: int = 32
     thick_layer_weight: float = 0.1
-    tf_edit_weight: float = 0.2
+    tf_edit_weight: float = 0.3
     opacity_l1_weight: float = 50.0
     cosine: bool = True
     grid_rate: float = 30.0

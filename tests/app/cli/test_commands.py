@@ -83,6 +83,7 @@ COMMANDS = (
     "bench renderers",
     "bench generator",
     "bench training",
+    "bench codec",
     "study",
 )
 
@@ -231,6 +232,18 @@ def test_backends_are_compared_on_a_model(
     assert [part["batch"] for part in result["kept"]] == [1, 16]
     printed = capsys.readouterr().out
     assert "compiled, float32: left out, as a C++ compiler must be installed" in printed
+
+
+def test_a_codec_is_measured(
+    trained: Path, raw_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "r.json"
+    alone = f"--volume {raw_file} --preset draft --steps 8 --set more_tfs=4"
+    for arguments, steps in ((f"--model {trained}", [0]), (alone, [2, 4, 6, 8])):
+        assert run(f"bench codec {arguments} --json {out}".split()) == 0
+        rows = json.loads(out.read_text())["rows"]
+        assert [row["steps"] for row in rows] == steps
+        assert f"{rows[-1]['layer_rmse']['64']:.4f}" in capsys.readouterr().out
 
 
 def test_a_study_writes_its_table_and_goes_on(

@@ -1,0 +1,67 @@
+"""``bench codec``: how well latent codes keep opacity TFs, without rendering any."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import asdict, replace
+from pathlib import Path
+
+from rich.table import Table
+
+from app.cli.console import console
+from app.cli.machine import print_machine
+from app.cli.outputs import check_outputs, write_json
+from model.checkpoint import load_model
+from model.codec_benchmark import LAYERS, CodecRow, measure_codec, train_codec
+from model.scene import Scene
+from model.shipped import DEFAULT_VOLUME
+from model.training.options import PRESETS, TrainingOptions
+from model.volume_files import read_volume
+
+
+def bench_codec(
+    model: Path | None,
+    volume: Path | None,
+    preset: str,
+    steps: int,
+    settings: tuple[str, ...],
+    seed: int,
+    json_path: Path | None,
+) -> None:
+    """Measure a model's codec, or train one alone; print a table, and write JSON when asked."""
+    check_outputs(json_path)
+    machine = print_machine()
+    if model is not None:
+        card, network = load_model(model)
+        rows = [measure_codec(network.opacity, card.scene)]
+    else:
+        options = replace(TrainingOptions(), seed=seed).with_settings(settings)
+        size = PRESETS[preset]
+        scene = Scene.of(read_volume(volume or DEFAULT_VOLUME), size.image_size)
+        rows = list(_watched(train_codec(size, options, scene, steps)))
+    _print(rows)
+    if json_path is not None:
+        write_json(json_path, {"machine": machine, "rows": [asdict(row) for row in rows]})
+
+
+def _watched(rows: Iterator[CodecRow]) -> Iterator[CodecRow]:
+    with console.status("Learning opacity TFs") as status:
+        for row in rows:
+            status.update(f"Learning opacity TFs: {row.steps} steps done")
+            yield row
+
+
+def _print(rows: Iterable[CodecRow]) -> None:
+    table = Table()
+    layers = (f"{n} voxels" if n > 1 else "TF" for n in LAYERS)
+    for heading in ("steps", *layers, "10 %", "25 %", "median"):
+        table.add_column(heading, justify="right")
+    for row in rows:
+        errors = (f"{row.layer_rmse[n]:.4f}" for n in LAYERS)
+        cosines = (f"{cosine:.2f}" for cosine in row.edit_cosine)
+        table.add_row(str(row.steps or "model"), *errors, *cosines)
+    console.print(table)
+    console.print(
+        "TF, voxels: RMSE of decoded TFs, and of the opacity of layers as thick as that (0..1)\n"
+        "%, median, over TFs: cosine of what smooth edits do to the decoded TF with those edits"
+    )
