@@ -109,7 +109,7 @@ STUDIES: dict[str, Study] = {
         "Combustion, no illumination, 256 x 256",
         (
             Variant("l1-50", "50", (ADVERSARY, "l1_weight=50"), paper=(0.050, 0.015)),
-            Variant("gan-l1", "150", (ADVERSARY,), paper=(0.046, 0.011)),
+            Variant("gan-l1", "150", (ADVERSARY, "l1_weight=150"), paper=(0.046, 0.011)),
             Variant("l1-450", "450", (ADVERSARY, "l1_weight=450"), paper=(0.044, 0.012)),
         ),
     ),
@@ -237,7 +237,7 @@ def _row(
 def _trained(training: TrainingPlan, on_report: Callable[[TrainingReport], None]) -> dict[str, Any]:
     """Train what is not trained yet; "collapsed" says how it ended, where it did not end well."""
     path = training.folder / OUTCOME_FILE
-    outcome: dict[str, Any] = {"budget": asdict(training.budget)}
+    outcome: dict[str, Any] = {"budget": asdict(training.budget), "recipe": training.recipe()}
     if path.is_file():
         found = json.loads(path.read_text(encoding="utf-8"))
         if found["budget"] != outcome["budget"]:
@@ -245,6 +245,7 @@ def _trained(training: TrainingPlan, on_report: Callable[[TrainingReport], None]
                 f"{training.folder}: this model is trained with another budget; "
                 "give the same, or choose another folder."
             )
+        training.check_recipe(found["recipe"])
         outcome = found
     else:
         training.folder.mkdir(parents=True, exist_ok=True)
@@ -252,8 +253,7 @@ def _trained(training: TrainingPlan, on_report: Callable[[TrainingReport], None]
     begun = (training.folder / STATE_FILE).exists()
     done = "collapsed" in outcome
     if begun:
-        progress, recipe = load_progress(training.folder)
-        training.check_recipe(recipe)
+        progress, _ = load_progress(training.folder)
         done = done or progress.stage == "done"
     if not done:
         try:

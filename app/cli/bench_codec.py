@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import asdict, replace
 from pathlib import Path
 
@@ -13,14 +13,26 @@ from app.cli.machine import print_machine
 from app.cli.outputs import check_outputs, write_json
 from model.checkpoint import load_model
 from model.codec_benchmark import LAYERS, CodecRow, measure_codec, train_codec
+from model.errors import TfscopeError
 from model.scene import Scene
 from model.shipped import DEFAULT_VOLUME
 from model.training.options import PRESETS, TrainingOptions
 from model.volume_files import read_volume
 
 
-def bench_codec(
-    model: Path | None,
+def measure_model(model: Path, ineffective: list[str], json_path: Path | None) -> None:
+    """Measure a trained model's codec; options that are for training one are refused."""
+    if ineffective:
+        raise TfscopeError(
+            f"With --model, {' and '.join(ineffective)} would have no effect: its codec is "
+            "trained already; leave that out, or leave --model out."
+        )
+    check_outputs(json_path)
+    card, network = load_model(model)
+    _tell([measure_codec(network.opacity, card.scene)], json_path)
+
+
+def train_alone(
     volume: Path | None,
     preset: str,
     steps: int,
@@ -28,20 +40,12 @@ def bench_codec(
     seed: int,
     json_path: Path | None,
 ) -> None:
-    """Measure a model's codec, or train one alone; print a table, and write JSON when asked."""
+    """Train a codec and measure it on its way."""
     check_outputs(json_path)
-    machine = print_machine()
-    if model is not None:
-        card, network = load_model(model)
-        rows = [measure_codec(network.opacity, card.scene)]
-    else:
-        options = replace(TrainingOptions(), seed=seed).with_settings(settings)
-        size = PRESETS[preset]
-        scene = Scene.of(read_volume(volume or DEFAULT_VOLUME), size.image_size)
-        rows = list(_watched(train_codec(size, options, scene, steps)))
-    _print(rows)
-    if json_path is not None:
-        write_json(json_path, {"machine": machine, "rows": [asdict(row) for row in rows]})
+    options = replace(TrainingOptions(), seed=seed).with_settings(settings)
+    size = PRESETS[preset]
+    scene = Scene.of(read_volume(volume or DEFAULT_VOLUME), size.image_size)
+    _tell(list(_watched(train_codec(size, options, scene, steps))), json_path)
 
 
 def _watched(rows: Iterator[CodecRow]) -> Iterator[CodecRow]:
@@ -51,7 +55,9 @@ def _watched(rows: Iterator[CodecRow]) -> Iterator[CodecRow]:
             yield row
 
 
-def _print(rows: Iterable[CodecRow]) -> None:
+def _tell(rows: list[CodecRow], json_path: Path | None) -> None:
+    """Print a table, and write JSON when asked."""
+    machine = print_machine()
     table = Table()
     layers = (f"{n} voxels" if n > 1 else "TF" for n in LAYERS)
     for heading in ("steps", *layers, "10 %", "25 %", "median"):
@@ -65,3 +71,5 @@ def _print(rows: Iterable[CodecRow]) -> None:
         "TF, voxels: RMSE of decoded TFs, and of the opacity of layers as thick as that (0..1)\n"
         "%, median, over TFs: cosine of what smooth edits do to the decoded TF with those edits"
     )
+    if json_path is not None:
+        write_json(json_path, {"machine": machine, "rows": [asdict(row) for row in rows]})

@@ -122,9 +122,12 @@ def codec(
     ] = None,
     volume: options.VolumeFile = None,
     preset: Annotated[
-        options.Preset, typer.Option("--preset", help="Whose codec is trained.")
-    ] = options.Preset.COMPACT,
-    steps: Annotated[int, typer.Option("--steps", min=4, help="To train for.")] = 3000,
+        options.Preset | None,
+        typer.Option("--preset", help="Whose codec is trained. (default: compact)"),
+    ] = None,
+    steps: Annotated[
+        int | None, typer.Option("--steps", min=4, help="To train for. (default: 3000)")
+    ] = None,
     settings: Annotated[
         list[str] | None,
         typer.Option("--set", metavar="NAME=VALUE", help="Change the recipe, as for 'train'."),
@@ -133,6 +136,12 @@ def codec(
     json: options.JsonFile = None,
 ) -> None:
     """How well a latent codec keeps opacity TFs and follows edits of them; without images."""
-    from app.cli.bench_codec import bench_codec
+    from app.cli.bench_codec import measure_model, train_alone
 
-    bench_codec(model, volume, str(preset), steps, tuple(settings or ()), seed, json)
+    trial = {"--volume": volume, "--preset": preset, "--steps": steps, "--set": settings}
+    if model is not None:
+        measure_model(model, [name for name, value in trial.items() if value], json)
+    else:
+        train_alone(
+            volume, str(preset or "compact"), steps or 3000, tuple(settings or ()), seed, json
+        )

@@ -84,7 +84,15 @@ def _store(order: StudyOrder, volume: Volume, size: NetworkSize) -> SampleStore:
         raise TfscopeError(
             f"{order.out}: the folder cannot be made ({error.strerror}); choose another place."
         ) from error
-    store = SampleStore.create(order.out / "samples.zarr", scene, order.seed, counts)
+    path = order.out / "samples.zarr"
+    if path.exists():
+        stored = SampleStore(path).count("train")
+        if stored != order.images:
+            raise TfscopeError(
+                f"{path}: the studies here share {stored} training images, not {order.images}; "
+                f"give --images {stored}, or another --out."
+            )
+    store = SampleStore.create(path, scene, order.seed, counts)
     missing = store.missing_samples()
     if missing:
         with counting("rendering", missing) as (progress, task):

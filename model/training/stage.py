@@ -115,19 +115,22 @@ class Stage(ABC):
             When not even two samples fit into memory.
         """
         self._set_learning_rate(progress)
+        adversaries = progress >= self.options.adversarial_start
+        judged: Losses = {}
         while True:
             try:
-                return self._step(batch, progress >= self.options.adversarial_start)
+                return self._step(batch, adversaries, judged)
             except torch.OutOfMemoryError as error:
                 self._split(batch, error)
 
-    def _step(self, batch: EncodedBatch, adversaries: bool) -> StepResult:
+    def _step(self, batch: EncodedBatch, adversaries: bool, judged: Losses) -> StepResult:
+        """One try; `judged` keeps the discriminator's loss, which learns once only."""
         parts = batch.parts(self.parts)
         # Only of a whole batch may the graph be kept while the discriminator is trained.
         kept = self._generated(batch) if len(parts) == 1 else None
-        reported: Losses = {}
-        if adversaries:
-            reported["discriminator"] = self._train_discriminator(parts, kept)
+        if adversaries and not judged:
+            judged["discriminator"] = self._train_discriminator(parts, kept)
+        reported = dict(judged)
         self.generator_optimiser.zero_grad(set_to_none=True)
         weights = self._weights()
         for part in parts:

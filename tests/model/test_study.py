@@ -19,6 +19,7 @@ from model.study_table import markdown
 from model.training.options import Budget, StageOptions, TrainingOptions
 from model.training.plan import TrainingPlan
 from model.training.sources import StoredSource
+from model.training.state import STATE_FILE
 from model.volume import Volume
 
 SMALL = NetworkSize(width=1 / 16, opacity_size=16, image_size=16, architecture="grid")
@@ -99,6 +100,11 @@ def test_a_collapse_is_a_result_and_the_study_goes_on(
     with monkeypatch.context() as patch:
         patch.setattr(LatentCodec, "encode", collapsing)
         result = run_study(STUDY, plan, lambda v: begun.append(v.name))
+    # Of another recipe nothing is known, even where a run collapsed before its first save.
+    (plan.base.folder / "a" / STATE_FILE).unlink(missing_ok=True)
+    other = changed(plan, options=plan.base.options.with_settings(["grid_rate=3"]))
+    with pytest.raises(TrainingError, match=r"options\.grid_rate .*, not 3\.0"):
+        run_study(STUDY, other)
     assert "codes of all opacity TFs" in result["variants"]["a"]["collapsed"]
     assert result["variants"]["b"]["samples_seen"] == 24
     table = markdown(STUDY, result)
@@ -166,3 +172,11 @@ def test_variants_that_studies_share_are_alike() -> None:
                 recipe,
                 v.latent_dim or 8,
             )
+
+
+def test_the_l1_weights_of_the_paper_are_fixed() -> None:
+    options = TrainingOptions(l1_weight=77)
+    weights = {
+        v.label: options.with_settings(v.settings).l1_weight for v in STUDIES["l1-weight"].variants
+    }
+    assert weights == {"50": 50, "150": 150, "450": 450}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import Any
 
 import numpy as np
@@ -95,7 +96,10 @@ class Painter:
                 "The ray caster finds no CUDA GPU here; render on the CPU, or install "
                 "numba-cuda (pip install 'numba-cuda[cu12]') on a machine with an NVIDIA GPU."
             )
-        self._voxels = cuda.to_device(voxels)
+        # Each thread has a current GPU of its own, which is the first unless it is told.
+        self._gpu = cuda.gpus[_own_gpu()]
+        with self._gpu:
+            self._voxels = cuda.to_device(voxels)
 
     def draw(
         self,
@@ -106,13 +110,19 @@ class Painter:
         """Draw an image; `arguments` are those of ``draw_rows`` up to the step."""
         size = len(image)
         blocks = (-(-size // BLOCK[0]), -(-size // BLOCK[1]))
-        on_device = [_to_device(argument) for argument in arguments[1:]]
-        device_image = cuda.device_array(image.shape, image.dtype)
-        device_depth = None if depth is None else cuda.device_array(depth.shape, depth.dtype)
-        _draw_pixels[blocks, BLOCK](self._voxels, *on_device, device_image, device_depth)
-        device_image.copy_to_host(image)
-        if device_depth is not None:
-            device_depth.copy_to_host(depth)
+        with self._gpu:
+            on_device = [_to_device(argument) for argument in arguments[1:]]
+            device_image = cuda.device_array(image.shape, image.dtype)
+            device_depth = None if depth is None else cuda.device_array(depth.shape, depth.dtype)
+            _draw_pixels[blocks, BLOCK](self._voxels, *on_device, device_image, device_depth)
+            device_image.copy_to_host(image)
+            if device_depth is not None:
+                device_depth.copy_to_host(depth)
+
+
+def _own_gpu() -> int:
+    """Number of the GPU of this process: torchrun gives each its own."""
+    return int(os.environ.get("LOCAL_RANK", "0")) % len(cuda.gpus)
 
 
 def _to_device(argument: Any) -> Any:

@@ -244,6 +244,8 @@ def test_a_codec_is_measured(
         rows = json.loads(out.read_text())["rows"]
         assert [row["steps"] for row in rows] == steps
         assert f"{rows[-1]['layer_rmse']['64']:.4f}" in capsys.readouterr().out
+    assert run(f"bench codec --model {trained} --steps 8 --set more_tfs=4".split()) == 2
+    assert "--steps and --set would have no effect" in one_line(capsys)
 
 
 def test_a_study_writes_its_table_and_goes_on(
@@ -262,6 +264,8 @@ def test_a_study_writes_its_table_and_goes_on(
     capsys.readouterr()
     assert run([*arguments.split(), "--set", "seed=1"]) == 2
     assert "options.seed 0, not 1" in one_line(capsys)
+    assert run([*arguments.split(), "--images", "24"]) == 2
+    assert "share 16 training images, not 24; give --images 16" in one_line(capsys)
 
 
 def test_a_png_shows_the_image_on_black(raw_file: Path, tf_file: Path, tmp_path: Path) -> None:

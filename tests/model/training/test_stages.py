@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -272,6 +273,30 @@ def test_a_batch_too_large_for_the_memory_is_learned_from_in_parts(
             scale = one.grad.abs().max()
             # bfloat16 has 8 bits
             assert (one.grad - other.grad).abs().max() <= 0.05 * scale, name
+
+
+class TightBackwards(OpacityStage):
+    """Runs out of memory when the generator is to learn from more than eight samples."""
+
+    def _generator_losses(self, batch: EncodedBatch, fake: Tensor, extra: Any) -> Losses:
+        if len(batch) > 8:
+            raise torch.OutOfMemoryError("made up")
+        return super()._generator_losses(batch, fake, extra)
+
+
+def test_the_discriminator_learns_once_however_often_a_step_is_tried(batch: EncodedBatch) -> None:
+    stage = TightBackwards(
+        SIZE, TrainingOptions(adversarial_start=0.0), OpacityGenerator(SIZE), LOSS, CPU
+    )
+    losses = stage.step(batch, WARM_UP).losses
+    assert stage.parts == 4
+    steps = {
+        int(state["step"])
+        for optimiser in (stage.discriminator_optimiser, stage.generator_optimiser)
+        for state in optimiser.state.values()
+    }
+    assert steps == {1}
+    assert losses["discriminator"] > 0
 
 
 def test_memory_too_small_for_any_part_is_said(batch: EncodedBatch) -> None:
