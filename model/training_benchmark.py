@@ -1,4 +1,4 @@
-"""How fast a stage of training learns, by precision, memory order and compilation."""
+"""How fast a stage of training learns, by precision, memory order, optimiser and compilation."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from statistics import median
+from typing import NamedTuple
 
 import torch
 
@@ -32,21 +33,31 @@ class TrainingRow:
         "float32" or "bfloat16".
     channels_last : bool
         Order of the convolutions' weights and images in memory.
+    fused : bool
+        Whether the optimiser moves all weights in one go.
     compiled : bool
     batch_size : int
     seconds : float
         Median time of a step.
     speedup : float
-        Over float32, channels first, not compiled.
+        Over the first way of that stage.
     """
 
     stage: str
     precision: str
     channels_last: bool
+    fused: bool
     compiled: bool
     batch_size: int
     seconds: float
     speedup: float
+
+
+class _Way(NamedTuple):
+    precision: torch.dtype
+    channels_last: bool
+    fused: bool = True
+    compiled: bool = False
 
 
 def compare_training(
@@ -66,47 +77,45 @@ def compare_training(
     Yields
     ------
     TrainingRow
-        For each stage, the slowest way first; compiled ones where there is a
+        For each stage, the plainest way first; compiled ones where there is a
         C++ compiler.
     """
     for name in Schedule(size, options, scene, device).names:
-        slowest: float | None = None
-        for precision, channels_last, compiled in _ways(device):
+        plainest: float | None = None
+        for way in _ways(device):
             # Each way starts from the same first weights.
             stage = Schedule(size, options, scene, device).stages[name]
-            seconds = _time(stage, size, precision, channels_last, compiled, steps)
-            slowest = slowest or seconds
+            seconds = _time(stage, size, way, steps)
+            plainest = plainest or seconds
             yield TrainingRow(
                 name,
-                str(precision).removeprefix("torch."),
-                channels_last,
-                compiled,
+                str(way.precision).removeprefix("torch."),
+                way.channels_last,
+                way.fused,
+                way.compiled,
                 stage.stage.batch_size,
                 seconds,
-                slowest / seconds,
+                plainest / seconds,
             )
 
 
-def _ways(device: torch.device) -> list[tuple[torch.dtype, bool, bool]]:
-    ways = [(p, last, False) for p in (torch.float32, torch.bfloat16) for last in (False, True)]
+def _ways(device: torch.device) -> list[_Way]:
+    ways = [_Way(torch.float32, False, fused=False)]
+    ways += [_Way(p, last) for p in (torch.float32, torch.bfloat16) for last in (False, True)]
     if device.type == "cuda" or shutil.which("c++"):
-        ways.append((torch.bfloat16, True, True))
+        ways.append(_Way(torch.bfloat16, True, compiled=True))
     return ways
 
 
-def _time(
-    stage: Stage,
-    size: NetworkSize,
-    precision: torch.dtype,
-    channels_last: bool,
-    compiled: bool,
-    steps: int,
-) -> float:
-    stage.precision = precision
-    order = torch.channels_last if channels_last else torch.contiguous_format
+def _time(stage: Stage, size: NetworkSize, way: _Way, steps: int) -> float:
+    stage.precision = way.precision
+    order = torch.channels_last if way.channels_last else torch.contiguous_format
     for network in (stage.generator, stage.discriminator):
         network.to(memory_format=order)  # type: ignore[call-overload]
-    if compiled:
+    for optimiser in (stage.generator_optimiser, stage.discriminator_optimiser):
+        for group in optimiser.param_groups:
+            group["fused"] = way.fused
+    if way.compiled:
         stage._generate = torch.compile(stage._generate)  # type: ignore[method-assign]
     batch = _noise(stage.stage.batch_size, size).to(stage.device)
     durations = []

@@ -1,4 +1,4 @@
-"""``bench training``: how fast each preset learns, by precision, memory order, compilation."""
+"""``bench training``: how fast each preset learns, by precision, memory order and so on."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def bench_training(
 
 def _print(name: str, rows: list[TrainingRow]) -> None:
     table = Table(title=name, title_justify="left")
-    for heading in ("stage", "precision", "channels", "compiled"):
+    for heading in ("stage", "precision", "channels", "fused", "compiled"):
         table.add_column(heading)
     for heading in ("batch", "ms a step", "samples/s", "ratio"):
         table.add_column(heading, justify="right")
@@ -54,6 +54,7 @@ def _print(name: str, rows: list[TrainingRow]) -> None:
             row.stage,
             row.precision,
             "last" if row.channels_last else "first",
+            "yes" if row.fused else "no",
             "yes" if row.compiled else "no",
             str(row.batch_size),
             f"{1e3 * row.seconds:.0f}",
