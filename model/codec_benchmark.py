@@ -14,7 +14,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from model.encoding import decode_unit, encode_unit
+from model.agreement import cosine
+from model.encoding import encode_unit
 from model.errors import TrainingError
 from model.networks.blocks import NetworkSize, keep_variance
 from model.networks.build import build_opacity
@@ -22,7 +23,7 @@ from model.networks.opacity import LatentCodec
 from model.sampling import draw_opacity_tfs
 from model.scene import Scene
 from model.tf_edits import EDIT_WIDTH, response_to_edits
-from model.training.codec_loss import CodecLoss
+from model.training.codec_loss import CodecLoss, layer_opacity
 from model.training.optimisers import adam, cosine_decay, set_rate
 from model.training.options import TrainingOptions
 from model.transfer_function import TF_SAMPLES
@@ -108,7 +109,7 @@ def measure_codec(codec: LatentCodec, scene: Scene) -> CodecRow:
     tfs = encode_unit(draw_opacity_tfs(scene, CHECKED_SEED, 0, CHECKED_TFS))
     with torch.no_grad():
         decoded = codec.decode(codec.encode(tfs))
-    cosines = [_edit_cosine(codec, tf, scene) for tf in tfs[:CHECKED_DERIVATIVES]]
+    cosines = _edit_cosines(codec, tfs[:CHECKED_DERIVATIVES], scene)
     tenth, quartile, median = np.quantile(cosines, [0.1, 0.25, 0.5])
     return CodecRow(
         steps=0,
@@ -118,15 +119,17 @@ def measure_codec(codec: LatentCodec, scene: Scene) -> CodecRow:
 
 
 def _layer_rmse(decoded: Tensor, true: Tensor, voxels: int) -> float:
-    shown = [1 - (1 - decode_unit(tf).double()) ** voxels for tf in (decoded, true)]
-    return float((shown[0] - shown[1]).square().mean().sqrt())
+    one, other = (layer_opacity(tf.double(), voxels) for tf in (decoded, true))
+    return float((one - other).square().mean().sqrt())
 
 
-def _edit_cosine(codec: LatentCodec, tf: Tensor, scene: Scene) -> float:
-    """Cosine of what edits around each scalar value of the window do, and of those edits."""
-    jacobian = torch.func.jacrev(lambda x: codec.decode(codec.encode(x[None]))[0])(tf)
+def _edit_cosines(codec: LatentCodec, tfs: Tensor, scene: Scene) -> list[float]:
+    """Of each TF: cosine of what edits around each value of the window do, and of those edits."""
     inside = scene.window_samples
-    follows = response_to_edits(jacobian.detach().numpy(), EDIT_WIDTH)[:, inside]
     edits = response_to_edits(np.eye(TF_SAMPLES, dtype=np.float32), EDIT_WIDTH)[:, inside]
-    norms = np.linalg.norm(follows) * np.linalg.norm(edits)
-    return float((follows * edits).sum() / norms) if norms else 0.0
+    cosines = []
+    for tf in tfs:
+        jacobian = torch.func.jacrev(lambda x: codec.decode(codec.encode(x[None]))[0])(tf)
+        follows = response_to_edits(jacobian.detach().numpy(), EDIT_WIDTH)[:, inside]
+        cosines.append(cosine(follows.ravel(), edits.ravel()))
+    return cosines

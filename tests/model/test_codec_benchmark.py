@@ -1,9 +1,8 @@
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from torch import Tensor, nn
+from told_codec import Told
 
 from model.codec_benchmark import CHECKED_SEED, CHECKED_TFS, measure_codec, train_codec
 from model.errors import TrainingError
@@ -13,17 +12,6 @@ from model.scene import Scene
 from model.training.options import TrainingOptions
 
 SIZE = NetworkSize(0.25, 16, 32, deep_codec=True)
-
-
-class Told(nn.Module):
-    """A codec that decodes a TF as what it was told to."""
-
-    def __init__(self, decode: Callable[[Tensor], Tensor]) -> None:
-        super().__init__()
-        self.decode = decode
-
-    def encode(self, opacity_tf: Tensor) -> Tensor:
-        return opacity_tf
 
 
 def test_a_codec_without_faults_has_none(scene: Scene) -> None:

@@ -397,6 +397,8 @@ def test_training_leaves_a_curve(trained: Path) -> None:
     assert {row["stage"] for row in rows} == {"joint"}
     samples = [int(row["samples"]) for row in rows]
     assert samples == sorted(set(samples))
+    card = json.loads((trained / "model.json").read_text())
+    assert samples[-1] == card["training"]["samples_seen"]
 
 
 BAD_INPUT = [

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 import torch
+from told_codec import Told
 from torch import Tensor, nn
 
 from model.dataset import SampleStore
@@ -85,17 +85,6 @@ def test_the_codec_also_learns_from_tfs_without_images(batch: EncodedBatch) -> N
         others = (stage.generator.decode(stage.generator.encode(tfs)) - tfs).square().mean().item()
     assert errors[40] == pytest.approx((errors[0] + others) / 2)
     assert others != pytest.approx(errors[0], rel=1e-3)
-
-
-class Told(nn.Module):
-    """A codec that decodes a TF as what it was told to."""
-
-    def __init__(self, decode: Callable[[Tensor], Tensor]) -> None:
-        super().__init__()
-        self.decode = decode
-
-    def encode(self, opacity_tf: Tensor) -> Tensor:
-        return opacity_tf
 
 
 def test_the_codec_is_to_follow_edits_whatever_it_makes_of_the_tf(batch: EncodedBatch) -> None:
