@@ -72,7 +72,7 @@ class GeneratorSettings:
         "auto", "cpu" or "cuda".
     backend : str
         What draws: "eager", "compiled", "openvino", "onnxruntime", or "auto"; see
-        :func:`model.backends.choose_backend`.
+        :func:`model.backends.choose_backends`.
     precision : str
         "float32" or "bfloat16".
     """

@@ -89,12 +89,17 @@ def _knows_bfloat16() -> bool:
     return "BF16" in _openvino_core().get_property("CPU", "OPTIMIZATION_CAPABILITIES")
 
 
-def choose_backend(name: str, precision: str, device: torch.device) -> Backend:
-    """Turn names into a backend; "auto" into the fastest of a CPU, and torch itself elsewhere.
+def choose_backends(name: str, precision: str, device: torch.device) -> list[Backend]:
+    """Turn names into the backends that may be meant: one, or for "auto" all worth timing here.
 
-    Of all that stay within 1/255 of torch in float32, OpenVINO in float32
-    measured fastest on CPUs (``python main.py bench generator``). On GPUs
-    nothing has been measured yet.
+    Compilation takes most of a minute and has not been faster than the libraries
+    (``python main.py bench generator``), so "auto" leaves it out; on GPUs nothing has been
+    measured yet, and torch itself draws.
+
+    Returns
+    -------
+    list of Backend
+        At least one; torch itself last.
 
     Raises
     ------
@@ -106,12 +111,13 @@ def choose_backend(name: str, precision: str, device: torch.device) -> Backend:
         raise DeviceError(f"The precision '{precision}' is unknown; choose {names}.")
     digits = cast(Precision, precision)
     if name == "auto":
-        fastest = Backend("openvino", digits)
-        return fastest if obstacle(fastest, device) is None else Backend("eager", digits)
+        libraries = [Backend(library, digits) for library in ("openvino", "onnxruntime")]
+        there = [backend for backend in libraries if obstacle(backend, device) is None]
+        return [*there, Backend("eager", digits)]
     if name not in BACKENDS:
         names = ", ".join(BACKENDS)
         raise DeviceError(f"The backend '{name}' is unknown; choose auto, {names}.")
-    return Backend(name, digits)
+    return [Backend(name, digits)]
 
 
 def make_draw(network: GeneratorNetwork, backend: Backend, device: torch.device) -> Draw:

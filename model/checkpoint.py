@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -20,6 +19,7 @@ import torch
 from torch import Tensor
 
 from model.errors import CheckpointError, TfscopeError
+from model.files import write_atomically
 from model.networks.blocks import NetworkSize
 from model.networks.build import build_generator
 from model.networks.two_stage import GeneratorNetwork
@@ -160,16 +160,6 @@ def load_model(folder: Path) -> tuple[ModelCard, GeneratorNetwork]:
     _check_weights(path, weights, network.state_dict())
     network.load_state_dict({name: value.float() for name, value in weights.items()})
     return card, network.eval().requires_grad_(False)
-
-
-def write_atomically(path: Path, content: bytes) -> None:
-    """Write a file so that it is there either whole or not at all, even after a power cut."""
-    partial = path.with_name(path.name + ".partial")
-    with partial.open("wb") as file:
-        file.write(content)
-        file.flush()
-        os.fsync(file.fileno())
-    partial.replace(path)
 
 
 def _half(value: Tensor) -> Tensor:

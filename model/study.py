@@ -19,10 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.agreement import sensitivity_agreement
-from model.checkpoint import MODEL_FILE, write_atomically
+from model.checkpoint import MODEL_FILE
 from model.dataset import SampleBatch, SampleStore
 from model.errors import CollapseError, TrainingError
 from model.evaluation import generator_errors, neighbour_errors
+from model.files import write_atomically
 from model.generator import Generator
 from model.sampling import draw_sample
 from model.training.plan import TrainingPlan, TrainingReport

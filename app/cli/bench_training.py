@@ -45,17 +45,18 @@ def bench_training(
 
 def _print(name: str, rows: list[TrainingRow]) -> None:
     table = Table(title=name, title_justify="left")
-    for heading in ("stage", "precision", "channels", "fused", "compiled"):
+    for heading in ("stage", "precision", "channels", "fused", "compiled", "train"):
         table.add_column(heading)
     for heading in ("batch", "ms a step", "samples/s", "ratio"):
         table.add_column(heading, justify="right")
     for row in rows:
         table.add_row(
             row.stage,
-            row.precision,
-            "last" if row.channels_last else "first",
-            "yes" if row.fused else "no",
-            "yes" if row.compiled else "no",
+            row.execution.precision,
+            "last" if row.execution.channels_last else "first",
+            "yes" if row.execution.fused else "no",
+            "yes" if row.execution.compiled else "no",
+            "takes this" if row.chosen else "",
             str(row.batch_size),
             f"{1e3 * row.seconds:.0f}",
             f"{row.batch_size / row.seconds:.0f}",

@@ -295,6 +295,7 @@ def train(
     seed: options.Seed = 0,
     workers: options.Workers = None,
     device: options.DeviceName = options.Device.AUTO,
+    precision: options.TrainingPrecisionName = options.TrainingPrecision.AUTO,
 ) -> None:
     """Train a generator of one volume's renderings."""
     from app.cli.train import TrainOrder, train_model
@@ -319,6 +320,7 @@ def train(
             seed=seed,
             workers=workers,
             device=str(device),
+            precision=str(precision),
         )
     )
 
@@ -422,6 +424,7 @@ def study(
     seed: options.Seed = 0,
     workers: options.Workers = None,
     device: options.DeviceName = options.Device.AUTO,
+    precision: options.TrainingPrecisionName = options.TrainingPrecision.AUTO,
 ) -> None:
     """The paper's studies anew: baselines, latent-dim or l1-weight. Run again to go on."""
     from app.cli.study import StudyOrder, study_models
@@ -442,5 +445,6 @@ def study(
             seed=seed,
             workers=workers,
             device=str(device),
+            precision=str(precision),
         )
     )

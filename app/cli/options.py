@@ -76,6 +76,14 @@ class PrecisionOption(StrEnum):
     BFLOAT16 = "bfloat16"
 
 
+class TrainingPrecision(StrEnum):
+    """Digits that training computes in."""
+
+    AUTO = "auto"
+    FLOAT32 = "float32"
+    BFLOAT16 = "bfloat16"
+
+
 class Preset(StrEnum):
     """Sizes of networks and images."""
 
@@ -119,12 +127,18 @@ BackendName = Annotated[
     BackendOption,
     typer.Option(
         "--backend",
-        help="What draws the generator's images. (auto: OpenVINO on CPUs, torch on GPUs)",
+        help="What draws the generator's images. (auto: the fastest here)",
     ),
 ]
 PrecisionName = Annotated[
     PrecisionOption,
     typer.Option("--precision", help="In bfloat16 images come faster and are off by some 1/255."),
+]
+TrainingPrecisionName = Annotated[
+    TrainingPrecision,
+    typer.Option(
+        "--precision", help="Digits that steps are computed in. (auto: the faster one here)"
+    ),
 ]
 LightingName = Annotated[
     LightingOption,

@@ -10,7 +10,7 @@ from rich.table import Table
 from app.cli import options
 from app.cli.console import console, counting
 from app.cli.outputs import write_json, write_text
-from app.cli.train import TrainingDisplay, budget_of, size_of
+from app.cli.train import TrainingDisplay, budget_of, execution_of, size_of
 from model.dataset import SampleStore
 from model.errors import TfscopeError
 from model.generator import choose_device
@@ -44,6 +44,7 @@ class StudyOrder:
     seed: int
     workers: int | None
     device: str
+    precision: str
 
 
 DEFAULT_MINUTES = 10.0
@@ -55,14 +56,17 @@ def study_models(order: StudyOrder) -> None:
     size = size_of(order.preset, order.architecture)
     volume = order.volume.read()
     store = _store(order, volume, size)
+    recipe = TrainingOptions(seed=order.seed).with_settings(order.settings)
+    device = choose_device(order.device)
     base = TrainingPlan(
         source=StoredSource(store),
         preset=order.preset,
         size=size,
-        options=TrainingOptions(seed=order.seed).with_settings(order.settings),
+        options=recipe,
         budget=budget_of(order.minutes, order.samples, DEFAULT_MINUTES),
         folder=order.out,
-        device=choose_device(order.device),
+        device=device,
+        execution=execution_of(size, recipe, store.scene, device, order.precision),
     )
     plan = StudyPlan(store, volume, base, order.count, order.sensitivities)
     with TrainingDisplay() as display:

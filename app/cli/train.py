@@ -7,6 +7,7 @@ import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import torch
 from rich.console import Group
 from rich.live import Live
 from rich.progress import (
@@ -28,6 +29,8 @@ from model.networks.blocks import Architecture, NetworkSize
 from model.rendering.raycast import cuda
 from model.scene import Lighting, RendererName, Scene
 from model.training import parallel
+from model.training.execution import Execution
+from model.training.execution_choice import choose_execution
 from model.training.options import PRESETS, Budget, TrainingOptions
 from model.training.plan import TrainingPlan, TrainingReport
 from model.training.sources import SampleSource, StoredSource
@@ -62,6 +65,7 @@ class TrainOrder:
     seed: int
     workers: int | None
     device: str
+    precision: str
 
 
 def train_model(order: TrainOrder) -> None:
@@ -71,15 +75,17 @@ def train_model(order: TrainOrder) -> None:
     if order.resume:
         _check_resumption(order)
     with parallel.process_group(choose_device(order.device)) as device:
+        source, size, recipe = _source(order, device.type), _size(order), _recipe(order)
         plan = TrainingPlan(
-            source=_source(order, device.type),
+            source=source,
             preset=order.preset,
-            size=_size(order),
-            options=_recipe(order),
+            size=size,
+            options=recipe,
             budget=budget,
             folder=order.out,
             device=device,
             start=None if order.start is None else Start.read(order.start),
+            execution=execution_of(size, recipe, source.scene, device, order.precision),
         )
         _train(plan, order)
 
@@ -101,6 +107,24 @@ def _train(plan: TrainingPlan, order: TrainOrder) -> None:
     volume = [] if order.volume.path is None else ["--volume", str(order.volume.path)]
     window = shlex.join(["python", "main.py", "--model", str(order.out), *volume])
     console.print(f"The model is in {order.out}; open it with: {window}")
+
+
+def execution_of(
+    size: NetworkSize,
+    recipe: TrainingOptions,
+    scene: Scene,
+    device: torch.device,
+    precision: str = "auto",
+) -> Execution:
+    """How this machine computes training steps fastest; the first process says it."""
+    # One after the other: all would slow each other down, and the later ones find it kept.
+    if parallel.rank():
+        parallel.wait_for_all()
+    chosen = choose_execution(size, recipe, scene, device, precision)
+    if not parallel.rank():
+        parallel.wait_for_all()
+        console.print(f"Steps are computed in {chosen}: the fastest way measured here.")
+    return chosen
 
 
 def budget_of(minutes: float | None, samples: int | None, default: float) -> Budget:

@@ -22,9 +22,11 @@ def to_unit(value: float, scalar_range: Range) -> float:
 
 
 def from_unit(place: float, scalar_range: Range) -> float:
-    """Map a place on the axis to its scalar value; the ends come back exactly."""
+    """Map a place on the axis to its scalar value, within the range; the ends come back exactly."""
     lo, hi = scalar_range
-    return lo * (1.0 - place) + hi * place
+    value = lo * (1.0 - place) + hi * place
+    # In a narrow range far from zero, rounding would lead out of it.
+    return min(max(value, lo), hi) if 0 <= place <= 1 else value
 
 
 def ticks(scalar_range: Range, count: int = 6) -> list[tuple[float, str]]:

@@ -273,14 +273,15 @@ def _start_modulations(module: nn.Module) -> None:
             layer.start()
 
 
-def place(network: Network, device: torch.device) -> Network:
-    """Move a network to a device, its convolutions in channels-last order.
+def place(network: Network, device: torch.device, channels_last: bool = True) -> Network:
+    """Move a network to a device, its convolutions in channels-last order or not.
 
-    That order is what the convolutions of tensor cores want; on CPUs it makes
-    no difference in bfloat16 (``python main.py bench training``).
+    That order is what the convolutions of tensor cores want; on CPUs it depends
+    on the processor (``python main.py bench training``).
     """
     network.to(device)
-    network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
+    order = torch.channels_last if channels_last else torch.contiguous_format
+    network.to(memory_format=order)  # type: ignore[call-overload]
     return network
 
 

@@ -13,6 +13,7 @@ from model.networks.translation import TranslationDiscriminator
 from model.networks.two_stage import GeneratorNetwork
 from model.training.average import WeightAverage
 from model.training.codec_loss import CodecLoss
+from model.training.execution import STANDARD, Execution
 from model.training.losses import l1
 from model.training.options import TrainingOptions
 from model.training.stages import ColorStage
@@ -28,6 +29,7 @@ class JointStage(ColorStage):
     generator : GeneratorNetwork
     codec_loss : CodecLoss
     device : torch.device
+    execution : Execution
     """
 
     name = "joint"
@@ -41,8 +43,10 @@ class JointStage(ColorStage):
         generator: GeneratorNetwork,
         codec_loss: CodecLoss,
         device: torch.device,
+        execution: Execution = STANDARD,
     ) -> None:
-        super().__init__(generator, TranslationDiscriminator(size), options.joint, options, device)
+        discriminator = TranslationDiscriminator(size)
+        super().__init__(generator, discriminator, options.joint, options, device, execution)
         self._codec_loss = codec_loss
 
     def _generate(self, batch: EncodedBatch) -> tuple[Tensor, tuple[Tensor, Tensor]]:

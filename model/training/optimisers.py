@@ -18,7 +18,9 @@ LEAST_DECAY = 1e-3
 """Where it starts and ends, as a share of its largest value."""
 
 
-def adam(network: nn.Module, beta2: float, grid_rate: float = 1.0) -> torch.optim.Adam:
+def adam(
+    network: nn.Module, beta2: float, grid_rate: float = 1.0, fused: bool = True
+) -> torch.optim.Adam:
     """Adam, its first beta the paper's (section 6, implementation details).
 
     Parameters
@@ -28,6 +30,8 @@ def adam(network: nn.Module, beta2: float, grid_rate: float = 1.0) -> torch.opti
         Decay of the squared gradients' mean.
     grid_rate : float
         Learning rate of feature grids, as a multiple of all others'.
+    fused : bool
+        Whether all weights are moved in one go.
 
     Returns
     -------
@@ -40,7 +44,7 @@ def adam(network: nn.Module, beta2: float, grid_rate: float = 1.0) -> torch.opti
     groups = [{"params": [p for p in parameters if id(p) not in grids], "factor": 1.0}]
     if grids:
         groups.append({"params": [p for p in parameters if id(p) in grids], "factor": grid_rate})
-    return torch.optim.Adam(groups, betas=(BETA1, beta2), fused=True)
+    return torch.optim.Adam(groups, betas=(BETA1, beta2), fused=fused)
 
 
 def set_rate(optimiser: torch.optim.Optimizer, rate: float) -> None:

@@ -11,6 +11,7 @@ import torch
 
 from model.errors import TrainingError
 from model.networks.blocks import NetworkSize
+from model.training.execution import STANDARD, Execution
 from model.training.options import Budget, TrainingOptions
 from model.training.sources import SampleSource
 from model.training.stage import Losses
@@ -33,6 +34,8 @@ class TrainingPlan:
     device : torch.device
     start : Start, optional
         A trained model whose weights are the first ones; random ones otherwise.
+    execution : Execution
+        How steps are computed.
     interval : float
         Seconds between states on disk: what a kill can lose at most.
     """
@@ -45,6 +48,7 @@ class TrainingPlan:
     folder: Path
     device: torch.device
     start: Start | None = None
+    execution: Execution = STANDARD
     interval: float = 60.0
 
     def recipe(self) -> dict[str, Any]:

@@ -13,8 +13,8 @@ import torch
 from skimage.io import imsave
 
 from model import metrics
-from model.checkpoint import write_atomically
 from model.encoding import decode_unit, encode_batch
+from model.files import write_atomically
 from model.networks.blocks import NetworkSize
 from model.networks.two_stage import GeneratorNetwork
 from model.training.guard import diversity, latent_health

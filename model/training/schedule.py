@@ -9,6 +9,7 @@ from model.networks.build import build_generator, build_opacity
 from model.networks.two_stage import GeneratorNetwork, TwoStageGenerator
 from model.scene import Scene
 from model.training.codec_loss import CodecLoss
+from model.training.execution import STANDARD, Execution
 from model.training.joint import JointStage
 from model.training.options import TrainingOptions
 from model.training.stage import Stage
@@ -24,6 +25,7 @@ class Schedule:
     options : TrainingOptions
     scene : Scene
     device : torch.device
+    execution : Execution
 
     Attributes
     ----------
@@ -34,7 +36,12 @@ class Schedule:
     """
 
     def __init__(
-        self, size: NetworkSize, options: TrainingOptions, scene: Scene, device: torch.device
+        self,
+        size: NetworkSize,
+        options: TrainingOptions,
+        scene: Scene,
+        device: torch.device,
+        execution: Execution = STANDARD,
     ) -> None:
         self._size = size
         torch.manual_seed(options.seed)
@@ -43,11 +50,15 @@ class Schedule:
         # Both images of a feature grid come from one network.
         if options.one_stage or size.architecture == "grid":
             generator = build_generator(size, scene)
-            self.stages = {"joint": JointStage(size, options, generator, codec_loss, device)}
+            self.stages = {
+                "joint": JointStage(size, options, generator, codec_loss, device, execution)
+            }
             self.ends = {"joint": 1.0}
         else:
-            opacity = OpacityStage(size, options, build_opacity(size, scene), codec_loss, device)
-            translation = TranslationStage(size, options, opacity.average.network, device)
+            network = build_opacity(size, scene)
+            opacity = OpacityStage(size, options, network, codec_loss, device, execution)
+            average = opacity.average.network
+            translation = TranslationStage(size, options, average, device, execution)
             self.stages = {"opacity": opacity, "translation": translation}
             self.ends = {"opacity": options.opacity_time_share, "translation": 1.0}
 

@@ -20,6 +20,7 @@ from model.encoding import EncodedBatch
 from model.errors import TrainingError
 from model.networks.blocks import keep_variance, place
 from model.training.average import WeightAverage
+from model.training.execution import STANDARD, Execution
 from model.training.losses import adversarial
 from model.training.optimisers import adam, cosine_decay, halving_decay, set_rate
 from model.training.options import StageOptions, TrainingOptions
@@ -61,8 +62,8 @@ class Stage(ABC):
     parts : int
         Parts that batches are learned from in; more than one after the memory
         has run out. Batch norm then sees the parts.
-    precision : torch.dtype
-        Of the layers that allow for fewer digits; weights are float32.
+    execution : Execution
+        How steps are computed.
     """
 
     name: str
@@ -74,21 +75,26 @@ class Stage(ABC):
         stage: StageOptions,
         options: TrainingOptions,
         device: torch.device,
+        execution: Execution = STANDARD,
     ) -> None:
         if options.keep_variance:
             keep_variance(generator)
             keep_variance(discriminator)
-        self.generator = place(generator, device)
-        self.discriminator = place(discriminator, device)
+        last = execution.channels_last
+        self.generator = place(generator, device, last)
+        self.discriminator = place(discriminator, device, last)
         self.average: WeightAverage[Any] = WeightAverage(self.generator, options.average_decay)
         self.stage = stage
         self.options = options
         self.device = device
         self.steps = 0
         self.parts = 1
-        self.precision = torch.bfloat16
-        self.generator_optimiser = adam(self.generator, options.beta2, options.grid_rate)
-        self.discriminator_optimiser = adam(self.discriminator, options.beta2)
+        self.execution = execution
+        fused = execution.fused
+        self.generator_optimiser = adam(self.generator, options.beta2, options.grid_rate, fused)
+        self.discriminator_optimiser = adam(self.discriminator, options.beta2, fused=fused)
+        if execution.compiled:
+            self._generate = torch.compile(self._generate)  # type: ignore[method-assign]
 
     def start_from(self, generator: nn.Module) -> None:
         """Take over the weights of a trained generator; before the first step."""
@@ -199,8 +205,9 @@ class Stage(ABC):
 
     def _autocast(self) -> AbstractContextManager[None]:
         # bfloat16 keeps float32's exponents: no loss scaling, no overflow.
-        rounded = self.precision != torch.float32
-        return torch.autocast(self.device.type, self.precision if rounded else None, rounded)
+        precision = self.execution.dtype
+        rounded = precision != torch.float32
+        return torch.autocast(self.device.type, precision if rounded else None, rounded)
 
     @abstractmethod
     def _real(self, batch: EncodedBatch) -> Tensor:

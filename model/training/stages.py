@@ -11,6 +11,7 @@ from model.networks.opacity import OpacityDiscriminator, OpacityNetwork
 from model.networks.translation import TranslationDiscriminator, TranslationGenerator
 from model.training.average import WeightAverage
 from model.training.codec_loss import CodecLoss
+from model.training.execution import STANDARD, Execution
 from model.training.losses import l1
 from model.training.options import TrainingOptions
 from model.training.stage import Stage
@@ -27,6 +28,7 @@ class OpacityStage(Stage):
         The generator.
     codec_loss : CodecLoss
     device : torch.device
+    execution : Execution
     """
 
     name = "opacity"
@@ -40,8 +42,10 @@ class OpacityStage(Stage):
         opacity: OpacityNetwork,
         codec_loss: CodecLoss,
         device: torch.device,
+        execution: Execution = STANDARD,
     ) -> None:
-        super().__init__(opacity, OpacityDiscriminator(size), options.opacity, options, device)
+        discriminator = OpacityDiscriminator(size)
+        super().__init__(opacity, discriminator, options.opacity, options, device, execution)
         self._codec_loss = codec_loss
 
     def _real(self, batch: EncodedBatch) -> Tensor:
@@ -92,6 +96,7 @@ class TranslationStage(ColorStage):
     opacity : OpacityNetwork
         The trained generator of stage 1; it gives the latent codes.
     device : torch.device
+    execution : Execution
     """
 
     name = "translation"
@@ -103,6 +108,7 @@ class TranslationStage(ColorStage):
         options: TrainingOptions,
         opacity: OpacityNetwork,
         device: torch.device,
+        execution: Execution = STANDARD,
     ) -> None:
         super().__init__(
             TranslationGenerator(size),
@@ -110,6 +116,7 @@ class TranslationStage(ColorStage):
             options.translation,
             options,
             device,
+            execution,
         )
         self.opacity = opacity
 

@@ -16,8 +16,8 @@ import safetensors.torch
 import torch
 from torch import Tensor
 
-from model.checkpoint import write_atomically
 from model.errors import TrainingError
+from model.files import write_atomically
 from model.training.stage import Stage
 
 FORMAT_VERSION = 2

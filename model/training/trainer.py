@@ -12,6 +12,7 @@ import platform
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
 
@@ -110,7 +111,9 @@ class _Run:
     ) -> None:
         self.plan = plan
         self.on_report = on_report
-        self.schedule = Schedule(plan.size, plan.options, plan.source.scene, plan.device)
+        self.schedule = Schedule(
+            plan.size, plan.options, plan.source.scene, plan.device, plan.execution
+        )
         if plan.start is not None:
             plan.start.check(plan.size, plan.source.scene)
             self.schedule.start_from(plan.start.network)
@@ -290,6 +293,7 @@ class _Run:
                 "samples_seen": self.progress.samples,
                 **plan.source.summary(),
                 "device": str(plan.device),
+                "execution": asdict(plan.execution),
                 "curve": self.log.curve(),
                 **({} if plan.start is None else {"start": plan.start.card.training}),
             },

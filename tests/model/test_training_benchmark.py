@@ -5,6 +5,7 @@ import torch
 
 from model.networks.blocks import NetworkSize
 from model.scene import Scene
+from model.training.execution import Execution
 from model.training.options import TrainingOptions
 from model.training_benchmark import compare_training
 
@@ -13,20 +14,22 @@ CPU = torch.device("cpu")
 
 def test_each_stage_is_timed_each_way(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(shutil, "which", lambda name: None)
+    chosen = Execution("float32", False)
+    monkeypatch.setattr("model.training_benchmark.choose_execution", lambda *a: chosen)
     size = NetworkSize(0.125, 16, 32)
     options = TrainingOptions(one_stage=False)
     rows = list(compare_training(size, options, scene, CPU, steps=1))
-    assert [(r.stage, r.precision, r.channels_last, r.fused, r.compiled) for r in rows] == [
-        (stage, *way, False)
-        for stage in ("opacity", "translation")
-        for way in (
-            ("float32", False, False),
-            ("float32", False, True),
-            ("float32", True, True),
-            ("bfloat16", False, True),
-            ("bfloat16", True, True),
-        )
+    ways = [
+        Execution("float32", False, False),
+        Execution("float32", False),
+        Execution("float32", True),
+        Execution("bfloat16", False),
+        Execution("bfloat16", True),
+    ]
+    assert [(r.stage, r.execution) for r in rows] == [
+        (stage, way) for stage in ("opacity", "translation") for way in ways
     ]
     for row in rows:
+        assert row.chosen == (row.execution == Execution("float32", False))
         plainest = next(r for r in rows if r.stage == row.stage)
         assert row.speedup == pytest.approx(plainest.seconds / row.seconds)

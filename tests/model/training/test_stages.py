@@ -62,7 +62,7 @@ def test_reported_losses_are_those_of_the_networks(batch: EncodedBatch) -> None:
     opacity, _ = stages(TrainingOptions())
     # The batch-norm statistics of the batch itself are used, so a copy gives the same output.
     before = copy.deepcopy(opacity.generator)
-    with torch.no_grad(), torch.autocast("cpu", torch.bfloat16):
+    with torch.no_grad():
         output = before(batch.view, batch.opacity_tf)
     losses = opacity.step(batch, 0.0).losses
     l1 = (output.image.float() - batch.opacity_image).abs().mean().item()

@@ -1,0 +1,26 @@
+"""Writing files safely, and the folder for what can be made again."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+
+def write_atomically(path: Path, content: bytes) -> None:
+    """Write a file so that it is there either whole or not at all, even after a power cut."""
+    partial = path.with_name(path.name + ".partial")
+    with partial.open("wb") as file:
+        file.write(content)
+        file.flush()
+        os.fsync(file.fileno())
+    partial.replace(path)
+
+
+def cache_folder() -> Path:
+    """The user's folder for compiled kernels and measurements; it may not exist yet.
+
+    ``XDG_CACHE_HOME/tfscope``, or ``~/.cache/tfscope``; ``LOCALAPPDATA/tfscope`` on Windows.
+    """
+    base = os.environ.get("LOCALAPPDATA" if sys.platform == "win32" else "XDG_CACHE_HOME")
+    return (Path(base) if base else Path.home() / ".cache") / "tfscope"

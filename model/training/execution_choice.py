@@ -1,0 +1,195 @@
+"""Choice of the fastest way to compute training steps, by measuring on the machine at hand.
+
+No way is the fastest everywhere. On processors with bfloat16 instructions its steps take
+.6 of float32's time, on those without eight times as long; the order of channels in memory
+matters on some and not on others.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from dataclasses import asdict, replace
+from functools import partial
+from itertools import product
+from typing import get_args
+
+import torch
+from torch import nn
+
+from model.encoding import EncodedBatch
+from model.errors import DeviceError
+from model.measurements import keep, kept
+from model.networks.blocks import VIEW_PARAMETERS, NetworkSize
+from model.scene import Scene
+from model.training.execution import Execution, Precision
+from model.training.options import TrainingOptions
+from model.training.schedule import Schedule
+from model.transfer_function import TF_SAMPLES
+
+RUN_SECONDS = 5.0
+"""Time for all ways together, after the first step of each."""
+
+HOPELESS = 1.3
+"""A way that takes so many times the fastest's time is not timed further."""
+
+ALIKE = 1.03
+"""Ways that differ by less are not told apart."""
+
+NAME = "training"
+
+
+def choose_execution(
+    size: NetworkSize,
+    options: TrainingOptions,
+    scene: Scene,
+    device: torch.device,
+    precision: str = "auto",
+) -> Execution:
+    """Return the fastest execution on this machine, measured once and then kept.
+
+    Parameters
+    ----------
+    size : NetworkSize
+    options : TrainingOptions
+    scene : Scene
+    device : torch.device
+    precision : {"auto", "float32", "bfloat16"}
+        "auto" leaves the choice to the measurement.
+
+    Raises
+    ------
+    DeviceError
+        When the precision is unknown.
+    """
+    if precision not in ("auto", *get_args(Precision)):
+        names = ", ".join(("auto", *get_args(Precision)))
+        raise DeviceError(f"The precision '{precision}' is unknown; choose {names}.")
+    about = {
+        "size": asdict(size),
+        "batches": [options.opacity.batch_size, options.joint.batch_size],
+        "stages": [options.one_stage, options.adversarial_start],
+        "device": str(device),
+        "precision": precision,
+    }
+    found = kept(NAME, about)
+    if found is not None:
+        with suppress(TypeError):  # Another version may have kept something else.
+            return Execution(**found)
+    fastest = _fastest(partial(step_seconds, size, options, scene, device), device, precision)
+    keep(NAME, about, asdict(fastest))
+    return fastest
+
+
+def step_seconds(
+    size: NetworkSize,
+    options: TrainingOptions,
+    scene: Scene,
+    device: torch.device,
+    execution: Execution,
+    stage: str | None = None,
+) -> Iterator[float]:
+    """Do steps on random images without end, and yield how long each took.
+
+    Parameters
+    ----------
+    size : NetworkSize
+    options : TrainingOptions
+    scene : Scene
+    device : torch.device
+    execution : Execution
+    stage : str, optional
+        Name of the stage that is timed; the first by default.
+    """
+    stages = Schedule(size, options, scene, device, execution).stages
+    timed = stages[stage or next(iter(stages))]
+    batch = _noise(timed.stage.batch_size, size).to(device)
+    while True:
+        start = time.perf_counter()
+        # At the end of the stage, when the discriminator has joined; it ends with a number
+        # on the CPU: a GPU has finished then.
+        timed.step(batch, 0.999)
+        yield time.perf_counter() - start
+
+
+def _noise(count: int, size: NetworkSize) -> EncodedBatch:
+    """A batch of random numbers: they take as long as images."""
+    random = torch.Generator().manual_seed(0)
+
+    def draw(*shape: int) -> torch.Tensor:
+        return 2 * torch.rand(count, *shape, generator=random) - 1
+
+    return EncodedBatch(
+        view=draw(VIEW_PARAMETERS),
+        opacity_tf=draw(TF_SAMPLES),
+        color_tf=draw(3, TF_SAMPLES),
+        opacity_image=draw(1, size.opacity_size, size.opacity_size),
+        image=draw(3, size.image_size, size.image_size),
+    )
+
+
+def _fastest(
+    steps_of: Callable[[Execution], Iterator[float]], device: torch.device, precision: str
+) -> Execution:
+    """Time steps of all ways in turn, so that a busy moment slows all of them down."""
+    running: dict[Execution, Iterator[float]] = {}
+    for way in _ways(device, precision):
+        steps = steps_of(way)
+        try:
+            next(steps)
+        except Exception:
+            # torch.compile fails in many ways where something is missing.
+            if not way.compiled:
+                raise
+        else:
+            running[way] = steps
+    # A busy machine makes steps longer, never shorter.
+    quickest = dict.fromkeys(running, math.inf)
+    end = time.perf_counter() + RUN_SECONDS
+    while time.perf_counter() < end and len(running) > 1:
+        for way, steps in running.items():
+            quickest[way] = min(quickest[way], next(steps))
+        best = min(quickest.values())
+        running = {w: steps for w, steps in running.items() if quickest[w] < HOPELESS * best}
+    # Of those that are alike, always the same one.
+    return next(way for way in quickest if quickest[way] <= ALIKE * min(quickest.values()))
+
+
+def _ways(device: torch.device, precision: str) -> list[Execution]:
+    """All that may be the fastest here, in order of preference."""
+    precisions: list[Precision] = ["bfloat16", "float32"]
+    if precision != "auto":
+        precisions = [p for p in precisions if p == precision]
+    elif bfloat16_is_slow(device):
+        precisions = ["float32"]
+    ways = [Execution(p, last) for p, last in product(precisions, (True, False))]
+    ways.append(replace(ways[0], fused=False))
+    if device.type == "cuda":
+        # On CPUs it takes a minute, and its steps are slower (docs/training.md).
+        ways.append(replace(ways[0], compiled=True))
+    return ways
+
+
+def bfloat16_is_slow(device: torch.device) -> bool:
+    """Whether a convolution in bfloat16 takes longer here than in float32.
+
+    Takes some 50 ms, where a whole step in emulated bfloat16 would take seconds.
+    """
+    if device.type == "cuda":
+        return not torch.cuda.is_bf16_supported()
+    torch.manual_seed(0)
+    layer = nn.Conv2d(32, 32, 3, padding=1)
+    image = torch.rand(8, 32, 32, 32)
+
+    def seconds(precision: torch.dtype) -> float:
+        durations = []
+        for _ in range(4):
+            start = time.perf_counter()
+            with torch.autocast("cpu", precision, precision != torch.float32):
+                layer(image).float().square().mean().backward()
+            durations.append(time.perf_counter() - start)
+        return min(durations)
+
+    return seconds(torch.bfloat16) > seconds(torch.float32)
