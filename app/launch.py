@@ -13,10 +13,10 @@ from PySide6.QtCore import QEventLoop, QTimer
 from PySide6.QtGui import QFontDatabase, QIcon
 from PySide6.QtWidgets import QApplication
 
-from app.engines import REAL_BUILDERS, Builders, GeneratorSettings
-from app.main_window import MainWindow
+from app.engines.engines import REAL_BUILDERS, Builders, GeneratorSettings
+from app.state.transfer_function_store import TransferFunctionStore
 from app.theme import apply_theme
-from app.transfer_function_store import TransferFunctionStore
+from app.window.main_window import MainWindow
 
 ICON = Path(__file__).parent.parent / "resources" / "icons" / "tfscope.png"
 

@@ -11,11 +11,11 @@ from rich.table import Table
 from app.cli.console import console
 from app.cli.machine import print_machine
 from app.cli.outputs import check_outputs, write_json
-from model.checkpoint import load_model
-from model.codec_benchmark import LAYERS, CodecRow, measure_codec, train_codec
+from model.benchmarks.codec import LAYERS, CodecRow, measure_codec, train_codec
 from model.errors import TfscopeError
-from model.scene import Scene
-from model.shipped import DEFAULT_VOLUME
+from model.generator.catalog import DEFAULT_VOLUME
+from model.networks.checkpoint import load_model
+from model.scene.scene import Scene
 from model.training.options import PRESETS, TrainingOptions
 from model.volume_files import read_volume
 

@@ -11,14 +11,14 @@ from rich.table import Table
 from app.cli.console import console
 from app.cli.machine import print_machine
 from app.cli.outputs import check_outputs, write_json
-from model.checkpoint import load_model
-from model.generator import choose_device
-from model.generator_benchmark import BackendRow, PartsRow, compare_backends, time_parts
+from model.benchmarks.generator import BackendRow, PartsRow, compare_backends, time_parts
+from model.devices import choose_device
+from model.generator.catalog import DEFAULT_VOLUME
 from model.networks.blocks import keep_variance
 from model.networks.build import build_generator
-from model.networks.two_stage import GeneratorNetwork
-from model.scene import Scene
-from model.shipped import DEFAULT_VOLUME
+from model.networks.checkpoint import load_model
+from model.networks.generator_network import GeneratorNetwork
+from model.scene.scene import Scene
 from model.training.options import PRESETS
 from model.volume_files import read_volume
 

@@ -11,12 +11,12 @@ from app.cli.console import console
 from app.cli.machine import print_machine
 from app.cli.outputs import check_outputs, write_json
 from app.cli.train import size_of
-from model.generator import choose_device
-from model.networks.blocks import Architecture
-from model.scene import Scene
-from model.shipped import DEFAULT_VOLUME
+from model.benchmarks.training import TrainingRow, compare_training
+from model.devices import choose_device
+from model.generator.catalog import DEFAULT_VOLUME
+from model.networks.size import Architecture
+from model.scene.scene import Scene
 from model.training.options import TrainingOptions
-from model.training_benchmark import TrainingRow, compare_training
 from model.volume_files import read_volume
 
 

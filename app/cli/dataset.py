@@ -8,12 +8,12 @@ from pathlib import Path
 
 from app.cli import options
 from app.cli.console import console, counting
-from model.dataset import SampleStore
 from model.errors import DatasetError, TfscopeError
-from model.sample_rendering import render_store
-from model.scene import Scene
+from model.samples.sample_rendering import render_store
+from model.samples.sample_store import SampleStore
+from model.scene.scene import Scene
+from model.scene.volume import Volume
 from model.training.sources import LEAST_HOLDOUT
-from model.volume import Volume
 
 MAX_HOLDOUT = 2000
 
@@ -91,6 +91,6 @@ def _render(
     if scheduler is None:
         render_store(store, volume, workers, on_progress)
     else:
-        from model.distributed_rendering import render_store_on_cluster
+        from model.samples.distributed_rendering import render_store_on_cluster
 
         render_store_on_cluster(store, volume, scheduler, workers, on_progress)

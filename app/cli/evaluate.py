@@ -13,16 +13,16 @@ from rich.table import Table
 from app.cli import options
 from app.cli.console import console, counting
 from app.cli.outputs import check_outputs, write_json, write_text
-from model.agreement import sensitivity_agreement
-from model.dataset import SampleStore
-from model.error_profile import Group, error_profile, to_json
 from model.errors import DatasetError, VolumeError
-from model.evaluation import evaluate, pictures
-from model.generator import Generator
-from model.report import AGREEMENTS, MEASURES, extremes, html_report, picture_sheet
-from model.sample_rendering import render_store
-from model.sampling import draw_sample
-from model.volume import Volume
+from model.evaluation.error_profile import Group, error_profile, to_json
+from model.evaluation.holdout import evaluate, pictures
+from model.evaluation.report import AGREEMENTS, MEASURES, extremes, html_report, picture_sheet
+from model.generator.generator import Generator
+from model.samples.sample_rendering import render_store
+from model.samples.sample_store import SampleStore
+from model.samples.sampling import draw_sample
+from model.scene.volume import Volume
+from model.sensitivity.agreement import sensitivity_agreement
 
 DEFAULT_SENSITIVITIES = 200
 

@@ -6,8 +6,8 @@ from typing import Any
 
 from app.cli import options
 from app.cli.console import print_facts
-from model.checkpoint import MODEL_FILE, ModelCard, load_model
 from model.networks.blocks import parameter_count
+from model.networks.checkpoint import MODEL_FILE, ModelCard, load_model
 from model.volume_files import describe
 
 ARCHITECTURES = {

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Annotated, cast
 import typer
 
 from model.errors import TfscopeError, VolumeError
-from model.scene import Lighting, RendererName
-from model.shipped import DEFAULT_VOLUME, shipped_volumes
-from model.transfer_function import Range
-from model.volume import Volume
+from model.generator.catalog import DEFAULT_VOLUME, shipped_volumes
+from model.scene.scene import Lighting, RendererName
+from model.scene.transfer_function import Range
+from model.scene.volume import Volume
 from model.volume_files import Component, RawLayout, read_volume
 
 if TYPE_CHECKING:
-    from model.networks.blocks import Architecture
+    from model.networks.size import Architecture
 
 
 class LightingOption(StrEnum):

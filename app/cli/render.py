@@ -14,15 +14,15 @@ from skimage.transform import resize
 from app.cli import options
 from app.cli.console import console
 from app.cli.outputs import check_outputs
-from model.checkpoint import load_card
-from model.default_transfer_function import default_transfer_function
 from model.errors import RenderError
-from model.range_fitting import fit_to_range
-from model.scene import LightDirection, RendererName, Scene
-from model.shipped import model_for, shipped_models
-from model.transfer_function import Range, TransferFunction
-from model.view import View
-from model.volume import Volume
+from model.generator.catalog import model_for, shipped_models
+from model.networks.checkpoint import load_card
+from model.scene.default_tf import default_transfer_function
+from model.scene.range_fitting import fit_to_range
+from model.scene.scene import LightDirection, RendererName, Scene
+from model.scene.transfer_function import Range, TransferFunction
+from model.scene.view import View
+from model.scene.volume import Volume
 
 DEFAULT_SIZE = 256
 DEFAULT_SAMPLE_DISTANCE = 0.5
@@ -100,7 +100,7 @@ def _render_volume(order: RenderOrder, view: View) -> NDArray[np.float32]:
 
 
 def _render_generator(order: RenderOrder, view: View) -> NDArray[np.float32]:
-    from model.generator import Generator
+    from model.generator.generator import Generator
 
     folder = order.model or model_folder(None, order.volume.read())
     generator = Generator.load(folder, order.device, order.backend, order.precision)

@@ -11,15 +11,15 @@ from skimage.io import imsave
 
 from app.cli import options
 from app.cli.outputs import check_outputs
+from app.cli.plots import Curve, Plot, save_plots
 from app.cli.render import DEFAULT_SIZE, load_fitted, model_folder
-from app.plots import Curve, Plot, save_plots
-from model.default_transfer_function import default_transfer_function
 from model.errors import RenderError
-from model.region import Region, block_edges
-from model.tf_edits import EDIT_WIDTH, response_to_edits
-from model.transfer_function import TF_SAMPLES, TransferFunction
-from model.view import View
-from model.volume import Volume
+from model.scene.default_tf import default_transfer_function
+from model.scene.region import Region, block_edges
+from model.scene.tf_perturbation import EDIT_WIDTH, response_to_edits
+from model.scene.transfer_function import TF_SAMPLES, TransferFunction
+from model.scene.view import View
+from model.scene.volume import Volume
 
 RISING, FALLING = np.array([1.0, 0.35, 0.1]), np.array([0.2, 0.5, 1.0])
 """Colours of a field: more opacity brightens, more opacity darkens."""
@@ -95,8 +95,8 @@ def save_sensitivity(order: SensitivityOrder) -> None:
 def _by_renderer(
     order: SensitivityOrder, volume: Volume, view: View, tf: TransferFunction, region: Region | None
 ) -> _Differentiated:
-    from model.exact_sensitivity import region_sensitivity, sensitivity_field
     from model.rendering.raycast.renderer import RaycastRenderer
+    from model.sensitivity.exact import region_sensitivity, sensitivity_field
 
     size = order.size or DEFAULT_SIZE
     renderer = RaycastRenderer(volume)
@@ -114,8 +114,8 @@ def _by_renderer(
 def _by_generator(
     order: SensitivityOrder, volume: Volume, view: View, tf: TransferFunction, region: Region | None
 ) -> _Differentiated:
-    from model.generator import Generator
-    from model.sensitivity import generator_sensitivity
+    from model.generator.generator import Generator
+    from model.sensitivity.learned import generator_sensitivity
 
     generator = Generator.load(model_folder(order.model, volume), order.device)
     scene = generator.scene

@@ -11,19 +11,19 @@ from app.cli import options
 from app.cli.console import console, counting
 from app.cli.outputs import write_json, write_text
 from app.cli.train import TrainingDisplay, budget_of, execution_of, size_of
-from model.dataset import SampleStore
+from model.devices import choose_device
 from model.errors import TfscopeError
-from model.generator import choose_device
-from model.networks.blocks import Architecture, NetworkSize
-from model.sample_rendering import render_store
-from model.sampling import Stream
-from model.scene import Scene
-from model.study import STUDIES, Study, StudyPlan, run_study
-from model.study_table import markdown, study_table
+from model.evaluation.study import STUDIES, Study, StudyPlan, run_study
+from model.evaluation.study_table import markdown, study_table
+from model.networks.size import Architecture, NetworkSize
+from model.samples.sample_rendering import render_store
+from model.samples.sample_store import SampleStore
+from model.samples.sampling import Stream
+from model.scene.scene import Scene
+from model.scene.volume import Volume
 from model.training.options import TrainingOptions
 from model.training.plan import TrainingPlan
 from model.training.sources import StoredSource
-from model.volume import Volume
 
 
 @dataclass(frozen=True)

@@ -22,23 +22,23 @@ from rich.text import Text
 
 from app.cli import options
 from app.cli.console import console
-from model.dataset import SampleStore
+from model.devices import choose_device
 from model.errors import TrainingError
-from model.generator import choose_device
-from model.networks.blocks import Architecture, NetworkSize
+from model.networks.size import Architecture, NetworkSize
 from model.rendering.raycast import cuda
-from model.scene import Lighting, RendererName, Scene
+from model.samples.sample_store import SampleStore
+from model.scene.scene import Lighting, RendererName, Scene
+from model.scene.transfer_function import Range
 from model.training import parallel
 from model.training.execution import Execution
 from model.training.execution_choice import choose_execution
 from model.training.options import PRESETS, Budget, TrainingOptions
 from model.training.plan import TrainingPlan, TrainingReport
 from model.training.sources import SampleSource, StoredSource
-from model.training.start import Start
 from model.training.state import STATE_FILE, load_progress
-from model.training.stream import StreamSource
+from model.training.streamed_samples import StreamSource
 from model.training.trainer import train
-from model.transfer_function import Range
+from model.training.warm_start import Start
 
 DEFAULT_MINUTES = 60.0
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from model.shipped import DEFAULT_VOLUME, volume_for
+from model.generator.catalog import DEFAULT_VOLUME, volume_for
 
 
 def open_window(
@@ -19,7 +19,7 @@ def open_window(
 
     Without a volume, that of the model, where it is a shipped one.
     """
-    from app.engines import GeneratorSettings
+    from app.engines.engines import GeneratorSettings
     from app.launch import run_window
 
     generators = GeneratorSettings(device, backend, precision)

@@ -11,14 +11,14 @@ from PySide6.QtCore import QObject, QPoint
 from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QColorDialog
 
-from app.session import Session
-from app.tf_editor import edits
+from app.state.viewer_state import Session
 from app.tf_editor.handle import DragHandle
 from app.tf_editor.plot_area import PlotArea
 from app.tf_editor.popup import pop_up
 from app.tf_editor.selection import Selection
 from app.tf_editor.unit_axis import from_unit, to_unit
-from model.transfer_function import ColorTF
+from model.scene import tf_editing as edits
+from model.scene.transfer_function import ColorTF
 
 
 class ColorLayer(QObject):

@@ -10,15 +10,15 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
-from app.session import Session
-from app.tf_editor import edits
+from app.state.viewer_state import Session
 from app.tf_editor.color_layer import ColorLayer
 from app.tf_editor.numbers import NumbersPanel
 from app.tf_editor.opacity_layer import OpacityLayer, handle_name
 from app.tf_editor.plot_area import PlotArea
 from app.tf_editor.popup import pop_up
 from app.tf_editor.selection import Selection
-from model.transfer_function import Range
+from model.scene import tf_editing as edits
+from model.scene.transfer_function import Range
 
 _NUDGE_HEIGHT = 0.01
 _BIG_NUDGE = 10

@@ -10,11 +10,11 @@ from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QFormLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
 from app import theme
-from app.session import Session
-from app.tf_editor import edits
+from app.state.viewer_state import Session
 from app.tf_editor.number_box import NumberBox
 from app.tf_editor.selection import Selection
-from model.transfer_function import ColorTF, OpacityTF
+from model.scene import tf_editing as edits
+from model.scene.transfer_function import ColorTF, OpacityTF
 
 PANEL_WIDTH = 216
 

@@ -14,14 +14,14 @@ from PySide6.QtGui import QBrush, QColor, QLinearGradient, QPainterPath, QPen
 from PySide6.QtWidgets import QGraphicsPathItem
 
 from app import theme
-from app.session import Session
-from app.tf_editor import edits
+from app.state.viewer_state import Session
 from app.tf_editor.handle import DragHandle
 from app.tf_editor.plot_area import PlotArea
 from app.tf_editor.popup import pop_up
 from app.tf_editor.selection import Selection
 from app.tf_editor.unit_axis import from_unit, to_unit
-from model.transfer_function import OpacityTF, TransferFunction
+from model.scene import tf_editing as edits
+from model.scene.transfer_function import OpacityTF, TransferFunction
 
 _FLANK = math.exp(-1.0)
 """Height of a mode one width away from its mean, as a share of its amplitude."""

@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QGraphicsItem, QLabel
 
 from app import theme
 from app.tf_editor.unit_axis import from_unit, ticks, to_unit
-from model.transfer_function import Range
+from model.scene.transfer_function import Range
 
 STRIP_HEIGHT = 44
 AXIS_WIDTH = 44

@@ -7,7 +7,7 @@ from typing import Literal
 
 from PySide6.QtCore import QObject, Signal
 
-from model.transfer_function import TransferFunction
+from model.scene.transfer_function import TransferFunction
 
 Kind = Literal["opacity", "color"]
 

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from model.transfer_function import Range
+from model.scene.transfer_function import Range
 
 _ROUND_STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)
 

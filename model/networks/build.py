@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from model.networks.blocks import NetworkSize
-from model.networks.grid_generator import GridGenerator
-from model.networks.grid_opacity import GridOpacityGenerator
-from model.networks.opacity import OpacityGenerator, OpacityNetwork
-from model.networks.two_stage import GeneratorNetwork, TwoStageGenerator
-from model.scene import Scene
+from model.networks.generator_network import GeneratorNetwork, OpacityNetwork
+from model.networks.grid.grid_generator import GridGenerator
+from model.networks.grid.grid_opacity import GridOpacityGenerator
+from model.networks.paper.opacity import OpacityGenerator
+from model.networks.paper.two_stage import TwoStageGenerator
+from model.networks.size import NetworkSize
+from model.scene.scene import Scene
 
 
 def build_generator(size: NetworkSize, scene: Scene) -> GeneratorNetwork:

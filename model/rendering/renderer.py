@@ -7,10 +7,10 @@ from typing import Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from model.scene import LightDirection, Lighting, RendererName
-from model.transfer_function import ColorTF, OpacityTF
-from model.view import View
-from model.volume import Volume
+from model.scene.scene import LightDirection, Lighting, RendererName
+from model.scene.transfer_function import ColorTF, OpacityTF
+from model.scene.view import View
+from model.scene.volume import Volume
 
 
 class Renderer(Protocol):
@@ -48,7 +48,7 @@ def open_renderer(
     ----------
     name : {"vtk", "raycast"}
     volume, lighting, light, sample_distance
-        See :class:`model.scene.Scene`.
+        See :class:`model.scene.scene.Scene`.
     threads : int, optional
         CPU threads of the ray caster, one per processor by default; VTK takes
         what OpenGL gives it.

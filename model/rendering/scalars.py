@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from model.transfer_function import Range
-from model.volume import Volume
+from model.scene.transfer_function import Range
+from model.scene.volume import Volume
 
 WELL_CONDITIONED = 256.0
 """Largest ratio of the values' size to their range that float32 holds as it is.

@@ -32,10 +32,10 @@ from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkOpenGLGPUVolumeRayCastMapper
 from model.errors import RenderError
 from model.rendering.opacity_correction import per_sample
 from model.rendering.scalars import renderable_scalars
-from model.scene import LightDirection, Lighting
-from model.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, Range
-from model.view import VIEW_ANGLE, View
-from model.volume import Volume
+from model.scene.scene import LightDirection, Lighting
+from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, Range
+from model.scene.view import VIEW_ANGLE, View
+from model.scene.volume import Volume
 
 AMBIENT, DIFFUSE, SPECULAR, SPECULAR_POWER = 0.4, 0.9, 0.2, 20.0
 """Gradient shading of lit scenes."""

@@ -13,10 +13,11 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from model.encoding import EncodedBatch, decode_unit, encode_unit
-from model.networks.opacity import LatentCodec
-from model.sampling import EDIT_HEIGHT, draw_edits, draw_opacity_tfs
-from model.scene import Scene
+from model.networks.codec import LatentCodec
+from model.networks.encoding import decode_unit, encode_unit
+from model.samples.sampling import EDIT_HEIGHT, draw_edits, draw_opacity_tfs
+from model.scene.scene import Scene
+from model.training.batch import EncodedBatch
 from model.training.options import TrainingOptions
 from model.training.parallel import rank, ranks
 

@@ -19,15 +19,16 @@ from typing import get_args
 import torch
 from torch import nn
 
-from model.encoding import EncodedBatch
 from model.errors import DeviceError
 from model.measurements import keep, kept
-from model.networks.blocks import VIEW_PARAMETERS, NetworkSize
-from model.scene import Scene
+from model.networks.blocks import VIEW_PARAMETERS
+from model.networks.size import NetworkSize
+from model.scene.scene import Scene
+from model.scene.transfer_function import TF_SAMPLES
+from model.training.batch import EncodedBatch
 from model.training.execution import Execution, Precision
 from model.training.options import TrainingOptions
 from model.training.schedule import Schedule
-from model.transfer_function import TF_SAMPLES
 
 RUN_SECONDS = 5.0
 """Time for all ways together, after the first step of each."""

@@ -7,12 +7,12 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from model.encoding import EncodedBatch
-from model.networks.blocks import NetworkSize
-from model.networks.translation import TranslationDiscriminator
-from model.networks.two_stage import GeneratorNetwork
-from model.training.average import WeightAverage
+from model.networks.generator_network import GeneratorNetwork
+from model.networks.paper.translation import TranslationDiscriminator
+from model.networks.size import NetworkSize
+from model.training.batch import EncodedBatch
 from model.training.codec_loss import CodecLoss
+from model.training.ema import WeightAverage
 from model.training.execution import STANDARD, Execution
 from model.training.losses import l1
 from model.training.options import TrainingOptions

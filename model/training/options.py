@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from model.errors import TrainingError
-from model.networks.blocks import NetworkSize
+from model.networks.size import NetworkSize
 
 _SMALL = NetworkSize(
     0.25, features=32, rays=True, modulation=True, deep_codec=True, architecture="grid"

@@ -10,12 +10,12 @@ from typing import Any
 import torch
 
 from model.errors import TrainingError
-from model.networks.blocks import NetworkSize
+from model.networks.size import NetworkSize
 from model.training.execution import STANDARD, Execution
 from model.training.options import Budget, TrainingOptions
 from model.training.sources import SampleSource
 from model.training.stage import Losses
-from model.training.start import Start
+from model.training.warm_start import Start
 
 
 @dataclass(frozen=True)

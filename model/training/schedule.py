@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import torch
 
-from model.networks.blocks import NetworkSize
 from model.networks.build import build_generator, build_opacity
-from model.networks.two_stage import GeneratorNetwork, TwoStageGenerator
-from model.scene import Scene
+from model.networks.generator_network import GeneratorNetwork
+from model.networks.paper.two_stage import TwoStageGenerator
+from model.networks.size import NetworkSize
+from model.scene.scene import Scene
 from model.training.codec_loss import CodecLoss
 from model.training.execution import STANDARD, Execution
 from model.training.joint import JointStage

@@ -6,10 +6,10 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from typing import Any
 
-from model.dataset import SampleBatch, SampleStore
 from model.errors import DatasetError
-from model.sampling import Stream
-from model.scene import Scene
+from model.samples.sample_store import SampleBatch, SampleStore
+from model.samples.sampling import Stream
+from model.scene.scene import Scene
 
 LEAST_HOLDOUT = 4
 """Hold-out samples without which nobody can say whether codes and images differ."""

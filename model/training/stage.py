@@ -16,13 +16,13 @@ import torch
 from torch import Tensor, nn
 from torch.nn.utils import clip_grad_norm_
 
-from model.encoding import EncodedBatch
 from model.errors import TrainingError
 from model.networks.blocks import keep_variance, place
-from model.training.average import WeightAverage
+from model.training.batch import EncodedBatch
+from model.training.ema import WeightAverage
 from model.training.execution import STANDARD, Execution
 from model.training.losses import adversarial
-from model.training.optimisers import adam, cosine_decay, halving_decay, set_rate
+from model.training.optimizers import adam, cosine_decay, halving_decay, set_rate
 from model.training.options import StageOptions, TrainingOptions
 from model.training.parallel import average_gradients, ranks
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from model.encoding import EncodedBatch
-from model.networks.blocks import NetworkSize
-from model.networks.opacity import OpacityDiscriminator, OpacityNetwork
-from model.networks.translation import TranslationDiscriminator, TranslationGenerator
-from model.training.average import WeightAverage
+from model.networks.generator_network import OpacityNetwork
+from model.networks.paper.opacity import OpacityDiscriminator
+from model.networks.paper.translation import TranslationDiscriminator, TranslationGenerator
+from model.networks.size import NetworkSize
+from model.training.batch import EncodedBatch
 from model.training.codec_loss import CodecLoss
+from model.training.ema import WeightAverage
 from model.training.execution import STANDARD, Execution
 from model.training.losses import l1
 from model.training.options import TrainingOptions

@@ -19,20 +19,20 @@ from pathlib import Path
 import numpy as np
 from filelock import FileLock, Timeout
 
-from model.checkpoint import ModelCard, save_model
-from model.dataset import SampleBatch
-from model.encoding import EncodedBatch, encode_batch
 from model.errors import CollapseError, TrainingError
-from model.networks.two_stage import GeneratorNetwork
+from model.networks.checkpoint import ModelCard, save_model
+from model.networks.generator_network import GeneratorNetwork
+from model.samples.sample_store import SampleBatch
 from model.training import parallel
+from model.training.batch import EncodedBatch, encode_batch
+from model.training.batch_norm import OwnStatistics
 from model.training.guard import Guard
 from model.training.interruption import Interruption
+from model.training.monitor import MEASURES, HoldoutProbe, RunLog
 from model.training.plan import TrainingPlan, TrainingReport
-from model.training.progress import MEASURES, HoldoutProbe, RunLog
 from model.training.schedule import Schedule
 from model.training.stage import Losses, Stage
 from model.training.state import STATE_FILE, Progress, load_progress, load_stage, save_state
-from model.training.statistics import OwnStatistics
 
 LOCK_FILE = "training.lock"
 

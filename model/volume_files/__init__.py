@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from model.errors import VolumeError
-from model.volume import Volume
+from model.scene.volume import Volume
 from model.volume_files.checks import readable_size, times
 from model.volume_files.dicom import SUFFIXES as DICOM_SUFFIXES
 from model.volume_files.dicom import dicom_slices, read_dicom

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from model.errors import VolumeError
-from model.volume import Triple
+from model.scene.volume import Triple
 
 AXES = "xyz"
 SMALLEST_SPACING, LARGEST_SPACING = 1e-15, 1e15

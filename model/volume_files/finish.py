@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError
-from model.volume import Volume
+from model.scene.volume import Volume
 from model.volume_files.grid import Grid
 
 Component = int | Literal["magnitude"]

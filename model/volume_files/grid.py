@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from model.volume import Triple
+from model.scene.volume import Triple
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError
-from model.volume import Triple
+from model.scene.volume import Triple
 from model.volume_files.checks import (
     check_grid,
     check_present,

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from model.errors import VolumeError
-from model.volume import Triple
+from model.scene.volume import Triple
 from model.volume_files.blocks import Block, read_block
 from model.volume_files.checks import check_grid, readable_size, times, usable_spacing
 from model.volume_files.grid import Grid

@@ -9,13 +9,14 @@ import pytest
 from PySide6.QtCore import QCoreApplication, QEvent, QThread, QTimer
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
+from ramp import make_tf
 from shiboken6 import getAllValidWrappers
-from window_fakes import FakeBuilders, make_tf
+from window_fakes import FakeBuilders
 
-from app.main_window import MainWindow
-from app.session import Session
-from app.transfer_function_store import TransferFunctionStore
-from app.worker import THREAD_PREFIX
+from app.engines.worker import THREAD_PREFIX
+from app.state.transfer_function_store import TransferFunctionStore
+from app.state.viewer_state import Session
+from app.window.main_window import MainWindow
 
 
 @pytest.fixture(autouse=True)

@@ -12,10 +12,10 @@ from PySide6.QtWidgets import QApplication
 from window_fakes import FakeBuilders
 
 from app import launch
-from app.engines import FASTEST
+from app.engines.engines import FASTEST
 from app.launch import run_window
-from app.main_window import MainWindow
-from app.transfer_function_store import TransferFunctionStore
+from app.state.transfer_function_store import TransferFunctionStore
+from app.window.main_window import MainWindow
 from model.errors import CheckpointError
 
 

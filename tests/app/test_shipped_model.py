@@ -7,10 +7,11 @@ from pathlib import Path
 
 import pytest
 from pytestqt.qtbot import QtBot
-from window_fakes import FakeBuilders, make_volume
+from ramp import make_volume
+from window_fakes import FakeBuilders
 
-from app.main_window import MainWindow
-from model.scene import Scene
+from app.window.main_window import MainWindow
+from model.scene.scene import Scene
 
 WindowMaker = Callable[..., MainWindow]
 
@@ -26,7 +27,7 @@ def shipped(builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch) -> list[str
         asked.append(fingerprint)
         return Path("shipped") if fingerprint == ramp else None
 
-    monkeypatch.setattr("app.workspace.model_for", model_for)
+    monkeypatch.setattr("app.state.workspace.model_for", model_for)
     return asked
 
 

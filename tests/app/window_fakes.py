@@ -8,30 +8,17 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from ramp import make_tf, make_volume
 
-from app.engines import Builders, GeneratorSettings, ReferenceSettings
-from app.messages import RenderRequest
-from app.worker import Engine
+from app.engines.engines import Builders, GeneratorSettings, ReferenceSettings
+from app.engines.messages import RenderRequest
+from app.engines.worker import Engine
 from model.errors import VolumeError
-from model.scene import Scene
-from model.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
-from model.view import View
-from model.volume import Volume
+from model.scene.scene import Scene
+from model.scene.view import View
+from model.scene.volume import Volume
 
 PATIENCE_S = 20
-
-
-def make_volume(name: str = "ramp", top: float = 200.0) -> Volume:
-    """Every value from 100 to `top`, none twice."""
-    scalars = np.linspace(100.0, top, 6 * 5 * 4, dtype=np.float32).reshape(6, 5, 4)
-    return Volume(scalars, name=name, units="K")
-
-
-def make_tf(*means: float) -> TransferFunction:
-    """Modes over 100..200, black to white."""
-    modes = tuple(GaussianMode(mean, 8.0, 0.5) for mean in means or (130.0, 170.0))
-    stops = ((100.0, 0.0, 0.0, 0.0), (150.0, 0.2, 0.6, 0.4), (200.0, 1.0, 1.0, 1.0))
-    return TransferFunction(OpacityTF((100.0, 200.0), modes), ColorTF((100.0, 200.0), stops))
 
 
 def make_request(sequence: int, live: bool = False) -> RenderRequest:

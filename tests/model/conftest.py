@@ -8,10 +8,10 @@ os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 import numpy as np
 import pytest
 
-from model.dataset import SampleStore
-from model.sample_rendering import render_store
-from model.scene import Scene
-from model.volume import Volume
+from model.samples.sample_rendering import render_store
+from model.samples.sample_store import SampleStore
+from model.scene.scene import Scene
+from model.scene.volume import Volume
 
 
 def blobs() -> Volume:

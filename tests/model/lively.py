@@ -3,8 +3,9 @@ from __future__ import annotations
 import torch
 from torch import nn
 
-from model.networks.blocks import NetworkSize, keep_variance
-from model.networks.two_stage import TwoStageGenerator
+from model.networks.blocks import keep_variance
+from model.networks.paper.two_stage import TwoStageGenerator
+from model.networks.size import NetworkSize
 
 SIZE = NetworkSize(0.125, 32, 64)
 

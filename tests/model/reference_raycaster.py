@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
-from model.view import VIEW_ANGLE, View
-from model.volume import Volume
+from model.scene.view import VIEW_ANGLE, View
+from model.scene.volume import Volume
 
 Array = NDArray[np.float64]
 

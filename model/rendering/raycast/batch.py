@@ -16,7 +16,7 @@ from llvmlite import ir
 from numba import carray, types
 from numba.extending import intrinsic
 
-from model.rendering.raycast.compilation import inlined
+from model.compilation import inlined
 from model.rendering.raycast.tables import LEVELS, NOTHING
 from model.rendering.raycast.trilinear import (
     blend,

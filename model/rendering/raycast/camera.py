@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from model.view import VIEW_ANGLE, View
-from model.volume import Volume
+from model.scene.view import VIEW_ANGLE, View
+from model.scene.volume import Volume
 
 
 def camera_array(view: View, volume: Volume) -> NDArray[np.float64]:

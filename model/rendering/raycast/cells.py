@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_cdt
 
-from model.rendering.raycast.compilation import compiled
-from model.transfer_function import TF_SAMPLES
+from model.compilation import compiled
+from model.scene.transfer_function import TF_SAMPLES
 
 SHIFT = 3
 """Logarithm of a cell's edge in voxels: cells of 8 x 8 x 8."""

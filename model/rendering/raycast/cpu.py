@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from model.compilation import compiled
 from model.rendering.raycast.batch import stack_batch
-from model.rendering.raycast.compilation import compiled
 from model.rendering.raycast.marching import ZERO, make_ray, march, show
 from model.rendering.raycast.preintegration import march_segments
 

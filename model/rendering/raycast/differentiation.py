@@ -16,11 +16,11 @@ from typing import Any
 
 import numpy as np
 
+from model.compilation import compiled, inlined
 from model.rendering.raycast.batch import fetch, stack_batch
-from model.rendering.raycast.compilation import compiled, inlined
 from model.rendering.raycast.marching import ONE, ZERO, make_ray, skip_empty
 from model.rendering.raycast.tables import LEVELS_PER_BIN
-from model.transfer_function import TF_SAMPLES
+from model.scene.transfer_function import TF_SAMPLES
 
 NEGLIGIBLE = np.float32(1e-6)
 """Light that is left out, of what comes through."""

@@ -16,13 +16,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from model.compilation import compiled
 from model.rendering.opacity_correction import NEARLY_OPAQUE
-from model.rendering.raycast.compilation import compiled
 from model.rendering.raycast.shading import Light, LightGrid
-from model.scene import LightDirection
-from model.transfer_function import OpacityTF
-from model.view import View
-from model.volume import Volume
+from model.scene.scene import LightDirection
+from model.scene.transfer_function import OpacityTF
+from model.scene.view import View
+from model.scene.volume import Volume
 
 DIFFUSE, SPECULAR, POWER = 0.9, 0.2, 20.0
 """Gradient shading, as the reference renderer has it."""

@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from model.compilation import inlined
 from model.rendering.raycast.batch import fetch
-from model.rendering.raycast.compilation import inlined
 from model.rendering.raycast.compositing import GROUP, composite_group
 from model.rendering.raycast.shading import received, reflect
 

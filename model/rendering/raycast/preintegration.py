@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from model.rendering.raycast.compilation import inlined
+from model.compilation import inlined
 from model.rendering.raycast.marching import VISIBLE, skip_empty
 from model.rendering.raycast.tables import LEVELS
 from model.rendering.raycast.trilinear import interpolate

@@ -26,10 +26,10 @@ from model.rendering.raycast.tables import (
     preintegrated_table,
 )
 from model.rendering.scalars import renderable_scalars
-from model.scene import LightDirection, Lighting
-from model.transfer_function import TF_SAMPLES, ColorTF, OpacityTF
-from model.view import View
-from model.volume import Volume
+from model.scene.scene import LightDirection, Lighting
+from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF
+from model.scene.view import View
+from model.scene.volume import Volume
 
 NATIVE_TYPES = (np.uint8, np.uint16, np.int16, np.float32)
 """Scalars that rays go through as they are."""

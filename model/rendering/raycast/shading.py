@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from model.rendering.raycast.compilation import inlined
+from model.compilation import inlined
 from model.rendering.raycast.trilinear import interpolate_inside
 
 ZERO, ONE, TWO = np.float32(0), np.float32(1), np.float32(2)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.rendering.opacity_correction import per_sample
-from model.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, Range
+from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, Range
 
 LEVELS_PER_BIN = 16
 LEVELS = (TF_SAMPLES - 1) * LEVELS_PER_BIN + 1

@@ -9,7 +9,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from model.rendering.raycast.compilation import inlined
+from model.compilation import inlined
 
 
 def pair_type(array: Any) -> Any:

@@ -12,13 +12,13 @@ import pytest
 from skimage.io import imread
 
 from app.cli import run
-from model.checkpoint import load_card
-from model.dataset import SampleStore
+from model.generator.catalog import DEFAULT_VOLUME, model_for, shipped_models, shipped_volumes
+from model.networks.checkpoint import load_card
 from model.rendering.vtk_renderer import VtkRenderer
-from model.scene import Scene
-from model.shipped import DEFAULT_VOLUME, model_for, shipped_models, shipped_volumes
-from model.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
-from model.view import View
+from model.samples.sample_store import SampleStore
+from model.scene.scene import Scene
+from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
+from model.scene.view import View
 from model.volume_files import read_volume
 
 RANGE = (0.0, 255.0)
@@ -48,7 +48,7 @@ def trained(raw_file: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder: Path = tmp_path_factory.mktemp("runs") / "run"
     arguments = f"train --volume {raw_file} --preset draft --out {folder} --samples 400 --workers 1"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("model.training.progress.PROBE_SAMPLES", 4)
+        patch.setattr("model.training.monitor.PROBE_SAMPLES", 4)
         assert run(arguments.split()) == 0
     return folder
 
@@ -291,7 +291,7 @@ def test_a_layout_can_be_given(raw_file: Path, tmp_path: Path) -> None:
 
 
 def test_the_generator_renders_its_model(trained: Path, tf_file: Path, tmp_path: Path) -> None:
-    from model.generator import Generator
+    from model.generator.generator import Generator
 
     out = tmp_path / "image.npy"
     arguments = f"render --renderer generator --model {trained} --tf {tf_file} --view 10,5"

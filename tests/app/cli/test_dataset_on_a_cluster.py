@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from app.cli import run
-from model.dataset import ARRAYS, STREAMS, SampleStore
+from model.samples.sample_store import ARRAYS, STREAMS, SampleStore
 
 
 def test_a_local_cluster_makes_the_same_data_set(tmp_path: Path) -> None:

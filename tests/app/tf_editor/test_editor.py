@@ -12,10 +12,10 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMenu
 from pytestqt.qtbot import QtBot
 
-from app.session import Session
+from app.state.viewer_state import Session
 from app.tf_editor.editor import TransferFunctionEditor
 from app.tf_editor.handle import DragHandle
-from model.transfer_function import OpacityTF
+from model.scene.transfer_function import OpacityTF
 
 LEFT = Qt.MouseButton.LeftButton
 

@@ -7,7 +7,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
-from app.session import Session
+from app.state.viewer_state import Session
 from app.tf_editor.number_box import NumberBox
 from app.tf_editor.numbers import NumbersPanel
 from app.tf_editor.selection import Selection

@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 from pytestqt.qtbot import QtBot
-from window_fakes import make_tf
+from ramp import make_tf
 
 from app.tf_editor.selection import Selected, Selection
 

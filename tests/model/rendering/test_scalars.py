@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from model.rendering.scalars import renderable_scalars
-from model.volume import Volume
+from model.scene.volume import Volume
 
 NATIVE = (np.uint8, np.int16, np.float32)
 UNIT = np.linspace(0, 1, 60).reshape(3, 4, 5)

@@ -12,9 +12,9 @@ import pytest
 from numpy.typing import NDArray
 
 from model.rendering.vtk_renderer import VtkRenderer, per_sample
-from model.transfer_function import ColorTF, GaussianMode, OpacityTF
-from model.view import View
-from model.volume import Volume
+from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
+from model.scene.view import View
+from model.scene.volume import Volume
 
 STEP = 1 / 255
 SIZE = 64

@@ -8,14 +8,14 @@ from pathlib import Path
 import pytest
 from training_runs import plan
 
-from model.dataset import SampleStore
+from model.samples.sample_store import SampleStore
 from model.training.trainer import train
 
 
 @pytest.fixture(scope="module", autouse=True)
 def few_probes() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("model.training.progress.PROBE_SAMPLES", 8)
+        patch.setattr("model.training.monitor.PROBE_SAMPLES", 8)
         yield
 
 

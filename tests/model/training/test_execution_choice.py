@@ -13,8 +13,8 @@ import pytest
 import torch
 
 from model.errors import DeviceError
-from model.networks.blocks import NetworkSize
-from model.scene import Scene
+from model.networks.size import NetworkSize
+from model.scene.scene import Scene
 from model.training import execution_choice
 from model.training.execution import Execution
 from model.training.execution_choice import choose_execution

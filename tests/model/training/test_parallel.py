@@ -12,8 +12,8 @@ import pytest
 import safetensors.torch
 import torch
 
-from model.checkpoint import load_card, load_model
-from model.volume import Volume
+from model.networks.checkpoint import load_card, load_model
+from model.scene.volume import Volume
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="gloo under torchrun")
 

@@ -18,19 +18,19 @@ import pytest
 import torch
 from training_runs import RECIPE, SIZE, Stop, assert_same_state, plan
 
-from model.checkpoint import load_card, load_model
-from model.dataset import SampleStore
 from model.errors import TrainingError
-from model.networks.blocks import Architecture
-from model.sample_rendering import render_store
-from model.scene import Scene
+from model.networks.checkpoint import load_card, load_model
+from model.networks.size import Architecture
+from model.samples.sample_rendering import render_store
+from model.samples.sample_store import SampleStore
+from model.scene.scene import Scene
+from model.scene.volume import Volume
 from model.training.joint import JointStage
 from model.training.options import Budget
 from model.training.plan import TrainingPlan, TrainingReport
 from model.training.state import load_progress
-from model.training.stream import StreamSource
+from model.training.streamed_samples import StreamSource
 from model.training.trainer import train
-from model.volume import Volume
 
 
 @pytest.mark.parametrize("steps", [7, 16, 30])
@@ -109,8 +109,8 @@ from pathlib import Path
 sys.path.insert(0, "tests/model/training")
 from model.dataset import SampleStore
 from model.training.trainer import train
-import model.training.progress
-model.training.progress.PROBE_SAMPLES = 8
+import model.training.monitor
+model.training.monitor.PROBE_SAMPLES = 8
 from training_runs import plan
 store, folder = SampleStore(Path(sys.argv[1])), Path(sys.argv[2])
 train(plan(store, folder), on_report=lambda r: print(r.samples, flush=True))

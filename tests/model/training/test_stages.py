@@ -12,17 +12,19 @@ import torch
 from told_codec import Told
 from torch import Tensor, nn
 
-from model.dataset import SampleStore
-from model.encoding import EncodedBatch, encode_batch
 from model.errors import TrainingError
-from model.networks.blocks import NetworkSize, keep_variance
-from model.networks.opacity import LatentCodec, OpacityGenerator
-from model.sampling import draw_edits, draw_opacity_tfs
-from model.scene import Scene
-from model.training.average import WeightAverage
+from model.networks.blocks import keep_variance
+from model.networks.codec import LatentCodec
+from model.networks.paper.opacity import OpacityGenerator
+from model.networks.size import NetworkSize
+from model.samples.sample_store import SampleStore
+from model.samples.sampling import draw_edits, draw_opacity_tfs
+from model.scene.scene import Scene
+from model.training.batch import EncodedBatch, encode_batch
 from model.training.codec_loss import LAYER, CodecLoss, decoded_tf_error
+from model.training.ema import WeightAverage
 from model.training.losses import adversarial
-from model.training.optimisers import WARM_UP
+from model.training.optimizers import WARM_UP
 from model.training.options import StageOptions, TrainingOptions
 from model.training.stage import Losses
 from model.training.stages import OpacityStage, TranslationStage

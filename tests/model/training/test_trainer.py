@@ -16,13 +16,13 @@ import torch
 from skimage.io import imread
 from training_runs import RECIPE, Stop, plan
 
-from model.checkpoint import load_card, load_model
-from model.dataset import SampleStore
-from model.encoding import EncodedBatch
 from model.errors import CollapseError, DatasetError, TrainingError
-from model.networks.opacity import LatentCodec
-from model.sampling import Stream
-from model.scene import Scene
+from model.networks.checkpoint import load_card, load_model
+from model.networks.codec import LatentCodec
+from model.samples.sample_store import SampleStore
+from model.samples.sampling import Stream
+from model.scene.scene import Scene
+from model.training.batch import EncodedBatch
 from model.training.options import Budget
 from model.training.plan import TrainingReport
 from model.training.stage import StepResult

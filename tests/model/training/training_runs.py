@@ -7,8 +7,8 @@ from pathlib import Path
 import torch
 from safetensors.torch import load_file
 
-from model.dataset import SampleStore
-from model.networks.blocks import NetworkSize
+from model.networks.size import NetworkSize
+from model.samples.sample_store import SampleStore
 from model.training.options import Budget, StageOptions, TrainingOptions
 from model.training.plan import TrainingPlan, TrainingReport
 from model.training.sources import StoredSource

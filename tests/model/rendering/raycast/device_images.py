@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.rendering.raycast.renderer import Device, RaycastRenderer
-from model.scene import LightDirection
-from model.transfer_function import ColorTF, GaussianMode, OpacityTF
-from model.view import View
-from model.volume import Volume
+from model.scene.scene import LightDirection
+from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
+from model.scene.view import View
+from model.scene.volume import Volume
 
 RANGE = (0.0, 255.0)
 OPACITY = OpacityTF(RANGE, (GaussianMode(120.0, 40.0, 0.4), GaussianMode(220.0, 30.0, 0.9)))

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from model.generator.catalog import shipped_volumes
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.vtk_renderer import VtkRenderer
-from model.sampling import SceneSample, draw_sample
-from model.scene import LightDirection, Lighting, Scene
-from model.shipped import shipped_volumes
-from model.transfer_function import ColorTF, GaussianMode, OpacityTF
-from model.view import View
-from model.volume import Volume
+from model.samples.sampling import SceneSample, draw_sample
+from model.scene.scene import LightDirection, Lighting, Scene
+from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
+from model.scene.view import View
+from model.scene.volume import Volume
 from model.volume_files import read_volume
 
 SIZE = 128

@@ -14,9 +14,9 @@ from reference_raycaster import cast, render
 from model.rendering.raycast.camera import camera_array
 from model.rendering.raycast.marching import make_ray
 from model.rendering.raycast.renderer import RaycastRenderer
-from model.transfer_function import ColorTF, GaussianMode, OpacityTF
-from model.view import View
-from model.volume import Volume
+from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
+from model.scene.view import View
+from model.scene.volume import Volume
 
 RANGE = (0.0, 255.0)
 WHITE = ColorTF(RANGE, ((0.0, 1.0, 1.0, 1.0),))

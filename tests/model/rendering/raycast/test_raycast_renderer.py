@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from reference_raycaster import cast, composite, correct, depth, render
 
 from model.rendering.raycast.renderer import LARGEST_ERROR, RaycastRenderer
-from model.transfer_function import ColorTF, GaussianMode, OpacityTF
-from model.view import View
-from model.volume import Volume
+from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
+from model.scene.view import View
+from model.scene.volume import Volume
 
 RANGE = (0.0, 255.0)
 WHITE = ColorTF(RANGE, ((0.0, 1.0, 1.0, 1.0),))

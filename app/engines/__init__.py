@@ -1,0 +1,1 @@
+"""What draws, in threads of its own; knows no widget."""

@@ -1,0 +1,48 @@
+"""A volume together with everything about it that takes time to compute."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.scene.default_tf import default_transfer_function
+from model.scene.transfer_function import TransferFunction
+from model.scene.volume import Volume
+
+
+@dataclass(frozen=True, eq=False)
+class OpenedVolume:
+    """What the window needs of a volume, computed before it gets there.
+
+    Attributes
+    ----------
+    path : Path
+    volume : Volume
+    counts : ndarray of int64, shape (256,)
+        Histogram over equal bins of the scalar range.
+    fingerprint : str
+    default : TransferFunction
+    """
+
+    path: Path
+    volume: Volume
+    counts: NDArray[np.int64]
+    fingerprint: str
+    default: TransferFunction
+
+
+def open_volume(path: Path, read_volume: Callable[[Path], Volume]) -> OpenedVolume:
+    """Read a volume and compute what belongs to it; may take seconds.
+
+    Raises
+    ------
+    VolumeError
+        When the file holds no usable volume.
+    """
+    volume = read_volume(path)
+    counts, _ = volume.histogram(256)
+    return OpenedVolume(path, volume, counts, volume.fingerprint, default_transfer_function(volume))

@@ -1,0 +1,79 @@
+"""Keeps the last transfer function (TF) of every volume between runs."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from itertools import chain, count
+from pathlib import Path
+
+from PySide6.QtCore import QStandardPaths
+
+from model.errors import TransferFunctionError
+from model.scene.transfer_function import TransferFunction
+
+
+class TransferFunctionStore:
+    """A folder with one TF file per volume.
+
+    Parameters
+    ----------
+    folder : Path
+        Created at the first save.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    @classmethod
+    def of_user(cls) -> TransferFunctionStore:
+        """The store in the place that the system gives an application for its data."""
+        place = QStandardPaths.writableLocation(QStandardPaths.StandardLocation.AppDataLocation)
+        return cls(Path(place) / "transfer_functions")
+
+    def path(self, fingerprint: str) -> Path:
+        """Where the TF of a volume is kept."""
+        return self._folder / f"{fingerprint[:32]}.json"
+
+    def save(self, fingerprint: str, transfer_function: TransferFunction) -> None:
+        """Keep a volume's TF.
+
+        Raises
+        ------
+        TransferFunctionError
+            When it cannot be written.
+        """
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise TransferFunctionError(
+                f"{self._folder}: the folder cannot be made ({error.strerror}); "
+                "transfer functions are not kept between runs."
+            ) from error
+        transfer_function.save(self.path(fingerprint))
+
+    def load(self, fingerprint: str) -> TransferFunction | None:
+        """Return a volume's TF, None when there is none.
+
+        Raises
+        ------
+        TransferFunctionError
+            When the file cannot be understood; it is set aside. When it cannot
+            be read or set aside, it is still there: whoever goes on to save
+            would overwrite it.
+        """
+        path = self.path(fingerprint)
+        if not path.exists():
+            return None
+        try:
+            return TransferFunction.load(path)
+        except TransferFunctionError as error:
+            if not isinstance(error.__cause__, OSError):
+                with suppress(OSError):
+                    path.replace(_free(path.with_suffix(".damaged")))
+            raise
+
+
+def _free(path: Path) -> Path:
+    """A name like that of a path that no file has yet."""
+    names = chain([path], (path.with_suffix(f".{i}{path.suffix}") for i in count(2)))
+    return next(name for name in names if not name.exists())

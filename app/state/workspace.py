@@ -1,0 +1,293 @@
+"""What is open: the volume and the model, and how the two images depend on them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Signal
+
+from app.engines.background import BackgroundCall
+from app.engines.engines import Builders, GeneratorSettings, ReferenceSettings
+from app.engines.messages import EngineReady
+from app.image_view.engine_pane import EnginePane
+from app.state.dispatcher import NO_MODEL_SIZE, Dispatcher
+from app.state.opened_volume import OpenedVolume, open_volume
+from app.state.transfer_function_store import TransferFunctionStore
+from app.state.viewer_state import Session
+from model.errors import TransferFunctionError
+from model.generator.catalog import model_for
+from model.scene.scene import RendererName, Scene
+from model.scene.training_range import outside_training_range
+from model.scene.transfer_function import TransferFunction
+
+REFERENCE_TITLES: dict[RendererName, str] = {
+    "vtk": "VTK (reference)",
+    "raycast": "Ray caster (reference)",
+}
+
+
+class Workspace(QObject):
+    """Opens volumes and models and keeps both images on what is open.
+
+    Parameters
+    ----------
+    session : Session
+    generator, reference : EnginePane
+    builders : Builders
+        What reads volumes and builds engines.
+    store : TransferFunctionStore or None
+        Where the TF of every volume is kept between runs; None keeps nothing.
+    generator_settings : GeneratorSettings
+        How generators are run.
+    """
+
+    volumeOpened = Signal(object)
+    """A volume was read; its TF comes next."""
+    volumeStarted = Signal()
+    """Its TF is there too."""
+    problem = Signal(str)
+    """One sentence that must not be overlooked."""
+    news = Signal(str)
+    """One sentence for the status bar."""
+    settled = Signal()
+    """Both images are final, or say why they are not there."""
+
+    def __init__(
+        self,
+        session: Session,
+        generator: EnginePane,
+        reference: EnginePane,
+        builders: Builders,
+        store: TransferFunctionStore | None,
+        generator_settings: GeneratorSettings,
+        parent: QObject,
+    ) -> None:
+        super().__init__(parent)
+        self._session = session
+        self._generator = generator
+        self._reference = reference
+        self._builders = builders
+        self._store = store
+        self._generator_settings = generator_settings
+        self._dispatcher = Dispatcher(session, (generator, reference), self)
+        self._opened: OpenedVolume | None = None
+        self._scene: Scene | None = None
+        self._model: Path | None = None
+        self._model_is_shipped = False
+        self._settings = ReferenceSettings()
+        self._reference_size: int | None = None
+        self._reference_renderer: RendererName = "vtk"
+        self._reading: BackgroundCall | None = None
+        self._calls: list[BackgroundCall] = []
+        session.viewChanged.connect(self._update_hint)
+        session.transferFunctionChanged.connect(self._update_hint)
+        session.edited.connect(self._keep)
+        generator.engineReady.connect(self._generator_ready)
+        for pane in (generator, reference):
+            pane.settled.connect(self._report_settled)
+
+    @property
+    def opened(self) -> OpenedVolume | None:
+        """The volume that is shown."""
+        return self._opened
+
+    @property
+    def is_settled(self) -> bool:
+        """Whether both images are final, or say why they are not there."""
+        panes_settled = self._generator.is_settled and self._reference.is_settled
+        return self._reading is None and panes_settled
+
+    def open_volume(self, path: Path) -> None:
+        """Read a volume in the background, then show it; the old one stays until then."""
+        if self._reading is not None:
+            self._reading.abandon()
+        if self._opened is None:
+            self._reference.show_busy(f"Reading {path.name} …")
+        else:
+            self.news.emit(f"Reading {path.name} …")
+        call = BackgroundCall(partial(open_volume, path, self._builders.read_volume), "volume")
+        call.done.connect(self._volume_opened)
+        call.failed.connect(self._volume_failed)
+        call.finished.connect(self._forget_call)
+        self._reading = call
+        self._calls.append(call)
+        call.start()
+
+    def open_model(self, folder: Path | None) -> None:
+        """Load a generator in the background; None says that there is no model."""
+        self._scene = None
+        self._model = folder
+        self._model_is_shipped = False
+        if folder is None:
+            self._generator.stop()
+            self._generator.pause(self._no_model_text())
+        else:
+            build = partial(self._builders.generator, folder, self._generator_settings)
+            self._generator.start(build, "Loading the model …")
+        self._follow_scene()
+
+    def set_reference_size(self, size: int | None) -> None:
+        """Set the reference image's size in pixels; None takes the generator's."""
+        self._reference_size = size
+        self._follow_scene()
+        self._dispatcher.send()
+
+    def set_reference_renderer(self, name: RendererName) -> None:
+        """Choose what renders the reference image."""
+        self._reference_renderer = name
+        self._reference.set_title(REFERENCE_TITLES[name])
+        self._follow_scene()
+
+    def stop(self) -> None:
+        """Ask all threads to end; returns at once."""
+        self._generator.stop()
+        self._reference.stop()
+        for call in self._calls:
+            call.abandon()
+
+    def join(self) -> None:
+        """Wait until all threads have ended."""
+        self._generator.join()
+        self._reference.join()
+        for call in self._calls:
+            call.join()
+            call.deleteLater()
+        self._calls.clear()
+
+    def _volume_opened(self, opened: OpenedVolume) -> None:
+        self._reading = None
+        self._opened = opened
+        self._settings = self._wanted_settings()
+        self._start_reference()
+        self._open_shipped_model(opened)
+        self._match_generator()
+        self._follow_scene()
+        self.news.emit(" ".join(opened.volume.notes))
+        self.volumeOpened.emit(opened)
+        kept = self._kept(opened)
+        # After the engines: it requests the images, which they then take up.
+        self._session.start_volume(opened.default, kept)
+        self.volumeStarted.emit()
+
+    def _volume_failed(self, text: str) -> None:
+        self._reading = None
+        if self._opened is None:
+            self._reference.show_error(text)
+            self._generator.pause("Waiting for a volume: open one with File > Open volume.")
+        else:
+            self.news.emit("")
+            self.problem.emit(text)
+            self._report_settled()
+
+    def _generator_ready(self, ready: EngineReady) -> None:
+        self._scene = ready.scene
+        self._match_generator()
+        self._follow_scene()
+        self._dispatcher.send()
+
+    def _match_generator(self) -> None:
+        """Let the generator work only when it was trained on this volume."""
+        if self._model is None:
+            self._generator.pause(self._no_model_text())
+        elif self._scene is not None and self._opened is None:
+            settled = self._reading is None
+            self._generator.pause("Waiting for the volume …", settled=settled)
+        elif self._scene is not None and not self._matches():
+            self._generator.pause(
+                f"This model was trained on '{self._scene.volume_name}', not on this volume; "
+                "open that volume, or a model trained on this one."
+            )
+        else:
+            self._generator.resume()
+        self._update_hint()
+
+    def _open_shipped_model(self, opened: OpenedVolume) -> None:
+        """Take the shipped model of a volume, unless the user has chosen a model."""
+        if self._model is not None and not self._model_is_shipped:
+            return
+        folder = model_for(opened.fingerprint)
+        if folder != self._model:
+            self.open_model(folder)
+            self._model_is_shipped = True
+
+    def _matches(self) -> bool:
+        """Whether model and volume belong together."""
+        if self._scene is None or self._opened is None:
+            return False
+        return self._scene.volume_fingerprint == self._opened.fingerprint
+
+    def _follow_scene(self) -> None:
+        """Render the reference as the generator's training images were rendered."""
+        scene = self._scene if self._matches() else None
+        size = NO_MODEL_SIZE if scene is None else scene.image_size
+        self._dispatcher.size = self._reference_size or size
+        settings = self._wanted_settings()
+        if settings != self._settings:
+            self._settings = settings
+            self._start_reference()
+            self._dispatcher.send()
+
+    def _wanted_settings(self) -> ReferenceSettings:
+        settings = ReferenceSettings()
+        if self._scene is not None and self._matches():
+            settings = ReferenceSettings.of(self._scene)
+        return replace(settings, renderer=self._reference_renderer)
+
+    def _start_reference(self) -> None:
+        if self._opened is not None:
+            build = partial(self._builders.reference, self._opened.volume, self._settings)
+            self._reference.start(build, "Preparing the volume …")
+
+    def _no_model_text(self) -> str:
+        volume = "FILE"
+        if self._opened is not None:
+            path = self._opened.path.absolute()
+            here = Path.cwd()
+            volume = str(path.relative_to(here) if path.is_relative_to(here) else path)
+        return (
+            "No model yet: open one with File > Open model, or train one with\n\n"
+            f"python main.py train\n--volume {volume}\n--preset compact --out runs/model"
+        )
+
+    def _kept(self, opened: OpenedVolume) -> TransferFunction | None:
+        """Return the TF that was last used with this volume."""
+        if self._store is None:
+            return None
+        try:
+            return self._store.load(opened.fingerprint)
+        except TransferFunctionError as error:
+            if self._store.path(opened.fingerprint).exists():
+                # It could not even be set aside, and must not be overwritten.
+                self._store = None
+            self.problem.emit(str(error))
+            return None
+
+    def _keep(self) -> None:
+        """Keep the TF for the next run after every edit, undo and redo."""
+        if self._store is None or self._opened is None:
+            return
+        try:
+            self._store.save(self._opened.fingerprint, self._session.transfer_function)
+        except TransferFunctionError as error:
+            self._store = None
+            self.problem.emit(str(error))
+
+    def _update_hint(self) -> None:
+        hint = ""
+        if self._scene is not None and self._matches():
+            opacity = self._session.transfer_function.opacity
+            hint = outside_training_range(self._scene, self._session.view, opacity)
+        self._generator.canvas.set_hint(hint)
+
+    def _report_settled(self) -> None:
+        if self.is_settled:
+            self.settled.emit()
+
+    def _forget_call(self) -> None:
+        call = self.sender()
+        if isinstance(call, BackgroundCall) and call in self._calls:
+            self._calls.remove(call)
+            call.join()
+            call.deleteLater()

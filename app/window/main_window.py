@@ -1,0 +1,121 @@
+"""The window: two images in step and the transfer-function editor below."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QCloseEvent
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QMainWindow, QSplitter, QVBoxLayout, QWidget
+
+from app.engines.engines import FASTEST, REAL_BUILDERS, Builders, GeneratorSettings
+from app.image_view.engine_pane import EnginePane
+from app.image_view.gestures import ViewGestures
+from app.state.opened_volume import OpenedVolume
+from app.state.transfer_function_store import TransferFunctionStore
+from app.state.viewer_state import Session
+from app.state.workspace import REFERENCE_TITLES, Workspace
+from app.tf_editor.editor import TransferFunctionEditor
+from app.window.menus import Menus
+from app.window.notice_bar import NoticeBar
+from model.scene.view import View
+
+WINDOW_SIZE = 1280, 860
+
+
+class MainWindow(QMainWindow):
+    """Shows a generator's image beside VTK's while the user edits view and TF.
+
+    Parameters
+    ----------
+    builders : Builders
+        What reads volumes and builds engines.
+    store : TransferFunctionStore or None
+        Where the TF of every volume is kept between runs; None keeps nothing.
+    settings : GeneratorSettings
+        How generators are run.
+    """
+
+    def __init__(
+        self,
+        builders: Builders = REAL_BUILDERS,
+        store: TransferFunctionStore | None = None,
+        settings: GeneratorSettings = FASTEST,
+    ) -> None:
+        super().__init__()
+        self.session = Session(self)
+        self.generator = EnginePane("Generator", "generator")
+        self.reference = EnginePane(REFERENCE_TITLES["vtk"], "reference")
+        self.editor = TransferFunctionEditor(self.session)
+        self.notice = NoticeBar()
+        self.workspace = Workspace(
+            self.session, self.generator, self.reference, builders, store, settings, self
+        )
+        self._view_label = QLabel()
+        self._lay_out()
+        self._menus = Menus(self)
+        self.session.viewChanged.connect(self._show_view)
+        self.workspace.volumeOpened.connect(self._show_volume)
+        # What was wrong with an earlier file is over.
+        self.workspace.volumeOpened.connect(lambda _opened: self.notice.clear())
+        self.workspace.volumeStarted.connect(self.editor.select_strongest)
+        self.workspace.problem.connect(self.notice.tell)
+        self.workspace.news.connect(self.statusBar().showMessage)
+        self._show_view(self.session.view)
+
+    @property
+    def errors(self) -> list[str]:
+        """The errors that the two images show."""
+        return [pane.error for pane in (self.generator, self.reference) if pane.error]
+
+    @property
+    def view_text(self) -> str:
+        """The view's numbers, as shown."""
+        return self._view_label.text()
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        """Disappear at once, then wait for the threads to end."""
+        self.workspace.stop()
+        self.hide()
+        self.workspace.join()
+        event.accept()
+
+    def _lay_out(self) -> None:
+        images = QWidget()
+        row = QHBoxLayout(images)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(12)
+        for pane in (self.generator, self.reference):
+            row.addWidget(pane, 1)
+            ViewGestures(pane.canvas, self.session)
+        splitter = QSplitter(Qt.Orientation.Vertical)
+        splitter.setHandleWidth(12)
+        splitter.setChildrenCollapsible(False)
+        splitter.addWidget(images)
+        splitter.addWidget(self.editor)
+        splitter.setStretchFactor(0, 3)
+        splitter.setStretchFactor(1, 1)
+        splitter.setSizes([500, 290])
+        central = QWidget()
+        column = QVBoxLayout(central)
+        column.setContentsMargins(14, 8, 14, 4)
+        column.setSpacing(8)
+        column.addWidget(self.notice)
+        column.addWidget(splitter, 1)
+        self.setCentralWidget(central)
+        self._view_label.setProperty("role", "dim")
+        self._view_label.setContentsMargins(0, 0, 14, 0)
+        self.statusBar().addPermanentWidget(self._view_label)
+        self.statusBar().setSizeGripEnabled(False)
+        self.setWindowTitle("tfscope")
+        self.resize(*WINDOW_SIZE)
+
+    def _show_view(self, view: View) -> None:
+        self._view_label.setText(
+            f"Azimuth {view.azimuth:.0f}°    Elevation {view.elevation:.0f}°    "
+            f"Roll {view.roll:.0f}°    Distance {view.distance:.2f}"
+        )
+
+    def _show_volume(self, opened: OpenedVolume) -> None:
+        volume = opened.volume
+        shape = " × ".join(str(n) for n in volume.dimensions)
+        self.setWindowTitle(f"{volume.name} ({shape}) – tfscope")
+        self.editor.set_data(opened.counts, volume.scalar_range, volume.units)

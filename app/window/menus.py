@@ -1,0 +1,177 @@
+"""The menu bar of the window."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from PySide6.QtCore import QObject
+from PySide6.QtGui import QAction, QActionGroup, QKeySequence
+from PySide6.QtWidgets import QMenu, QMessageBox
+
+from app.state.viewer_state import HOME_VIEW
+from app.window.file_dialogs import FileDialogs
+from model.scene.scene import RendererName
+
+if TYPE_CHECKING:
+    from app.window.main_window import MainWindow
+
+STANDARD_VIEWS = {
+    "Front": (0.0, 0.0),
+    "Back": (180.0, 0.0),
+    "Left": (270.0, 0.0),
+    "Right": (90.0, 0.0),
+    "Top": (0.0, 90.0),
+    "Bottom": (0.0, -90.0),
+}
+"""Azimuth and elevation of each; left and right are the viewer's."""
+
+REFERENCE_SIZES = {
+    "As the generator": None,
+    "256 × 256": 256,
+    "512 × 512": 512,
+    "1024 × 1024": 1024,
+}
+
+REFERENCE_RENDERERS: dict[str, RendererName] = {"VTK": "vtk", "Ray caster": "raycast"}
+
+ABOUT = """<h3>tfscope</h3>
+<p>Look into volumes through transfer functions, beside a generative model of
+their renderings.</p>
+<p>After M. Berger, J. Li and J. A. Levine, <i>A Generative Model for Volume
+Rendering</i>, IEEE TVCG 2018. The reference images are rendered by VTK
+or by tfscope's own ray caster.</p>
+<p>BSD 3-Clause licence.</p>"""
+
+GESTURES = """<h3>Images</h3>
+<table cellspacing="6">
+<tr><td>Drag</td><td>orbit</td></tr>
+<tr><td>Right drag, or Ctrl and drag</td><td>roll</td></tr>
+<tr><td>Wheel</td><td>come closer, move away</td></tr>
+<tr><td>Double click</td><td>return to the first view</td></tr>
+</table>
+<h3>Transfer function</h3>
+<table cellspacing="6">
+<tr><td>Drag a mode's peak</td><td>its value and opacity</td></tr>
+<tr><td>Drag a square at its side</td><td>its width</td></tr>
+<tr><td>Double click beside the handles</td><td>add a mode</td></tr>
+<tr><td>Click the colour strip</td><td>add a colour stop</td></tr>
+<tr><td>Double click a colour stop</td><td>choose its colour</td></tr>
+<tr><td>Arrow keys, faster with Shift</td><td>nudge the selection</td></tr>
+<tr><td>Delete</td><td>remove the selection</td></tr>
+</table>"""
+
+
+class Menus(QObject):
+    """Builds the menus and carries out what they offer.
+
+    Parameters
+    ----------
+    window : MainWindow
+    """
+
+    def __init__(self, window: MainWindow) -> None:
+        super().__init__(window)
+        self._window = window
+        self.files = FileDialogs(window)
+        self._build_file(self._menu("&File"))
+        self._build_edit(self._menu("&Edit"))
+        self._build_view(self._menu("&View"))
+        self._build_help(self._menu("&Help"))
+
+    def _menu(self, title: str) -> QMenu:
+        return self._window.menuBar().addMenu(title)
+
+    def _build_file(self, menu: QMenu) -> None:
+        files, window = self.files, self._window
+        keys = QKeySequence.StandardKey
+        _add(menu, "Open &volume…", files.open_volume, keys.Open)
+        _add(menu, "Open &DICOM folder…", files.open_dicom)
+        _add(menu, "Open &model…", files.open_model)
+        menu.addSeparator()
+        _add(menu, "Open &transfer function…", files.open_transfer_function, "Ctrl+T")
+        _add(menu, "&Save transfer function as…", files.save_transfer_function, keys.Save)
+        menu.addSeparator()
+        _add(menu, "Save &generator image…", lambda: files.save_image(window.generator))
+        _add(menu, "Save &reference image…", lambda: files.save_image(window.reference))
+        menu.addSeparator()
+        _add(menu, "&Quit", window.close, "Ctrl+Q")
+
+    def _build_edit(self, menu: QMenu) -> None:
+        session = self._window.session
+        stack = session.undo_stack
+        self._undo = _add(menu, "&Undo", session.undo, QKeySequence.StandardKey.Undo)
+        self._redo = _add(menu, "&Redo", session.redo, QKeySequence.StandardKey.Redo)
+        self._undo.setEnabled(False)
+        self._redo.setEnabled(False)
+        stack.canUndoChanged.connect(self._undo.setEnabled)
+        stack.canRedoChanged.connect(self._redo.setEnabled)
+        menu.aboutToShow.connect(self._name_edits)
+        menu.addSeparator()
+        _add(menu, "Reset &transfer function", session.reset_transfer_function)
+
+    def _name_edits(self) -> None:
+        """Say in the menu what would be undone and redone."""
+        stack = self._window.session.undo_stack
+        self._undo.setText(f"&Undo {stack.undoText()}".rstrip())
+        self._redo.setText(f"&Redo {stack.redoText()}".rstrip())
+
+    def _build_view(self, menu: QMenu) -> None:
+        session = self._window.session
+        _add(menu, "&Reset view", lambda: session.set_view(HOME_VIEW), "Ctrl+0")
+        menu.addSeparator()
+        for number, (name, (azimuth, elevation)) in enumerate(STANDARD_VIEWS.items(), start=1):
+            slot = partial(self._look_from, azimuth, elevation)
+            _add(menu, name, slot, f"Ctrl+{number}")
+        menu.addSeparator()
+        workspace = self._window.workspace
+        self._choices(
+            menu.addMenu("Reference image &size"), REFERENCE_SIZES, workspace.set_reference_size
+        )
+        self._choices(
+            menu.addMenu("Reference rendered &by"),
+            REFERENCE_RENDERERS,
+            workspace.set_reference_renderer,
+        )
+
+    def _choices(
+        self, menu: QMenu, choices: dict[str, Any], choose: Callable[[Any], object]
+    ) -> None:
+        """Offer choices of which one holds, at first the first."""
+        group = QActionGroup(self)
+        for number, (name, choice) in enumerate(choices.items()):
+            action = _add(menu, name, partial(choose, choice))
+            action.setCheckable(True)
+            action.setChecked(number == 0)
+            group.addAction(action)
+
+    def _look_from(self, azimuth: float, elevation: float) -> None:
+        session = self._window.session
+        session.set_view(replace(session.view, azimuth=azimuth, elevation=elevation, roll=0.0))
+
+    def _build_help(self, menu: QMenu) -> None:
+        _add(menu, "&Gestures", lambda: self._show_text("Gestures", GESTURES), "F1")
+        _add(menu, "&About tfscope", lambda: self._show_text("About tfscope", ABOUT))
+
+    def _show_text(self, title: str, text: str) -> None:
+        box = QMessageBox(self._window)
+        box.setWindowTitle(title)
+        box.setText(text)
+        box.finished.connect(box.deleteLater)
+        box.open()
+
+
+def _add(
+    menu: QMenu,
+    text: str,
+    slot: Callable[[], object],
+    keys: QKeySequence.StandardKey | str | None = None,
+) -> QAction:
+    """Add an entry; the slot is called without Qt's checked flag."""
+    action = menu.addAction(text)
+    action.triggered.connect(lambda _checked=False: slot())
+    if keys is not None:
+        action.setShortcut(QKeySequence(keys))
+    return action

@@ -1,0 +1,136 @@
+"""How well a latent codec keeps opacity TFs, and how well it follows edits of them.
+
+What the rest of the generator can show, and how true its derivatives are, ends
+where the codec does. A codec alone needs no images: it is trained and measured
+in minutes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from model.errors import TrainingError
+from model.networks.blocks import keep_variance
+from model.networks.build import build_opacity
+from model.networks.codec import LatentCodec
+from model.networks.encoding import encode_unit
+from model.networks.size import NetworkSize
+from model.samples.sampling import draw_opacity_tfs
+from model.scene.scene import Scene
+from model.scene.tf_perturbation import EDIT_WIDTH, response_to_edits
+from model.scene.transfer_function import TF_SAMPLES
+from model.sensitivity.agreement import cosine
+from model.training.codec_loss import CodecLoss, layer_opacity
+from model.training.optimizers import adam, cosine_decay, set_rate
+from model.training.options import TrainingOptions
+
+LAYERS = (1, 4, 16, 64)
+"""Thicknesses in voxels of the layers whose opacity is compared."""
+
+CHECKED_SEED = 0x7F5C0DEC
+"""Of the TFs that codecs are measured on; far from any that one trains with."""
+
+CHECKED_TFS = 400
+CHECKED_DERIVATIVES = 80
+REPORTS = 4
+
+
+@dataclass(frozen=True)
+class CodecRow:
+    """A codec's errors on random TFs that it has not learned from.
+
+    Attributes
+    ----------
+    steps : int
+        That it has learned for here; 0 for one that came trained.
+    layer_rmse : dict of int to float
+        By thickness in voxels: error of the opacity of a layer of one scalar
+        value, over TFs and values, 0..1. At one voxel it is that of the TF.
+    edit_cosine : tuple of float
+        Worst tenth, lower quartile and median over TFs of the cosine between
+        what smooth edits make of the decoded TF and the edits themselves.
+    """
+
+    steps: int
+    layer_rmse: dict[int, float]
+    edit_cosine: tuple[float, float, float]
+
+
+def train_codec(
+    size: NetworkSize, options: TrainingOptions, scene: Scene, steps: int
+) -> Iterator[CodecRow]:
+    """Train a codec by the decoded-TF loss alone.
+
+    Parameters
+    ----------
+    size : NetworkSize
+        Of the generator whose codec it is.
+    options : TrainingOptions
+        Its `more_tfs` TFs a step, and the learning rate of its `joint`.
+    scene : Scene
+        Says where random modes lie.
+    steps : int
+
+    Yields
+    ------
+    CodecRow
+        Four, the last one at the end.
+
+    Raises
+    ------
+    TrainingError
+        If there are no TFs to learn from.
+    """
+    if not options.more_tfs:
+        raise TrainingError("A codec alone learns from 'more_tfs' only: set it above 0.")
+    torch.manual_seed(options.seed)
+    codec = build_opacity(size, scene)  # the rest of it gets no gradient
+    if options.keep_variance:
+        keep_variance(codec)
+    loss = CodecLoss(scene, options)
+    optimiser = adam(codec, options.beta2)
+    device = torch.device("cpu")
+    reports = {steps * part // REPORTS for part in range(1, REPORTS + 1)}
+    for step in range(steps):
+        set_rate(optimiser, options.joint.learning_rate * cosine_decay(step / steps))
+        optimiser.zero_grad()
+        torch.autograd.backward(loss.without_images(codec, step, device))
+        optimiser.step()
+        if step + 1 in reports:
+            yield replace(measure_codec(codec, scene), steps=step + 1)
+
+
+def measure_codec(codec: LatentCodec, scene: Scene) -> CodecRow:
+    """Measure a codec on random TFs of a scene."""
+    tfs = encode_unit(draw_opacity_tfs(scene, CHECKED_SEED, 0, CHECKED_TFS))
+    with torch.no_grad():
+        decoded = codec.decode(codec.encode(tfs))
+    cosines = _edit_cosines(codec, tfs[:CHECKED_DERIVATIVES], scene)
+    tenth, quartile, median = np.quantile(cosines, [0.1, 0.25, 0.5])
+    return CodecRow(
+        steps=0,
+        layer_rmse={n: _layer_rmse(decoded, tfs, n) for n in LAYERS},
+        edit_cosine=(float(tenth), float(quartile), float(median)),
+    )
+
+
+def _layer_rmse(decoded: Tensor, true: Tensor, voxels: int) -> float:
+    one, other = (layer_opacity(tf.double(), voxels) for tf in (decoded, true))
+    return float((one - other).square().mean().sqrt())
+
+
+def _edit_cosines(codec: LatentCodec, tfs: Tensor, scene: Scene) -> list[float]:
+    """Of each TF: cosine of what edits around each value of the window do, and of those edits."""
+    inside = scene.window_samples
+    edits = response_to_edits(np.eye(TF_SAMPLES, dtype=np.float32), EDIT_WIDTH)[:, inside]
+    cosines = []
+    for tf in tfs:
+        jacobian = torch.func.jacrev(lambda x: codec.decode(codec.encode(x[None]))[0])(tf)
+        follows = response_to_edits(jacobian.detach().numpy(), EDIT_WIDTH)[:, inside]
+        cosines.append(cosine(follows.ravel(), edits.ravel()))
+    return cosines

@@ -1,0 +1,220 @@
+"""Speed against accuracy of the renderers, measured side by side on this machine."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from statistics import fmean
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.metrics import rmse
+from model.rendering.raycast.renderer import RaycastRenderer
+from model.rendering.renderer import Renderer, open_renderer
+from model.samples.sampling import SceneSample, draw_sample
+from model.scene.scene import Lighting, RendererName, Scene
+from model.scene.volume import Volume
+from model.sensitivity.exact import sensitivity_field
+
+SAMPLE_DISTANCES = (0.25, 0.5, 1.0, 2.0, 4.0)
+"""In voxels."""
+
+REFERENCE_DISTANCE: dict[Lighting, float] = {"none": 1 / 16, "direct": 1 / 16, "global": 1 / 4}
+"""Sample distance of VTK's images that the errors are measured against; its scattering is slow."""
+
+RENDERERS: tuple[RendererName, ...] = ("vtk", "raycast")
+
+FIELD_BLOCK = 16
+"""Block size of the sensitivity field that is timed."""
+
+
+@dataclass(frozen=True)
+class RendererRow:
+    """Both renderers at one sample distance, means over the same views and TFs.
+
+    Attributes
+    ----------
+    sample_distance : float
+        In voxels.
+    images_per_second : dict of float
+        By renderer.
+    error : dict of float
+        Image RMSE against VTK at the reference distance, by renderer; 8 bits alone
+        give .001.
+    difference, worst_difference : float
+        Image RMSE between the two renderers: mean and largest.
+    """
+
+    sample_distance: float
+    images_per_second: dict[str, float]
+    error: dict[str, float]
+    difference: float
+    worst_difference: float
+
+    @property
+    def speedup(self) -> float:
+        """Images per second of the ray caster over those of VTK."""
+        return self.images_per_second["raycast"] / self.images_per_second["vtk"]
+
+
+@dataclass(frozen=True)
+class RendererComparison:
+    """The measurements on one volume.
+
+    Attributes
+    ----------
+    volume : str
+    dimensions : tuple of int
+    lighting : str
+    count, size : int
+        Number of views and TFs; pixels.
+    rows : tuple of RendererRow
+    field_cost : float or None
+        Time of an exact sensitivity field of 16 x 16 blocks over that of an
+        image, at the scene's sample distance; None in lit scenes.
+    reference_distance : float
+        Sample distance of VTK's images that errors are measured against.
+    cells_share : float
+        Memory of the min-max cells over that of the volume.
+    """
+
+    volume: str
+    dimensions: tuple[int, int, int]
+    lighting: str
+    count: int
+    size: int
+    rows: tuple[RendererRow, ...]
+    field_cost: float | None
+    reference_distance: float
+    cells_share: float
+
+    def to_json(self) -> dict[str, Any]:
+        """The measurements as plain data."""
+        data = asdict(self)
+        for row, plain in zip(self.rows, data["rows"], strict=True):
+            plain["speedup"] = row.speedup
+        return data
+
+
+def compare_renderers(
+    volume: Volume,
+    scene: Scene,
+    count: int,
+    seed: int = 0,
+    distances: Sequence[float] | None = None,
+    reference_distance: float | None = None,
+    on_progress: Callable[[int, int], None] = lambda done, total: None,
+) -> RendererComparison:
+    """Time both renderers, one after the other for each image, and measure their errors.
+
+    Parameters
+    ----------
+    volume : Volume
+    scene : Scene
+        Its image size and lighting; views and TFs are drawn as for training.
+    count : int
+    seed : int
+    distances : sequence of float, optional
+        Sample distances in voxels; by default those of :data:`SAMPLE_DISTANCES` above that
+        of the reference.
+    reference_distance : float, optional
+        Of VTK's images that errors are measured against, in voxels.
+    on_progress : callable
+        Called with the number of images done and wanted.
+    """
+    samples = [draw_sample(scene, seed, "holdout", i) for i in range(count)]
+    renderers = {
+        name: open_renderer(name, volume, scene.lighting, scene.light) for name in RENDERERS
+    }
+    raycast = renderers["raycast"]
+    assert isinstance(raycast, RaycastRenderer)
+    reference_distance = reference_distance or REFERENCE_DISTANCE[scene.lighting]
+    distances = distances or [d for d in SAMPLE_DISTANCES if d > reference_distance]
+    total = count * (2 * len(distances) + 1)
+    done = 0
+
+    def draw(
+        name: RendererName, sample: SceneSample, distance: float
+    ) -> tuple[NDArray[Any], float]:
+        nonlocal done
+        image, seconds = _timed(renderers[name], sample, distance, scene.image_size)
+        done += 1
+        on_progress(done, total)
+        return image, seconds
+
+    try:
+        for renderer in renderers.values():
+            # The first image takes the compilation of shaders and kernels.
+            _timed(renderer, samples[0], scene.sample_distance, scene.image_size)
+        references = [draw("vtk", sample, reference_distance)[0] for sample in samples]
+        rows = tuple(_measure(draw, samples, references, distance) for distance in distances)
+        raycast.sample_distance = scene.sample_distance
+        cost = _field_cost(raycast, samples, scene) if scene.lighting == "none" else None
+    finally:
+        for renderer in renderers.values():
+            renderer.close()
+    return RendererComparison(
+        volume=volume.name,
+        dimensions=volume.dimensions,
+        lighting=scene.lighting,
+        count=count,
+        size=scene.image_size,
+        rows=rows,
+        field_cost=cost,
+        reference_distance=reference_distance,
+        cells_share=raycast.cells.nbytes / volume.scalars.nbytes,
+    )
+
+
+def _timed(
+    renderer: Renderer, sample: SceneSample, distance: float, size: int
+) -> tuple[NDArray[np.float32], float]:
+    """An image and the seconds that it took."""
+    renderer.sample_distance = distance
+    tf = sample.transfer_function
+    start = time.perf_counter()
+    image = renderer.render(sample.view, tf.opacity, tf.color, size)
+    return image[..., :3], time.perf_counter() - start
+
+
+def _measure(
+    draw: Callable[[RendererName, SceneSample, float], tuple[NDArray[Any], float]],
+    samples: list[SceneSample],
+    references: list[NDArray[np.float32]],
+    distance: float,
+) -> RendererRow:
+    seconds: dict[str, list[float]] = {name: [] for name in RENDERERS}
+    errors: dict[str, list[float]] = {name: [] for name in RENDERERS}
+    differences = []
+    for sample, reference in zip(samples, references, strict=True):
+        images = {}
+        for name in RENDERERS:
+            images[name], taken = draw(name, sample, distance)
+            seconds[name].append(taken)
+            errors[name].append(rmse(images[name], reference))
+        differences.append(rmse(images["vtk"], images["raycast"]))
+    return RendererRow(
+        sample_distance=distance,
+        images_per_second={name: 1 / fmean(seconds[name]) for name in RENDERERS},
+        error={name: fmean(errors[name]) for name in RENDERERS},
+        difference=fmean(differences),
+        worst_difference=max(differences),
+    )
+
+
+def _field_cost(renderer: RaycastRenderer, samples: list[SceneSample], scene: Scene) -> float:
+    """Time of sensitivity fields over that of images."""
+    size, distance = scene.image_size, scene.sample_distance
+    rendering = differentiating = 0.0
+    for number, sample in enumerate([samples[0], *samples]):
+        taken = _timed(renderer, sample, distance, size)[1]
+        start = time.perf_counter()
+        sensitivity_field(renderer, sample.view, sample.transfer_function, size, FIELD_BLOCK)
+        if number:
+            # The first one takes the compilation.
+            rendering += taken
+            differentiating += time.perf_counter() - start
+    return differentiating / rendering

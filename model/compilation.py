@@ -1,0 +1,67 @@
+"""How numeric kernels are compiled by Numba, and where the machine code is kept."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import llvmlite.binding
+import numba
+from numba.core import config
+
+from model.files import cache_folder
+
+KERNELS = ("rendering/raycast", "networks/grid")
+"""Packages that hold compiled functions and what those call."""
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+OPTIONS: dict[str, Any] = {
+    "nogil": True,
+    "error_model": "numpy",
+    # All of fast math but the licence to forget NaN and infinity.
+    "fastmath": {"contract", "reassoc", "nsz", "arcp"},
+}
+
+
+def _use_cache() -> bool:
+    """Point Numba to a folder of the user's, one for each state of the sources.
+
+    Numba itself notices changes only in a function's own file, not in the
+    functions that it calls.
+    """
+    digest = hashlib.sha256(numba.__version__.encode())
+    for package in KERNELS:
+        for source in sorted((Path(__file__).parent / package).rglob("*.py")):
+            digest.update(source.read_bytes())
+    folder = cache_folder() / "kernels" / digest.hexdigest()[:16]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return False
+    config.CACHE_DIR = str(folder)
+    return os.access(folder, os.W_OK)
+
+
+def _avoid_gathers() -> None:
+    """Load the corners of trilinear interpolation one by one: gathers are slower."""
+    features = llvmlite.binding.get_host_cpu_features()
+    if features.get("avx2") and config.CPU_FEATURES is None:
+        config.CPU_FEATURES = features.flatten() + ",+prefer-no-gather"
+
+
+_avoid_gathers()
+_CACHE = _use_cache()
+
+
+def compiled(function: F) -> F:
+    """Compile a function that runs on the CPU without the interpreter lock."""
+    return numba.njit(function, cache=_CACHE, **OPTIONS)
+
+
+def inlined(function: F) -> F:
+    """Compile a function into its callers, on CPU or GPU, so that loops become vector code."""
+    return numba.njit(function, forceinline=True, **OPTIONS)

@@ -1,0 +1,110 @@
+"""Which views and which scalar values a model draws poorly."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.samples.sample_store import SampleBatch
+from model.scene.scene import Scene
+
+AZIMUTHS, ELEVATIONS, DISTANCES, SCALARS = 8, 5, 4, 16
+"""Groups of equal width."""
+
+
+@dataclass(frozen=True)
+class Group:
+    """Samples that have something in common.
+
+    Attributes
+    ----------
+    low, high : float
+        Limits, in degrees, distances or scalar values.
+    count : float
+        Number of samples; for scalar values, the sum of their opacities there.
+    error : float
+        Mean error; for scalar values, each sample's counted by its opacity there.
+    """
+
+    low: float
+    high: float
+    count: float
+    error: float
+
+    def to_json(self) -> dict[str, float]:
+        """The group as plain data."""
+        return dict(vars(self))
+
+
+def error_profile(
+    scene: Scene, samples: SampleBatch, errors: NDArray[np.float64]
+) -> dict[str, list[Group]]:
+    """Errors by azimuth, elevation, distance and scalar value.
+
+    Parameters
+    ----------
+    scene : Scene
+    samples : SampleBatch
+    errors : ndarray of float64, shape (N,)
+
+    Returns
+    -------
+    dict of list of Group
+        "azimuth", "elevation", "distance" and "scalar"; groups without
+        samples are left out.
+    """
+    view_range = scene.view_range
+    limits = {
+        "azimuth": (samples.view[:, 0] % 360, 0.0, 360.0, AZIMUTHS),
+        "elevation": (
+            samples.view[:, 1],
+            -view_range.max_elevation,
+            view_range.max_elevation,
+            ELEVATIONS,
+        ),
+        "distance": (samples.view[:, 3], view_range.nearest, view_range.farthest, DISTANCES),
+    }
+    profile = {
+        name: _by_value(values, lo, hi, groups, errors)
+        for name, (values, lo, hi, groups) in limits.items()
+    }
+    profile["scalar"] = _by_scalar(scene, samples.opacity_tf, errors)
+    return profile
+
+
+def _by_value(
+    values: NDArray[np.float64], lo: float, hi: float, groups: int, errors: NDArray[np.float64]
+) -> list[Group]:
+    edges = np.linspace(lo, hi, groups + 1)
+    member = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, groups - 1)
+    return [
+        Group(float(edges[g]), float(edges[g + 1]), float(here.sum()), float(errors[here].mean()))
+        for g in range(groups)
+        if (here := member == g).any()
+    ]
+
+
+def _by_scalar(
+    scene: Scene, opacity_tf: NDArray[np.float32], errors: NDArray[np.float64]
+) -> list[Group]:
+    lo, hi = scene.scalar_range
+    edges = np.linspace(lo, hi, SCALARS + 1)
+    shown = opacity_tf.reshape(len(errors), SCALARS, -1).mean(axis=2, dtype=np.float64)
+    return [
+        Group(
+            float(edges[g]),
+            float(edges[g + 1]),
+            float(weight.sum()),
+            float(weight @ errors / weight.sum()),
+        )
+        for g in range(SCALARS)
+        if (weight := shown[:, g]).sum() > 1e-6
+    ]
+
+
+def to_json(profile: dict[str, list[Group]]) -> dict[str, Any]:
+    """A profile as plain data."""
+    return {name: [group.to_json() for group in groups] for name, groups in profile.items()}

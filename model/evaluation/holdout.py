@@ -1,0 +1,207 @@
+"""A model's errors on hold-out samples, beside those of the nearest training image.
+
+The nearest neighbour is the baseline that tells generalising from memorising
+(paper, section 6.3.1): for each true image, the training image with the
+smallest RMSE to it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from sklearn.metrics import pairwise_distances_argmin_min
+
+from model import metrics
+from model.evaluation.error_scales import ErrorScale, ErrorScales
+from model.generator.generator import Generator
+from model.networks.encoding import decode_unit
+from model.samples.sample_store import BLOCK, SampleBatch, SampleStore
+from model.training.batch import encode_batch
+
+RENDER_BATCH = 16
+
+Images = NDArray[np.uint8]
+
+
+LARGER_IS_BETTER = ("ssim",)
+"""Measures that are no errors."""
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """Errors per hold-out sample, arrays of shape (N,).
+
+    Attributes
+    ----------
+    generator : dict of ndarray
+        ``rmse``, ``emd``, ``ssim``, ``flip``, ``masked_rmse`` and ``opacity_rmse``;
+        ``st_lpips`` where it is installed.
+    nearest_neighbour : dict of ndarray
+        The same but for ``opacity_rmse``.
+    neighbours : int
+        Number of training images that were searched.
+    scales : list of ErrorScale
+        Of the generator's colour images.
+    """
+
+    generator: dict[str, NDArray[np.float64]]
+    nearest_neighbour: dict[str, NDArray[np.float64]]
+    neighbours: int
+    scales: list[ErrorScale]
+
+    @property
+    def count(self) -> int:
+        """Number of hold-out samples."""
+        return len(self.generator["rmse"])
+
+    def to_json(self) -> dict[str, Any]:
+        """A summary of each measure, as plain data; see :func:`model.metrics.summary`."""
+        return {
+            "count": self.count,
+            **_summaries(self.generator),
+            "scales": [asdict(scale) for scale in self.scales],
+            "nearest_neighbour": {
+                "count": self.neighbours,
+                **_summaries(self.nearest_neighbour),
+            },
+        }
+
+
+def evaluate(
+    generator: Generator,
+    store: SampleStore,
+    count: int,
+    on_progress: Callable[[int], None] = lambda done: None,
+) -> Evaluation:
+    """Measure a generator on the first hold-out samples of a store.
+
+    Parameters
+    ----------
+    generator : Generator
+    store : SampleStore
+        Samples of the generator's scene; its training stream is searched for
+        nearest neighbours.
+    count : int
+        Number of hold-out samples, at most those in the store.
+    on_progress : callable
+        Called with the number of samples measured so far.
+    """
+    samples = store.read("holdout", range(min(count, store.count("holdout"))))
+    rows = []
+    scales = ErrorScales()
+    ours = _generator_rows(generator, samples, scales.add)
+    for row in zip(ours, _neighbour_rows(samples, store), strict=True):
+        rows.append(row)
+        on_progress(len(rows))
+    errors, neighbour = (_columns(part) for part in zip(*rows, strict=True))
+    return Evaluation(errors, neighbour, store.count("train"), scales.scales())
+
+
+def generator_errors(generator: Generator, samples: SampleBatch) -> dict[str, NDArray[np.float64]]:
+    """The generator's part of an :class:`Evaluation`."""
+    return _columns(list(_generator_rows(generator, samples)))
+
+
+def neighbour_errors(samples: SampleBatch, store: SampleStore) -> dict[str, NDArray[np.float64]]:
+    """The nearest training images' part of an :class:`Evaluation`."""
+    return _columns(list(_neighbour_rows(samples, store)))
+
+
+def _summaries(errors: dict[str, NDArray[np.float64]]) -> dict[str, Any]:
+    return {name: metrics.summary(v, name in LARGER_IS_BETTER) for name, v in errors.items()}
+
+
+def _generator_rows(
+    generator: Generator,
+    samples: SampleBatch,
+    on_image: Callable[[NDArray[Any], NDArray[Any]], None] = lambda image, truth: None,
+) -> Iterator[dict[str, float]]:
+    for i, (image, opacity, true_opacity) in enumerate(_render(generator, samples)):
+        truth = samples.rgba[i] / 255
+        on_image(image, truth[..., :3])
+        errors = _errors(image, truth)
+        yield errors | {"opacity_rmse": metrics.rmse(opacity, true_opacity)}
+
+
+def _neighbour_rows(samples: SampleBatch, store: SampleStore) -> Iterator[dict[str, float]]:
+    for nearest, truth in zip(nearest_images(samples.rgba, store), samples.rgba, strict=True):
+        yield _errors(nearest[..., :3] / 255, truth / 255)
+
+
+def pictures(
+    generator: Generator, store: SampleStore, indices: NDArray[np.intp]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """True and generated images (N, S, S, 3) of chosen hold-out samples."""
+    samples = store.read("holdout", range(int(indices.max()) + 1))[indices]
+    images = [image for image, _, _ in _render(generator, samples)]
+    return samples.rgba[..., :3] / 255, np.stack(images).astype(np.float64)
+
+
+def nearest_images(queries: Images, store: SampleStore) -> Images:
+    """The training image nearest to each query, by RMSE over RGB.
+
+    Parameters
+    ----------
+    queries : ndarray of uint8, shape (N, S, S, 4)
+    store : SampleStore
+
+    Returns
+    -------
+    ndarray of uint8, shape (N, S, S, 4)
+    """
+    flat = _flatten(queries)
+    smallest = np.full(len(queries), np.inf)
+    found = np.zeros_like(queries)
+    for start in range(0, store.count("train"), 8 * BLOCK):
+        stop = min(start + 8 * BLOCK, store.count("train"))
+        images = store.read("train", range(start, stop)).rgba
+        index, distance = pairwise_distances_argmin_min(flat, _flatten(images))
+        closer = distance < smallest
+        smallest[closer] = distance[closer]
+        found[closer] = images[index[closer]]
+    return found
+
+
+def _flatten(images: Images) -> NDArray[np.float32]:
+    return images[..., :3].reshape(len(images), -1).astype(np.float32) / np.float32(255)
+
+
+def _render(
+    generator: Generator, samples: SampleBatch
+) -> Iterator[tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]]:
+    """Yield colour image (S, S, 3), opacity image and true opacity image (So, So) per sample."""
+    size, view_range = generator.card.size, generator.scene.view_range
+    for start in range(0, len(samples), RENDER_BATCH):
+        batch = encode_batch(
+            samples[start : start + RENDER_BATCH], view_range, size.opacity_size
+        ).to(generator.device)
+        with torch.inference_mode():
+            image, opacity = generator.network(batch.view, batch.opacity_tf, batch.color_tf)
+        yield from zip(
+            decode_unit(image).permute(0, 2, 3, 1).cpu().numpy(),
+            decode_unit(opacity)[:, 0].cpu().numpy(),
+            decode_unit(batch.opacity_image)[:, 0].cpu().numpy(),
+            strict=True,
+        )
+
+
+def _errors(image: NDArray[Any], truth: NDArray[np.float64]) -> dict[str, float]:
+    color, opacity = truth[..., :3], truth[..., 3]
+    lpips = metrics.shift_tolerant_lpips(image, color)
+    return {
+        "rmse": metrics.rmse(image, color),
+        "masked_rmse": metrics.masked_rmse(image, color, opacity),
+        "emd": metrics.color_emd(image, color),
+        "ssim": metrics.ssim(image, color),
+        "flip": metrics.flip(image, color),
+        **({} if lpips is None else {"st_lpips": lpips}),
+    }
+
+
+def _columns(rows: Sequence[dict[str, float]]) -> dict[str, NDArray[np.float64]]:
+    return {name: np.array([row[name] for row in rows]) for name in rows[0]}

@@ -1,0 +1,279 @@
+"""The paper's studies (section 6.3) anew: which loss, which latent dimension, which weight.
+
+A study trains one model for each of its variants, on the same stored samples
+and for as long, and measures all on the same hold-out samples. Each variant
+has a folder of its own: what is finished is not trained again, what was
+stopped is resumed; what two studies in one folder have in common is trained
+once. A variant that collapses is a result, too: it is measured in its last
+good state, and the study goes on.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.errors import CollapseError, TrainingError
+from model.evaluation.holdout import generator_errors, neighbour_errors
+from model.files import write_atomically
+from model.generator.generator import Generator
+from model.networks.checkpoint import MODEL_FILE
+from model.samples.sample_store import SampleBatch, SampleStore
+from model.samples.sampling import draw_sample
+from model.scene.volume import Volume
+from model.sensitivity.agreement import sensitivity_agreement
+from model.training.plan import TrainingPlan, TrainingReport
+from model.training.state import STATE_FILE, load_progress
+from model.training.trainer import train
+
+MEASURES = ("rmse", "emd", "ssim", "opacity_rmse")
+OUTCOME_FILE = "outcome.json"
+"""For how long a variant was to be trained, and whether it has collapsed."""
+
+RESULT_FILE = "result.json"
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One model of a study.
+
+    Attributes
+    ----------
+    name : str
+        Of its folder.
+    label : str
+        For the table.
+    settings : tuple of str
+        What is changed of the recipe; see :meth:`TrainingOptions.with_settings`.
+    latent_dim : int or None
+        Instead of the size's.
+    paper : tuple of 2 float or None
+        The paper's image RMSE and colour EMD.
+    """
+
+    name: str
+    label: str
+    settings: tuple[str, ...] = ()
+    latent_dim: int | None = None
+    paper: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Study:
+    """A question and its variants.
+
+    Attributes
+    ----------
+    title : str
+    paper : str
+        What the paper's numbers stand for.
+    variants : tuple of Variant
+    neighbour : tuple of 2 float or None
+        The paper's errors of the nearest training image.
+    """
+
+    title: str
+    paper: str
+    variants: tuple[Variant, ...]
+    neighbour: tuple[float, float] | None = None
+
+
+ADVERSARY, NO_ADVERSARY = "adversarial_start=0", "adversarial_start=1"
+
+STUDIES: dict[str, Study] = {
+    "baselines": Study(
+        "Nearest neighbour, l1, adversarial loss, and both (section 6.3.1)",
+        "Combustion, direct illumination, 256 x 256",
+        (
+            Variant("l1", "l1", (NO_ADVERSARY,), paper=(0.047, 0.007)),
+            Variant("gan", "GAN", (ADVERSARY, "l1_weight=0"), paper=(0.060, 0.017)),
+            Variant("gan-l1", "GAN + l1", (ADVERSARY,), paper=(0.060, 0.011)),
+        ),
+        neighbour=(0.059, 0.020),
+    ),
+    "latent-dim": Study(
+        "Dimension of the opacity TF's latent code (section 6.3.2)",
+        "a figure without numbers; 8 is best",
+        (
+            Variant("latent-4", "4", (NO_ADVERSARY,), 4),
+            Variant("l1", "8", (NO_ADVERSARY,), 8),
+            *(Variant(f"latent-{n}", str(n), (NO_ADVERSARY,), n) for n in (16, 32, 64)),
+        ),
+    ),
+    "l1-weight": Study(
+        "Weight of the l1 loss beside the adversarial one (section 6.3.3)",
+        "Combustion, no illumination, 256 x 256",
+        (
+            Variant("l1-50", "50", (ADVERSARY, "l1_weight=50"), paper=(0.050, 0.015)),
+            Variant("gan-l1", "150", (ADVERSARY, "l1_weight=150"), paper=(0.046, 0.011)),
+            Variant("l1-450", "450", (ADVERSARY, "l1_weight=450"), paper=(0.044, 0.012)),
+        ),
+    ),
+}
+"""By the name that the command line gives them."""
+
+
+@dataclass(frozen=True)
+class StudyPlan:
+    """On what, and for how long, each variant is trained and measured.
+
+    Attributes
+    ----------
+    store : SampleStore
+        Complete; its hold-out samples measure, its training images are also
+        searched for nearest neighbours.
+    volume : Volume
+        For the agreement of sensitivities.
+    base : TrainingPlan
+        On that store. Each variant changes its options or size, and has a
+        folder in its folder.
+    count : int
+        Hold-out samples that are measured.
+    sensitivities : int
+        Hold-out samples whose sensitivities are compared with the renderer's;
+        0 leaves that out.
+    """
+
+    store: SampleStore
+    volume: Volume
+    base: TrainingPlan
+    count: int
+    sensitivities: int
+
+    def training(self, variant: Variant) -> TrainingPlan:
+        """The training run of a variant."""
+        size = self.base.size
+        if variant.latent_dim is not None:
+            size = replace(size, latent_dim=variant.latent_dim)
+        return replace(
+            self.base,
+            size=size,
+            options=self.base.options.with_settings(variant.settings),
+            folder=self.base.folder / variant.name,
+        )
+
+
+def run_study(
+    study: Study,
+    plan: StudyPlan,
+    on_variant: Callable[[Variant], None] = lambda variant: None,
+    on_report: Callable[[TrainingReport], None] = lambda report: None,
+) -> dict[str, Any]:
+    """Train and measure whatever is not there yet.
+
+    Parameters
+    ----------
+    study : Study
+    plan : StudyPlan
+    on_variant : callable
+        Called before a variant is trained.
+    on_report : callable
+        Called after each optimisation step.
+
+    Returns
+    -------
+    dict
+        Plain data: "variants" with mean errors by name, "nearest_neighbour",
+        and what the study was run with.
+
+    Raises
+    ------
+    TrainingError
+        When a folder holds a run with other options or another budget.
+    """
+    samples = plan.store.read("holdout", range(plan.count))
+    rows = {}
+    for variant in study.variants:
+        on_variant(variant)
+        rows[variant.name] = _row(plan, variant, samples, on_report)
+    neighbour = {
+        "count": plan.store.count("train"),
+        **_means(neighbour_errors(samples, plan.store)),
+    }
+    return {
+        "title": study.title,
+        "volume": plan.store.scene.volume_name,
+        "preset": plan.base.preset,
+        "architecture": plan.base.size.architecture,
+        "image_size": plan.base.size.image_size,
+        "minutes": plan.base.budget.minutes,
+        "samples": plan.base.budget.samples,
+        "training_images": plan.store.count("train"),
+        "holdout_count": plan.count,
+        "options": plan.base.options.to_json(),
+        "nearest_neighbour": neighbour,
+        "variants": rows,
+    }
+
+
+def _row(
+    plan: StudyPlan,
+    variant: Variant,
+    samples: SampleBatch,
+    on_report: Callable[[TrainingReport], None],
+) -> dict[str, Any]:
+    """What a variant has come to; trained and measured where that is not on disk."""
+    training = plan.training(variant)
+    outcome = _trained(training, on_report)
+    path = training.folder / RESULT_FILE
+    asked = {"count": plan.count, "sensitivities": plan.sensitivities}
+    if path.is_file():
+        row: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        if row["asked"] == asked:
+            return row
+    row = {"asked": asked, **outcome}
+    if (training.folder / MODEL_FILE).is_file():
+        generator = Generator.load(training.folder, training.device.type)
+        row |= _means(generator_errors(generator, samples)) | _agreement(generator, plan)
+        row["samples_seen"] = generator.card.training["samples_seen"]
+    write_atomically(path, json.dumps(row, indent=2).encode())
+    return row
+
+
+def _trained(training: TrainingPlan, on_report: Callable[[TrainingReport], None]) -> dict[str, Any]:
+    """Train what is not trained yet; "collapsed" says how it ended, where it did not end well."""
+    path = training.folder / OUTCOME_FILE
+    outcome: dict[str, Any] = {"budget": asdict(training.budget), "recipe": training.recipe()}
+    if path.is_file():
+        found = json.loads(path.read_text(encoding="utf-8"))
+        if found["budget"] != outcome["budget"]:
+            raise TrainingError(
+                f"{training.folder}: this model is trained with another budget; "
+                "give the same, or choose another folder."
+            )
+        training.check_recipe(found["recipe"])
+        outcome = found
+    else:
+        training.folder.mkdir(parents=True, exist_ok=True)
+        write_atomically(path, json.dumps(outcome, indent=2).encode())
+    begun = (training.folder / STATE_FILE).exists()
+    done = "collapsed" in outcome
+    if begun:
+        progress, _ = load_progress(training.folder)
+        done = done or progress.stage == "done"
+    if not done:
+        try:
+            train(training, begun, on_report)
+        except CollapseError as error:
+            outcome["collapsed"] = str(error)
+            write_atomically(path, json.dumps(outcome, indent=2).encode())
+    return outcome
+
+
+def _means(errors: dict[str, NDArray[np.float64]]) -> dict[str, float]:
+    return {name: float(errors[name].mean()) for name in MEASURES if name in errors}
+
+
+def _agreement(generator: Generator, plan: StudyPlan) -> dict[str, float]:
+    """Median cosines with the renderer's sensitivities, of whole images and of blocks."""
+    if not plan.sensitivities:
+        return {}
+    scene, seed = plan.store.scene, plan.store.seed
+    samples = [draw_sample(scene, seed, "holdout", i) for i in range(plan.sensitivities)]
+    found = sensitivity_agreement(generator, plan.volume, samples).to_json()
+    return {name: found[name]["median"] for name in ("image_cosine", "block_cosine")}

@@ -1,0 +1,1 @@
+"""Trained generators, what runs them, and those that ship."""

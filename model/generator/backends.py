@@ -1,0 +1,257 @@
+"""Ways to run a generator's drawing: torch itself, compiled, or an inference library.
+
+What the view alone decides and the codes of the TFs come from torch and can be
+kept; a backend turns them into images. Those of libraries are made for one
+batch size at a time, when it first comes.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import logging
+import os
+import shutil
+import sysconfig
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+from typing import Any, Literal, NamedTuple, cast, get_args
+
+import torch
+from torch import Tensor, nn
+
+from model.errors import DeviceError
+from model.networks.generator_network import GeneratorNetwork
+
+BackendName = Literal["eager", "compiled", "openvino", "onnxruntime"]
+Precision = Literal["float32", "bfloat16"]
+BACKENDS: tuple[BackendName, ...] = get_args(BackendName)
+
+Draw = Callable[[tuple[Tensor, ...], Tensor, Tensor], tuple[Tensor, Tensor]]
+"""Like :meth:`GeneratorNetwork.draw`."""
+
+MODULES = {"openvino": ("openvino",), "onnxruntime": ("onnxruntime", "onnx", "onnxscript")}
+
+
+class Backend(NamedTuple):
+    """What draws, and in how many digits.
+
+    Attributes
+    ----------
+    name : {"eager", "compiled", "openvino", "onnxruntime"}
+    precision : {"float32", "bfloat16"}
+    """
+
+    name: BackendName
+    precision: Precision = "float32"
+
+
+EAGER = Backend("eager")
+"""torch itself: always there, and what the others are compared with."""
+
+
+def obstacle(backend: Backend, device: torch.device) -> str | None:
+    """Why a backend cannot be used here, as a clause; None when it can."""
+    missing = [m for m in MODULES.get(backend.name, ()) if importlib.util.find_spec(m) is None]
+    if missing:
+        return f"{' and '.join(missing)} must be installed for it"
+    if backend.name in MODULES and device.type != "cpu":
+        return "it runs on the CPU only here"
+    if backend.name == "onnxruntime" and backend.precision == "bfloat16":
+        return "its convolutions know no bfloat16 on CPUs"
+    if backend.name == "openvino" and backend.precision == "bfloat16" and not _knows_bfloat16():
+        return "this CPU knows no bfloat16"
+    if backend.name == "compiled" and device.type == "cpu":
+        if shutil.which(os.environ.get("CXX", "g++")) is None:
+            return "a C++ compiler must be installed for it"
+        if not Path(sysconfig.get_paths()["include"], "Python.h").exists():
+            return "Python's header files must be installed for it"
+    return None
+
+
+@cache
+def _openvino_core() -> Any:
+    """The one core of this process.
+
+    Each core gives its thread another stack for signals and takes it away in
+    the end. After two that end in the order in which they came, the thread is
+    left with one that is gone, and Ctrl-C would be a segmentation fault.
+    """
+    import openvino
+
+    return openvino.Core()
+
+
+@cache
+def _knows_bfloat16() -> bool:
+    return "BF16" in _openvino_core().get_property("CPU", "OPTIMIZATION_CAPABILITIES")
+
+
+def choose_backends(name: str, precision: str, device: torch.device) -> list[Backend]:
+    """Turn names into the backends that may be meant: one, or for "auto" all worth timing here.
+
+    Compilation takes most of a minute and has not been faster than the libraries
+    (``python main.py bench generator``), so "auto" leaves it out; on GPUs nothing has been
+    measured yet, and torch itself draws.
+
+    Returns
+    -------
+    list of Backend
+        At least one; torch itself last.
+
+    Raises
+    ------
+    DeviceError
+        When a name is unknown.
+    """
+    if precision not in get_args(Precision):
+        names = ", ".join(get_args(Precision))
+        raise DeviceError(f"The precision '{precision}' is unknown; choose {names}.")
+    digits = cast(Precision, precision)
+    if name == "auto":
+        libraries = [Backend(library, digits) for library in ("openvino", "onnxruntime")]
+        there = [backend for backend in libraries if obstacle(backend, device) is None]
+        return [*there, Backend("eager", digits)]
+    if name not in BACKENDS:
+        names = ", ".join(BACKENDS)
+        raise DeviceError(f"The backend '{name}' is unknown; choose auto, {names}.")
+    return [Backend(name, digits)]
+
+
+def make_draw(network: GeneratorNetwork, backend: Backend, device: torch.device) -> Draw:
+    """A function that draws as the network does.
+
+    Parameters
+    ----------
+    network : GeneratorNetwork
+        In evaluation mode, on the device.
+    backend : Backend
+    device : torch.device
+
+    Raises
+    ------
+    DeviceError
+        When the backend cannot be used here.
+    """
+    trouble = obstacle(backend, device)
+    if trouble is not None:
+        names = ", ".join(b for b in BACKENDS if obstacle(Backend(b), device) is None)
+        raise DeviceError(f"The backend '{backend.name}' is not there: {trouble}; choose {names}.")
+    if backend.name == "openvino":
+        return _ForEachSize(lambda *inputs: _openvino(network, backend.precision, inputs))
+    if backend.name == "onnxruntime":
+        return _ForEachSize(lambda *inputs: _onnxruntime(network, inputs))
+    draw: Draw = network.draw
+    if backend.name == "compiled":
+        # On GPUs this mode replays CUDA graphs.
+        mode = "reduce-overhead" if device.type == "cuda" else "default"
+        draw = torch.compile(network.draw, dynamic=False, mode=mode)
+    return _rounded(draw, device) if backend.precision == "bfloat16" else draw
+
+
+class _Drawing(nn.Module):
+    """Drawing as a module of plain tensors, for libraries to read."""
+
+    def __init__(self, network: GeneratorNetwork) -> None:
+        super().__init__()
+        self._network = network
+
+    def forward(self, latent: Tensor, color: Tensor, *seen: Tensor) -> tuple[Tensor, Tensor]:
+        return self._network.draw(seen, latent, color)
+
+
+class _ForEachSize:
+    """Draws by a library's model, made anew for each batch size."""
+
+    def __init__(self, make: Callable[..., Callable[..., list[Any]]]) -> None:
+        self._make = make
+        self._models: dict[int, Callable[..., list[Any]]] = {}
+
+    def __call__(
+        self, seen: tuple[Tensor, ...], latent: Tensor, color: Tensor
+    ) -> tuple[Tensor, Tensor]:
+        inputs = (latent, color, *seen)
+        count = len(latent)
+        if count not in self._models:
+            self._models[count] = self._make(*inputs)
+        image, opacity = self._models[count](*(x.contiguous().numpy() for x in inputs))
+        # The library may use its memory again.
+        return torch.from_numpy(image.copy()), torch.from_numpy(opacity.copy())
+
+
+@contextmanager
+def _reading() -> Iterator[None]:
+    """For libraries that read a network: no derivatives, and none of their warnings.
+
+    They warn of torch's older ways, which they use, and of sizes that become
+    constants, which they are here.
+    """
+    torch_log = logging.getLogger("torch.onnx")
+    level = torch_log.level
+    torch_log.setLevel(logging.ERROR)
+    try:
+        with torch.inference_mode(False), torch.no_grad(), warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        torch_log.setLevel(level)
+
+
+def _openvino(
+    network: GeneratorNetwork, precision: Precision, inputs: tuple[Tensor, ...]
+) -> Callable[..., list[Any]]:
+    from openvino.frontend import FrontEndManager
+    from openvino.frontend.pytorch.ts_decoder import TorchScriptPythonDecoder
+
+    with _reading():
+        example = tuple(x.clone() for x in inputs)
+        # By hand: openvino.convert_model would report its use over the network.
+        decoder = TorchScriptPythonDecoder(_Drawing(network).eval(), example_input=example)
+        reader = FrontEndManager().load_by_framework("pytorch")
+        model = reader.convert(reader.load(decoder))
+        shapes = [list(x.shape) for x in example]
+        model.reshape(dict(zip(model.inputs, shapes, strict=True)))
+    hints = {
+        "INFERENCE_PRECISION_HINT": {"float32": "f32", "bfloat16": "bf16"}[precision],
+        "PERFORMANCE_HINT": "LATENCY",
+    }
+    compiled = _openvino_core().compile_model(model, "CPU", hints)
+
+    def run(*arrays: Any) -> list[Any]:
+        return list(compiled(arrays).values())
+
+    return run
+
+
+def _onnxruntime(network: GeneratorNetwork, inputs: tuple[Tensor, ...]) -> Callable[..., list[Any]]:
+    import onnxruntime
+
+    with _reading():
+        example = tuple(x.clone() for x in inputs)
+        program = torch.onnx.export(_Drawing(network).eval(), example, dynamo=True, verbose=False)
+    assert program is not None
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = torch.get_num_threads()
+    session = onnxruntime.InferenceSession(
+        program.model_proto.SerializeToString(), options, providers=["CPUExecutionProvider"]
+    )
+    names = [port.name for port in session.get_inputs()]
+
+    def run(*arrays: Any) -> list[Any]:
+        found: list[Any] = session.run(None, dict(zip(names, arrays, strict=True)))
+        return found
+
+    return run
+
+
+def _rounded(draw: Draw, device: torch.device) -> Draw:
+    """Drawing in bfloat16 where that is enough, by torch's own rules."""
+
+    def rounded(seen: tuple[Tensor, ...], latent: Tensor, color: Tensor) -> tuple[Tensor, Tensor]:
+        with torch.autocast(device.type, torch.bfloat16):
+            image, opacity = draw(seen, latent, color)
+        return image.float(), opacity.float()
+
+    return rounded

@@ -1,0 +1,256 @@
+"""The trained generator: renders a scene from view and transfer functions."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Generic, TypeVar
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+from torch.nn.functional import interpolate
+
+from model.devices import choose_device
+from model.errors import DeviceError, first_line
+from model.generator.backends import EAGER, Backend, choose_backends, make_draw
+from model.measurements import keep, kept
+from model.networks.blocks import VIEW_PARAMETERS, place
+from model.networks.checkpoint import ModelCard, load_model
+from model.networks.encoding import decode_unit, encode_colors, encode_unit, encode_views
+from model.networks.generator_network import GeneratorNetwork
+from model.scene.scene import Scene
+from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF
+from model.scene.view import View
+
+Value = TypeVar("Value")
+logger = logging.getLogger(__name__)
+
+NAME = "inference"
+TIMED_IMAGES = 4
+
+
+class Generator:
+    """Renders images of the scene that its model was trained for.
+
+    Images are float32 RGBA like the reference renderer's: colour premultiplied
+    on black, row 0 at the top, values in [0, 1]. The opacity channel is the
+    opacity image, enlarged to the size of the colour image.
+
+    Attributes
+    ----------
+    card : ModelCard
+    device : torch.device
+    network : GeneratorNetwork
+        For derivatives: a differentiable function of encoded inputs.
+    backend : Backend
+        What draws the images.
+
+    Notes
+    -----
+    What the last views alone decided is kept while TFs are edited, and the
+    codes of the last TFs while the view moves. One thread at a time.
+    """
+
+    def __init__(
+        self,
+        card: ModelCard,
+        network: GeneratorNetwork,
+        device: torch.device,
+        backend: Backend = EAGER,
+    ) -> None:
+        self.card = card
+        self.device = device
+        self.network = place(network, device).eval()
+        self.backend = backend
+        self._draw = make_draw(self.network, backend, device)
+        self._see = LastValue(self.network.see)
+        self._encode = LastValue(self.network.opacity.encode)
+        self._encode_color = LastValue(self.network.encode_color)
+
+    @classmethod
+    def load(
+        cls,
+        folder: Path,
+        device: str = "auto",
+        backend: str = "eager",
+        precision: str = "float32",
+    ) -> Generator:
+        """Load a model folder.
+
+        Parameters
+        ----------
+        folder : Path
+        device : {"auto", "cpu", "cuda"}
+            "auto" takes the GPU where there is one.
+        backend : {"eager", "compiled", "openvino", "onnxruntime", "auto"}
+            What draws. "auto" takes the fastest on this machine: it is timed when a
+            network of this size is first loaded, and then remembered.
+        precision : {"float32", "bfloat16"}
+
+        Raises
+        ------
+        CheckpointError
+            When the folder holds no valid model.
+        DeviceError
+            When the device or the backend is unknown or not there.
+        """
+        chosen = choose_device(device)
+        card, network = load_model(folder)
+        by = choose_backends(backend, precision, chosen)
+        about = {"size": asdict(card.size), "device": str(chosen), "precision": precision}
+        remembered = kept(NAME, about) if len(by) > 1 else None
+        by.sort(key=lambda candidate: candidate.name != remembered)
+        seconds: dict[Generator, float] = {}
+        for candidate in by:
+            generator = cls(card, network, chosen, candidate)
+            if candidate.name == EAGER.name and not seconds:
+                return generator
+            try:
+                seconds[generator] = generator._time_drawing()
+            except Exception as error:
+                if backend != "auto":
+                    raise DeviceError(
+                        f"The backend '{candidate.name}' cannot draw this model "
+                        f"({first_line(error)}); choose --backend auto."
+                    ) from error
+                logger.warning("%s: %s cannot draw it.", folder, candidate.name, exc_info=True)
+                continue
+            if len(by) == 1 or candidate.name == remembered:
+                return generator
+        fastest = min(seconds, key=seconds.__getitem__)
+        keep(NAME, about, fastest.backend.name)
+        return fastest
+
+    @torch.inference_mode()
+    def _time_drawing(self) -> float:
+        """Seconds of the quickest of a few images, after a first, at which libraries read."""
+        views, opacities, colors = (
+            torch.zeros(1, *shape, device=self.device)
+            for shape in ((VIEW_PARAMETERS,), (TF_SAMPLES,), (3, TF_SAMPLES))
+        )
+        seen, latent = self.network.see(views), self.network.opacity.encode(opacities)
+        color = self.network.encode_color(colors)
+        durations = []
+        for _ in range(TIMED_IMAGES):
+            start = time.perf_counter()
+            self._draw(seen, latent, color)[0].cpu()
+            durations.append(time.perf_counter() - start)
+        return min(durations[1:])
+
+    @property
+    def scene(self) -> Scene:
+        """The scene that the model was trained for."""
+        return self.card.scene
+
+    def render(self, view: View, opacity_tf: OpacityTF, color_tf: ColorTF) -> NDArray[np.float32]:
+        """Render one image of shape (S, S, 4)."""
+        return self.render_batch([view], [opacity_tf], [color_tf])[0]
+
+    @torch.inference_mode()
+    def render_batch(
+        self,
+        views: Sequence[View],
+        opacity_tfs: Sequence[OpacityTF],
+        color_tfs: Sequence[ColorTF],
+    ) -> NDArray[np.float32]:
+        """Render N images in one pass.
+
+        Parameters
+        ----------
+        views, opacity_tfs, color_tfs : sequences of equal length N
+
+        Returns
+        -------
+        ndarray of float32, shape (N, S, S, 4)
+        """
+        latent = self._encode(self.opacity_input(opacity_tfs))
+        return self._render(self.view_input(views), latent, self.color_input(color_tfs))
+
+    @torch.inference_mode()
+    def render_latent(
+        self, latent: NDArray[np.float32], view: View, color_tf: ColorTF
+    ) -> NDArray[np.float32]:
+        """Render from latent codes instead of an opacity TF.
+
+        Parameters
+        ----------
+        latent : ndarray of float32, shape (latent_dim,) or (N, latent_dim)
+        view : View
+        color_tf : ColorTF
+            Used for all codes, as the view is.
+
+        Returns
+        -------
+        ndarray of float32, shape (S, S, 4) or (N, S, S, 4)
+        """
+        codes = torch.from_numpy(np.atleast_2d(latent).astype(np.float32)).to(self.device)
+        views = self.view_input([view]).expand(len(codes), -1)
+        colors = self.color_input([color_tf]).expand(len(codes), -1, -1)
+        images = self._render(views, codes, colors)
+        return images if np.ndim(latent) == 2 else images[0]
+
+    @torch.inference_mode()
+    def opacity_image(self, view: View, opacity_tf: OpacityTF) -> NDArray[np.float32]:
+        """Render the opacity image alone, shape (So, So), in [0, 1]."""
+        latent = self.network.opacity.encode(self.opacity_input([opacity_tf]))
+        image = self.network.opacity.draw(self.view_input([view]), latent)
+        return decode_unit(image)[0, 0].cpu().numpy()
+
+    @torch.inference_mode()
+    def encode(self, opacity_tf: OpacityTF) -> NDArray[np.float32]:
+        """Latent code of an opacity TF, shape (latent_dim,)."""
+        return self.network.opacity.encode(self.opacity_input([opacity_tf]))[0].cpu().numpy()
+
+    @torch.inference_mode()
+    def decode(self, latent: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Opacity TF of a latent code.
+
+        Returns
+        -------
+        ndarray of float32, shape (256,)
+            Opacities in [0, 1] over the scene's scalar range.
+        """
+        codes = torch.from_numpy(np.asarray(latent, dtype=np.float32))[None].to(self.device)
+        return decode_unit(self.network.opacity.decode(codes))[0].cpu().numpy()
+
+    def view_input(self, views: Sequence[View]) -> Tensor:
+        """Encoded views, shape (N, 5), on the generator's device."""
+        return encode_views(list(views), self.scene.view_range).to(self.device)
+
+    def opacity_input(self, opacity_tfs: Sequence[OpacityTF]) -> Tensor:
+        """Encoded opacity TFs, shape (N, 256), sampled over the scene's scalar range."""
+        samples = np.stack([tf.sample(self.scene.scalar_range) for tf in opacity_tfs])
+        return encode_unit(samples).to(self.device)
+
+    def color_input(self, color_tfs: Sequence[ColorTF]) -> Tensor:
+        """Encoded colour TFs, shape (N, 3, 256), sampled over the scene's scalar range."""
+        samples = np.stack([tf.sample(self.scene.scalar_range) for tf in color_tfs])
+        return encode_colors(samples).to(self.device)
+
+    def _render(self, views: Tensor, latent: Tensor, colors: Tensor) -> NDArray[np.float32]:
+        seen, color = self._see(views), self._encode_color(colors)
+        image, opacity = self._draw(seen, latent, color)
+        opacity = interpolate(
+            opacity, size=image.shape[-2:], mode="bilinear", align_corners=False, antialias=False
+        )
+        rgba = decode_unit(torch.cat([image, opacity], dim=1))
+        return np.ascontiguousarray(rgba.permute(0, 2, 3, 1).cpu().numpy())
+
+
+class LastValue(Generic[Value]):
+    """A function of one tensor that keeps its last value, for when it is asked again."""
+
+    def __init__(self, function: Callable[[Tensor], Value]) -> None:
+        self._function = function
+        self._last: tuple[Tensor, Value] | None = None
+
+    def __call__(self, argument: Tensor) -> Value:
+        """The function's value for an argument."""
+        if self._last is None or not torch.equal(self._last[0], argument):
+            self._last = (argument.clone(), self._function(argument))
+        return self._last[1]

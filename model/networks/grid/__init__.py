@@ -1,0 +1,1 @@
+"""Networks that sample a learned 3-D grid of features."""

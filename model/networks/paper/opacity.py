@@ -1,0 +1,82 @@
+"""The opacity GAN (paper, section 4.2.1): view and opacity TF to an opacity image."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+from torch import Tensor, nn
+
+from model.networks.blocks import (
+    VIEW_PARAMETERS,
+    ImageDiscriminator,
+    ResidualBlock,
+    TFEncoder,
+    concatenate,
+    initialise,
+    mlp,
+    score_head,
+    upsample,
+)
+from model.networks.generator_network import OpacityNetwork
+from model.networks.size import NetworkSize
+
+
+class OpacityGenerator(OpacityNetwork):
+    """The paper's: draws the opacity image from latent code and view by 2-D convolutions."""
+
+    def __init__(self, size: NetworkSize) -> None:
+        super().__init__(size)
+        c = size.channels
+        self.view = mlp(VIEW_PARAMETERS, c(512), c(512))
+        self.latent = mlp(size.latent_dim, c(512))
+        self.merge = mlp(2 * c(512), c(512), c(512))
+        doublings = int(math.log2(size.opacity_size))
+        # 512 channels as long as the image is small, then half as many after each doubling.
+        full = [min(512, 32 * 2 ** (doublings - i)) for i in range(doublings)]
+        blocks: list[nn.Module] = []
+        for i, (a, b) in enumerate(pairwise([*map(c, full), 1])):
+            # All pixels of the first block are copies of one: a kernel of 1 sees all there is.
+            blocks += [upsample(), ResidualBlock(a, b, 1 if i == 0 else 3, last=b == 1)]
+        self.image = nn.Sequential(*blocks, nn.Tanh())
+        initialise(self)
+
+    def see(self, view: Tensor) -> tuple[Tensor, ...]:
+        """Codes (N, channels) of views (N, 5)."""
+        return (self.view(view),)
+
+    def draw_seen(self, seen: tuple[Tensor, ...], latent: Tensor) -> Tensor:
+        """Opacity images (N, 1, S, S) from codes of views and latent codes."""
+        fused = self.merge(concatenate(*seen, self.latent(latent)))
+        image: Tensor = self.image(fused[:, :, None, None])
+        return image
+
+
+class OpacityDiscriminator(nn.Module):
+    """Tells rendered opacity images from generated ones, given view and opacity TF."""
+
+    def __init__(self, size: NetworkSize) -> None:
+        super().__init__()
+        c = size.channels
+        self.view = mlp(VIEW_PARAMETERS, c(512), c(512))
+        self.opacity_tf = TFEncoder([1, c(16), c(32), c(64), c(128), c(256)], c(512))
+        self.image = ImageDiscriminator(
+            [1, *discriminator_channels(size, size.opacity_size)], c(512)
+        )
+        self.score = score_head(3 * c(512), c(512))
+        initialise(self)
+
+    def forward(self, view: Tensor, opacity_tf: Tensor, image: Tensor) -> Tensor:
+        """Logits (N, 1), positive for "rendered", of images (N, 1, S, S)."""
+        logits: Tensor = self.score(
+            concatenate(self.view(view), self.opacity_tf(opacity_tf[:, None]), self.image(image))
+        )
+        return logits
+
+
+def discriminator_channels(size: NetworkSize, image_size: int) -> list[int]:
+    """Channels after each halving of an image down to 4 x 4 pixels."""
+    halvings = int(math.log2(image_size // 4))
+    full = [512, 256, 128, 64, 64, 32]
+    full += [32] * (halvings - len(full))
+    return [size.channels(n) for n in reversed(full[:halvings])]

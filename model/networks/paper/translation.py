@@ -1,0 +1,217 @@
+"""The opacity-to-colour translation GAN (paper, section 4.2.2).
+
+The generator turns an opacity image into the colour image, given the view,
+the latent code of the opacity TF and the colour TF; the discriminator sees
+the colour image, the view and both TFs, but not the opacity image.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+from torch import Tensor, nn
+
+from model.networks.blocks import (
+    LEAK,
+    VIEW_PARAMETERS,
+    ImageDiscriminator,
+    Modulation,
+    ResidualBlock,
+    TFEncoder,
+    concatenate,
+    initialise,
+    mlp,
+    score_head,
+    upsample,
+)
+from model.networks.size import NetworkSize
+
+FUSION_SIZE = 8
+"""Pixels along an edge where the image meets the codes of view and TFs."""
+
+FUSION_BLOCKS = 4
+COLOR_CODE = 32
+"""Length of the bottleneck through which the colour TF passes, whatever the width."""
+
+
+class BottleneckBlock(nn.Module):
+    """A residual block that convolves fewer channels: 1 x 1, 3 x 3, 1 x 1.
+
+    Half of the incoming channels enter the 3 x 3 convolution and half of the
+    outgoing ones leave it.
+    """
+
+    def __init__(self, channels_in: int, channels_out: int) -> None:
+        super().__init__()
+        inner_in, inner_out = channels_in // 2, channels_out // 2
+        self.body = nn.Sequential(
+            nn.Conv2d(channels_in, inner_in, 1, bias=False),
+            nn.BatchNorm2d(inner_in),
+            nn.ReLU(),
+            nn.Conv2d(inner_in, inner_out, 3, padding=1, bias=False),
+            nn.BatchNorm2d(inner_out),
+            nn.ReLU(),
+            nn.Conv2d(inner_out, channels_out, 1, bias=False),
+            nn.BatchNorm2d(channels_out),
+        )
+        self.shortcut: nn.Module = nn.Identity()
+        if channels_in != channels_out:
+            self.shortcut = nn.Sequential(
+                nn.Conv2d(channels_in, channels_out, 1, bias=False), nn.BatchNorm2d(channels_out)
+            )
+        self.activation = nn.ReLU()
+
+    def forward(self, x: Tensor) -> Tensor:
+        """Map (N, channels_in, H, W) to (N, channels_out, H, W)."""
+        y: Tensor = self.activation(self.body(x) + self.shortcut(x))
+        return y
+
+
+class TranslationGenerator(nn.Module):
+    """Paints the opacity image: encoder, fusion with the codes, decoder with skips."""
+
+    def __init__(self, size: NetworkSize) -> None:
+        super().__init__()
+        c = size.channels
+        self.view = mlp(VIEW_PARAMETERS, c(256), c(256))
+        self.latent = mlp(size.latent_dim, c(256))
+        self.color_tf = color_encoder(size)
+        # Channels of the opacity image's encoding, from the first halving down to 8 x 8 pixels.
+        halvings = int(math.log2(size.opacity_size // FUSION_SIZE))
+        encoded = [c(256 // 2**i) for i in reversed(range(halvings))]
+        self.encoder = nn.ModuleList(
+            _halve(a, b, norm=i > 0) for i, (a, b) in enumerate(pairwise([1, *encoded]))
+        )
+        fused = 3 * c(256) + encoded[-1]
+        self.fusion = nn.Sequential(
+            *(BottleneckBlock(fused, fused) for _ in range(FUSION_BLOCKS - 1)),
+            BottleneckBlock(fused, encoded[-1]),
+        )
+        # At 16, 32 and 64 pixels; all but the first also see the encoding of their size.
+        ascending = encoded[::-1]
+        skips = [0, *ascending[1:]]
+        outputs = [*ascending[1:], c(64)]
+        self.decoder = nn.ModuleList(
+            nn.Sequential(upsample(), ResidualBlock(a + skip, b))
+            for a, skip, b in zip([ascending[0], *outputs[:-1]], skips, outputs, strict=True)
+        )
+        doublings = int(math.log2(size.image_size // size.opacity_size))
+        last = c(64) if doublings < 2 else c(32)
+        self.paint = _painter(c(64), last, doublings)
+        color = nn.Conv2d(last, 3, 3, padding=1)
+        self.color = nn.Sequential(color, nn.Tanh())
+        modulated = [*outputs, last] if size.modulation else []
+        self.modulations = nn.ModuleList(Modulation(3 * c(256), n) for n in modulated)
+        initialise(self)
+        if size.modulation:
+            # From small weights, red, green and blue start alike and long stay grey.
+            nn.init.kaiming_normal_(color.weight)
+
+    def forward(self, view: Tensor, latent: Tensor, color_tf: Tensor, opacity: Tensor) -> Tensor:
+        """Render colour images.
+
+        Parameters
+        ----------
+        view : Tensor, shape (N, 5)
+        latent : Tensor, shape (N, latent_dim)
+            Code of the opacity TF from the opacity generator's encoder.
+        color_tf : Tensor, shape (N, 3, 256)
+            In CIELAB, scaled to [-1, 1].
+        opacity : Tensor, shape (N, 1, So, So)
+            Opacity image in [-1, 1].
+
+        Returns
+        -------
+        Tensor, shape (N, 3, S, S), in [-1, 1]
+        """
+        return self.draw(self.view(view), latent, self.color_tf(color_tf), opacity)
+
+    def draw(self, view: Tensor, latent: Tensor, color: Tensor, opacity: Tensor) -> Tensor:
+        """Render from codes of views and colour TFs, each (N, channels)."""
+        encodings = [opacity]
+        for halve in self.encoder:
+            encodings.append(halve(encodings[-1]))
+        codes = concatenate(view, self.latent(latent), color)
+        tiled = codes[:, :, None, None].expand(-1, -1, FUSION_SIZE, FUSION_SIZE)
+        x = self.fusion(concatenate(encodings[-1], tiled))
+        for i, double in enumerate(self.decoder):
+            x = double(x if i == 0 else concatenate(x, encodings[-1 - i]))
+            x = self._modulate(i, x, codes)
+        image: Tensor = self.color(self._modulate(-1, self.paint(x), codes))
+        return image
+
+    def _modulate(self, index: int, x: Tensor, codes: Tensor) -> Tensor:
+        return self.modulations[index](x, codes) if self.modulations else x
+
+
+class TranslationDiscriminator(nn.Module):
+    """Tells rendered colour images from generated ones, given view and both TFs."""
+
+    def __init__(self, size: NetworkSize) -> None:
+        super().__init__()
+        c = size.channels
+        tf_channels = [c(16), c(32), c(64), c(128), c(128)]
+        self.view = mlp(VIEW_PARAMETERS, c(256), c(256))
+        self.opacity_tf = TFEncoder([1, *tf_channels], c(256))
+        self.color_tf = TFEncoder([3, *tf_channels], c(256))
+        self.image = ImageDiscriminator([3, *color_discriminator_channels(size)], c(512))
+        self.score = score_head(3 * c(256) + c(512), c(512))
+        initialise(self)
+
+    def forward(self, view: Tensor, opacity_tf: Tensor, color_tf: Tensor, image: Tensor) -> Tensor:
+        """Logits (N, 1), positive for "rendered", of images (N, 3, S, S)."""
+        logits: Tensor = self.score(
+            concatenate(
+                self.view(view),
+                self.opacity_tf(opacity_tf[:, None]),
+                self.color_tf(color_tf),
+                self.image(image),
+            )
+        )
+        return logits
+
+
+def color_encoder(size: NetworkSize) -> nn.Sequential:
+    """Features (N, channels) of colour TFs (N, 3, 256), through a bottleneck."""
+    c = size.channels
+    return nn.Sequential(
+        TFEncoder([3, c(16), c(32), c(64), c(128), c(128)], c(256), bias=False),
+        mlp(c(256), COLOR_CODE, c(256)),
+    )
+
+
+def color_discriminator_channels(size: NetworkSize) -> list[int]:
+    """Channels after each halving of a colour image down to 4 x 4 pixels.
+
+    Down to the opacity image's size they grow to 64, and from there on double
+    up to 512: 32, 64, 128, 256, 512, 512 for the paper's 256 pixels.
+    """
+    extra = int(math.log2(size.image_size // size.opacity_size))
+    halvings = int(math.log2(size.opacity_size // 4))
+    before = [32] * (extra - 1) + [64] * min(extra, 1)
+    first = 128 if extra else 64
+    return [size.channels(n) for n in [*before, *(min(512, first * 2**i) for i in range(halvings))]]
+
+
+def _halve(channels_in: int, channels_out: int, norm: bool) -> nn.Sequential:
+    layers: list[nn.Module] = [nn.Conv2d(channels_in, channels_out, 4, stride=2, padding=1)]
+    if norm:
+        layers.append(nn.BatchNorm2d(channels_out))
+    return nn.Sequential(*layers, nn.LeakyReLU(LEAK))
+
+
+def _painter(channels_in: int, channels: int, doublings: int) -> nn.Sequential:
+    """Features for RGB from the decoder's, doubling the pixels as often as asked."""
+    layers: list[nn.Module] = []
+    for _ in range(doublings - 1):
+        layers += [upsample(), ResidualBlock(channels_in, channels)]
+        channels_in = channels
+    if doublings:
+        layers.append(upsample())
+    layers += [
+        nn.Conv2d(channels_in, channels_in, 3, padding=1),
+        nn.BatchNorm2d(channels_in),
+        nn.ReLU(),
+    ]
+    return nn.Sequential(*layers)

@@ -1,0 +1,52 @@
+"""Opacity generator and translation generator as one function of view and transfer functions."""
+
+from __future__ import annotations
+
+from torch import Tensor
+
+from model.networks.generator_network import GeneratorNetwork, OpacityNetwork
+from model.networks.paper.opacity import OpacityGenerator
+from model.networks.paper.translation import TranslationGenerator
+from model.networks.size import NetworkSize
+
+
+class TwoStageGenerator(GeneratorNetwork):
+    """The opacity generator in front of the translation generator.
+
+    Nothing is detached: the image depends on the opacity TF through the
+    opacity image and through the latent code that enters the translation, and
+    the gradient goes both ways.
+
+    Parameters
+    ----------
+    size : NetworkSize
+    opacity, translation : optional
+        Networks to use as they are; the paper's otherwise.
+    """
+
+    def __init__(
+        self,
+        size: NetworkSize,
+        opacity: OpacityNetwork | None = None,
+        translation: TranslationGenerator | None = None,
+    ) -> None:
+        super().__init__()
+        self.opacity = opacity or OpacityGenerator(size)
+        self.translation = translation or TranslationGenerator(size)
+
+    def see(self, view: Tensor) -> tuple[Tensor, ...]:
+        """What the opacity generator sees, and the translation's code of the view."""
+        return *self.opacity.see(view), self.translation.view(view)
+
+    def encode_color(self, color_tf: Tensor) -> Tensor:
+        """Codes (N, channels) of colour TFs (N, 3, 256)."""
+        code: Tensor = self.translation.color_tf(color_tf)
+        return code
+
+    def draw(
+        self, seen: tuple[Tensor, ...], latent: Tensor, color: Tensor
+    ) -> tuple[Tensor, Tensor]:
+        """Draw the opacity image, then paint it."""
+        *seen_by_opacity, view = seen
+        opacity_image = self.opacity.draw_seen(tuple(seen_by_opacity), latent)
+        return self.translation.draw(view, latent, color, opacity_image), opacity_image

@@ -1,0 +1,1 @@
+"""Rendered samples: drawn at random, stored, and rendered in parallel."""

@@ -1,0 +1,180 @@
+"""Rendering samples: one by one, or a whole store in parallel processes."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+from collections.abc import Callable
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from model.errors import DatasetError, RenderError
+from model.rendering.renderer import Renderer, open_renderer
+from model.samples.sample_store import STREAMS, SampleBatch, SampleStore
+from model.samples.sampling import Stream, draw_sample
+from model.scene.scene import Scene
+from model.scene.volume import Volume
+
+
+def render_samples(
+    renderer: Renderer, scene: Scene, seed: int, stream: Stream, indices: range
+) -> SampleBatch:
+    """Draw and render samples of a stream.
+
+    Parameters
+    ----------
+    renderer : Renderer
+        Of the scene's volume and lighting.
+    scene : Scene
+    seed : int
+    stream : {"train", "holdout"}
+    indices : range
+        Which samples of the stream.
+    """
+    samples = [draw_sample(scene, seed, stream, i) for i in indices]
+    images = [
+        renderer.render(
+            s.view, s.transfer_function.opacity, s.transfer_function.color, scene.image_size
+        )
+        for s in samples
+    ]
+    return SampleBatch(
+        view=np.array([[*vars(s.view).values()] for s in samples]),
+        opacity_tf=np.stack([s.transfer_function.opacity.sample() for s in samples]),
+        color_tf=np.stack([s.transfer_function.color.sample() for s in samples]),
+        rgba=np.rint(np.stack(images) * 255).astype(np.uint8),
+    )
+
+
+def make_renderer(
+    volume: Volume,
+    scene: Scene,
+    threads: int | None = 1,
+    device: Literal["cpu", "cuda"] = "cpu",
+) -> Renderer:
+    """The renderer of a scene.
+
+    Parameters
+    ----------
+    volume : Volume
+    scene : Scene
+    threads : int, optional
+        Of the ray caster: by default one, for processes or threads that each
+        render samples of their own; None for one per processor.
+    device : {"cpu", "cuda"}
+        Where the ray caster runs.
+
+    Raises
+    ------
+    DatasetError
+        When the volume is not the scene's.
+    """
+    check_volume(volume, scene)
+    return open_renderer(
+        scene.renderer,
+        volume,
+        scene.lighting,
+        scene.light,
+        scene.sample_distance,
+        threads,
+        device,
+    )
+
+
+def check_volume(volume: Volume, scene: Scene) -> None:
+    """Raise :class:`DatasetError` when the volume is not the scene's."""
+    if volume.fingerprint != scene.volume_fingerprint:
+        raise DatasetError(
+            f"The volume '{volume.name}' is not the one that the scene was made for "
+            f"('{scene.volume_name}'); open that volume, or make a new data set."
+        )
+
+
+def render_store(
+    store: SampleStore,
+    volume: Volume,
+    workers: int | None = None,
+    on_progress: Callable[[int], None] = lambda count: None,
+    until: Callable[[], bool] = lambda: False,
+) -> None:
+    """Render what a store still misses, in parallel processes.
+
+    Parameters
+    ----------
+    store : SampleStore
+    volume : Volume
+    workers : int, optional
+        Number of processes, one per processor by default.
+    on_progress : callable
+        Called with the number of new samples after each block.
+    until : callable
+        Asked before each block; rendering stops once it is true.
+    """
+    tasks = [(s, block) for s in STREAMS for block in store.missing_blocks(s)]
+    if not tasks:
+        return
+    workers = min(workers or os.cpu_count() or 1, len(tasks))
+    # "spawn": a fork would copy torch's and OpenGL's threads into the child half alive.
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(
+        workers, context, initializer=_start_worker, initargs=(store.path, volume)
+    ) as pool:
+        running: set[Future[int]] = set()
+        try:
+            for task in tasks:
+                if until():
+                    break
+                running.add(pool.submit(_render_block, *task))
+                if len(running) >= 2 * workers:
+                    running = _drain(running, on_progress)
+            while running:
+                running = _drain(running, on_progress)
+        except BrokenProcessPool as error:
+            raise RenderError(
+                "A rendering process ended unexpectedly (out of memory?); "
+                "run the command again to go on, with fewer --workers."
+            ) from error
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+def _drain(running: set[Future[int]], on_progress: Callable[[int], None]) -> set[Future[int]]:
+    done, rest = wait(running, return_when=FIRST_COMPLETED)
+    for future in done:
+        on_progress(future.result())
+    return rest
+
+
+class _Worker:
+    """What a rendering process keeps between blocks."""
+
+    path: Path
+    volume: Volume
+    store: SampleStore | None = None
+    renderer: Renderer
+
+
+def _start_worker(path: Path, volume: Volume) -> None:
+    # Each process is one worker: Mesa's own threads would only compete with the others.
+    os.environ.setdefault("LP_NUM_THREADS", "1")
+    # Ctrl-C is the parent's to handle: it stops the pool.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _Worker.path, _Worker.volume = path, volume
+
+
+def _render_block(stream: Stream, block: range) -> int:
+    store = _Worker.store
+    if store is None:
+        # Here and not when the process starts, so that errors reach the parent as data.
+        store = SampleStore(_Worker.path)
+        _Worker.renderer = make_renderer(_Worker.volume, store.scene)
+        _Worker.store = store
+    batch = render_samples(_Worker.renderer, store.scene, store.seed, stream, block)
+    store.write_block(stream, block, batch)
+    return len(batch)

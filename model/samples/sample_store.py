@@ -1,0 +1,296 @@
+"""The sample store: rendered samples of one scene in a Zarr folder.
+
+A store has one group per stream, ``train`` and ``holdout``, each with arrays
+of equal length N:
+
+- ``view`` (N, 4) float64: azimuth, elevation, roll, distance;
+- ``opacity_tf`` (N, 256) float32 and ``color_tf`` (N, 256, 3) float32: the
+  TFs sampled over the scalar range;
+- ``rgba`` (N, S, S, 4) uint8: the image, premultiplied, row 0 at the top.
+
+Sample i of a stream depends only on the scene, the seed and i, so a store is
+the same whatever the number of processes. Samples are written in blocks of
+one Zarr chunk; ``complete`` marks a block after all of its arrays are on
+disk. A killed run loses the blocks in work, which the next run renders anew.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import zarr
+from numpy.typing import NDArray
+
+from model.errors import DatasetError, TfscopeError
+from model.samples.sampling import Stream
+from model.scene.scene import Scene
+from model.scene.transfer_function import TF_SAMPLES
+from model.scene.view import View
+
+FORMAT_VERSION = 1
+BLOCK = 32
+"""Samples per block: the unit of work of a process and of loss after a kill."""
+
+STREAMS: tuple[Stream, ...] = ("holdout", "train")
+"""In the order in which they are rendered."""
+
+POOL_BLOCKS = 64
+"""Blocks that are shuffled together when a stream is read in random order."""
+
+
+@dataclass(frozen=True)
+class SampleBatch:
+    """Samples side by side, as the store holds them.
+
+    Attributes
+    ----------
+    view : ndarray of float64, shape (N, 4)
+        Azimuth, elevation, roll (degrees) and distance.
+    opacity_tf : ndarray of float32, shape (N, 256)
+    color_tf : ndarray of float32, shape (N, 256, 3)
+    rgba : ndarray of uint8, shape (N, S, S, 4)
+        Premultiplied by opacity, row 0 at the top.
+    """
+
+    view: NDArray[np.float64]
+    opacity_tf: NDArray[np.float32]
+    color_tf: NDArray[np.float32]
+    rgba: NDArray[np.uint8]
+
+    def __len__(self) -> int:
+        return len(self.view)
+
+    def __getitem__(self, index: Any) -> SampleBatch:
+        """Select samples by a slice or an index array."""
+        return SampleBatch(*(getattr(self, name)[index] for name in ARRAYS))
+
+    def views(self) -> list[View]:
+        """The views as objects."""
+        return [View(*map(float, row)) for row in self.view]
+
+    @classmethod
+    def concatenate(cls, batches: list[SampleBatch]) -> SampleBatch:
+        """Join batches in order."""
+        return cls(*(np.concatenate([getattr(b, name) for b in batches]) for name in ARRAYS))
+
+
+ARRAYS = ("view", "opacity_tf", "color_tf", "rgba")
+
+
+class SampleStore:
+    """A sample store on disk.
+
+    Parameters
+    ----------
+    path : Path
+        The store's folder.
+
+    Raises
+    ------
+    DatasetError
+        When the folder is no sample store, or one of another version.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        if not path.is_dir():
+            raise DatasetError(f"{path}: there is no data set here; make one with 'dataset'.")
+        try:
+            self._root = zarr.open_group(path, mode="r+")
+            header: dict[str, Any] = dict(self._root.attrs)
+            version = header["tfscope_dataset"]
+            self.seed = int(header["seed"])
+            self.scene = Scene.from_json(header["scene"])
+        except (OSError, KeyError, TypeError, ValueError, TfscopeError) as error:
+            raise DatasetError(
+                f"{path}: the folder is not a tfscope data set ({error})."
+            ) from error
+        if version != FORMAT_VERSION:
+            raise DatasetError(
+                f"{path}: the data set has format {version}; this tfscope reads {FORMAT_VERSION}, "
+                "so make it anew."
+            )
+
+    @classmethod
+    def create(cls, path: Path, scene: Scene, seed: int, counts: dict[Stream, int]) -> SampleStore:
+        """Create a store, or open the one that is there to go on with it.
+
+        Parameters
+        ----------
+        path : Path
+        scene : Scene
+        seed : int
+        counts : dict
+            Number of samples of each stream; an existing store may grow.
+
+        Raises
+        ------
+        DatasetError
+            When the folder holds something else, or samples of another scene
+            or seed.
+        """
+        if path.exists() and (not path.is_dir() or any(path.iterdir())):
+            store = cls(path)
+            if store.scene != scene or store.seed != seed:
+                raise DatasetError(
+                    f"{path}: the data set was made for another volume, size, lighting or seed; "
+                    "choose another folder, or the same options to go on with it."
+                )
+        else:
+            _create_store(path, scene, seed)
+            store = cls(path)
+        for stream, count in counts.items():
+            if count > store.count(stream):
+                store._resize(stream, count)
+        return store
+
+    def count(self, stream: Stream) -> int:
+        """Number of samples that the stream is meant to hold."""
+        return int(self._array(stream, "view").shape[0])
+
+    def missing_blocks(self, stream: Stream) -> list[range]:
+        """The blocks that are not complete, as ranges of sample indices."""
+        blocks = _blocks(self.count(stream))
+        complete = np.asarray(self._array(stream, "complete")[: len(blocks)])
+        return [b for b, flag in zip(blocks, complete, strict=True) if flag != len(b)]
+
+    def missing_samples(self) -> int:
+        """Number of samples, in both streams, that are not rendered yet."""
+        return sum(len(b) for stream in STREAMS for b in self.missing_blocks(stream))
+
+    def rendered_samples(self) -> int:
+        """Number of samples, in both streams, that are there."""
+        return sum(self.count(stream) for stream in STREAMS) - self.missing_samples()
+
+    def require_complete(self) -> None:
+        """Raise :class:`DatasetError` unless every sample is there."""
+        missing = self.missing_samples()
+        if missing:
+            raise DatasetError(
+                f"{self.path}: {missing} samples are not rendered yet; "
+                "run the same 'dataset' command again to finish it."
+            )
+
+    def trim(self) -> None:
+        """Cut each stream off before the first sample that is missing."""
+        for stream in STREAMS:
+            missing = self.missing_blocks(stream)
+            if missing:
+                self._resize(stream, missing[0].start)
+
+    def read(self, stream: Stream, indices: range) -> SampleBatch:
+        """Read consecutive samples."""
+        span = slice(indices.start, indices.stop)
+        try:
+            return SampleBatch(*(np.asarray(self._array(stream, name)[span]) for name in ARRAYS))
+        except OSError as error:
+            raise DatasetError(
+                f"{self.path}: samples cannot be read ({error.strerror}); "
+                "make the data set available again, or make it anew."
+            ) from error
+
+    def write_block(self, stream: Stream, block: range, batch: SampleBatch) -> None:
+        """Write one block and then mark it complete."""
+        span = slice(block.start, block.stop)
+        try:
+            for name in ARRAYS:
+                self._array(stream, name)[span] = getattr(batch, name)
+            self._array(stream, "complete")[block.start // BLOCK] = len(block)
+        except OSError as error:
+            raise DatasetError(
+                f"{self.path}: samples cannot be written ({error.strerror}); "
+                "make room and run the command again to go on."
+            ) from error
+
+    def shuffled(
+        self, stream: Stream, seed: list[int], batch_size: int, skip: int = 0
+    ) -> Iterator[SampleBatch]:
+        """Yield a stream in random order, pass after pass, without holding it in memory.
+
+        Blocks are read in random order; batches are drawn at random from a
+        pool of them. What does not fill a pool's last batch is left out of
+        this pass: batch normalisation needs more than a few samples.
+
+        Parameters
+        ----------
+        stream : {"train", "holdout"}
+        seed : list of int
+            Equal seeds give the same order.
+        batch_size : int
+            At most the number of samples.
+        skip : int
+            Number of batches to leave out at the start.
+        """
+        all_blocks = _blocks(self.count(stream))
+        pool_blocks = max(POOL_BLOCKS, -(-batch_size // BLOCK))
+        for epoch in itertools.count():
+            rng = np.random.default_rng([*seed, epoch])
+            order = rng.permutation(len(all_blocks))
+            for start in range(0, len(order), pool_blocks):
+                blocks = [all_blocks[i] for i in order[start : start + pool_blocks]]
+                shuffle = rng.permutation(sum(map(len, blocks)))
+                batches = np.split(shuffle, range(batch_size, len(shuffle), batch_size))
+                full = [b for b in batches if len(b) == batch_size]
+                if skip >= len(full):
+                    skip -= len(full)
+                    continue
+                pool = SampleBatch.concatenate([self.read(stream, b) for b in blocks])
+                yield from (pool[indices] for indices in full[skip:])
+                skip = 0
+
+    def _array(self, stream: Stream, name: str) -> zarr.Array[Any]:
+        array = self._root.get(f"{stream}/{name}")
+        if not isinstance(array, zarr.Array):
+            raise DatasetError(
+                f"{self.path}: the array {stream}/{name} is missing; make the data set anew."
+            )
+        return array
+
+    def _resize(self, stream: Stream, count: int) -> None:
+        # `view` counts the samples: a kill in between must not let it claim more than there is.
+        names = ["complete", *(name for name in ARRAYS if name != "view"), "view"]
+        for name in names if count > self.count(stream) else reversed(names):
+            array = self._array(stream, name)
+            length = len(_blocks(count)) if name == "complete" else count
+            array.resize((length, *array.shape[1:]))
+
+
+def _blocks(count: int) -> list[range]:
+    return [range(start, min(start + BLOCK, count)) for start in range(0, count, BLOCK)]
+
+
+def _create_store(path: Path, scene: Scene, seed: int) -> None:
+    """Make an empty store beside its place and then move it there, whole."""
+    partial = path.with_name(path.name + ".partial")
+    try:
+        root = zarr.open_group(partial, mode="w")
+        root.attrs.update(
+            {"tfscope_dataset": FORMAT_VERSION, "seed": seed, "scene": scene.to_json()}
+        )
+        for stream in STREAMS:
+            _create_arrays(root.create_group(stream), scene.image_size)
+        if path.exists():
+            path.rmdir()
+        partial.rename(path)
+    except OSError as error:
+        raise DatasetError(
+            f"{path}: the data set cannot be written ({error.strerror}); choose another place."
+        ) from error
+
+
+def _create_arrays(group: zarr.Group, image_size: int) -> None:
+    shapes: dict[str, tuple[tuple[int, ...], str]] = {
+        "view": ((4,), "float64"),
+        "opacity_tf": ((TF_SAMPLES,), "float32"),
+        "color_tf": ((TF_SAMPLES, 3), "float32"),
+        "rgba": ((image_size, image_size, 4), "uint8"),
+    }
+    for name, (shape, dtype) in shapes.items():
+        group.create_array(name, shape=(0, *shape), chunks=(BLOCK, *shape), dtype=dtype)
+    # One flag per chunk: two processes never write the same file.
+    group.create_array("complete", shape=(0,), chunks=(1,), dtype="uint8")

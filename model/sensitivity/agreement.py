@@ -1,0 +1,121 @@
+"""How far a generator's sensitivities can be trusted: held against the renderer's own.
+
+A sharp image is not yet a true derivative. For hold-out samples of an unlit
+scene, the generator's sensitivity to the opacity TF is compared with the exact
+one, for the whole image and for each of 8 x 8 blocks, both for the same edits.
+Those stay inside the scalar window: no TF that was learned from has its modes
+elsewhere, and what background reacts with would drown all else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import rankdata
+
+from model.generator.generator import Generator
+from model.rendering.raycast.renderer import RaycastRenderer
+from model.samples.sampling import SceneSample
+from model.scene.region import Region
+from model.scene.tf_perturbation import EDIT_WIDTH, response_to_edits
+from model.scene.volume import Volume
+from model.sensitivity.exact import region_sensitivity, sensitivity_field
+from model.sensitivity.learned import generator_sensitivity
+
+BLOCKS = 8
+"""Blocks along each side of the image."""
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """Likeness of learned and exact sensitivities per sample, arrays of shape (N,).
+
+    Attributes
+    ----------
+    image_cosine, image_rank : ndarray
+        Of the sensitivity of the whole image: cosine, and rank correlation
+        (Spearman), over the scalar values; -1 to 1.
+    block_cosine, block_rank : ndarray
+        Of the sensitivities of all blocks, over blocks and scalar values.
+    """
+
+    image_cosine: NDArray[np.float64]
+    image_rank: NDArray[np.float64]
+    block_cosine: NDArray[np.float64]
+    block_rank: NDArray[np.float64]
+
+    def to_json(self) -> dict[str, dict[str, float]]:
+        """Median and quartiles of each, as plain data."""
+        return {
+            name: {
+                "median": float(np.median(values)),
+                "quartile1": float(np.quantile(values, 0.25)),
+                "quartile3": float(np.quantile(values, 0.75)),
+            }
+            for name, values in vars(self).items()
+        }
+
+
+def sensitivity_agreement(
+    generator: Generator,
+    volume: Volume,
+    samples: Sequence[SceneSample],
+    on_progress: Callable[[int], None] = lambda done: None,
+) -> Agreement:
+    """Compare a generator's sensitivities with the renderer's.
+
+    Parameters
+    ----------
+    generator : Generator
+        Of an unlit scene.
+    volume : Volume
+        The scene's.
+    samples : sequence of SceneSample
+        Views and TFs that the generator has not learned from.
+    on_progress : callable
+        Called with the number of samples compared so far.
+
+    Raises
+    ------
+    RenderError
+        For a lit scene.
+    """
+    scene = generator.scene
+    size = scene.image_size
+    inside = scene.window_samples
+    whole, block = Region(0, 0, size, size), -(-size // BLOCKS)
+    renderer = RaycastRenderer(volume, scene.lighting, scene.light, scene.sample_distance)
+    rows = []
+    try:
+        for done, sample in enumerate(samples, start=1):
+            view, tf = sample.view, sample.transfer_function
+            learned = generator_sensitivity(generator, view, tf, edit_width=0)
+            pairs = (
+                (learned.region(whole), region_sensitivity(renderer, view, tf, size, whole)),
+                (learned.field(block), sensitivity_field(renderer, view, tf, size, block)),
+            )
+            row = []
+            for pair in pairs:
+                ours, exact = (response_to_edits(s[..., inside], EDIT_WIDTH).ravel() for s in pair)
+                row += [cosine(ours, exact), rank_correlation(ours, exact)]
+            rows.append(row)
+            on_progress(done)
+    finally:
+        renderer.close()
+    return Agreement(*np.array(rows).T)
+
+
+def cosine(one: NDArray[np.floating], other: NDArray[np.floating]) -> float:
+    """Cosine of the angle between two vectors; 0 where either is 0."""
+    a, b = one.astype(np.float64), other.astype(np.float64)
+    norms = np.linalg.norm(a) * np.linalg.norm(b)
+    return float(a @ b / norms) if norms > 0 else 0.0
+
+
+def rank_correlation(one: NDArray[np.floating], other: NDArray[np.floating]) -> float:
+    """Spearman's correlation of two vectors; 0 where either is constant."""
+    a, b = rankdata(one), rankdata(other)
+    return cosine(a - a.mean(), b - b.mean())

@@ -1,0 +1,140 @@
+"""A generator's sensitivity to the opacity TF (paper, section 5.1 and Eq. 9).
+
+The image depends on the opacity TF only through the latent code, so its
+derivative by the TF is a product of two small factors: image by code, and
+code by TF. Their ranks are those of the code, 8. Both are kept; the
+sensitivity of any region follows from sums over it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch.autograd import forward_ad
+from torch.autograd.functional import jacobian
+
+from model.generator.generator import Generator
+from model.networks.encoding import decode_unit
+from model.scene.region import Region, block_edges
+from model.scene.tf_perturbation import EDIT_WIDTH, response_to_edits
+from model.scene.transfer_function import TransferFunction
+from model.scene.view import View
+
+
+@dataclass(frozen=True, eq=False)
+class Sensitivity:
+    """The derivative of an image by the opacity TF, in two factors.
+
+    Attributes
+    ----------
+    image : ndarray of float32, shape (S, S, 3)
+        Colours in [0, 1], row 0 at the top.
+    image_by_latent : ndarray of float32, shape (latent_dim, S, S, 3)
+    latent_by_tf : ndarray of float32, shape (latent_dim, 256)
+        Per unit of opacity, over the scene's scalar range: the response to an
+        edit around each scalar value, as wide as asked for, whose opacities
+        add up to 1.
+    """
+
+    image: NDArray[np.float32]
+    image_by_latent: NDArray[np.float32]
+    latent_by_tf: NDArray[np.float32]
+
+    def region(self, region: Region) -> NDArray[np.float32]:
+        """Sensitivity of one region: where in the TF an edit changes it.
+
+        Returns
+        -------
+        ndarray of float32, shape (256,)
+            Derivative of the l2 norm of the region's colours; 0 for a black
+            region, whose norm has no derivative.
+
+        Raises
+        ------
+        RenderError
+            For a region outside the image.
+        """
+        region.check(len(self.image))
+        rows, columns = np.array([region.top, region.bottom]), np.array([region.left, region.right])
+        return self._of_blocks(rows, columns)[0, 0]
+
+    def field(self, block: int) -> NDArray[np.float32]:
+        """Sensitivity of each block of the image: where an edit of a scalar value shows.
+
+        Parameters
+        ----------
+        block : int
+            Width and height of a block in pixels, from 1 to the image's size.
+
+        Returns
+        -------
+        ndarray of float32, shape (n, n, 256)
+
+        Raises
+        ------
+        RenderError
+            For a block size that does not fit.
+        """
+        edges = np.array(block_edges(len(self.image), block))
+        return self._of_blocks(edges, edges)
+
+    @cached_property
+    def _sums(self) -> NDArray[np.float64]:
+        """Summed-area tables, (latent_dim + 1, S + 1, S + 1): I dI / dz, and I squared."""
+        image = self.image.astype(np.float64)
+        products = [(image * slope).sum(axis=-1) for slope in self.image_by_latent]
+        products.append((image * image).sum(axis=-1))
+        sums = np.pad(np.stack(products), ((0, 0), (1, 0), (1, 0)))
+        return np.asarray(sums.cumsum(axis=1).cumsum(axis=2))
+
+    def _of_blocks(
+        self, rows: NDArray[np.int64], columns: NDArray[np.int64]
+    ) -> NDArray[np.float32]:
+        """Sensitivities of the blocks between edges."""
+        corners = self._sums[:, rows][:, :, columns]
+        blocks = np.diff(np.diff(corners, axis=1), axis=2)
+        norms = np.sqrt(np.maximum(blocks[-1], 0))
+        by_latent = np.divide(blocks[:-1], norms, out=np.zeros_like(blocks[:-1]), where=norms > 0)
+        return np.asarray(np.einsum("lrc,lt->rct", by_latent, self.latent_by_tf), dtype=np.float32)
+
+
+def generator_sensitivity(
+    generator: Generator, view: View, tf: TransferFunction, edit_width: float = EDIT_WIDTH
+) -> Sensitivity:
+    """Differentiate a generator's image by the opacity TF.
+
+    Forward-mode derivatives along the axes of the latent code: one pass with
+    as many rows as the code has numbers.
+
+    Parameters
+    ----------
+    generator : Generator
+    view : View
+    tf : TransferFunction
+    edit_width : float
+        Standard deviation of the edits in bins; 0 for those of single bins.
+    """
+    network = generator.network
+    opacity = generator.opacity_input([tf.opacity])
+    latent_by_tf = jacobian(network.opacity.encode, opacity)[0, :, 0]  # type: ignore[no-untyped-call]
+    with torch.no_grad(), forward_ad.dual_level():
+        latent = network.opacity.encode(opacity)
+        count = latent.shape[1]
+        axes = torch.eye(count, device=latent.device)
+        codes = latent.expand(count, -1).contiguous()
+        rows = forward_ad.make_dual(codes, axes)  # type: ignore[no-untyped-call]
+        views = generator.view_input([view]).expand(count, -1)
+        colors = generator.color_input([tf.color]).expand(count, -1, -1)
+        image_dual = network.render_latent(views, rows, colors)[0]
+        dual = forward_ad.unpack_dual(image_dual)  # type: ignore[no-untyped-call]
+        image, slopes = decode_unit(dual.primal[0]), dual.tangent
+    return Sensitivity(
+        image=image.permute(1, 2, 0).cpu().numpy(),
+        # Networks speak in [-1, 1]: an image value changes half as much, an opacity twice as much.
+        image_by_latent=(slopes / 2).permute(0, 2, 3, 1).contiguous().cpu().numpy(),
+        latent_by_tf=response_to_edits(2 * latent_by_tf.cpu().numpy(), edit_width),
+    )

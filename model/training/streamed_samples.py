@@ -1,0 +1,243 @@
+"""Fresh samples while training: rendered in the background into a ring of the newest ones.
+
+The paper's Discussion asks for samples generated during training. Here sample
+i of the stream is rendered once, learned from about `reuse` times while it is
+among the newest, and forgotten. What a batch is drawn from depends on its
+number only, never on how fast rendering was, so runs repeat and resume
+exactly; training waits where rendering is behind.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from collections.abc import Iterator
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.samples.sample_rendering import check_volume, make_renderer, render_samples
+from model.samples.sample_store import ARRAYS, BLOCK, SampleBatch
+from model.samples.sampling import Stream
+from model.scene.scene import Lighting, Scene
+from model.scene.volume import Volume
+from model.training.sources import SampleSource
+
+DEFAULT_REUSE: dict[Lighting, float] = {"none": 4.0, "direct": 16.0, "global": 8.0}
+"""How often a sample is learned from: rendering then takes at most a quarter of a run on a CPU."""
+
+FIRST_SAMPLES = 512
+"""Samples that are there before the first batch."""
+
+RING_BYTES = 512 << 20
+RING_SAMPLES = 8192
+"""Largest ring: beyond it, samples are forgotten."""
+
+AHEAD_BLOCKS = 8
+"""Blocks that may be rendered before they are needed."""
+
+STAGE_SAMPLES = 1 << 40
+"""Where the samples of the next stage begin: stages do not share any."""
+
+
+class StreamSource(SampleSource):
+    """Samples rendered in background threads while training goes on.
+
+    Parameters
+    ----------
+    volume : Volume
+    scene : Scene
+        Rendered by the ray caster, which releases the interpreter lock.
+    seed : int
+        Of the samples.
+    reuse : float, optional
+        How often each sample is learned from, on average; the more, the less
+        rendering.
+    threads : int, optional
+        Rendering threads, one per processor by default.
+    ring_samples : int, optional
+        Size of the ring.
+    device : {"cpu", "cuda"}
+        Where the ray caster runs; a GPU needs one thread only.
+
+    Attributes
+    ----------
+    rendering_seconds : float
+        Processor time spent on rendering so far, in all threads.
+
+    Raises
+    ------
+    DatasetError
+        When the volume is not the scene's.
+    """
+
+    def __init__(
+        self,
+        volume: Volume,
+        scene: Scene,
+        seed: int,
+        reuse: float | None = None,
+        threads: int | None = None,
+        ring_samples: int | None = None,
+        device: Literal["cpu", "cuda"] = "cpu",
+    ) -> None:
+        self.scene = scene
+        self.seed = seed
+        self.reuse = reuse or DEFAULT_REUSE[scene.lighting]
+        self.rendering_seconds = 0.0
+        self._lock = threading.Lock()
+        self._volume = volume
+        self._threads = threads or (1 if device == "cuda" else os.cpu_count() or 1)
+        self._device: Literal["cpu", "cuda"] = device
+        image_bytes = 4 * scene.image_size**2
+        self._capacity = ring_samples or min(RING_SAMPLES, RING_BYTES // image_bytes)
+        check_volume(volume, scene)
+        self._ring: _Ring | None = None
+
+    def first(self, stream: Stream, count: int) -> SampleBatch:
+        """The first samples of a stream, rendered anew: they follow from scene and seed."""
+        renderer = make_renderer(self._volume, self.scene, threads=None)
+        try:
+            return render_samples(renderer, self.scene, self.seed, stream, range(count))
+        finally:
+            renderer.close()
+
+    def batches(self, stage: int, batch_size: int, seed: int, done: int) -> Iterator[SampleBatch]:
+        """Batches of random samples among the newest."""
+        self.close()
+        fresh = batch_size / self.reuse
+        first = max(FIRST_SAMPLES, batch_size)
+        newest = first + int(done * fresh)
+        oldest = max(0, newest - self._capacity) // BLOCK * BLOCK
+        ring = self._ring = _Ring(self._capacity, stage * STAGE_SAMPLES, oldest)
+        for _ in range(self._threads):
+            threading.Thread(target=self._render, args=(ring,), name="samples", daemon=True).start()
+        try:
+            number = done
+            while True:
+                newest = first + int(number * fresh)
+                ring.wait_for(newest)
+                window = np.arange(max(0, newest - self._capacity), newest)
+                rng = np.random.default_rng([seed, stage, number])
+                chosen = rng.choice(window, batch_size, replace=len(window) < batch_size)
+                yield ring.read(chosen)
+                number += 1
+        finally:
+            ring.close()
+
+    def check(self, batch_size: int) -> None:
+        """Nothing can be missing."""
+
+    def recipe(self) -> dict[str, Any]:
+        """What must not change when a run is resumed."""
+        return super().recipe() | {
+            "reuse": self.reuse,
+            "ring_samples": self._capacity,
+        }
+
+    def summary(self) -> dict[str, Any]:
+        """How the samples came about."""
+        return {
+            "dataset_seed": self.seed,
+            "reuse": self.reuse,
+            "rendering_seconds": round(self.rendering_seconds, 1),
+        }
+
+    def close(self) -> None:
+        """End the rendering threads."""
+        if self._ring is not None:
+            self._ring.close()
+            self._ring = None
+
+    def _count(self, seconds: float) -> None:
+        with self._lock:
+            self.rendering_seconds += seconds
+
+    def _render(self, ring: _Ring) -> None:
+        """Render block after block into the ring, until it is closed."""
+        try:
+            renderer = make_renderer(self._volume, self.scene, device=self._device)
+            try:
+                while (block := ring.next_block()) is not None:
+                    start = time.thread_time()
+                    indices = range(block.start + ring.offset, block.stop + ring.offset)
+                    samples = render_samples(renderer, self.scene, self.seed, "train", indices)
+                    self._count(time.thread_time() - start)
+                    ring.write(block, samples)
+            finally:
+                renderer.close()
+        except BaseException as error:
+            ring.fail(error)
+
+
+class _Ring:
+    """The newest samples, written by rendering threads and read by the training one."""
+
+    def __init__(self, capacity: int, offset: int, first: int) -> None:
+        # Room for what is rendered ahead, so that it overwrites nothing that is still needed.
+        self._slots = -(-capacity // BLOCK) * BLOCK + (AHEAD_BLOCKS + 1) * BLOCK
+        self.offset = offset
+        self._arrays: dict[str, NDArray[Any]] = {}
+        self._changed = threading.Condition()
+        self._next = first
+        self._wanted = first
+        self._finished: set[int] = set()
+        self._complete = first
+        self._error: BaseException | None = None
+        self._closed = False
+
+    def wait_for(self, newest: int) -> None:
+        """Wait until all samples below `newest` are there, and let more be rendered."""
+        with self._changed:
+            self._wanted = newest
+            self._changed.notify_all()
+            self._changed.wait_for(lambda: self._error or self._complete >= newest)
+            if self._error is not None:
+                raise self._error
+
+    def next_block(self) -> range | None:
+        """The next block to render, once there is room for it; None when closed."""
+        with self._changed:
+            self._changed.wait_for(
+                lambda: self._closed or self._next < self._wanted + AHEAD_BLOCKS * BLOCK
+            )
+            if self._closed:
+                return None
+            start = self._next
+            self._next += BLOCK
+            return range(start, start + BLOCK)
+
+    def write(self, block: range, samples: SampleBatch) -> None:
+        """Store a block's samples in place of the oldest ones."""
+        with self._changed:
+            for name in ARRAYS:
+                values = getattr(samples, name)
+                if name not in self._arrays:
+                    shape = (self._slots, *values.shape[1:])
+                    self._arrays[name] = np.empty(shape, values.dtype)
+                start = block.start % self._slots
+                self._arrays[name][start : start + BLOCK] = values
+            self._finished.add(block.start)
+            while self._complete in self._finished:
+                self._finished.remove(self._complete)
+                self._complete += BLOCK
+            self._changed.notify_all()
+
+    def read(self, indices: NDArray[np.int64]) -> SampleBatch:
+        """Copy samples by their number in the stream."""
+        slots = indices % self._slots
+        return SampleBatch(*(self._arrays[name][slots] for name in ARRAYS))
+
+    def fail(self, error: BaseException) -> None:
+        """Hand an error to whoever waits for samples."""
+        with self._changed:
+            self._error = self._error or error
+            self._changed.notify_all()
+
+    def close(self) -> None:
+        """Let the rendering threads end."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()

@@ -1,0 +1,73 @@
+"""Training that goes on from a finished model's weights instead of random ones."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from model.errors import TrainingError
+from model.networks.checkpoint import ModelCard, load_model, weights_digest
+from model.networks.generator_network import GeneratorNetwork
+from model.networks.size import NetworkSize
+from model.scene.scene import Scene
+
+BUILT_FOR = ("proportions", "view_range", "lighting")
+"""What of a scene networks are built for, beside the image size."""
+
+
+@dataclass(frozen=True)
+class Start:
+    """A trained model to start from.
+
+    Attributes
+    ----------
+    digest : str
+        SHA-256 of its weights: a run is resumed from the same ones.
+    card : ModelCard
+    network : GeneratorNetwork
+        In evaluation mode, float32, on the CPU.
+    """
+
+    digest: str
+    card: ModelCard
+    network: GeneratorNetwork
+
+    @classmethod
+    def read(cls, folder: Path) -> Start:
+        """Read a model folder.
+
+        Raises
+        ------
+        CheckpointError
+            When it holds no model that can be read.
+        """
+        return cls(weights_digest(folder), *load_model(folder))
+
+    def check(self, size: NetworkSize, scene: Scene) -> None:
+        """Refuse a model whose weights another network, or another scene's, has.
+
+        A volume of the same proportions will do, as will another light: both
+        are learned anew sooner than from nothing.
+
+        Raises
+        ------
+        TrainingError
+            Naming all that differs.
+        """
+        theirs = asdict(self.card.size) | _built_for(self.card.scene)
+        ours = asdict(size) | _built_for(scene)
+        differing = [
+            f"{name.replace('_', ' ')} ({value}, not {ours[name]})"
+            for name, value in theirs.items()
+            if value != ours[name]
+        ]
+        if differing:
+            raise TrainingError(
+                f"The model to start from has another {', '.join(differing)}; "
+                "train with what it has, or start from another model."
+            )
+
+
+def _built_for(scene: Scene) -> dict[str, Any]:
+    return {name: getattr(scene, name) for name in BUILT_FOR}

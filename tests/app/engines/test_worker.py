@@ -1,0 +1,155 @@
+from __future__ import annotations
+
+import threading
+
+import pytest
+from pytestqt.qtbot import QtBot
+from window_fakes import PATIENCE_S, FakeEngine, make_request
+
+from app.engines.messages import RenderResult
+from app.engines.worker import RenderWorker
+from model.errors import CheckpointError, RenderError
+
+
+class Harness:
+    """A running worker, its engine and everything it reported."""
+
+    def __init__(self, qtbot: QtBot, engine: FakeEngine) -> None:
+        self.engine = engine
+        self.results: list[RenderResult] = []
+        self.receivers: list[threading.Thread] = []
+        self.worker = RenderWorker(self._build, "test")
+        self.worker.resultReady.connect(self._receive)
+        with qtbot.waitSignal(self.worker.engineReady):
+            self.worker.start()
+
+    def _build(self) -> FakeEngine:
+        self.engine.threads = [threading.current_thread()]
+        return self.engine
+
+    def _receive(self, result: RenderResult) -> None:
+        self.results.append(result)
+        self.receivers.append(threading.current_thread())
+
+    def end(self, qtbot: QtBot) -> None:
+        with qtbot.waitSignal(self.worker.finished):
+            self.worker.stop()
+        self.worker.join()
+
+
+def wait_started(engine: FakeEngine) -> None:
+    assert engine.started.acquire(timeout=PATIENCE_S)
+
+
+def test_the_newest_request_wins(qtbot: QtBot) -> None:
+    gate = threading.Semaphore(0)
+    harness = Harness(qtbot, FakeEngine(gate=gate))
+    harness.worker.submit(make_request(1))
+    wait_started(harness.engine)
+    for sequence in (2, 3, 4):
+        harness.worker.submit(make_request(sequence))
+    with qtbot.waitSignals([harness.worker.resultReady] * 2):
+        gate.release(2)
+    assert [r.sequence for r in harness.results] == [1, 4]
+    assert [r.sequence for r in harness.engine.requests] == [1, 4]
+    harness.end(qtbot)
+
+
+def test_a_stale_result_is_dropped(qtbot: QtBot) -> None:
+    harness = Harness(qtbot, FakeEngine())
+    for sequence, live in ((5, False), (3, True), (6, False)):
+        with qtbot.waitSignal(harness.worker._message):
+            harness.worker.submit(make_request(sequence, live))
+    qtbot.waitUntil(lambda: len(harness.results) == 2)
+    assert [(r.sequence, r.live) for r in harness.results] == [(5, False), (6, False)]
+    assert [r.sequence for r in harness.engine.requests] == [5, 3, 6]
+    harness.end(qtbot)
+
+
+@pytest.mark.parametrize(
+    ("error", "sentence"),
+    [
+        (RenderError("VTK finds no OpenGL."), "VTK finds no OpenGL."),
+        (ValueError("odd shape"), "Unexpected ValueError: odd shape"),
+    ],
+)
+def test_an_error_is_data_and_the_worker_goes_on(
+    qtbot: QtBot, error: Exception, sentence: str
+) -> None:
+    harness = Harness(qtbot, FakeEngine())
+    harness.engine.error = error
+    with qtbot.waitSignal(harness.worker.resultReady):
+        harness.worker.submit(make_request(1))
+    harness.engine.error = None
+    with qtbot.waitSignal(harness.worker.resultReady):
+        harness.worker.submit(make_request(2))
+    failed, good = harness.results
+    assert failed.error == sentence
+    assert failed.image is None
+    assert good.error is None
+    assert good.image is not None
+    assert good.image[0, 0, 0] == pytest.approx(2 / 255)
+    harness.end(qtbot)
+
+
+def test_the_engine_lives_in_one_thread_and_results_arrive_in_ours(qtbot: QtBot) -> None:
+    harness = Harness(qtbot, FakeEngine())
+    with qtbot.waitSignal(harness.worker.resultReady):
+        harness.worker.submit(make_request(1))
+    harness.end(qtbot)
+    engine = harness.engine
+    assert engine.closed
+    assert len(engine.threads) == 3
+    assert len(set(engine.threads)) == 1
+    assert engine.threads[0] is not threading.current_thread()
+    assert harness.receivers == [threading.current_thread()]
+
+
+def test_an_engine_that_cannot_be_built_is_told(qtbot: QtBot) -> None:
+    def build() -> FakeEngine:
+        raise CheckpointError("model: the folder is missing.")
+
+    worker = RenderWorker(build, "test")
+    errors: list[str] = []
+    worker.engineFailed.connect(errors.append)
+    with qtbot.waitSignals([worker.engineFailed, worker.finished], order="strict"):
+        worker.start()
+    assert errors == ["model: the folder is missing."]
+    worker.join()
+
+
+def test_stopping_while_rendering_waits_for_nothing_and_delivers_nothing(qtbot: QtBot) -> None:
+    gate = threading.Semaphore(0)
+    harness = Harness(qtbot, FakeEngine(gate=gate))
+    harness.worker.submit(make_request(1))
+    wait_started(harness.engine)
+    harness.worker.stop()
+    assert not harness.engine.closed
+    with qtbot.waitSignal(harness.worker.finished):
+        gate.release()
+    harness.worker.join()
+    assert harness.results == []
+    assert harness.engine.closed
+
+
+def test_stopping_while_the_engine_is_built_closes_it(qtbot: QtBot) -> None:
+    may_load = threading.Event()
+    engines: list[FakeEngine] = []
+
+    def build() -> FakeEngine:
+        assert may_load.wait(PATIENCE_S)
+        engines.append(FakeEngine())
+        return engines[0]
+
+    worker = RenderWorker(build, "test")
+    ready: list[object] = []
+    worker.engineReady.connect(ready.append)
+    worker.start()
+    worker.submit(make_request(1))
+    worker.stop()
+    with qtbot.waitSignal(worker.finished):
+        may_load.set()
+    worker.join()
+    assert ready == []
+    assert engines[0].closed
+    assert engines[0].requests == []

@@ -1,0 +1,63 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtGui import QColor
+from pytestqt.qtbot import QtBot
+
+from app.image_view.image_canvas import ImageCanvas, to_qimage
+
+
+def test_pixels_keep_their_place_and_value() -> None:
+    rgba = np.zeros((2, 3, 4), dtype=np.float32)
+    rgba[0, 2] = [1.0, 0.5, 0.0, 1.0]
+    image = to_qimage(rgba)
+    assert (image.width(), image.height()) == (3, 2)
+    assert image.pixelColor(2, 0).getRgb() == (255, 128, 0, 255)
+    assert image.pixelColor(2, 1).getRgb() == (0, 0, 0, 255)
+
+
+@pytest.mark.parametrize(("value", "level"), [(-3.0, 0), (7.0, 255), (np.nan, 0)])
+def test_values_outside_the_range_are_clipped(value: float, level: int) -> None:
+    rgba = np.full((1, 1, 4), value, dtype=np.float32)
+    assert to_qimage(rgba).pixelColor(0, 0).red() == level
+
+
+@pytest.fixture
+def canvas(qtbot: QtBot) -> ImageCanvas:
+    canvas = ImageCanvas()
+    qtbot.addWidget(canvas)
+    canvas.resize(300, 100)
+    return canvas
+
+
+def color_at(canvas: ImageCanvas, x: int, y: int) -> QColor:
+    return canvas.grab().toImage().pixelColor(x, y)
+
+
+def test_the_image_is_shown_centred_with_its_own_shape(canvas: ImageCanvas) -> None:
+    canvas.show_image(to_qimage(np.ones((8, 8, 4), dtype=np.float32)))
+    assert color_at(canvas, 150, 50) == QColor("white")
+    assert color_at(canvas, 105, 5) == QColor("white")
+    assert color_at(canvas, 90, 50) == QColor("black")
+    assert color_at(canvas, 210, 50) == QColor("black")
+
+
+def test_a_message_darkens_the_image_and_the_next_image_clears_it(canvas: ImageCanvas) -> None:
+    white = to_qimage(np.ones((8, 8, 4), dtype=np.float32))
+    canvas.show_image(white)
+    canvas.show_message("broken")
+    assert canvas.message == "broken"
+    assert 0 < color_at(canvas, 105, 5).red() < 128
+    canvas.show_image(white)
+    assert canvas.message == ""
+    assert color_at(canvas, 105, 5) == QColor("white")
+
+
+def test_a_hint_is_painted_at_the_lower_edge(canvas: ImageCanvas) -> None:
+    canvas.show_image(to_qimage(np.zeros((8, 8, 4), dtype=np.float32)))
+    before = canvas.grab().toImage()
+    canvas.set_hint("Outside")
+    after = canvas.grab().toImage()
+    assert before.copy(0, 0, 300, 50) == after.copy(0, 0, 300, 50)
+    assert before != after

@@ -1,0 +1,355 @@
+"""The window as a whole, on fake engines."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QAction
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QMessageBox
+from pytestqt.qtbot import QtBot
+from ramp import make_tf, make_volume
+from window_fakes import FakeBuilders, FakeEngine
+
+from app.image_view.engine_pane import EnginePane
+from app.state.transfer_function_store import TransferFunctionStore
+from app.state.viewer_state import HOME_VIEW
+from app.window.main_window import MainWindow
+from model.errors import CheckpointError, RenderError
+from model.scene.scene import Scene
+from model.scene.view import View
+
+WindowMaker = Callable[..., MainWindow]
+
+
+def shown(pane: EnginePane) -> int:
+    """Sequence number of the image that a pane shows."""
+    assert pane.canvas.image is not None
+    return pane.canvas.image.pixelColor(0, 0).red()
+
+
+def action(window: MainWindow, text: str) -> QAction:
+    (found,) = (a for a in window.findChildren(QAction) if a.text().replace("&", "") == text)
+    return found
+
+
+def settle(qtbot: QtBot, window: MainWindow) -> None:
+    qtbot.waitUntil(lambda: window.workspace.is_settled)
+
+
+def test_both_images_show_the_same_request(make_window: WindowMaker) -> None:
+    window = make_window()
+    assert shown(window.generator) == shown(window.reference)
+    assert "CPU" in window.generator.detail
+    assert "16 × 16" in window.reference.detail
+    assert window.windowTitle() == "ramp (4 × 5 × 6) – tfscope"
+    assert window.editor.isEnabled()
+    assert window.editor.numbers.heading.text().endswith("of 3")
+
+
+def test_dragging_in_either_image_moves_both(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
+) -> None:
+    window = make_window()
+    for pane in (window.generator, window.reference):
+        before = window.session.view
+        QTest.mousePress(pane.canvas, Qt.MouseButton.LeftButton, pos=QPoint(100, 100))
+        QTest.mouseMove(pane.canvas, QPoint(130, 100))
+        QTest.mouseRelease(pane.canvas, Qt.MouseButton.LeftButton, pos=QPoint(130, 100))
+        settle(qtbot, window)
+        assert window.session.view != before
+        assert shown(window.generator) == shown(window.reference)
+        for engine in (builders.generators[-1], builders.references[-1]):
+            assert engine.requests[-1].view == window.session.view
+            assert not engine.requests[-1].live
+    assert f"Azimuth {window.session.view.azimuth:.0f}°" in window.view_text
+
+
+def test_the_first_drag_frames_are_live_and_the_last_is_final(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
+) -> None:
+    window = make_window()
+    engine = builders.references[-1]
+    first = len(engine.requests)
+    window.session.move_view(View(azimuth=10.0))
+    qtbot.waitUntil(lambda: len(engine.requests) > first)
+    window.session.finish_view()
+    settle(qtbot, window)
+    assert engine.requests[first].live
+    assert not engine.requests[-1].live
+
+
+def test_a_tf_edit_reaches_both_engines(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
+) -> None:
+    window = make_window()
+    window.session.commit(make_tf(140.0), "edit")
+    settle(qtbot, window)
+    for engine in (builders.generators[-1], builders.references[-1]):
+        assert engine.requests[-1].transfer_function == make_tf(140.0)
+
+
+def test_a_broken_engine_shows_its_error_and_the_other_goes_on(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
+) -> None:
+    window = make_window()
+    builders.generators[-1].error = RenderError("The generator is out of memory.")
+    window.session.set_view(View(azimuth=5.0))
+    settle(qtbot, window)
+    assert window.errors == ["The generator is out of memory."]
+    builders.generators[-1].error = None
+    window.session.set_view(View(azimuth=6.0))
+    settle(qtbot, window)
+    assert window.errors == []
+    assert shown(window.generator) == shown(window.reference)
+
+
+def test_a_model_that_cannot_be_loaded_leaves_the_reference_working(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
+) -> None:
+    builders.generator_error = CheckpointError("model: the weights are truncated.")
+    window = make_window()
+    assert window.generator.canvas.message == "model: the weights are truncated."
+    window.session.set_view(View(azimuth=5.0))
+    settle(qtbot, window)
+    assert builders.references[-1].requests[-1].view == View(azimuth=5.0)
+
+
+def test_without_a_model_the_pane_says_how_to_train_one(make_window: WindowMaker) -> None:
+    window = make_window(model=None)
+    message = window.generator.canvas.message
+    assert "python main.py train" in message
+    assert "--volume ramp" in message
+    assert window.errors == []
+    assert "512 × 512" in window.reference.detail
+
+
+def test_a_model_of_another_volume_is_refused_until_its_volume_comes(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
+) -> None:
+    other = make_volume("other", top=300.0)
+    builders.volumes["other"] = other
+    builders.scene = Scene.of(other, image_size=16)
+    window = make_window()
+    message = window.generator.canvas.message
+    assert "'other'" in message
+    assert message.count(".") == 1
+    assert builders.generators[-1].requests == []
+    with qtbot.waitSignal(window.workspace.volumeStarted):
+        window.workspace.open_volume(Path("other"))
+    settle(qtbot, window)
+    assert shown(window.generator) == shown(window.reference)
+    assert len(builders.generators) == 1
+
+
+def test_the_reference_is_lit_like_the_training_images(
+    make_window: WindowMaker, builders: FakeBuilders
+) -> None:
+    builders.scene = Scene.of(builders.volumes["ramp"], image_size=16, lighting="direct")
+    make_window()
+    assert builders.settings[-1].lighting == "direct"
+
+
+def test_a_missing_volume_is_an_error_at_first_and_a_notice_later(
+    qtbot: QtBot, make_window: WindowMaker
+) -> None:
+    window = make_window(volume="gone")
+    assert window.errors == ["gone: the file is missing; choose another."]
+    assert not window.editor.isEnabled()
+    with qtbot.waitSignal(window.workspace.volumeStarted):
+        window.workspace.open_volume(Path("ramp"))
+    settle(qtbot, window)
+    assert window.errors == []
+    with qtbot.waitSignal(window.workspace.problem):
+        window.workspace.open_volume(Path("gone"))
+    assert window.notice.text == "gone: the file is missing; choose another."
+    assert window.notice.isVisible()
+    assert window.workspace.opened is not None
+    assert window.workspace.opened.volume.name == "ramp"
+    with qtbot.waitSignal(window.workspace.volumeStarted):
+        window.workspace.open_volume(Path("ramp"))
+    assert window.notice.text == ""
+
+
+def test_the_hint_appears_outside_the_training_range_and_goes_again(
+    make_window: WindowMaker,
+) -> None:
+    window = make_window()
+    assert window.generator.canvas.hint == ""
+    window.session.set_view(View(elevation=89.0))
+    assert "elevation 89°" in window.generator.canvas.hint
+    assert window.reference.canvas.hint == ""
+    window.session.set_view(HOME_VIEW)
+    assert window.generator.canvas.hint == ""
+
+
+def test_an_edited_tf_is_kept_for_the_next_run(
+    qtbot: QtBot, make_window: WindowMaker, tmp_path: Path
+) -> None:
+    store = TransferFunctionStore(tmp_path)
+    first = make_window(store=store)
+    default = first.session.transfer_function
+    assert list(tmp_path.iterdir()) == []
+    first.session.commit(make_tf(142.0), "edit")
+    first.close()
+    second = make_window(store=store)
+    assert second.session.transfer_function == make_tf(142.0)
+    second.session.reset_transfer_function()
+    assert second.session.transfer_function == default
+
+
+def test_each_volume_keeps_its_own_tf(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders, tmp_path: Path
+) -> None:
+    builders.volumes["other"] = other = make_volume("other", top=300.0)
+    store = TransferFunctionStore(tmp_path)
+    window = make_window(store=store)
+    window.session.commit(make_tf(142.0), "edit")
+    with qtbot.waitSignal(window.workspace.volumeStarted):
+        window.workspace.open_volume(Path("other"))
+    assert store.load(other.fingerprint) is None
+    assert window.session.scalar_range == (100.0, 300.0)
+    with qtbot.waitSignal(window.workspace.volumeStarted):
+        window.workspace.open_volume(Path("ramp"))
+    assert window.session.transfer_function == make_tf(142.0)
+    settle(qtbot, window)
+
+
+def test_a_damaged_kept_tf_is_told_and_the_default_taken(
+    make_window: WindowMaker, tmp_path: Path, builders: FakeBuilders
+) -> None:
+    store = TransferFunctionStore(tmp_path)
+    store.path(builders.volumes["ramp"].fingerprint).write_text("{}")
+    window = make_window(store=store)
+    assert "tfscope_tf" in window.notice.text
+    assert len(window.session.transfer_function.opacity.modes) == 3
+
+
+def let_go_when_hidden(
+    window: MainWindow, gate: threading.Semaphore, loading: threading.Event
+) -> None:
+    while window.isVisible():
+        threading.Event().wait(0.005)
+    gate.release()
+    loading.set()
+
+
+def test_closing_while_everything_is_at_work_ends_cleanly(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
+) -> None:
+    window = make_window()
+    gate = threading.Semaphore(0)
+    engine = builders.references[-1]
+    engine.gate = gate
+    window.session.set_view(View(azimuth=1.0))
+    qtbot.waitUntil(lambda: engine.requests[-1].view == View(azimuth=1.0))
+    builders.loading = loading = threading.Event()
+    window.workspace.open_model(Path("another"))
+    window.workspace.open_volume(Path("ramp"))
+    # The render and the loading end only once the window waits for them.
+    helper = threading.Thread(target=let_go_when_hidden, args=(window, gate, loading))
+    helper.start()
+    window.close()
+    helper.join()
+    assert not window.isVisible()
+    assert engine.closed
+    assert all(g.closed for g in builders.generators)
+
+
+def test_the_reference_size_can_be_chosen(qtbot: QtBot, make_window: WindowMaker) -> None:
+    window = make_window()
+    action(window, "256 × 256").trigger()
+    settle(qtbot, window)
+    assert "256 × 256" in window.reference.detail
+    action(window, "As the generator").trigger()
+    settle(qtbot, window)
+    assert "16 × 16" in window.reference.detail
+
+
+def test_the_reference_renderer_can_be_chosen(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
+) -> None:
+    window = make_window()
+    assert [s.renderer for s in builders.settings] == ["vtk"]
+    assert window.reference.title == "VTK (reference)"
+    action(window, "Ray caster").trigger()
+    settle(qtbot, window)
+    assert builders.settings[-1].renderer == "raycast"
+    assert window.reference.title == "Ray caster (reference)"
+    assert builders.references[0].closed
+    action(window, "VTK").trigger()
+    settle(qtbot, window)
+    assert builders.settings[-1].renderer == "vtk"
+
+
+@pytest.mark.parametrize(
+    ("name", "toward_camera"),
+    [
+        ("Front", (0, -1, 0)),
+        ("Back", (0, 1, 0)),
+        ("Right", (1, 0, 0)),
+        ("Left", (-1, 0, 0)),
+        ("Top", (0, 0, 1)),
+        ("Bottom", (0, 0, -1)),
+    ],
+)
+def test_standard_views(
+    make_window: WindowMaker, name: str, toward_camera: tuple[int, int, int]
+) -> None:
+    window = make_window()
+    window.session.set_view(replace(HOME_VIEW, distance=0.6, roll=5.0))
+    action(window, name).trigger()
+    view = window.session.view
+    assert view.basis()[2] == pytest.approx(toward_camera, abs=1e-12)
+    assert (view.roll, view.distance) == (0.0, 0.6)
+
+
+def test_undo_and_redo_from_the_menu(make_window: WindowMaker) -> None:
+    window = make_window()
+    before = window.session.transfer_function
+    undo, redo = action(window, "Undo"), action(window, "Redo")
+    assert not undo.isEnabled()
+    window.session.commit(make_tf(), "edit")
+    undo.trigger()
+    assert window.session.transfer_function == before
+    assert not undo.isEnabled()
+    redo.trigger()
+    assert window.session.transfer_function == make_tf()
+    action(window, "Reset transfer function").trigger()
+    assert window.session.transfer_function == before
+
+
+def test_help_opens_without_blocking(make_window: WindowMaker) -> None:
+    window = make_window()
+    for name in ("Gestures", "About tfscope"):
+        action(window, name).trigger()
+    boxes = window.findChildren(QMessageBox)
+    assert len(boxes) == 2
+    for box in boxes:
+        assert box.isVisible()
+        box.done(0)
+
+
+def test_an_engine_slower_than_the_mouse_is_never_queued(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
+) -> None:
+    window = make_window()
+    engine: FakeEngine = builders.references[-1]
+    engine.gate = threading.Semaphore(0)
+    before = len(engine.requests)
+    window.session.move_view(View(azimuth=0.0))
+    qtbot.waitUntil(lambda: len(engine.requests) == before + 1)
+    for azimuth in range(1, 50):
+        window.session.move_view(View(azimuth=float(azimuth)))
+    window.session.finish_view()
+    for _ in range(2):
+        engine.gate.release()
+    settle(qtbot, window)
+    assert len(engine.requests) == before + 2
+    assert engine.requests[-1].view == View(azimuth=49.0)
+    engine.gate = None

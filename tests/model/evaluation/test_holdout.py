@@ -1,0 +1,82 @@
+from __future__ import annotations
+
+import json
+from itertools import pairwise
+
+import numpy as np
+import pytest
+import torch
+from lively import SIZE, lively_network
+
+from model import metrics
+from model.evaluation.holdout import evaluate, nearest_images, pictures
+from model.generator.generator import Generator
+from model.networks.checkpoint import ModelCard
+from model.samples.sample_store import SampleStore
+from model.scene.scene import Scene
+
+
+@pytest.fixture(scope="module")
+def generator(scene: Scene) -> Generator:
+    network = lively_network()
+    return Generator(ModelCard(scene, "draft", SIZE), network, torch.device("cpu"))
+
+
+def test_this_generators_images_differ(generator: Generator, store: SampleStore) -> None:
+    _, images = pictures(generator, store, np.arange(4))
+    for one, other in pairwise(images):
+        assert metrics.rmse(one, other) > 0.01
+
+
+def test_nearest_images_have_the_smallest_rmse(store: SampleStore) -> None:
+    queries = store.read("holdout", range(32)).rgba
+    training = store.read("train", range(160)).rgba
+    colors = training[..., :3].astype(int)
+    for query, found in zip(queries, nearest_images(queries, store), strict=True):
+        errors = [np.mean((query[..., :3] - image) ** 2) for image in colors]
+        np.testing.assert_array_equal(found, training[int(np.argmin(errors))])
+
+
+def test_a_training_image_is_its_own_nearest_neighbour(store: SampleStore) -> None:
+    images = store.read("train", range(100, 110)).rgba
+    np.testing.assert_array_equal(nearest_images(images, store)[..., :3], images[..., :3])
+
+
+def test_errors_are_those_of_the_rendered_images(generator: Generator, store: SampleStore) -> None:
+    seen: list[int] = []
+    result = evaluate(generator, store, 5, seen.append)
+    assert (result.count, result.neighbours, seen) == (5, 160, [1, 2, 3, 4, 5])
+    from model.samples.sampling import draw_sample
+
+    sample = draw_sample(store.scene, store.seed, "holdout", 3)
+    tf = sample.transfer_function
+    image = generator.render(sample.view, tf.opacity, tf.color)[..., :3]
+    truth = store.read("holdout", range(3, 4)).rgba[0, ..., :3] / 255
+    assert result.generator["rmse"][3] == pytest.approx(metrics.rmse(image, truth), abs=1e-5)
+    assert result.generator["emd"][3] == pytest.approx(metrics.color_emd(image, truth), abs=1e-3)
+    assert result.generator["ssim"][3] == pytest.approx(metrics.ssim(image, truth), abs=1e-4)
+    neighbour = nearest_images(store.read("holdout", range(3, 4)).rgba, store)[0, ..., :3] / 255
+    assert result.nearest_neighbour["rmse"][3] == pytest.approx(metrics.rmse(neighbour, truth))
+
+
+def test_the_report_has_the_documented_keys(generator: Generator, store: SampleStore) -> None:
+    report = json.loads(json.dumps(evaluate(generator, store, 4).to_json(), allow_nan=False))
+    assert report["count"] == 4
+    assert report["nearest_neighbour"]["count"] == 160
+    for part, keys in (
+        (report, ("rmse", "emd", "ssim", "flip")),
+        (report["nearest_neighbour"], ("rmse", "emd")),
+    ):
+        for key in keys:
+            assert set(part[key]) == {"mean", "median", "p95", "interval"}
+            low, high = part[key]["interval"]
+            assert low <= part[key]["mean"] <= high
+
+
+def test_pictures_are_those_of_the_chosen_samples(generator: Generator, store: SampleStore) -> None:
+    truth, images = pictures(generator, store, np.array([7, 2]))
+    samples = store.read("holdout", range(8))
+    np.testing.assert_allclose(truth[1], samples.rgba[2, ..., :3] / 255)
+    errors = evaluate(generator, store, 8).generator["rmse"]
+    assert metrics.rmse(images[0], truth[0]) == pytest.approx(errors[7], abs=1e-6)
+    assert metrics.rmse(images[1], truth[1]) == pytest.approx(errors[2], abs=1e-6)

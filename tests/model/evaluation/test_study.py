@@ -1,0 +1,182 @@
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+import torch
+
+from model.errors import TrainingError
+from model.evaluation.holdout import evaluate
+from model.evaluation.study import STUDIES, Study, StudyPlan, Variant, run_study
+from model.evaluation.study_table import markdown
+from model.generator.generator import Generator
+from model.networks.codec import LatentCodec
+from model.networks.size import NetworkSize
+from model.samples.sample_rendering import render_store
+from model.samples.sample_store import SampleStore
+from model.scene.scene import Scene
+from model.scene.volume import Volume
+from model.training.options import Budget, StageOptions, TrainingOptions
+from model.training.plan import TrainingPlan
+from model.training.sources import StoredSource
+from model.training.state import STATE_FILE
+
+SMALL = NetworkSize(width=1 / 16, opacity_size=16, image_size=16, architecture="grid")
+STUDY = Study(
+    "Two dimensions",
+    "made up",
+    (Variant("a", "two", (), 2, (0.1, 0.2)), Variant("b", "eight", ("l1_weight=50",), 8)),
+    neighbour=(0.3, 0.4),
+)
+
+
+@pytest.fixture
+def plan(tmp_path: Path, volume: Volume) -> StudyPlan:
+    scene = Scene.of(volume, 16)
+    store = SampleStore.create(tmp_path / "samples.zarr", scene, 0, {"train": 32, "holdout": 6})
+    render_store(store, volume, 1)
+    base = TrainingPlan(
+        source=StoredSource(store),
+        preset="tiny",
+        size=SMALL,
+        options=TrainingOptions(joint=StageOptions(8, 1e-3, 1)),
+        budget=Budget(samples=24),
+        folder=tmp_path / "study",
+        device=torch.device("cpu"),
+    )
+    return StudyPlan(store, volume, base, count=6, sensitivities=1)
+
+
+def test_each_variant_is_trained_as_it_says_and_measured_like_evaluate(plan: StudyPlan) -> None:
+    result = run_study(STUDY, plan)
+    for variant, dimension, weight in zip(STUDY.variants, (2, 8), (150, 50), strict=True):
+        generator = Generator.load(plan.base.folder / variant.name)
+        assert generator.card.size.latent_dim == dimension
+        assert generator.card.training["options"]["l1_weight"] == weight
+        row = result["variants"][variant.name]
+        expected = evaluate(generator, plan.store, 6)
+        assert row["rmse"] == pytest.approx(expected.generator["rmse"].mean())
+        assert row["emd"] == pytest.approx(expected.generator["emd"].mean())
+        assert row["samples_seen"] == 24
+        assert -1 <= row["image_cosine"] <= 1
+    assert result["nearest_neighbour"]["count"] == 32
+
+
+def test_what_is_finished_is_not_trained_again_and_what_was_stopped_goes_on(
+    plan: StudyPlan,
+) -> None:
+    begun: list[str] = []
+    steps: list[int] = []
+
+    def stop(report: object) -> None:
+        steps.append(len(begun))
+        if len(begun) == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run_study(STUDY, plan, lambda v: begun.append(v.name), stop)
+    assert steps == [1, 1, 1, 2]
+    steps.clear()
+    again: list[str] = []
+    first = run_study(
+        STUDY, plan, lambda v: again.append(v.name), lambda r: steps.append(r.samples)
+    )
+    assert steps == [16, 24]
+    assert first == json.loads(json.dumps(run_study(STUDY, plan)))
+
+
+def test_a_collapse_is_a_result_and_the_study_goes_on(
+    plan: StudyPlan, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("model.training.guard.WARM_UP", 0)
+    monkeypatch.setattr("model.training.guard.LEAST_DIVERSITY", 0)
+    begun: list[str] = []
+    encode = LatentCodec.encode
+
+    def collapsing(self: LatentCodec, opacity_tf: torch.Tensor) -> torch.Tensor:
+        return encode(self, opacity_tf) * (0 if begun == ["a"] else 1)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(LatentCodec, "encode", collapsing)
+        result = run_study(STUDY, plan, lambda v: begun.append(v.name))
+    # Of another recipe nothing is known, even where a run collapsed before its first save.
+    (plan.base.folder / "a" / STATE_FILE).unlink(missing_ok=True)
+    other = changed(plan, options=plan.base.options.with_settings(["grid_rate=3"]))
+    with pytest.raises(TrainingError, match=r"options\.grid_rate .*, not 3\.0"):
+        run_study(STUDY, other)
+    assert "codes of all opacity TFs" in result["variants"]["a"]["collapsed"]
+    assert result["variants"]["b"]["samples_seen"] == 24
+    table = markdown(STUDY, result)
+    assert "| two (collapsed) |" in table
+    assert "codes of all opacity TFs" in table
+    # It is not tried again.
+    again: list[int] = []
+    assert run_study(STUDY, plan, on_report=lambda r: again.append(r.samples)) == json.loads(
+        json.dumps(result)
+    )
+    assert not again
+
+
+def test_a_budget_is_kept_also_before_anything_is_measured(
+    plan: StudyPlan, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with monkeypatch.context() as patch:
+        patch.setattr("model.evaluation.study.generator_errors", interrupt)
+        with pytest.raises(KeyboardInterrupt):
+            run_study(STUDY, plan)
+    with pytest.raises(TrainingError, match="another budget"):
+        run_study(STUDY, changed(plan, budget=Budget(samples=32)))
+
+
+def changed(plan: StudyPlan, **what: Any) -> StudyPlan:
+    return replace(plan, base=replace(plan.base, **what))
+
+
+def interrupt(*_: object) -> None:
+    raise KeyboardInterrupt
+
+
+def test_another_recipe_needs_another_folder(plan: StudyPlan) -> None:
+    run_study(STUDY, plan)
+    other = changed(plan, options=plan.base.options.with_settings(["grid_rate=3"]))
+    with pytest.raises(TrainingError, match=r"options\.grid_rate .*, not 3\.0"):
+        run_study(STUDY, other)
+    with pytest.raises(TrainingError, match="another budget"):
+        run_study(STUDY, changed(plan, budget=Budget(samples=32)))
+
+
+def test_the_table_has_the_papers_numbers_beside_ours(plan: StudyPlan) -> None:
+    lines = markdown(STUDY, run_study(STUDY, plan)).splitlines()
+    nearest, two, eight = (line.strip("| ").split(" | ") for line in lines[-3:])
+    assert nearest[0] == "nearest of 32"
+    assert nearest[-2:] == ["0.300", "0.400"]
+    assert two[0] == "two"
+    assert two[-2:] == ["0.100", "0.200"]
+    assert eight[0] == "eight"
+
+
+@pytest.mark.parametrize("study", STUDIES.values(), ids=list(STUDIES))
+def test_the_papers_studies_have_valid_recipes(study: Study) -> None:
+    for variant in study.variants:
+        TrainingOptions().with_settings(variant.settings)
+    assert len({v.name for v in study.variants}) == len(study.variants)
+
+
+def test_variants_that_studies_share_are_alike() -> None:
+    seen: dict[str, tuple[object, ...]] = {}
+    for study in STUDIES.values():
+        for v in study.variants:
+            recipe = TrainingOptions().with_settings(v.settings)
+            assert seen.setdefault(v.name, (recipe, v.latent_dim or 8)) == (
+                recipe,
+                v.latent_dim or 8,
+            )
+
+
+def test_the_l1_weights_of_the_paper_are_fixed() -> None:
+    options = TrainingOptions(l1_weight=77)
+    weights = {
+        v.label: options.with_settings(v.settings).l1_weight for v in STUDIES["l1-weight"].variants
+    }
+    assert weights == {"50": 50, "150": 150, "450": 450}

@@ -1,0 +1,259 @@
+import importlib.util
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import get_args
+
+import numpy as np
+import pytest
+import torch
+from torch import Tensor
+
+from model.benchmarks.generator import compare_backends, time_parts
+from model.errors import DeviceError
+from model.generator.backends import (
+    BACKENDS,
+    EAGER,
+    Backend,
+    BackendName,
+    choose_backends,
+    make_draw,
+    obstacle,
+)
+from model.generator.generator import Generator, LastValue
+from model.networks.blocks import place
+from model.networks.build import build_generator
+from model.networks.checkpoint import ModelCard, save_model
+from model.networks.generator_network import GeneratorNetwork
+from model.networks.size import Architecture, NetworkSize
+from model.samples.sampling import draw_sample
+from model.scene.scene import Scene
+
+CPU = torch.device("cpu")
+
+
+def network_of(architecture: Architecture, scene: Scene, rays: bool = False) -> GeneratorNetwork:
+    torch.manual_seed(0)
+    size = NetworkSize(0.125, 16, 64, rays=rays, architecture=architecture)
+    network = build_generator(size, scene)
+    for parameter in network.parameters():
+        # Images far from one grey: as first weights, the paper's are too small for that.
+        if parameter.ndim > 1:
+            torch.nn.init.kaiming_normal_(parameter, nonlinearity="linear")
+    return place(network, CPU).eval()
+
+
+@torch.inference_mode()
+def inputs_of(network: GeneratorNetwork, count: int) -> tuple[tuple[Tensor, ...], Tensor, Tensor]:
+    torch.manual_seed(count)
+    seen = network.see(torch.rand(count, 5) * 2 - 1)
+    latent = network.opacity.encode(torch.rand(count, 256))
+    return seen, latent, network.encode_color(torch.rand(count, 3, 256))
+
+
+def usable(name: str, precision: str = "float32") -> Backend:
+    (backend,) = choose_backends(name, precision, CPU)
+    trouble = obstacle(backend, CPU)
+    if trouble is not None:
+        pytest.skip(trouble)
+    return backend
+
+
+@pytest.mark.parametrize(
+    ("architecture", "rays"), [(a, False) for a in get_args(Architecture)] + [("grid", True)]
+)
+@pytest.mark.parametrize("name", [b for b in BACKENDS if b not in ("eager", "compiled")])
+def test_libraries_draw_what_torch_draws(
+    architecture: Architecture, rays: bool, name: str, scene: Scene
+) -> None:
+    network = network_of(architecture, scene, rays)
+    draw = make_draw(network, usable(name), CPU)
+    with torch.inference_mode():
+        for count in (1, 3, 1):
+            inputs = inputs_of(network, count)
+            for ours, expected in zip(draw(*inputs), network.draw(*inputs), strict=True):
+                assert expected.std() > 0.003
+                torch.testing.assert_close(ours, expected, rtol=0, atol=1e-4)
+
+
+@pytest.mark.parametrize("name", ["eager", "openvino"])
+def test_bfloat16_is_near(name: str, scene: Scene) -> None:
+    network = network_of("grid", scene)
+    rows = {
+        (row.backend, row.precision, row.batch): row
+        for row in compare_backends(network, scene, CPU, seconds=0.001, names=(name,))
+    }
+    usable(name, "bfloat16")
+    rounded, exact = rows[name, "bfloat16", 1], rows[name, "float32", 1]
+    assert exact.difference is not None
+    assert rounded.difference is not None
+    assert exact.difference < 0.05 < rounded.difference < 20
+    assert all(part.view > 0 for part in time_parts(network, scene, CPU, seconds=0.001))
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_compiled_drawing_draws_the_same(scene: Scene) -> None:
+    network = network_of("grid", scene)
+    draw = make_draw(network, usable("compiled"), CPU)
+    with torch.inference_mode():
+        inputs = (
+            network.see(torch.zeros(1, 5)),
+            network.opacity.encode(torch.rand(1, 256)),
+            network.encode_color(torch.rand(1, 3, 256)),
+        )
+        for ours, expected in zip(draw(*inputs), network.draw(*inputs), strict=True):
+            torch.testing.assert_close(ours, expected, rtol=0, atol=1e-4)
+
+
+def test_unknown_names_are_refused_with_those_there_are() -> None:
+    with pytest.raises(DeviceError, match="choose auto, eager, compiled"):
+        choose_backends("tensorrt", "float32", CPU)
+    with pytest.raises(DeviceError, match="choose float32, bfloat16"):
+        choose_backends("eager", "int8", CPU)
+
+
+def test_a_library_that_is_not_installed_is_named(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(DeviceError, match=r"openvino must be installed.*choose eager"):
+        make_draw(network_of("grid", scene), Backend("openvino"), CPU)
+    assert choose_backends("auto", "float32", CPU) == [EAGER]
+
+
+@pytest.fixture
+def folder(scene: Scene, tmp_path: Path) -> Path:
+    network = network_of("grid", scene)
+    size = NetworkSize(0.125, 16, 64, architecture="grid")
+    card = ModelCard(scene=scene, preset="tiny", size=size, training={}, metrics={}, versions={})
+    save_model(tmp_path, card, network)
+    return tmp_path
+
+
+def test_where_the_fastest_fails_torch_draws(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    usable("openvino")
+
+    def broken(*arguments: object) -> None:
+        raise RuntimeError("made up")
+
+    monkeypatch.setattr("model.generator.backends._openvino", broken)
+    monkeypatch.setattr("model.generator.backends._onnxruntime", broken)
+    monkeypatch.setattr("model.generator.generator.kept", lambda name, about: "openvino")
+    generator = Generator.load(folder, "cpu", "auto")
+    assert generator.backend == EAGER
+    assert "openvino cannot" in caplog.text
+    with pytest.raises(DeviceError, match=r"'openvino' cannot draw this model \(made up\)"):
+        Generator.load(folder, "cpu", "openvino")
+
+
+def test_the_fastest_backend_is_measured_once(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    usable("openvino")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
+    monkeypatch.setenv("LOCALAPPDATA", str(tmp_path_factory.mktemp("cache")))
+    timed: list[Backend] = []
+
+    def seconds(generator: Generator) -> float:
+        timed.append(generator.backend)
+        return {"eager": 1.0, "openvino": 2.0, "onnxruntime": 3.0}[generator.backend.name]
+
+    monkeypatch.setattr(Generator, "_time_drawing", seconds)
+    assert Generator.load(folder, "cpu", "auto").backend == EAGER
+    assert timed == choose_backends("auto", "float32", CPU)
+    assert Generator.load(folder, "cpu", "auto").backend == EAGER
+    assert timed == choose_backends("auto", "float32", CPU)
+
+
+def test_a_backend_that_fails_does_not_end_the_comparison(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    usable("openvino")
+
+    def broken(*arguments: object) -> None:
+        raise RuntimeError("made up\nand more")
+
+    monkeypatch.setattr("model.generator.backends._openvino", broken)
+    names: list[BackendName] = ["openvino", "eager"]
+    rows = list(compare_backends(network_of("grid", scene), scene, CPU, seconds=0.001, names=names))
+    assert {row.backend for row in rows} == {"eager", "openvino"}
+    unknown = "this CPU knows no bfloat16"
+    for row in rows:
+        assert (row.obstacle is None) == (row.backend == "eager")
+        rounded = row.precision == "bfloat16"
+        assert row.obstacle in (None, "it failed (made up)", *([unknown] if rounded else []))
+
+
+DROPPED = """
+import gc, signal, sys
+sys.path[:0] = ["tests/model", "tests/model/generator"]
+from conftest import blobs
+from model.backends import Backend, make_draw
+from model.scene import Scene
+from test_backends import CPU, inputs_of, network_of
+network = network_of("grid", Scene.of(blobs(), image_size=64))
+draw = make_draw(network, Backend("openvino"), CPU)
+for count in (1, 2):
+    draw(*inputs_of(network, count))
+del draw
+gc.collect()
+try:
+    signal.raise_signal(signal.SIGINT)
+except KeyboardInterrupt:
+    print("interrupted")
+"""
+
+
+def test_ctrl_c_is_heard_after_openvino_is_gone() -> None:
+    usable("openvino")
+    process = subprocess.run(
+        [sys.executable, "-c", DROPPED],
+        capture_output=True,
+        env={**os.environ, "PYTHONPATH": str(Path.cwd())},
+        text=True,
+    )
+    assert (process.returncode, process.stdout) == (0, "interrupted\n"), process.stderr
+
+
+def test_what_compiling_needs_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("shutil.which", lambda name: "there")
+    monkeypatch.setattr("sysconfig.get_paths", lambda: {"include": "/nowhere"})
+    assert "Python's header files" in str(obstacle(Backend("compiled"), CPU))
+    monkeypatch.setattr("shutil.which", lambda name: None)
+    assert "C++ compiler" in str(obstacle(Backend("compiled"), CPU))
+    monkeypatch.setattr("model.generator.backends._knows_bfloat16", lambda: False)
+    assert obstacle(Backend("openvino"), CPU) is None
+    assert "no bfloat16" in str(obstacle(Backend("openvino", "bfloat16"), CPU))
+
+
+def test_what_is_kept_between_images_changes_none(folder: Path, scene: Scene) -> None:
+    a, b = (draw_sample(scene, 0, "holdout", i) for i in range(2))
+    kept = Generator.load(folder, "cpu")
+    for view, opacity, color in (
+        (a, a, a),
+        (b, a, a),
+        (b, b, a),
+        (b, b, b),
+        (a, b, b),
+    ):
+        tfs = opacity.transfer_function.opacity, color.transfer_function.color
+        fresh = Generator.load(folder, "cpu").render(view.view, *tfs)
+        np.testing.assert_array_equal(kept.render(view.view, *tfs), fresh)
+
+
+def test_a_last_value_is_worked_out_once() -> None:
+    calls: list[float] = []
+
+    def square(x: torch.Tensor) -> torch.Tensor:
+        calls.append(float(x))
+        return x * x
+
+    last = LastValue(square)
+    argument = torch.tensor(3.0)
+    assert float(last(argument)) == float(last(torch.tensor(3.0))) == 9
+    argument += 1  # what was given may change afterwards
+    assert float(last(argument)) == 16
+    assert calls == [3, 4]

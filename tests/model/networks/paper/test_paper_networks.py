@@ -1,0 +1,195 @@
+"""Sizes, shapes and derivatives of the four networks."""
+
+from __future__ import annotations
+
+import pytest
+import torch
+from torch import nn
+
+from model.errors import TfscopeError
+from model.networks.blocks import (
+    Modulation,
+    ResidualBlock,
+    initialise,
+    keep_variance,
+    parameter_count,
+)
+from model.networks.paper.opacity import OpacityDiscriminator, OpacityGenerator
+from model.networks.paper.translation import TranslationDiscriminator, TranslationGenerator
+from model.networks.paper.two_stage import TwoStageGenerator
+from model.networks.size import NetworkSize
+from model.training.options import PRESETS
+
+
+@pytest.mark.parametrize(
+    ("network", "count"),
+    [
+        (OpacityGenerator, 11_597_640),
+        (OpacityDiscriminator, 9_534_209),
+        (TranslationGenerator, 14_759_827),
+        (TranslationDiscriminator, 12_963_969),
+    ],
+)
+def test_full_width_has_the_published_number_of_parameters(
+    network: type[nn.Module], count: int
+) -> None:
+    with torch.device("meta"):
+        assert parameter_count(network(NetworkSize())) == count  # type: ignore[call-arg]
+
+
+SIZES = [
+    NetworkSize(0.125, 64, 64),
+    NetworkSize(0.125, 64, 128),
+    NetworkSize(0.125, 64, 256),
+    NetworkSize(0.125, 32, 32, latent_dim=3),
+    NetworkSize(0.125, 16, 64),
+    NetworkSize(0.125, 64, 64, modulation=True),
+    NetworkSize(0.125, 32, 128, modulation=True),
+]
+
+
+@pytest.mark.parametrize("size", SIZES, ids=str)
+def test_shapes_follow_from_the_size(size: NetworkSize) -> None:
+    view, tf, color = torch.randn(2, 5), torch.randn(2, 256), torch.randn(2, 3, 256)
+    network = TwoStageGenerator(size)
+    image, opacity = network(view, tf, color)
+    assert image.shape == (2, 3, size.image_size, size.image_size)
+    assert opacity.shape == (2, 1, size.opacity_size, size.opacity_size)
+    assert image.abs().max() <= 1 and opacity.abs().max() <= 1
+    latent = network.opacity.encode(tf)
+    assert latent.shape == (2, size.latent_dim)
+    assert network.opacity.decode(latent).shape == (2, 256)
+    assert OpacityDiscriminator(size)(view, tf, opacity).shape == (2, 1)
+    assert TranslationDiscriminator(size)(view, tf, color, image).shape == (2, 1)
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        {"opacity_size": 48},
+        {"image_size": 8},
+        {"opacity_size": 128, "image_size": 64},
+        {"width": 0.0},
+        {"latent_dim": 0},
+    ],
+)
+def test_impossible_sizes_are_refused(bad: dict) -> None:
+    with pytest.raises(TfscopeError):
+        NetworkSize(**bad)
+
+
+def test_presets_are_those_of_the_documentation() -> None:
+    assert {name: size.image_size for name, size in PRESETS.items()} == {
+        "draft": 64,
+        "compact": 128,
+        "paper": 256,
+    }
+    assert PRESETS["paper"] == NetworkSize()
+
+
+def test_first_weights_have_the_papers_spread() -> None:
+    torch.manual_seed(0)
+    block = ResidualBlock(64, 32)
+    initialise(block)
+    convolution, norm = block.body[0], block.body[1]
+    assert isinstance(convolution, nn.Conv2d)
+    assert convolution.weight.std().item() == pytest.approx(0.02, rel=0.05)
+    assert norm.weight.mean().item() == pytest.approx(1.0, abs=0.02)
+    assert not norm.bias.any()
+
+
+def test_narrow_encoders_pass_their_signal_on() -> None:
+    torch.manual_seed(0)
+    encoder = TranslationGenerator(NetworkSize(0.25)).color_tf
+    tf = torch.rand(16, 3, 256) * 2 - 1
+    lost = encoder(tf).std(0).mean()
+    keep_variance(encoder)
+    kept = encoder(tf).std(0).mean()
+    assert lost < 1e-4 < 0.05 < kept < 5
+
+
+def test_in_evaluation_a_sample_does_not_depend_on_its_batch() -> None:
+    torch.manual_seed(0)
+    network = TwoStageGenerator(SIZES[0]).double().eval()
+    inputs = torch.randn(3, 5), torch.rand(3, 256), torch.rand(3, 3, 256)
+    inputs = tuple(x.double() for x in inputs)
+    together, _ = network(*inputs)
+    alone, _ = network(*(x[1:2] for x in inputs))
+    torch.testing.assert_close(together[1:2], alone)
+
+
+def lively(network: nn.Module) -> nn.Module:
+    """Weights large enough that every path carries a signal."""
+    generator = torch.Generator().manual_seed(1)
+    for parameter in network.parameters():
+        if parameter.ndim > 1:
+            fan_in = parameter[0].numel()
+            parameter.data = torch.randn(parameter.shape, generator=generator) * fan_in**-0.5
+    return network.double().eval().requires_grad_(False)
+
+
+def test_the_image_has_the_whole_gradient_to_the_opacity_tf() -> None:
+    """Against central differences in float64, and through each of the two paths alone."""
+    network = lively(TwoStageGenerator(NetworkSize(0.125, 16, 16)))
+    assert isinstance(network, TwoStageGenerator)
+    torch.manual_seed(2)
+    view = torch.rand(1, 5).double()
+    color = torch.rand(1, 3, 256).double()
+    tf = torch.rand(1, 256).double().requires_grad_()
+    weights = torch.rand(1, 3, 16, 16).double()
+
+    def loss(tf: torch.Tensor) -> torch.Tensor:
+        return (network(view, tf, color)[0] * weights).sum()
+
+    (gradient,) = torch.autograd.grad(loss(tf), tf)
+    h = 1e-6
+    for index in (0, 17, 128, 200, 255):
+        step = torch.zeros_like(tf)
+        step[0, index] = h
+        with torch.no_grad():
+            expected = (loss(tf + step) - loss(tf - step)) / (2 * h)
+        assert gradient[0, index].item() == pytest.approx(expected.item(), rel=1e-4, abs=1e-9)
+
+    latent = network.opacity.encode(tf).detach().requires_grad_()
+    through_image = network.translation(
+        view, latent.detach(), color, network.opacity.draw(view, latent)
+    )
+    through_code = network.translation(
+        view, latent, color, network.opacity.draw(view, latent.detach())
+    )
+    parts = [
+        torch.autograd.grad((image * weights).sum(), latent)[0]
+        for image in (through_image, through_code)
+    ]
+    assert all(part.abs().max() > 0 for part in parts)
+    whole = torch.autograd.grad(
+        (network.render_latent(view, latent, color)[0] * weights).sum(), latent
+    )[0]
+    torch.testing.assert_close(whole, parts[0] + parts[1])
+
+
+def test_modulation_scales_and_shifts_by_the_codes() -> None:
+    plain, modulated = (
+        TwoStageGenerator(NetworkSize(0.125, 16, 16, modulation=m)) for m in (False, True)
+    )
+    names = modulated.state_dict().keys() - plain.state_dict().keys()
+    assert names
+    assert all("modulations" in name for name in names)
+    last = modulated.translation.modulations[-1]
+    assert isinstance(last, Modulation)
+    x, code = torch.randn(2, last.linear.out_features // 2, 4, 4), torch.randn(2, 3 * 32)
+    with torch.no_grad():
+        last.linear.weight.normal_()
+        scale, shift = (code @ last.linear.weight.T).chunk(2, dim=1)
+        expected = torch.einsum("nchw,nc->nchw", x, 1 + scale) + shift[..., None, None]
+        torch.testing.assert_close(last(x, code), expected)
+
+
+@pytest.mark.parametrize("level", [-1.0, 1.0])
+def test_empty_and_full_tfs_have_finite_codes_and_images(level: float) -> None:
+    network = lively(TwoStageGenerator(SIZES[0]))
+    assert isinstance(network, TwoStageGenerator)
+    tf = torch.full((1, 256), level).double()
+    assert torch.isfinite(network.opacity.encode(tf)).all()
+    image, opacity = network(torch.zeros(1, 5).double(), tf, torch.zeros(1, 3, 256).double())
+    assert torch.isfinite(image).all() and torch.isfinite(opacity).all()

@@ -1,0 +1,192 @@
+from __future__ import annotations
+
+import json
+import pickle
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+import safetensors.torch
+import torch
+
+from model.errors import CheckpointError
+from model.networks.checkpoint import ModelCard, load_card, load_model, save_model
+from model.networks.paper.two_stage import TwoStageGenerator
+from model.networks.size import NetworkSize
+from model.scene.scene import Scene
+
+SIZE = NetworkSize(0.125, 16, 64, 8)
+
+
+@pytest.fixture
+def card(scene: Scene) -> ModelCard:
+    return ModelCard(scene, "draft", SIZE, {"seconds": 1.0}, {"holdout": {"rmse": 0.1}}, {})
+
+
+@pytest.fixture
+def network() -> TwoStageGenerator:
+    torch.manual_seed(0)
+    return TwoStageGenerator(SIZE)
+
+
+@pytest.fixture
+def folder(tmp_path: Path, card: ModelCard, network: TwoStageGenerator) -> Path:
+    save_model(tmp_path / "model", card, network)
+    return tmp_path / "model"
+
+
+def weights_file(folder: Path) -> Path:
+    (path,) = folder.glob("*.safetensors")
+    return path
+
+
+def edit(folder: Path, **changes: Any) -> None:
+    path = folder / "model.json"
+    path.write_text(json.dumps({**json.loads(path.read_text()), **changes}))
+
+
+def replace_weights(folder: Path, content: bytes) -> None:
+    import hashlib
+
+    weights_file(folder).write_bytes(content)
+    edit(folder, sha256=hashlib.sha256(content).hexdigest())
+
+
+def test_a_model_comes_back_in_half_precision(
+    folder: Path, card: ModelCard, network: TwoStageGenerator
+) -> None:
+    loaded_card, loaded = load_model(folder)
+    assert loaded_card == card == load_card(folder)
+    assert not loaded.training
+    for name, value in network.state_dict().items():
+        back = loaded.state_dict()[name]
+        assert back.dtype == value.dtype
+        torch.testing.assert_close(back, value, rtol=2**-11, atol=1e-7)
+    halves = safetensors.torch.load_file(weights_file(folder))
+    assert {v.dtype for v in halves.values()} == {torch.float16, torch.int64}
+
+
+def test_numbers_too_large_for_half_precision_are_kept(
+    folder: Path, card: ModelCard, network: TwoStageGenerator
+) -> None:
+    with torch.no_grad():
+        network.opacity.encoder[1].bias[0] = 1e6  # type: ignore[index]
+    save_model(folder, card, network)
+    assert load_model(folder)[1].opacity.encoder[1].bias[0] == 1e6  # type: ignore[index]
+
+
+def test_saving_again_replaces_the_model(
+    folder: Path, card: ModelCard, network: TwoStageGenerator
+) -> None:
+    with torch.no_grad():
+        network.opacity.encoder[1].bias += 1  # type: ignore[index]
+    save_model(folder, replace(card, preset="other"), network)
+    assert load_card(folder).preset == "other"
+    assert len(list(folder.iterdir())) == 2
+
+
+def test_a_folder_without_a_model(tmp_path: Path) -> None:
+    for folder in (tmp_path, tmp_path / "none"):
+        with pytest.raises(CheckpointError, match=r"no model here \(model.json is missing\)"):
+            load_model(folder)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.999])
+def test_truncated_weights(folder: Path, share: float) -> None:
+    path = weights_file(folder)
+    path.write_bytes(path.read_bytes()[: int(share * path.stat().st_size)])
+    with pytest.raises(CheckpointError, match="truncated or altered"):
+        load_model(folder)
+
+
+def test_one_flipped_bit(folder: Path) -> None:
+    path = weights_file(folder)
+    content = bytearray(path.read_bytes())
+    content[-100] ^= 4
+    path.write_bytes(bytes(content))
+    with pytest.raises(CheckpointError, match="truncated or altered"):
+        load_model(folder)
+
+
+def test_missing_weights(folder: Path) -> None:
+    weights_file(folder).unlink()
+    with pytest.raises(CheckpointError, match="are missing"):
+        load_model(folder)
+
+
+def test_weights_outside_the_folder_are_not_read(folder: Path) -> None:
+    edit(folder, weights="../../etc/passwd")
+    with pytest.raises(CheckpointError, match="are missing"):
+        load_model(folder)
+
+
+@pytest.mark.parametrize("content", ["", "{", "[]", '{"a": 1}', "\x00\x01"])
+def test_a_foreign_description(folder: Path, content: str) -> None:
+    (folder / "model.json").write_text(content)
+    with pytest.raises(CheckpointError, match=r"damaged|does not describe"):
+        load_model(folder)
+
+
+def test_another_version(folder: Path) -> None:
+    edit(folder, tfscope_model=99)
+    with pytest.raises(CheckpointError, match="format 99"):
+        load_model(folder)
+
+
+@pytest.mark.parametrize(
+    "changes", [{"scene": {}}, {"size": {"width": -1}}, {"size": {"depth": 3}}, {"training": 5}]
+)
+def test_a_malformed_description(folder: Path, changes: dict[str, Any]) -> None:
+    edit(folder, **changes)
+    with pytest.raises(CheckpointError, match="malformed"):
+        load_model(folder)
+
+
+def test_a_size_that_is_not_the_scenes(folder: Path) -> None:
+    edit(folder, size={"width": 0.125, "opacity_size": 16, "image_size": 32, "latent_dim": 8})
+    with pytest.raises(CheckpointError, match="draws 32 pixels but the scene has 64"):
+        load_model(folder)
+
+
+class Bomb:
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (pytest.fail, ("a pickle was executed",))
+
+
+def test_a_pickle_is_refused_and_not_executed(folder: Path) -> None:
+    replace_weights(folder, pickle.dumps(Bomb()))
+    with pytest.raises(CheckpointError, match="not safetensors"):
+        load_model(folder)
+
+
+def test_weights_of_another_network(folder: Path) -> None:
+    state = safetensors.torch.load_file(weights_file(folder))
+    some = dict(list(state.items())[1:])
+    replace_weights(folder, safetensors.torch.save(some))
+    with pytest.raises(CheckpointError, match="is missing"):
+        load_model(folder)
+    replace_weights(folder, safetensors.torch.save({**state, "extra": torch.zeros(1)}))
+    with pytest.raises(CheckpointError, match="'extra' is unknown"):
+        load_model(folder)
+    edit(folder, size={"width": 0.125, "opacity_size": 16, "image_size": 64, "latent_dim": 9})
+    replace_weights(folder, safetensors.torch.save(state))
+    with pytest.raises(CheckpointError, match="another size"):
+        load_model(folder)
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf")])
+def test_weights_that_are_not_finite(folder: Path, value: float) -> None:
+    state = safetensors.torch.load_file(weights_file(folder))
+    state["opacity.encoder.1.bias"][2] = value
+    replace_weights(folder, safetensors.torch.save(state))
+    with pytest.raises(CheckpointError, match="NaN or infinite"):
+        load_model(folder)
+
+
+def test_an_unwritable_place_is_said(
+    tmp_path: Path, card: ModelCard, network: TwoStageGenerator
+) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(CheckpointError, match="cannot be written"):
+        save_model(tmp_path / "file" / "model", card, network)

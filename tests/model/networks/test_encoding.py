@@ -1,0 +1,76 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import torch
+
+from model.networks.encoding import (
+    decode_colors,
+    decode_unit,
+    encode_colors,
+    encode_unit,
+    rgb_to_lab,
+)
+from model.samples.sample_store import SampleStore
+from model.scene.view import ViewRange
+from model.training.batch import encode_batch
+
+
+def test_the_rgb_cube_fills_the_scaled_lab_cube() -> None:
+    # 64 levels per channel reach every face of the cube.
+    axis = np.linspace(0, 1, 64, dtype=np.float32)
+    lab = rgb_to_lab(np.stack(np.meshgrid(axis, axis, axis), axis=-1)).reshape(-1, 3)
+    np.testing.assert_allclose(lab.min(axis=0), -1, atol=2e-3)
+    np.testing.assert_allclose(lab.max(axis=0), 1, atol=2e-3)
+
+
+def test_known_colours() -> None:
+    # CIELAB of sRGB red under D65, from the standard's formulas: L 53.24, a 80.09, b 67.20.
+    red = rgb_to_lab(np.array([1.0, 0.0, 0.0], np.float32))
+    expected = [
+        53.24 / 50 - 1,
+        2 * (80.09 + 86.185) / 184.439 - 1,
+        2 * (67.20 + 107.863) / 202.345 - 1,
+    ]
+    np.testing.assert_allclose(red, expected, atol=1e-3)
+
+
+def test_colours_outside_the_cube_are_clipped_not_nan() -> None:
+    wild = np.array([[-3.0, 0.5, 7.0], [1.001, -1e-9, 0.2]], np.float32)
+    np.testing.assert_array_equal(rgb_to_lab(wild), rgb_to_lab(np.clip(wild, 0, 1)))
+    assert np.isfinite(rgb_to_lab(wild)).all()
+
+
+def test_unit_values_go_there_and_back() -> None:
+    values = np.linspace(0, 1, 11, dtype=np.float32)
+    encoded = encode_unit(values)
+    assert (encoded[0], encoded[-1]) == (-1, 1)
+    np.testing.assert_allclose(decode_unit(encoded).numpy(), values, atol=1e-7)
+
+
+def test_a_batch_keeps_shapes_ranges_and_meaning(store: SampleStore) -> None:
+    samples = store.read("train", range(6))
+    batch = encode_batch(samples, ViewRange(), 32)
+    assert batch.view.shape == (6, 5)
+    assert batch.opacity_tf.shape == (6, 256)
+    assert batch.color_tf.shape == (6, 3, 256)
+    assert batch.opacity_image.shape == (6, 1, 32, 32)
+    assert batch.image.shape == (6, 3, 64, 64)
+    for value in vars(batch).values():
+        assert value.dtype == torch.float32
+        assert value.abs().max() <= 1 + 1e-6
+    blocks = samples.rgba[..., 3].reshape(6, 32, 2, 32, 2).mean(axis=(2, 4)) / 255
+    np.testing.assert_allclose(decode_unit(batch.opacity_image)[:, 0].numpy(), blocks, atol=1e-6)
+    assert decode_unit(batch.image)[2, 1, 40, 20].item() == pytest.approx(
+        samples.rgba[2, 40, 20, 1] / 255, abs=1e-6
+    )
+
+
+def test_colours_come_back_from_cielab() -> None:
+    rgb = np.random.default_rng(0).random((3, 256, 3), dtype=np.float32)
+    rgb[0, :4] = [[0, 0, 0], [1, 1, 1], [1, 0, 0], [0.003, 0.002, 0.001]]
+    decoded = decode_colors(encode_colors(rgb))
+    np.testing.assert_allclose(decoded.permute(0, 2, 1).numpy(), rgb, atol=1e-4)
+    encoded = encode_colors(rgb).requires_grad_(True)
+    (slope,) = torch.autograd.grad(decode_colors(encoded).sum(), encoded)
+    assert torch.isfinite(slope).all()

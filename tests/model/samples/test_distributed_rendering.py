@@ -1,0 +1,228 @@
+from __future__ import annotations
+
+import logging
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from distributed import Client, LocalCluster
+
+from model.errors import DatasetError, RenderError
+from model.samples.cluster import environment_kept
+from model.samples.cluster_worker import render_block_by_value
+from model.samples.distributed_rendering import render_store_on_cluster
+from model.samples.sample_store import ARRAYS, BLOCK, STREAMS, SampleBatch, SampleStore
+from model.scene.scene import Scene
+from model.scene.volume import Volume
+
+TOTAL = 192
+ROOT = Path(__file__).parents[3]
+
+posix = pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
+
+
+@contextmanager
+def started(workers: int) -> Iterator[LocalCluster]:
+    with (
+        environment_kept(),
+        LocalCluster(
+            n_workers=workers,
+            threads_per_worker=1,
+            memory_limit=None,
+            dashboard_address=None,
+            scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},
+            silence_logs=logging.CRITICAL,
+        ) as cluster,
+    ):
+        yield cluster
+
+
+@pytest.fixture(scope="module")
+def cluster() -> Iterator[LocalCluster]:
+    """A scheduler and two worker processes, which are restarted when they die."""
+    with started(2) as cluster:
+        yield cluster
+
+
+@pytest.fixture
+def scheduler(cluster: LocalCluster) -> str:
+    return str(cluster.scheduler_address)
+
+
+@pytest.fixture
+def empty_scheduler() -> Iterator[str]:
+    """A scheduler without workers."""
+    with started(0) as cluster:
+        yield cluster.scheduler_address
+
+
+@pytest.fixture
+def new(scene: Scene, tmp_path: Path) -> SampleStore:
+    """An empty store of what the fixture ``store`` holds, which one process has rendered."""
+    return SampleStore.create(tmp_path / "new.zarr", scene, 7, {"train": 160, "holdout": 32})
+
+
+def assert_equal(one: SampleStore, other: SampleStore) -> None:
+    one.require_complete()
+    for stream in STREAMS:
+        everything = range(other.count(stream))
+        batch, expected = one.read(stream, everything), other.read(stream, everything)
+        for name in ARRAYS:
+            np.testing.assert_array_equal(getattr(batch, name), getattr(expected, name))
+
+
+def test_a_cluster_makes_the_same_store(
+    store: SampleStore, new: SampleStore, volume: Volume, scheduler: str
+) -> None:
+    seen: list[int] = []
+    render_store_on_cluster(new, volume, scheduler, on_progress=seen.append)
+    assert seen == [BLOCK] * (TOTAL // BLOCK)
+    assert_equal(new, store)
+    render_store_on_cluster(new, volume, "nowhere:1")  # Nothing is missing: nobody is asked.
+
+
+def blocks_do(patch: pytest.MonkeyPatch, work: Callable[..., Any]) -> None:
+    """Let workers do something else than to render; a lambda pickles whole."""
+    patch.setattr("model.samples.distributed_rendering.render_block_by_value", lambda: work)
+
+
+def all_but_the_first_wait_for(gate: Path) -> Callable[..., SampleBatch]:
+    render = render_block_by_value()
+
+    def work(*arguments: Any) -> SampleBatch:
+        while arguments[-1].start > 0 and not gate.exists():
+            time.sleep(0.01)
+        return render(*arguments)
+
+    return work
+
+
+@posix
+@pytest.mark.parametrize("lost", [1, 2], ids=["one", "all"])
+def test_killed_workers_cost_nothing_but_their_blocks(
+    lost: int,
+    store: SampleStore,
+    new: SampleStore,
+    volume: Volume,
+    cluster: LocalCluster,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    gate = tmp_path / "gate"
+    blocks_do(monkeypatch, all_but_the_first_wait_for(gate))
+    with Client(cluster, set_as_default=False) as client:
+        client.wait_for_workers(2)
+        processes = client.run(os.getpid)
+    at_work: list[int] = []
+    seen: list[int] = []
+
+    def kill_at_first(count: int) -> None:
+        seen.append(count)
+        if len(seen) == 1:
+            workers = cluster.scheduler.workers
+            busiest = sorted(processes, key=lambda address: -len(workers[address].processing))
+            at_work.extend(len(workers[address].processing) for address in busiest[:lost])
+            for address in busiest[:lost]:
+                os.kill(processes[address], signal.SIGKILL)
+            gate.touch()
+
+    render_store_on_cluster(new, volume, cluster.scheduler_address, on_progress=kill_at_first)
+    assert len(at_work) == lost and all(at_work)
+    assert sum(seen) == TOTAL
+    assert_equal(new, store)
+
+
+def test_it_stops_when_interrupted_and_goes_on(
+    store: SampleStore, new: SampleStore, volume: Volume, scheduler: str
+) -> None:
+    def interrupt(count: int) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        render_store_on_cluster(new, volume, scheduler, on_progress=interrupt)
+    assert new.missing_samples() == TOTAL - BLOCK
+    seen: list[int] = []
+    render_store_on_cluster(new, volume, scheduler, on_progress=seen.append)
+    assert sum(seen) == TOTAL - BLOCK
+    assert_equal(new, store)
+
+
+def test_an_error_of_a_block_arrives(new: SampleStore, scheduler: str) -> None:
+    other = Volume(np.arange(60, dtype=np.uint8).reshape(3, 4, 5))
+    with pytest.raises(DatasetError, match="is not the one"):
+        render_store_on_cluster(new, other, scheduler)
+
+
+def test_any_other_error_becomes_a_sentence(
+    new: SampleStore, volume: Volume, scheduler: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    blocks_do(monkeypatch, lambda *arguments: 1 / 0)
+    expected = r"cannot render samples \d+ to \d+ of .* \(ZeroDivisionError: division by zero\)"
+    with pytest.raises(RenderError, match=expected):
+        render_store_on_cluster(new, volume, scheduler)
+
+
+@posix
+@pytest.mark.parametrize("counted_by", ["scheduler", "us"])
+def test_blocks_that_kill_their_workers_end_the_run(
+    counted_by: str, new: SampleStore, volume: Volume, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    blocks_do(monkeypatch, lambda *arguments: os.kill(os.getpid(), signal.SIGKILL))
+    with started(1) as cluster:
+        if counted_by == "scheduler":
+            cluster.scheduler.allowed_failures = 0
+        else:
+            monkeypatch.setattr("model.samples.distributed_rendering.MAX_LOSSES", 1)
+        with pytest.raises(RenderError, match="ended time and again while they had samples"):
+            render_store_on_cluster(new, volume, cluster.scheduler_address)
+
+
+def test_the_lack_of_workers_is_said(
+    new: SampleStore, volume: Volume, empty_scheduler: str
+) -> None:
+    with pytest.raises(DatasetError, match=r"No Dask worker was there for 0\.1 seconds"):
+        render_store_on_cluster(new, volume, empty_scheduler, patience=0.1)
+
+
+@contextmanager
+def worker_in(folder: Path, scheduler: str) -> Iterator[None]:
+    """A worker as a user starts one."""
+    command = [sys.executable, "-m", "dask", "worker", scheduler, "--nthreads", "1"]
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    process = subprocess.Popen(
+        [*command, "--no-nanny", "--no-dashboard"],
+        cwd=folder,
+        env=environment,
+        stderr=subprocess.DEVNULL,
+    )
+    try:
+        yield
+    finally:
+        process.kill()
+        process.wait()
+
+
+def test_a_worker_that_comes_later_is_used(
+    store: SampleStore, new: SampleStore, volume: Volume, empty_scheduler: str
+) -> None:
+    with worker_in(ROOT, empty_scheduler):
+        render_store_on_cluster(new, volume, empty_scheduler)
+    assert_equal(new, store)
+
+
+def test_a_worker_without_tfscope_is_said(
+    new: SampleStore, volume: Volume, empty_scheduler: str, tmp_path: Path
+) -> None:
+    with (
+        worker_in(tmp_path, empty_scheduler),
+        pytest.raises(DatasetError, match="no module 'model'; start workers from this tfscope"),
+    ):
+        render_store_on_cluster(new, volume, empty_scheduler)

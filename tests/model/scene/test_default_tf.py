@@ -1,0 +1,54 @@
+from __future__ import annotations
+
+import colorsys
+
+import numpy as np
+import pytest
+
+from model.scene.default_tf import default_transfer_function
+from model.scene.scene import default_scalar_window
+from model.scene.volume import Volume
+
+
+def uniform(lo: float, hi: float) -> Volume:
+    return Volume(np.linspace(lo, hi, 32**3).reshape(32, 32, 32))
+
+
+def test_modes_lie_in_the_window_with_light_colors_and_dark_ends(volume: Volume) -> None:
+    tf = default_transfer_function(volume)
+    lo, hi = default_scalar_window(volume)
+    means = [mode.mean for mode in tf.opacity.modes]
+    assert means == sorted(means)
+    assert all(lo <= mean <= hi for mean in means)
+    assert tf.scalar_range == volume.scalar_range
+    assert [s[0] for s in tf.color.stops[1:-1]] == means
+    lightness = [colorsys.rgb_to_hls(*stop[1:])[1] for stop in tf.color.stops]
+    assert max(lightness[0], lightness[-1]) < 0.4
+    assert min(lightness[1:-1]) > 0.6
+
+
+@pytest.mark.parametrize("limits", [(0.0, 1.0), (-1000.0, 3000.0), (1e-9, 3e-9), (0.0, 1e12)])
+def test_the_default_follows_the_units_of_the_data(limits: tuple[float, float]) -> None:
+    lo, hi = limits
+    places = [
+        (m.mean - lo) / (hi - lo) for m in default_transfer_function(uniform(lo, hi)).opacity.modes
+    ]
+    unit = [m.mean for m in default_transfer_function(uniform(0.0, 1.0)).opacity.modes]
+    assert places == pytest.approx(unit, abs=0.01)
+
+
+def test_what_fills_the_volume_is_shown_less() -> None:
+    scalars = np.linspace(0.0, 1.0, 32**3).reshape(32, 32, 32)
+    plain = default_transfer_function(Volume(scalars))
+    crowded_at = plain.opacity.modes[1].mean
+    crowded = scalars.copy()
+    crowded[4:12] = crowded_at
+    tf = default_transfer_function(Volume(crowded))
+    assert tf.opacity(crowded_at) < plain.opacity(crowded_at) / 1.5
+
+
+def test_two_values_are_enough() -> None:
+    scalars = np.zeros((4, 4, 4), dtype=np.uint8)
+    scalars[2:] = 255
+    tf = default_transfer_function(Volume(scalars))
+    assert np.isfinite(tf.opacity.sample()).all()

@@ -1,0 +1,97 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from model.scene import tf_editing as edits
+from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
+
+RANGE = (100.0, 200.0)
+MODES = OpacityTF(RANGE, (GaussianMode(130.0, 8.0, 0.5), GaussianMode(170.0, 8.0, 0.5)))
+CURVE = OpacityTF(RANGE, points=((100.0, 0.0), (140.0, 0.8), (160.0, 0.3), (200.0, 1.0)))
+COLOR = ColorTF(RANGE, ((100.0, 0.0, 0.0, 0.0), (150.0, 1.0, 0.5, 0.0), (200.0, 1.0, 1.0, 1.0)))
+
+anywhere = st.floats(-1e6, 1e6)
+
+
+@given(st.integers(0, 1), anywhere, anywhere)
+def test_a_mode_stays_in_the_range(index: int, value: float, height: float) -> None:
+    moved = edits.move_opacity_handle(MODES, index, value, height)
+    mode = moved.modes[index]
+    assert (mode.mean, mode.amplitude) == (np.clip(value, *RANGE), np.clip(height, 0, 1))
+    assert mode.width == 8.0
+    assert moved.modes[1 - index] == MODES.modes[1 - index]
+
+
+def test_a_mode_outside_stays_there_when_only_its_opacity_changes() -> None:
+    lo, hi = RANGE
+    outside = OpacityTF(RANGE, (GaussianMode(hi + 50, 8.0, 0.5),))
+    changed = edits.move_opacity_handle(outside, 0, hi + 50, 0.6)
+    assert (changed.modes[0].mean, changed.modes[0].amplitude) == (hi + 50, 0.6)
+    assert edits.move_opacity_handle(outside, 0, hi + 90, 0.6).modes[0].mean == hi + 50
+    assert edits.move_opacity_handle(outside, 0, lo - 90, 0.6).modes[0].mean == lo
+
+
+@given(st.integers(0, 3), anywhere, anywhere)
+def test_a_point_stays_between_its_neighbours(index: int, value: float, height: float) -> None:
+    moved = edits.move_opacity_handle(CURVE, index, value, height)
+    values = [p[0] for p in moved.points]
+    assert values == sorted(values)
+    assert (values[0], values[-1]) == RANGE
+
+
+@given(anywhere)
+def test_a_width_is_at_least_a_bin_and_at_most_the_range(width: float) -> None:
+    resized = edits.resize_mode(MODES, 0, width)
+    assert resized.modes[0].width == np.clip(width, 100 / 256, 100)
+
+
+def test_an_added_mode_comes_last_and_can_be_removed() -> None:
+    added, index = edits.add_opacity_handle(MODES, 150.0, 0.25)
+    assert index == 2
+    assert edits.opacity_handles(added)[index] == (150.0, 0.25)
+    assert edits.remove_opacity_handle(added, index) == MODES
+
+
+def test_an_added_point_takes_its_place_and_can_be_removed() -> None:
+    added, index = edits.add_opacity_handle(CURVE, 150.0, 0.25)
+    assert edits.opacity_handles(added)[index] == (150.0, 0.25)
+    assert edits.remove_opacity_handle(added, index) == CURVE
+
+
+@pytest.mark.parametrize("index", [0, 3])
+def test_the_ends_of_a_curve_cannot_be_removed(index: int) -> None:
+    assert not edits.can_remove_opacity_handle(CURVE, index)
+    assert edits.remove_opacity_handle(CURVE, index) == CURVE
+
+
+def test_the_last_mode_can_be_removed() -> None:
+    empty = OpacityTF(RANGE)
+    assert edits.remove_opacity_handle(OpacityTF(RANGE, MODES.modes[:1]), 0) == empty
+
+
+@given(anywhere)
+def test_an_added_stop_changes_no_color_and_is_no_end(value: float) -> None:
+    added, index = edits.add_stop(COLOR, value)
+    values = np.linspace(*RANGE, 201)
+    np.testing.assert_allclose(added(values), COLOR(values), atol=1e-9)
+    assert not edits.is_end_stop(added, index)
+    assert edits.remove_stop(added, index) == COLOR
+
+
+@given(st.integers(0, 2), anywhere)
+def test_a_stop_stays_between_its_neighbours_and_ends_stay(index: int, value: float) -> None:
+    moved = edits.move_stop(COLOR, index, value)
+    values = [s[0] for s in moved.stops]
+    assert values == sorted(values)
+    assert (values[0], values[-1]) == RANGE
+    assert [s[1:] for s in moved.stops] == [s[1:] for s in COLOR.stops]
+
+
+def test_end_stops_cannot_be_removed_but_recoloured() -> None:
+    assert edits.remove_stop(COLOR, 0) == COLOR
+    assert edits.remove_stop(COLOR, 2) == COLOR
+    recolored = edits.recolor_stop(COLOR, 2, (0.1, 0.2, 0.3))
+    assert recolored(200.0) == pytest.approx([0.1, 0.2, 0.3])

@@ -1,0 +1,125 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from scipy.stats import spearmanr
+
+from model.errors import RenderError
+from model.generator.generator import Generator
+from model.networks.checkpoint import ModelCard
+from model.networks.paper.two_stage import TwoStageGenerator
+from model.networks.size import NetworkSize
+from model.rendering.raycast.renderer import RaycastRenderer
+from model.samples.sampling import draw_sample
+from model.scene.region import Region
+from model.scene.scene import LightDirection, Scene
+from model.scene.transfer_function import TransferFunction
+from model.scene.view import View
+from model.scene.volume import Volume
+from model.sensitivity.agreement import cosine, rank_correlation, sensitivity_agreement
+from model.sensitivity.exact import region_sensitivity, sensitivity_field
+from model.sensitivity.learned import Sensitivity
+
+SIZE = NetworkSize(0.125, 16, 32)
+
+
+def generator_of(scene: Scene) -> Generator:
+    card = ModelCard(scene, "draft", SIZE, {}, {}, {})
+    return Generator(card, TwoStageGenerator(SIZE), torch.device("cpu"))
+
+
+def own(volume: Volume, change: Callable[[np.ndarray], np.ndarray]) -> type:
+    """In the place of the generator's sensitivity, the renderer's, changed somehow."""
+
+    class Own:
+        def __init__(
+            self, _generator: object, view: View, tf: TransferFunction, edit_width: float
+        ) -> None:
+            assert edit_width == 0
+            self.arguments = (RaycastRenderer(volume), view, tf, 32)
+
+        def region(self, region: Region) -> np.ndarray:
+            return change(region_sensitivity(*self.arguments, region))
+
+        def field(self, block: int) -> np.ndarray:
+            return change(sensitivity_field(*self.arguments, block))
+
+    return Own
+
+
+def test_correlations_are_those_of_scipy() -> None:
+    rng = np.random.default_rng(0)
+    a, b = rng.normal(size=50), rng.integers(0, 9, 50).astype(float)
+    assert rank_correlation(a, b) == pytest.approx(spearmanr(a, b).statistic)
+    assert cosine(a, -3 * a) == pytest.approx(-1)
+    assert cosine(a, np.zeros(50)) == 0
+    assert rank_correlation(a, np.ones(50)) == 0
+
+
+@pytest.mark.parametrize(("factor", "expected"), [(2.0, 1.0), (-1.0, -1.0)])
+def test_the_renderers_own_sensitivity_agrees_with_itself(
+    volume: Volume,
+    scene: Scene,
+    monkeypatch: pytest.MonkeyPatch,
+    factor: float,
+    expected: float,
+) -> None:
+    scene = replace(scene, image_size=32)
+
+    monkeypatch.setattr(
+        "model.sensitivity.agreement.generator_sensitivity", own(volume, lambda s: factor * s)
+    )
+    samples = [draw_sample(scene, 0, "holdout", i) for i in range(3)]
+    agreement = sensitivity_agreement(generator_of(scene), volume, samples)
+    for values in vars(agreement).values():
+        np.testing.assert_allclose(values, expected, rtol=1e-5)
+
+
+def test_only_smooth_edits_inside_the_window_count(
+    volume: Volume, scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lo, hi = scene.scalar_range
+    scene = replace(scene, image_size=32, scalar_window=(lo + (hi - lo) / 4, hi - (hi - lo) / 4))
+    bins = np.arange(256)
+    outside = (bins < 256 / 4) | (bins > 255 - 256 / 4)
+
+    def disturbed(slopes: np.ndarray) -> np.ndarray:
+        """With what no smooth edit feels, and nonsense outside the window."""
+        jitter = np.where(bins % 2, 0.3, -0.3) * np.abs(slopes[..., ~outside]).max()
+        return np.where(outside, 1e6, slopes + jitter)
+
+    monkeypatch.setattr("model.sensitivity.agreement.generator_sensitivity", own(volume, disturbed))
+    samples = [draw_sample(scene, 0, "holdout", i) for i in range(3)]
+    agreement = sensitivity_agreement(generator_of(scene), volume, samples)
+    assert agreement.image_cosine.min() > 0.99
+    assert agreement.block_cosine.min() > 0.98
+
+
+def test_chance_does_not_agree(
+    volume: Volume, scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = replace(scene, image_size=32)
+    rng = np.random.default_rng(0)
+
+    def noise(*_: object, edit_width: float) -> Sensitivity:
+        return Sensitivity(
+            rng.random((32, 32, 3), dtype=np.float32),
+            rng.normal(size=(8, 32, 32, 3)).astype(np.float32),
+            rng.normal(size=(8, 256)).astype(np.float32),
+        )
+
+    monkeypatch.setattr("model.sensitivity.agreement.generator_sensitivity", noise)
+    samples = [draw_sample(scene, 0, "holdout", i) for i in range(12)]
+    agreement = sensitivity_agreement(generator_of(scene), volume, samples).to_json()
+    assert abs(agreement["block_cosine"]["median"]) < 0.1
+    assert abs(agreement["image_cosine"]["median"]) < 0.3
+
+
+def test_lit_scenes_are_refused(volume: Volume, scene: Scene) -> None:
+    lit = replace(scene, image_size=32, lighting="direct", light=LightDirection())
+    with pytest.raises(RenderError, match="unlit"):
+        sensitivity_agreement(generator_of(lit), volume, [draw_sample(lit, 0, "holdout", 0)])

@@ -1,0 +1,150 @@
+"""The generator's sensitivity, against central differences of the network in float64."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from numpy.typing import NDArray
+
+from model.errors import RenderError
+from model.generator.generator import Generator
+from model.networks.blocks import keep_variance
+from model.networks.checkpoint import ModelCard
+from model.networks.encoding import decode_unit
+from model.networks.paper.two_stage import TwoStageGenerator
+from model.networks.size import NetworkSize
+from model.scene.region import Region
+from model.scene.scene import Scene
+from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
+from model.scene.view import View
+from model.sensitivity.learned import Sensitivity, generator_sensitivity
+
+VIEW = View(40, 20, 3, 0.8)
+SIZE = NetworkSize(0.25, 16, 32, modulation=True)
+
+
+@pytest.fixture(scope="module")
+def tf(scene: Scene) -> TransferFunction:
+    lo, hi = scene.scalar_range
+    opacity = OpacityTF((lo, hi), (GaussianMode((lo + hi) / 2, (hi - lo) / 9, 0.6),))
+    return TransferFunction(opacity, ColorTF((lo, hi), ((lo, 0.1, 0.2, 0.9), (hi, 1, 0.6, 0.1))))
+
+
+@pytest.fixture(scope="module")
+def generator(scene: Scene) -> Generator:
+    torch.manual_seed(0)
+    network = TwoStageGenerator(SIZE)
+    keep_variance(network)
+    # Batch statistics as after training: none of the layers is the identity.
+    for module in network.modules():
+        if isinstance(module, torch.nn.BatchNorm1d | torch.nn.BatchNorm2d):
+            torch.nn.init.normal_(module.running_mean, std=0.1)
+            torch.nn.init.uniform_(module.running_var, 0.5, 2.0)
+    card = ModelCard(replace(scene, image_size=32), "draft", SIZE, {}, {}, {})
+    return Generator(card, network, torch.device("cpu"))
+
+
+@pytest.fixture(scope="module")
+def sensitivity(generator: Generator, tf: TransferFunction) -> Sensitivity:
+    return generator_sensitivity(generator, VIEW, tf, edit_width=0)
+
+
+def image(generator: Generator, tf: TransferFunction, change: NDArray) -> NDArray[np.float64]:
+    """Colours in float64, with the opacities changed."""
+    network = generator.network.double()
+    try:
+        opacity = generator.opacity_input([tf.opacity]).double() + 2 * torch.from_numpy(change)
+        view, color = generator.view_input([VIEW]), generator.color_input([tf.color])
+        with torch.no_grad():
+            out = network(view.double(), opacity, color.double())[0][0]
+        return (out / 2 + 0.5).permute(1, 2, 0).numpy()
+    finally:
+        network.float()
+
+
+def slope(
+    generator: Generator, tf: TransferFunction, region: Region, direction: NDArray
+) -> np.float64:
+    """Central difference of a region's norm in a direction of the TF."""
+    step = 1e-5
+    norms = [
+        np.linalg.norm(
+            image(generator, tf, sign * step * direction)[
+                region.top : region.bottom, region.left : region.right
+            ]
+        )
+        for sign in (1, -1)
+    ]
+    return (norms[0] - norms[1]) / (2 * step)
+
+
+def test_the_image_is_the_generators(
+    generator: Generator, sensitivity: Sensitivity, tf: TransferFunction
+) -> None:
+    rgba = generator.render(VIEW, tf.opacity, tf.color)
+    np.testing.assert_allclose(sensitivity.image, rgba[..., :3], atol=1e-5)
+    assert decode_unit(torch.tensor(-1.0)) == 0
+
+
+@pytest.mark.parametrize("region", [Region(0, 0, 32, 32), Region(5, 9, 21, 14)])
+def test_a_regions_sensitivity_is_the_derivative_of_its_norm(
+    generator: Generator, sensitivity: Sensitivity, tf: TransferFunction, region: Region
+) -> None:
+    ours = sensitivity.region(region)
+    rng = np.random.default_rng(0)
+    for _ in range(4):
+        direction = rng.normal(size=256)
+        expected = slope(generator, tf, region, direction)
+        scale = float(np.linalg.norm(ours))
+        assert ours @ direction == pytest.approx(expected, abs=2e-3 * scale)
+
+
+def test_a_sensitivity_is_the_response_to_an_edit_of_its_width(
+    generator: Generator, tf: TransferFunction
+) -> None:
+    region = Region(5, 9, 21, 14)
+    ours = generator_sensitivity(generator, VIEW, tf, edit_width=5.0).region(region)
+    bins = np.arange(256)
+    for center in (3, 90, 200):
+        edit = np.exp(-((bins - center) ** 2) / 50)
+        edit /= 5 * np.sqrt(2 * np.pi)
+        expected = slope(generator, tf, region, edit)
+        assert ours[center] == pytest.approx(expected, abs=1e-2 * float(np.abs(ours).max()))
+
+
+@pytest.mark.parametrize("block", [1, 5, 8, 32])
+def test_the_field_holds_the_sensitivity_of_each_block(
+    sensitivity: Sensitivity, block: int
+) -> None:
+    field = sensitivity.field(block)
+    blocks = -(-32 // block)
+    assert field.shape == (blocks, blocks, 256)
+    row, column = blocks - 1, blocks // 2
+    region = Region(
+        column * block, row * block, min(column * block + block, 32), min(row * block + block, 32)
+    )
+    scale = np.abs(field).max()
+    np.testing.assert_allclose(field[row, column], sensitivity.region(region), atol=1e-6 * scale)
+
+
+def test_it_has_the_rank_of_the_latent_code(sensitivity: Sensitivity) -> None:
+    field = sensitivity.field(4).reshape(-1, 256).astype(np.float64)
+    values = np.linalg.svd(field, compute_uv=False)
+    assert values[7] > 1e-5 * values[0]
+    assert values[8] < 1e-5 * values[0]
+
+
+def test_a_black_region_has_no_sensitivity(sensitivity: Sensitivity) -> None:
+    black = replace(sensitivity, image=np.zeros_like(sensitivity.image))
+    assert not black.region(Region(0, 0, 4, 4)).any()
+    assert np.isfinite(black.field(8)).all()
+
+
+def test_regions_outside_are_refused(sensitivity: Sensitivity) -> None:
+    with pytest.raises(RenderError, match="outside"):
+        sensitivity.region(Region(0, 0, 33, 4))
+    with pytest.raises(RenderError, match="do not fit"):
+        sensitivity.field(0)

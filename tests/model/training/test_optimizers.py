@@ -1,0 +1,56 @@
+import math
+
+import numpy as np
+import pytest
+import torch
+from torch import nn
+
+from model.networks.grid.feature_grid import FeatureGrid
+from model.training.optimizers import adam, cosine_decay, halving_decay, set_rate
+
+
+def test_the_cosine_rises_and_falls_like_torchs_own_schedules() -> None:
+    steps = 1000
+    weight = nn.Parameter(torch.zeros(1))
+    optimiser = torch.optim.SGD([weight], lr=1.0)
+    warm = int(0.03 * steps)
+    schedule = torch.optim.lr_scheduler.SequentialLR(
+        optimiser,
+        [
+            torch.optim.lr_scheduler.LinearLR(optimiser, 1e-9, 1.0, warm),
+            torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, steps - warm),
+        ],
+        [warm],
+    )
+    expected = []
+    for _ in range(steps):
+        expected.append(optimiser.param_groups[0]["lr"])
+        optimiser.step()
+        schedule.step()
+    ours = [cosine_decay(step / steps) for step in range(steps)]
+    np.testing.assert_allclose(ours, expected, atol=1.1e-3)
+
+
+@pytest.mark.parametrize("progress", [0.0, 0.5, 1.0, 7.0])
+def test_rates_stay_above_zero_and_at_most_one(progress: float) -> None:
+    assert 0 < cosine_decay(progress) <= 1
+
+
+def test_halvings() -> None:
+    assert [halving_decay(p, 4) for p in (0, 0.24, 0.25, 0.99)] == [1, 1, 0.5, 0.125]
+
+
+def test_only_the_feature_grid_has_another_rate() -> None:
+    network = nn.ModuleDict({"grid": FeatureGrid((1, 1, 1), 8, 2), "other": nn.Linear(3, 4)})
+    optimiser = adam(network, 0.999, 10.0)
+    set_rate(optimiser, 1e-3)
+    before = {name: p.detach().clone() for name, p in network.named_parameters()}
+    for parameter in network.parameters():
+        parameter.grad = torch.ones_like(parameter)
+    optimiser.step()
+    for name, parameter in network.named_parameters():
+        # Adam's first step has the length of the learning rate.
+        step = 1e-2 if name == "grid.features" else 1e-3
+        moved = (before[name] - parameter.detach()).numpy()
+        assert moved == pytest.approx(np.full(moved.shape, step), rel=1e-3), name
+    assert math.isclose(sum(len(g["params"]) for g in optimiser.param_groups), 3)

@@ -1,0 +1,139 @@
+"""Fresh samples: the right ones, in an order that neither speed nor threads can change."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from functools import cache
+from itertools import islice
+
+import numpy as np
+import pytest
+
+from model.errors import RenderError
+from model.samples.sample_rendering import make_renderer, render_samples
+from model.samples.sample_store import ARRAYS, BLOCK, SampleBatch, SampleStore
+from model.samples.sampling import draw_sample
+from model.scene.scene import Scene
+from model.scene.volume import Volume
+from model.training.sources import StoredSource
+from model.training.streamed_samples import FIRST_SAMPLES, STAGE_SAMPLES, StreamSource
+
+
+@pytest.fixture(scope="module")
+def raycast(scene: Scene) -> Scene:
+    return replace(scene, renderer="raycast", image_size=16)
+
+
+@contextmanager
+def stream(volume: Volume, scene: Scene, **options: object) -> Iterator[StreamSource]:
+    source = StreamSource(volume, scene, seed=5, **options)  # type: ignore[arg-type]
+    try:
+        yield source
+    finally:
+        source.close()
+
+
+def assert_same(one: SampleBatch, other: SampleBatch) -> None:
+    for name in ARRAYS:
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+
+
+@cache
+def numbers_of_azimuths(scene: Scene, first: int, count: int) -> dict[float, int]:
+    """The number in the stream of each sample: no two azimuths are the same."""
+    indices = range(first, first + count)
+    return {draw_sample(scene, 5, "train", i).view.azimuth: i for i in indices}
+
+
+def numbers(batch: SampleBatch, scene: Scene, first: int = 0, count: int = 4096) -> list[int]:
+    known = numbers_of_azimuths(scene, first, count)
+    return [known[azimuth] for azimuth in batch.view[:, 0].tolist()]
+
+
+@pytest.mark.parametrize("stage", [0, 1])
+def test_a_streams_samples_are_those_of_the_scene(
+    volume: Volume, raycast: Scene, stage: int
+) -> None:
+    with stream(volume, raycast, threads=2) as source:
+        batch = next(source.batches(stage, 16, 3, 0))
+    renderer = make_renderer(volume, raycast)
+    for i, number in enumerate(numbers(batch, raycast, stage * STAGE_SAMPLES, FIRST_SAMPLES)):
+        expected = render_samples(renderer, raycast, 5, "train", range(number, number + 1))
+        for name in ARRAYS:
+            ours = getattr(batch, name)[i]
+            np.testing.assert_array_equal(ours, getattr(expected, name)[0])
+    renderer.close()
+
+
+def test_batches_do_not_depend_on_threads(volume: Volume, raycast: Scene) -> None:
+    with (
+        stream(volume, raycast, threads=1) as one,
+        stream(volume, raycast, threads=3) as other,
+    ):
+        for a, b in zip(
+            islice(one.batches(0, 16, 3, 0), 12), other.batches(0, 16, 3, 0), strict=False
+        ):
+            assert_same(a, b)
+
+
+def test_a_stream_goes_on_where_it_stopped(volume: Volume, raycast: Scene) -> None:
+    options = {"threads": 1, "reuse": 1.0, "ring_samples": 600}
+    with stream(volume, raycast, **options) as source:
+        whole = list(islice(source.batches(0, 16, 3, 0), 14))
+        rest = list(islice(source.batches(0, 16, 3, 9), 5))
+    for a, b in zip(whole[9:], rest, strict=True):
+        assert_same(a, b)
+
+
+def test_samples_are_learned_from_as_often_as_asked(volume: Volume, raycast: Scene) -> None:
+    reuse, ring, batches, size = 4.0, 256, 400, 32
+    with stream(volume, raycast, threads=1, reuse=reuse, ring_samples=ring) as source:
+        drawn = [numbers(b, raycast) for b in islice(source.batches(0, size, 3, 0), batches)]
+    for number, batch in enumerate(drawn):
+        newest = FIRST_SAMPLES + int(number * size / reuse)
+        assert max(batch) < newest
+        assert min(batch) >= newest - ring
+        assert len(set(batch)) == size
+    counts = np.bincount(np.concatenate(drawn))
+    # Those that came after the start and have left the ring again.
+    gone = counts[FIRST_SAMPLES : FIRST_SAMPLES + int(batches * size / reuse) - ring]
+    assert gone.mean() == pytest.approx(reuse, rel=0.05)
+
+
+def test_a_failing_renderer_ends_the_training(
+    volume: Volume, raycast: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object) -> None:
+        raise RenderError("out of paint")
+
+    with stream(volume, raycast, threads=2) as source:
+        monkeypatch.setattr("model.training.streamed_samples.render_samples", fail)
+        with pytest.raises(RenderError, match="out of paint"):
+            next(source.batches(0, 16, 3, 0))
+
+
+def test_closing_ends_the_threads(volume: Volume, raycast: Scene) -> None:
+    with stream(volume, raycast, threads=2) as source:
+        next(source.batches(0, 16, 3, 0))
+        threads = [t for t in threading.enumerate() if t.name == "samples"]
+        assert len(threads) == 2
+    for thread in threads:
+        thread.join(30)
+        assert not thread.is_alive()
+    assert source.rendering_seconds > 0
+
+
+def test_the_holdout_is_that_of_a_store(volume: Volume, raycast: Scene, store: SampleStore) -> None:
+    with stream(volume, raycast) as source:
+        ours = source.first("holdout", BLOCK)
+        again = source.first("holdout", BLOCK)
+    theirs = StoredSource(store).first("holdout", BLOCK)
+    np.testing.assert_array_equal(ours.rgba, again.rgba)
+    assert store.seed != source.seed
+    assert not np.array_equal(ours.view, theirs.view)
+    with stream(volume, raycast) as source:
+        source.seed = store.seed
+        np.testing.assert_array_equal(source.first("holdout", BLOCK).view, theirs.view)
