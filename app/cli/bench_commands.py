@@ -102,7 +102,7 @@ def training(
     json: options.JsonFile = None,
     device: options.DeviceName = options.Device.AUTO,
 ) -> None:
-    """Speed of training by precision, order of channels, optimiser, compilation; no rendering."""
+    """Speed of training by precision, order of channels, optimizer, compilation; no rendering."""
     from app.cli.bench_training import bench_training
 
     bench_training(

@@ -14,7 +14,7 @@ from app.cli.outputs import check_outputs, write_json
 from model.benchmarks.generator import BackendRow, PartsRow, compare_backends, time_parts
 from model.devices import choose_device
 from model.generator.catalog import DEFAULT_VOLUME
-from model.networks.blocks import keep_variance
+from model.networks.blocks import kaiming_init
 from model.networks.build import build_generator
 from model.networks.checkpoint import load_model
 from model.networks.generator_network import GeneratorNetwork
@@ -58,7 +58,7 @@ def _networks(presets: list[str], model: Path | None) -> list[tuple[str, Generat
         scene = Scene.of(volume, size.image_size)
         torch.manual_seed(0)
         network = build_generator(size, scene)
-        keep_variance(network)
+        kaiming_init(network)
         found.append((f"{name}, untrained", network, scene))
     return found
 

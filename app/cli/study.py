@@ -18,7 +18,7 @@ from model.evaluation.study_table import markdown, study_table
 from model.networks.size import Architecture, NetworkSize
 from model.samples.sample_rendering import render_store
 from model.samples.sample_store import SampleStore
-from model.samples.sampling import Stream
+from model.samples.sampling import Split
 from model.scene.scene import Scene
 from model.scene.volume import Volume
 from model.training.options import TrainingOptions
@@ -81,7 +81,7 @@ def study_models(order: StudyOrder) -> None:
 def _store(order: StudyOrder, volume: Volume, size: NetworkSize) -> SampleStore:
     """The study's samples, rendered where they are missing."""
     scene = Scene.of(volume, size.image_size, renderer="raycast")
-    counts: dict[Stream, int] = {"train": order.images, "holdout": order.count}
+    counts: dict[Split, int] = {"train": order.images, "holdout": order.count}
     try:
         order.out.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -38,7 +38,7 @@ from model.training.sources import SampleSource, StoredSource
 from model.training.state import STATE_FILE, load_progress
 from model.training.streamed_samples import StreamSource
 from model.training.trainer import train
-from model.training.warm_start import Start
+from model.training.warm_start import WarmStart
 
 DEFAULT_MINUTES = 60.0
 
@@ -84,7 +84,7 @@ def train_model(order: TrainOrder) -> None:
             budget=budget,
             folder=order.out,
             device=device,
-            start=None if order.start is None else Start.read(order.start),
+            start=None if order.start is None else WarmStart.read(order.start),
             execution=execution_of(size, recipe, source.scene, device, order.precision),
         )
         _train(plan, order)

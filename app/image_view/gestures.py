@@ -14,7 +14,7 @@ from PySide6.QtCore import QEvent, QObject, QPointF, Qt, QTimer
 from PySide6.QtGui import QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QWidget
 
-from app.state.viewer_state import HOME_VIEW, Session
+from app.state.viewer_state import HOME_VIEW, ViewerState
 from model.scene.view import View
 
 DEGREES_PER_PIXEL = 0.4
@@ -58,20 +58,20 @@ def zoom(view: View, notches: float) -> View:
 
 
 class ViewGestures(QObject):
-    """Lets the mouse on a widget move a session's view.
+    """Lets the mouse on a widget move a state's view.
 
     Left drag orbits, right drag or Ctrl with left drag rolls, the wheel zooms,
     and a double click returns to the home view.
     """
 
-    def __init__(self, widget: QWidget, session: Session) -> None:
+    def __init__(self, widget: QWidget, state: ViewerState) -> None:
         super().__init__(widget)
         self._widget = widget
-        self._session = session
+        self._state = state
         self._last: QPointF | None = None
         self._rolling = False
         self._wheel_rest = QTimer(self, singleShot=True, interval=WHEEL_REST_MS)
-        self._wheel_rest.timeout.connect(session.finish_view)
+        self._wheel_rest.timeout.connect(state.finish_view)
         widget.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
@@ -83,14 +83,14 @@ class ViewGestures(QObject):
             return self._drag(cast(QMouseEvent, event).position())
         if kind == QEvent.Type.MouseButtonRelease and self._last is not None:
             self._last = None
-            self._session.finish_view()
+            self._state.finish_view()
             return True
         if kind == QEvent.Type.MouseButtonDblClick:
-            self._session.set_view(HOME_VIEW)
+            self._state.set_view(HOME_VIEW)
             return True
         if kind == QEvent.Type.Wheel:
             notches = cast(QWheelEvent, event).angleDelta().y() / 120
-            self._session.move_view(zoom(self._session.view, notches))
+            self._state.move_view(zoom(self._state.view, notches))
             self._wheel_rest.start()
             return True
         return False
@@ -108,13 +108,13 @@ class ViewGestures(QObject):
     def _drag(self, position: QPointF) -> bool:
         assert self._last is not None
         last, self._last = self._last, position
-        view = self._session.view
+        view = self._state.view
         if self._rolling:
             turned = self._bearing(position) - self._bearing(last)
-            self._session.move_view(roll(view, (turned + 180.0) % 360.0 - 180.0))
+            self._state.move_view(roll(view, (turned + 180.0) % 360.0 - 180.0))
         else:
             moved = position - last
-            self._session.move_view(orbit(view, moved.x(), moved.y()))
+            self._state.move_view(orbit(view, moved.x(), moved.y()))
         return True
 
     def _bearing(self, position: QPointF) -> float:

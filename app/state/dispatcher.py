@@ -1,4 +1,4 @@
-"""Sends what the session shows to both engines, always together."""
+"""Sends what the state shows to both engines, always together."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from PySide6.QtCore import QObject
 
 from app.engines.messages import RenderRequest
 from app.image_view.engine_pane import EnginePane
-from app.state.viewer_state import Session
+from app.state.viewer_state import ViewerState
 
 NO_MODEL_SIZE = 512
 """Size of the reference image while no generator sets one, pixels."""
 
 
 class Dispatcher(QObject):
-    """Turns every change of the session into one request for all panes.
+    """Turns every change of the state into one request for all panes.
 
     Attributes
     ----------
@@ -23,16 +23,16 @@ class Dispatcher(QObject):
         Of the reference image, in pixels.
     """
 
-    def __init__(self, session: Session, panes: Iterable[EnginePane], parent: QObject) -> None:
+    def __init__(self, state: ViewerState, panes: Iterable[EnginePane], parent: QObject) -> None:
         super().__init__(parent)
         self.size = NO_MODEL_SIZE
-        self._session = session
+        self._state = state
         self._panes = tuple(panes)
         self._sequence = 0
-        session.viewChanged.connect(self._send_live)
-        session.viewChangeFinished.connect(self.send)
-        session.transferFunctionChanged.connect(self._send_live)
-        session.transferFunctionChangeFinished.connect(self.send)
+        state.viewChanged.connect(self._send_live)
+        state.viewChangeFinished.connect(self.send)
+        state.transferFunctionChanged.connect(self._send_live)
+        state.transferFunctionChangeFinished.connect(self.send)
 
     def send(self) -> None:
         """Request the final images of what is shown now."""
@@ -40,15 +40,15 @@ class Dispatcher(QObject):
 
     def _send_live(self) -> None:
         # A change outside a drag is followed at once by its final request.
-        if self._session.live:
+        if self._state.live:
             self._submit(live=True)
 
     def _submit(self, live: bool) -> None:
         self._sequence += 1
         request = RenderRequest(
             self._sequence,
-            self._session.view,
-            self._session.transfer_function,
+            self._state.view,
+            self._state.transfer_function,
             self.size,
             live,
         )

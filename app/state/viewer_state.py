@@ -24,7 +24,7 @@ EMPTY_TF = TransferFunction(
 """What is edited before a volume is there."""
 
 
-class Session(QObject):
+class ViewerState(QObject):
     """The view and the TF that both images show.
 
     Every edit of the TF can be undone. A drag is previewed and becomes one
@@ -193,14 +193,14 @@ class _Edit(QUndoCommand):
 
     def __init__(
         self,
-        session: Session,
+        state: ViewerState,
         before: TransferFunction,
         after: TransferFunction,
         text: str,
         merge_key: str | None = None,
     ) -> None:
         super().__init__(text)
-        self._session = session
+        self._state = state
         self._before = before
         self._after = after
         self._merge_key = merge_key
@@ -218,8 +218,8 @@ class _Edit(QUndoCommand):
 
     def redo(self) -> None:
         """Show the result of the edit."""
-        self._session._show(self._after)
+        self._state._show(self._after)
 
     def undo(self) -> None:
         """Show what was before the edit."""
-        self._session._show(self._before)
+        self._state._show(self._before)

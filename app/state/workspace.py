@@ -15,7 +15,7 @@ from app.image_view.engine_pane import EnginePane
 from app.state.dispatcher import NO_MODEL_SIZE, Dispatcher
 from app.state.opened_volume import OpenedVolume, open_volume
 from app.state.transfer_function_store import TransferFunctionStore
-from app.state.viewer_state import Session
+from app.state.viewer_state import ViewerState
 from model.errors import TransferFunctionError
 from model.generator.catalog import model_for
 from model.scene.scene import RendererName, Scene
@@ -33,7 +33,7 @@ class Workspace(QObject):
 
     Parameters
     ----------
-    session : Session
+    state : ViewerState
     generator, reference : EnginePane
     builders : Builders
         What reads volumes and builds engines.
@@ -56,7 +56,7 @@ class Workspace(QObject):
 
     def __init__(
         self,
-        session: Session,
+        state: ViewerState,
         generator: EnginePane,
         reference: EnginePane,
         builders: Builders,
@@ -65,13 +65,13 @@ class Workspace(QObject):
         parent: QObject,
     ) -> None:
         super().__init__(parent)
-        self._session = session
+        self._state = state
         self._generator = generator
         self._reference = reference
         self._builders = builders
         self._store = store
         self._generator_settings = generator_settings
-        self._dispatcher = Dispatcher(session, (generator, reference), self)
+        self._dispatcher = Dispatcher(state, (generator, reference), self)
         self._opened: OpenedVolume | None = None
         self._scene: Scene | None = None
         self._model: Path | None = None
@@ -81,9 +81,9 @@ class Workspace(QObject):
         self._reference_renderer: RendererName = "vtk"
         self._reading: BackgroundCall | None = None
         self._calls: list[BackgroundCall] = []
-        session.viewChanged.connect(self._update_hint)
-        session.transferFunctionChanged.connect(self._update_hint)
-        session.edited.connect(self._keep)
+        state.viewChanged.connect(self._update_hint)
+        state.transferFunctionChanged.connect(self._update_hint)
+        state.edited.connect(self._keep)
         generator.engineReady.connect(self._generator_ready)
         for pane in (generator, reference):
             pane.settled.connect(self._report_settled)
@@ -168,7 +168,7 @@ class Workspace(QObject):
         self.volumeOpened.emit(opened)
         kept = self._kept(opened)
         # After the engines: it requests the images, which they then take up.
-        self._session.start_volume(opened.default, kept)
+        self._state.start_volume(opened.default, kept)
         self.volumeStarted.emit()
 
     def _volume_failed(self, text: str) -> None:
@@ -269,7 +269,7 @@ class Workspace(QObject):
         if self._store is None or self._opened is None:
             return
         try:
-            self._store.save(self._opened.fingerprint, self._session.transfer_function)
+            self._store.save(self._opened.fingerprint, self._state.transfer_function)
         except TransferFunctionError as error:
             self._store = None
             self.problem.emit(str(error))
@@ -277,8 +277,8 @@ class Workspace(QObject):
     def _update_hint(self) -> None:
         hint = ""
         if self._scene is not None and self._matches():
-            opacity = self._session.transfer_function.opacity
-            hint = outside_training_range(self._scene, self._session.view, opacity)
+            opacity = self._state.transfer_function.opacity
+            hint = outside_training_range(self._scene, self._state.view, opacity)
         self._generator.canvas.set_hint(hint)
 
     def _report_settled(self) -> None:

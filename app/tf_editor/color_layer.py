@@ -11,7 +11,7 @@ from PySide6.QtCore import QObject, QPoint
 from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QColorDialog
 
-from app.state.viewer_state import Session
+from app.state.viewer_state import ViewerState
 from app.tf_editor.handle import DragHandle
 from app.tf_editor.plot_area import PlotArea
 from app.tf_editor.popup import pop_up
@@ -22,26 +22,26 @@ from model.scene.transfer_function import ColorTF
 
 
 class ColorLayer(QObject):
-    """Draws the session's colour TF and turns drags and clicks into edits of it.
+    """Draws the state's colour TF and turns drags and clicks into edits of it.
 
     Parameters
     ----------
     area : PlotArea
-    session : Session
+    state : ViewerState
     selection : Selection
     """
 
-    def __init__(self, area: PlotArea, session: Session, selection: Selection) -> None:
+    def __init__(self, area: PlotArea, state: ViewerState, selection: Selection) -> None:
         super().__init__(area)
         view = area.strip
         self._area = area
         self._view = view
-        self._session = session
+        self._state = state
         self._selection = selection
         self._strip: Any = pg.ImageItem(axisOrder="row-major")
         view.addItem(self._strip, ignoreBounds=True)
         self._stops: list[DragHandle] = []
-        session.transferFunctionChanged.connect(self.refresh)
+        state.transferFunctionChanged.connect(self.refresh)
         selection.changed.connect(self.refresh)
 
     @property
@@ -50,8 +50,8 @@ class ColorLayer(QObject):
         return tuple(self._stops)
 
     def refresh(self) -> None:
-        """Draw the session's colour TF as it is now."""
-        color = self._session.transfer_function.color
+        """Draw the state's colour TF as it is now."""
+        color = self._state.transfer_function.color
         levels = np.rint(color.sample(count=1024) * 255).astype(np.uint8)
         self._strip.setImage(levels[np.newaxis], levels=(0, 255))
         self._strip.setRect(0.0, 0.0, 1.0, 1.0)
@@ -66,39 +66,39 @@ class ColorLayer(QObject):
 
     def add(self, value: float) -> None:
         """Add a stop and select it."""
-        color, index = edits.add_stop(self._session.transfer_function.color, value)
+        color, index = edits.add_stop(self._state.transfer_function.color, value)
         self._commit(color, "add colour stop")
         self._selection.select("color", index)
 
     def remove(self, index: int) -> None:
         """Remove a stop, unless it is at an end."""
-        color = self._session.transfer_function.color
+        color = self._state.transfer_function.color
         if not edits.is_end_stop(color, index):
             self._selection.clear()
             self._commit(edits.remove_stop(color, index), "remove colour stop")
 
     def choose_color(self, index: int) -> QColorDialog:
         """Open the colour dialog for a stop; the images follow while it is open."""
-        _value, *rgb = self._session.transfer_function.color.stops[index]
+        _value, *rgb = self._state.transfer_function.color.stops[index]
         dialog = QColorDialog(QColor.fromRgbF(*rgb), self._area.widget)
         dialog.setWindowTitle("Colour of the stop")
         dialog.currentColorChanged.connect(lambda color: self._preview_color(index, color))
-        dialog.accepted.connect(lambda: self._session.finish_preview("colour"))
-        dialog.rejected.connect(self._session.cancel_preview)
+        dialog.accepted.connect(lambda: self._state.finish_preview("colour"))
+        dialog.rejected.connect(self._state.cancel_preview)
         # The stop is one of this volume's TF.
-        self._session.volumeStarting.connect(dialog.reject)
+        self._state.volumeStarting.connect(dialog.reject)
         dialog.finished.connect(dialog.deleteLater)
         dialog.open()
         return dialog
 
     def _preview_color(self, index: int, color: QColor) -> None:
-        tf = self._session.transfer_function
+        tf = self._state.transfer_function
         rgb = color.redF(), color.greenF(), color.blueF()
-        self._session.preview(replace(tf, color=edits.recolor_stop(tf.color, index, rgb)))
+        self._state.preview(replace(tf, color=edits.recolor_stop(tf.color, index, rgb)))
 
     def _commit(self, color: ColorTF, text: str) -> None:
-        tf = self._session.transfer_function
-        self._session.commit(replace(tf, color=color), text)
+        tf = self._state.transfer_function
+        self._state.commit(replace(tf, color=color), text)
 
     def _add_handle(self, index: int) -> DragHandle:
         handle = DragHandle("pin")
@@ -111,18 +111,18 @@ class ColorLayer(QObject):
         return handle
 
     def _drag(self, index: int, place: float) -> None:
-        tf = self._session.transfer_function
+        tf = self._state.transfer_function
         color = edits.move_stop(tf.color, index, from_unit(place, tf.scalar_range))
-        self._session.preview(replace(tf, color=color))
+        self._state.preview(replace(tf, color=color))
         x = color.stops[index][0]
         self._area.show_readout(self._view, x, 0.5, f"{x:.5g}")
 
     def _finish_drag(self) -> None:
         self._area.hide_readout()
-        self._session.finish_preview("drag colour stop")
+        self._state.finish_preview("drag colour stop")
 
     def _menu(self, index: int, point: QPoint) -> None:
-        removable = not edits.is_end_stop(self._session.transfer_function.color, index)
+        removable = not edits.is_end_stop(self._state.transfer_function.color, index)
         pop_up(
             self._area.widget,
             point,

@@ -10,7 +10,7 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
-from app.state.viewer_state import Session
+from app.state.viewer_state import ViewerState
 from app.tf_editor.color_layer import ColorLayer
 from app.tf_editor.numbers import NumbersPanel
 from app.tf_editor.opacity_layer import OpacityLayer, handle_name
@@ -28,24 +28,24 @@ _HINT = "Double-click adds a mode   ·   click the strip adds a colour   ·   De
 
 
 class TransferFunctionEditor(QFrame):
-    """Edits a session's TF over a volume's histogram.
+    """Edits a state's TF over a volume's histogram.
 
     Parameters
     ----------
-    session : Session
+    state : ViewerState
     """
 
-    def __init__(self, session: Session, parent: QWidget | None = None) -> None:
+    def __init__(self, state: ViewerState, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setProperty("role", "panel")
-        self._session = session
+        self._state = state
         self.selection = Selection(self)
         # Before all other slots: none of them may see a selection whose handle is gone.
-        session.transferFunctionChanged.connect(self.selection.fit)
+        state.transferFunctionChanged.connect(self.selection.fit)
         self.area = PlotArea(self)
-        self.opacity = OpacityLayer(self.area, session, self.selection)
-        self.color = ColorLayer(self.area, session, self.selection)
-        self.numbers = NumbersPanel(session, self.selection, self)
+        self.opacity = OpacityLayer(self.area, state, self.selection)
+        self.color = ColorLayer(self.area, state, self.selection)
+        self.numbers = NumbersPanel(state, self.selection, self)
         self._lay_out()
         self._connect()
         self.setEnabled(False)
@@ -71,7 +71,7 @@ class TransferFunctionEditor(QFrame):
 
     def select_strongest(self) -> None:
         """Select the most opaque mode or point, so that its handles and numbers show."""
-        handles = edits.opacity_handles(self._session.transfer_function.opacity)
+        handles = edits.opacity_handles(self._state.transfer_function.opacity)
         if handles:
             self.selection.select("opacity", max(range(len(handles)), key=lambda i: handles[i][1]))
 
@@ -134,7 +134,7 @@ class TransferFunctionEditor(QFrame):
         selected = self.selection.selected
         if selected is None:
             return
-        tf = self._session.transfer_function
+        tf = self._state.transfer_function
         shift = right * tf.opacity.bin_width
         if selected.kind == "opacity":
             value, height = edits.opacity_handles(tf.opacity)[selected.index]
@@ -145,10 +145,10 @@ class TransferFunctionEditor(QFrame):
         else:
             value = tf.color.stops[selected.index][0]
             tf = replace(tf, color=edits.move_stop(tf.color, selected.index, value + shift))
-        self._session.commit(tf, "nudge", f"nudge {selected.kind} {selected.index}")
+        self._state.commit(tf, "nudge", f"nudge {selected.kind} {selected.index}")
 
     def _add_in_the_middle(self) -> None:
-        lo, hi = self._session.scalar_range
+        lo, hi = self._state.scalar_range
         self.opacity.add((lo + hi) / 2, 0.3)
 
     def _choose_selected_color(self) -> None:
@@ -157,5 +157,5 @@ class TransferFunctionEditor(QFrame):
             self.color.choose_color(index)
 
     def _opacity_menu(self, value: float, height: float, point: QPoint) -> None:
-        text = f"Add {handle_name(self._session.transfer_function.opacity)} here"
+        text = f"Add {handle_name(self._state.transfer_function.opacity)} here"
         pop_up(self.area.widget, point, (text, lambda: self.opacity.add(value, height), True))

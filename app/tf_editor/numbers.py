@@ -10,7 +10,7 @@ from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QFormLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
 from app import theme
-from app.state.viewer_state import Session
+from app.state.viewer_state import ViewerState
 from app.tf_editor.number_box import NumberBox
 from app.tf_editor.selection import Selection
 from model.scene import tf_editing as edits
@@ -27,10 +27,10 @@ class NumbersPanel(QWidget):
     colorRequested = Signal()
 
     def __init__(
-        self, session: Session, selection: Selection, parent: QWidget | None = None
+        self, state: ViewerState, selection: Selection, parent: QWidget | None = None
     ) -> None:
         super().__init__(parent)
-        self._session = session
+        self._state = state
         self._selection = selection
         self.setFixedWidth(PANEL_WIDTH)
         self.heading = QLabel()
@@ -50,7 +50,7 @@ class NumbersPanel(QWidget):
         self.color_button.clicked.connect(self.colorRequested)
         self.add_button.clicked.connect(self.addRequested)
         self.remove_button.clicked.connect(self.removeRequested)
-        session.transferFunctionChanged.connect(self.refresh)
+        state.transferFunctionChanged.connect(self.refresh)
         selection.changed.connect(self.refresh)
         self.refresh()
 
@@ -79,7 +79,7 @@ class NumbersPanel(QWidget):
 
     def refresh(self) -> None:
         """Show the selected handle's numbers as they are now."""
-        tf = self._session.transfer_function
+        tf = self._state.transfer_function
         mode_or_point = self._selection.index("opacity")
         stop = self._selection.index("color")
         self.add_button.setText("Add point" if tf.opacity.points else "Add mode")
@@ -134,18 +134,18 @@ class NumbersPanel(QWidget):
         index = self._selection.index("opacity")
         stop = self._selection.index("color")
         if index is not None:
-            at = edits.opacity_handles(self._session.transfer_function.opacity)[index]
+            at = edits.opacity_handles(self._state.transfer_function.opacity)[index]
             self._edit_opacity(lambda o: edits.move_opacity_handle(o, index, value, at[1]), "value")
         elif stop is not None:
-            tf = self._session.transfer_function
+            tf = self._state.transfer_function
             color = edits.move_stop(tf.color, stop, value)
-            self._session.commit(replace(tf, color=color), "move colour stop", f"stop {stop}")
+            self._state.commit(replace(tf, color=color), "move colour stop", f"stop {stop}")
             self.refresh()
 
     def _height_typed(self, height: float) -> None:
         index = self._selection.index("opacity")
         if index is not None:
-            at = edits.opacity_handles(self._session.transfer_function.opacity)[index]
+            at = edits.opacity_handles(self._state.transfer_function.opacity)[index]
             self._edit_opacity(
                 lambda o: edits.move_opacity_handle(o, index, at[0], height), "opacity"
             )
@@ -156,10 +156,8 @@ class NumbersPanel(QWidget):
             self._edit_opacity(lambda o: edits.resize_mode(o, index, width), "width")
 
     def _edit_opacity(self, edit: Callable[[OpacityTF], OpacityTF], what: str) -> None:
-        tf = self._session.transfer_function
+        tf = self._state.transfer_function
         index = self._selection.index("opacity")
-        self._session.commit(
-            replace(tf, opacity=edit(tf.opacity)), f"set {what}", f"{what} {index}"
-        )
+        self._state.commit(replace(tf, opacity=edit(tf.opacity)), f"set {what}", f"{what} {index}")
         # Also when the edit changed nothing: a number outside the limits must not stay.
         self.refresh()

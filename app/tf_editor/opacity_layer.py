@@ -14,7 +14,7 @@ from PySide6.QtGui import QBrush, QColor, QLinearGradient, QPainterPath, QPen
 from PySide6.QtWidgets import QGraphicsPathItem
 
 from app import theme
-from app.state.viewer_state import Session
+from app.state.viewer_state import ViewerState
 from app.tf_editor.handle import DragHandle
 from app.tf_editor.plot_area import PlotArea
 from app.tf_editor.popup import pop_up
@@ -34,21 +34,21 @@ _PLACES = np.linspace(0.0, 1.0, _CURVE_SAMPLES)
 
 
 class OpacityLayer(QObject):
-    """Draws the session's opacity TF and turns drags into edits of it.
+    """Draws the state's opacity TF and turns drags into edits of it.
 
     Parameters
     ----------
     area : PlotArea
-    session : Session
+    state : ViewerState
     selection : Selection
     """
 
-    def __init__(self, area: PlotArea, session: Session, selection: Selection) -> None:
+    def __init__(self, area: PlotArea, state: ViewerState, selection: Selection) -> None:
         super().__init__(area)
         view = area.opacity
         self._area = area
         self._view = view
-        self._session = session
+        self._state = state
         self._selection = selection
         self._fill = QGraphicsPathItem()
         self._fill.setPen(QPen(Qt.PenStyle.NoPen))
@@ -59,7 +59,7 @@ class OpacityLayer(QObject):
         )
         self._peaks: list[DragHandle] = []
         self._flanks = [self._add_flank() for _ in range(2)]
-        session.transferFunctionChanged.connect(self.refresh)
+        state.transferFunctionChanged.connect(self.refresh)
         selection.changed.connect(self.refresh)
 
     @property
@@ -73,8 +73,8 @@ class OpacityLayer(QObject):
         return tuple(self._flanks)
 
     def refresh(self) -> None:
-        """Draw the session's TF as it is now."""
-        tf = self._session.transfer_function
+        """Draw the state's TF as it is now."""
+        tf = self._state.transfer_function
         heights = tf.opacity.sample(count=_CURVE_SAMPLES)
         self._curve.setData(_PLACES, heights)
         self._fill.setPath(_area_below(heights))
@@ -85,14 +85,14 @@ class OpacityLayer(QObject):
     def add(self, value: float, height: float) -> None:
         """Add a mode or point and select it."""
         opacity, index = edits.add_opacity_handle(
-            self._session.transfer_function.opacity, value, height
+            self._state.transfer_function.opacity, value, height
         )
         self._commit(opacity, f"add {handle_name(opacity)}")
         self._selection.select("opacity", index)
 
     def remove(self, index: int) -> None:
         """Remove a mode or point."""
-        opacity = self._session.transfer_function.opacity
+        opacity = self._state.transfer_function.opacity
         if edits.can_remove_opacity_handle(opacity, index):
             self._selection.clear()
             self._commit(
@@ -100,8 +100,8 @@ class OpacityLayer(QObject):
             )
 
     def _commit(self, opacity: OpacityTF, text: str) -> None:
-        tf = self._session.transfer_function
-        self._session.commit(replace(tf, opacity=opacity), text)
+        tf = self._state.transfer_function
+        self._state.commit(replace(tf, opacity=opacity), text)
 
     def _place_peaks(self, tf: TransferFunction) -> None:
         positions = edits.opacity_handles(tf.opacity)
@@ -161,30 +161,30 @@ class OpacityLayer(QObject):
         return handle
 
     def _drag_peak(self, index: int, place: float, height: float) -> None:
-        tf = self._session.transfer_function
+        tf = self._state.transfer_function
         value = from_unit(place, tf.scalar_range)
         opacity = edits.move_opacity_handle(tf.opacity, index, value, height)
-        self._session.preview(replace(tf, opacity=opacity))
+        self._state.preview(replace(tf, opacity=opacity))
         x, y = edits.opacity_handles(opacity)[index]
         self._area.show_readout(self._view, x, y, f"{x:.5g}   opacity {y:.3f}")
 
     def _drag_flank(self, place: float) -> None:
         index = self._selection.index("opacity")
-        tf = self._session.transfer_function
+        tf = self._state.transfer_function
         if index is None or tf.opacity.points:
             return
         width = abs(from_unit(place, tf.scalar_range) - tf.opacity.modes[index].mean)
         opacity = edits.resize_mode(tf.opacity, index, width)
-        self._session.preview(replace(tf, opacity=opacity))
+        self._state.preview(replace(tf, opacity=opacity))
         mode = opacity.modes[index]
         self._area.show_readout(self._view, mode.mean, mode.amplitude, f"width {mode.width:.4g}")
 
     def _finish_drag(self) -> None:
         self._area.hide_readout()
-        self._session.finish_preview(f"drag {handle_name(self._session.transfer_function.opacity)}")
+        self._state.finish_preview(f"drag {handle_name(self._state.transfer_function.opacity)}")
 
     def _peak_menu(self, index: int, point: QPoint) -> None:
-        opacity = self._session.transfer_function.opacity
+        opacity = self._state.transfer_function.opacity
         removable = edits.can_remove_opacity_handle(opacity, index)
         text = f"Remove {handle_name(opacity)}"
         pop_up(self._area.widget, point, (text, lambda: self.remove(index), removable))

@@ -60,7 +60,7 @@ class FileDialogs(QObject):
     def take_transfer_function(self, path: Path) -> None:
         """Take over a TF file."""
         try:
-            same_range = self._window.session.open_transfer_function(path)
+            same_range = self._window.state.open_transfer_function(path)
         except TransferFunctionError as error:
             self._window.notice.tell(str(error))
             return
@@ -74,7 +74,7 @@ class FileDialogs(QObject):
             return
         path = Path(name)
         try:
-            self._window.session.save_transfer_function(path)
+            self._window.state.save_transfer_function(path)
         except TransferFunctionError as error:
             self._window.notice.tell(str(error))
         else:

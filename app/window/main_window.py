@@ -11,7 +11,7 @@ from app.image_view.engine_pane import EnginePane
 from app.image_view.gestures import ViewGestures
 from app.state.opened_volume import OpenedVolume
 from app.state.transfer_function_store import TransferFunctionStore
-from app.state.viewer_state import Session
+from app.state.viewer_state import ViewerState
 from app.state.workspace import REFERENCE_TITLES, Workspace
 from app.tf_editor.editor import TransferFunctionEditor
 from app.window.menus import Menus
@@ -41,25 +41,25 @@ class MainWindow(QMainWindow):
         settings: GeneratorSettings = FASTEST,
     ) -> None:
         super().__init__()
-        self.session = Session(self)
+        self.state = ViewerState(self)
         self.generator = EnginePane("Generator", "generator")
         self.reference = EnginePane(REFERENCE_TITLES["vtk"], "reference")
-        self.editor = TransferFunctionEditor(self.session)
+        self.editor = TransferFunctionEditor(self.state)
         self.notice = NoticeBar()
         self.workspace = Workspace(
-            self.session, self.generator, self.reference, builders, store, settings, self
+            self.state, self.generator, self.reference, builders, store, settings, self
         )
         self._view_label = QLabel()
         self._lay_out()
         self._menus = Menus(self)
-        self.session.viewChanged.connect(self._show_view)
+        self.state.viewChanged.connect(self._show_view)
         self.workspace.volumeOpened.connect(self._show_volume)
         # What was wrong with an earlier file is over.
         self.workspace.volumeOpened.connect(lambda _opened: self.notice.clear())
         self.workspace.volumeStarted.connect(self.editor.select_strongest)
         self.workspace.problem.connect(self.notice.tell)
         self.workspace.news.connect(self.statusBar().showMessage)
-        self._show_view(self.session.view)
+        self._show_view(self.state.view)
 
     @property
     def errors(self) -> list[str]:
@@ -85,7 +85,7 @@ class MainWindow(QMainWindow):
         row.setSpacing(12)
         for pane in (self.generator, self.reference):
             row.addWidget(pane, 1)
-            ViewGestures(pane.canvas, self.session)
+            ViewGestures(pane.canvas, self.state)
         splitter = QSplitter(Qt.Orientation.Vertical)
         splitter.setHandleWidth(12)
         splitter.setChildrenCollapsible(False)

@@ -100,27 +100,27 @@ class Menus(QObject):
         _add(menu, "&Quit", window.close, "Ctrl+Q")
 
     def _build_edit(self, menu: QMenu) -> None:
-        session = self._window.session
-        stack = session.undo_stack
-        self._undo = _add(menu, "&Undo", session.undo, QKeySequence.StandardKey.Undo)
-        self._redo = _add(menu, "&Redo", session.redo, QKeySequence.StandardKey.Redo)
+        state = self._window.state
+        stack = state.undo_stack
+        self._undo = _add(menu, "&Undo", state.undo, QKeySequence.StandardKey.Undo)
+        self._redo = _add(menu, "&Redo", state.redo, QKeySequence.StandardKey.Redo)
         self._undo.setEnabled(False)
         self._redo.setEnabled(False)
         stack.canUndoChanged.connect(self._undo.setEnabled)
         stack.canRedoChanged.connect(self._redo.setEnabled)
         menu.aboutToShow.connect(self._name_edits)
         menu.addSeparator()
-        _add(menu, "Reset &transfer function", session.reset_transfer_function)
+        _add(menu, "Reset &transfer function", state.reset_transfer_function)
 
     def _name_edits(self) -> None:
         """Say in the menu what would be undone and redone."""
-        stack = self._window.session.undo_stack
+        stack = self._window.state.undo_stack
         self._undo.setText(f"&Undo {stack.undoText()}".rstrip())
         self._redo.setText(f"&Redo {stack.redoText()}".rstrip())
 
     def _build_view(self, menu: QMenu) -> None:
-        session = self._window.session
-        _add(menu, "&Reset view", lambda: session.set_view(HOME_VIEW), "Ctrl+0")
+        state = self._window.state
+        _add(menu, "&Reset view", lambda: state.set_view(HOME_VIEW), "Ctrl+0")
         menu.addSeparator()
         for number, (name, (azimuth, elevation)) in enumerate(STANDARD_VIEWS.items(), start=1):
             slot = partial(self._look_from, azimuth, elevation)
@@ -148,8 +148,8 @@ class Menus(QObject):
             group.addAction(action)
 
     def _look_from(self, azimuth: float, elevation: float) -> None:
-        session = self._window.session
-        session.set_view(replace(session.view, azimuth=azimuth, elevation=elevation, roll=0.0))
+        state = self._window.state
+        state.set_view(replace(state.view, azimuth=azimuth, elevation=elevation, roll=0.0))
 
     def _build_help(self, menu: QMenu) -> None:
         _add(menu, "&Gestures", lambda: self._show_text("Gestures", GESTURES), "F1")

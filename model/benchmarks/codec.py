@@ -15,7 +15,7 @@ import torch
 from torch import Tensor
 
 from model.errors import TrainingError
-from model.networks.blocks import keep_variance
+from model.networks.blocks import kaiming_init
 from model.networks.build import build_opacity
 from model.networks.codec import LatentCodec
 from model.networks.encoding import encode_unit
@@ -71,7 +71,7 @@ def train_codec(
     size : NetworkSize
         Of the generator whose codec it is.
     options : TrainingOptions
-        Its `more_tfs` TFs a step, and the learning rate of its `joint`.
+        Its `unrendered_tfs` TFs a step, and the learning rate of its `joint`.
     scene : Scene
         Says where random modes lie.
     steps : int
@@ -86,21 +86,21 @@ def train_codec(
     TrainingError
         If there are no TFs to learn from.
     """
-    if not options.more_tfs:
-        raise TrainingError("A codec alone learns from 'more_tfs' only: set it above 0.")
+    if not options.unrendered_tfs:
+        raise TrainingError("A codec alone learns from 'unrendered_tfs' only: set it above 0.")
     torch.manual_seed(options.seed)
     codec = build_opacity(size, scene)  # the rest of it gets no gradient
-    if options.keep_variance:
-        keep_variance(codec)
+    if options.kaiming_init:
+        kaiming_init(codec)
     loss = CodecLoss(scene, options)
-    optimiser = adam(codec, options.beta2)
+    optimizer = adam(codec, options.beta2)
     device = torch.device("cpu")
     reports = {steps * part // REPORTS for part in range(1, REPORTS + 1)}
     for step in range(steps):
-        set_rate(optimiser, options.joint.learning_rate * cosine_decay(step / steps))
-        optimiser.zero_grad()
+        set_rate(optimizer, options.joint.learning_rate * cosine_decay(step / steps))
+        optimizer.zero_grad()
         torch.autograd.backward(loss.without_images(codec, step, device))
-        optimiser.step()
+        optimizer.step()
         if step + 1 in reports:
             yield replace(measure_codec(codec, scene), steps=step + 1)
 

@@ -12,7 +12,7 @@ from torch import Tensor
 from torch.utils.benchmark import Timer
 
 from model.errors import first_line
-from model.generator.backends import BACKENDS, EAGER, Backend, BackendName, make_draw, obstacle
+from model.generator.backends import BACKENDS, EAGER, Backend, BackendName, make_decode, obstacle
 from model.networks.blocks import place
 from model.networks.encoding import encode_colors, encode_unit, encode_views
 from model.networks.generator_network import GeneratorNetwork
@@ -102,9 +102,9 @@ def compare_backends(
     network = place(network, device).eval()
     for batch in BATCHES:
         view, opacity_tf, color_tf = _inputs(batch, scene, device)
-        seen = network.see(view)
+        view_features = network.encode_view(view)
         latent, color = network.opacity.encode(opacity_tf), network.encode_color(color_tf)
-        truth = network.draw(seen, latent, color)
+        truth = network.decode(view_features, latent, color)
         eager: float | None = None
         for backend in _backends(names):
             trouble = obstacle(backend, device)
@@ -112,15 +112,15 @@ def compare_backends(
                 yield BackendRow(*backend, batch, obstacle=trouble)
                 continue
             try:
-                draw = make_draw(network, backend, device)
+                decode = make_decode(network, backend, device)
                 # Libraries read the network when they first draw: that is not timed.
-                found = [part.clone() for part in draw(seen, latent, color)]
+                found = [part.clone() for part in decode(view_features, latent, color)]
             except Exception as error:
                 if backend == EAGER:
                     raise
                 yield BackendRow(*backend, batch, obstacle=f"it failed ({first_line(error)})")
                 continue
-            duration = _time(draw, (seen, latent, color), seconds)
+            duration = _time(decode, (view_features, latent, color), seconds)
             eager = eager or duration
             worst = max(_difference(a, b) for a, b in zip(found, truth, strict=True))
             yield BackendRow(*backend, batch, duration, eager / duration, worst)
@@ -136,7 +136,7 @@ def time_parts(
     for batch in BATCHES:
         view, opacity_tf, color_tf = _inputs(batch, scene, device)
         parts: list[tuple[Callable[..., Any], Tensor]] = [
-            (network.see, view),
+            (network.encode_view, view),
             (network.opacity.encode, opacity_tf),
             (network.encode_color, color_tf),
         ]

@@ -1,4 +1,4 @@
-"""How fast a stage of training learns, by precision, memory order, optimiser and compilation."""
+"""How fast a stage of training learns, by precision, memory order, optimizer and compilation."""
 
 from __future__ import annotations
 

@@ -84,7 +84,7 @@ def evaluate(
     ----------
     generator : Generator
     store : SampleStore
-        Samples of the generator's scene; its training stream is searched for
+        Samples of the generator's scene; its training split is searched for
         nearest neighbours.
     count : int
         Number of hold-out samples, at most those in the store.

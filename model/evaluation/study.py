@@ -173,7 +173,7 @@ def run_study(
     on_variant : callable
         Called before a variant is trained.
     on_report : callable
-        Called after each optimisation step.
+        Called after each optimization step.
 
     Returns
     -------

@@ -29,8 +29,8 @@ BackendName = Literal["eager", "compiled", "openvino", "onnxruntime"]
 Precision = Literal["float32", "bfloat16"]
 BACKENDS: tuple[BackendName, ...] = get_args(BackendName)
 
-Draw = Callable[[tuple[Tensor, ...], Tensor, Tensor], tuple[Tensor, Tensor]]
-"""Like :meth:`GeneratorNetwork.draw`."""
+Decode = Callable[[tuple[Tensor, ...], Tensor, Tensor], tuple[Tensor, Tensor]]
+"""Like :meth:`GeneratorNetwork.decode`."""
 
 MODULES = {"openvino": ("openvino",), "onnxruntime": ("onnxruntime", "onnx", "onnxscript")}
 
@@ -120,7 +120,7 @@ def choose_backends(name: str, precision: str, device: torch.device) -> list[Bac
     return [Backend(name, digits)]
 
 
-def make_draw(network: GeneratorNetwork, backend: Backend, device: torch.device) -> Draw:
+def make_decode(network: GeneratorNetwork, backend: Backend, device: torch.device) -> Decode:
     """A function that draws as the network does.
 
     Parameters
@@ -143,23 +143,25 @@ def make_draw(network: GeneratorNetwork, backend: Backend, device: torch.device)
         return _ForEachSize(lambda *inputs: _openvino(network, backend.precision, inputs))
     if backend.name == "onnxruntime":
         return _ForEachSize(lambda *inputs: _onnxruntime(network, inputs))
-    draw: Draw = network.draw
+    decode: Decode = network.decode
     if backend.name == "compiled":
         # On GPUs this mode replays CUDA graphs.
         mode = "reduce-overhead" if device.type == "cuda" else "default"
-        draw = torch.compile(network.draw, dynamic=False, mode=mode)
-    return _rounded(draw, device) if backend.precision == "bfloat16" else draw
+        decode = torch.compile(network.decode, dynamic=False, mode=mode)
+    return _rounded(decode, device) if backend.precision == "bfloat16" else decode
 
 
-class _Drawing(nn.Module):
+class _Decoding(nn.Module):
     """Drawing as a module of plain tensors, for libraries to read."""
 
     def __init__(self, network: GeneratorNetwork) -> None:
         super().__init__()
         self._network = network
 
-    def forward(self, latent: Tensor, color: Tensor, *seen: Tensor) -> tuple[Tensor, Tensor]:
-        return self._network.draw(seen, latent, color)
+    def forward(
+        self, latent: Tensor, color: Tensor, *view_features: Tensor
+    ) -> tuple[Tensor, Tensor]:
+        return self._network.decode(view_features, latent, color)
 
 
 class _ForEachSize:
@@ -170,9 +172,9 @@ class _ForEachSize:
         self._models: dict[int, Callable[..., list[Any]]] = {}
 
     def __call__(
-        self, seen: tuple[Tensor, ...], latent: Tensor, color: Tensor
+        self, view_features: tuple[Tensor, ...], latent: Tensor, color: Tensor
     ) -> tuple[Tensor, Tensor]:
-        inputs = (latent, color, *seen)
+        inputs = (latent, color, *view_features)
         count = len(latent)
         if count not in self._models:
             self._models[count] = self._make(*inputs)
@@ -208,7 +210,7 @@ def _openvino(
     with _reading():
         example = tuple(x.clone() for x in inputs)
         # By hand: openvino.convert_model would report its use over the network.
-        decoder = TorchScriptPythonDecoder(_Drawing(network).eval(), example_input=example)
+        decoder = TorchScriptPythonDecoder(_Decoding(network).eval(), example_input=example)
         reader = FrontEndManager().load_by_framework("pytorch")
         model = reader.convert(reader.load(decoder))
         shapes = [list(x.shape) for x in example]
@@ -230,7 +232,7 @@ def _onnxruntime(network: GeneratorNetwork, inputs: tuple[Tensor, ...]) -> Calla
 
     with _reading():
         example = tuple(x.clone() for x in inputs)
-        program = torch.onnx.export(_Drawing(network).eval(), example, dynamo=True, verbose=False)
+        program = torch.onnx.export(_Decoding(network).eval(), example, dynamo=True, verbose=False)
     assert program is not None
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = torch.get_num_threads()
@@ -246,12 +248,14 @@ def _onnxruntime(network: GeneratorNetwork, inputs: tuple[Tensor, ...]) -> Calla
     return run
 
 
-def _rounded(draw: Draw, device: torch.device) -> Draw:
+def _rounded(decode: Decode, device: torch.device) -> Decode:
     """Drawing in bfloat16 where that is enough, by torch's own rules."""
 
-    def rounded(seen: tuple[Tensor, ...], latent: Tensor, color: Tensor) -> tuple[Tensor, Tensor]:
+    def rounded(
+        view_features: tuple[Tensor, ...], latent: Tensor, color: Tensor
+    ) -> tuple[Tensor, Tensor]:
         with torch.autocast(device.type, torch.bfloat16):
-            image, opacity = draw(seen, latent, color)
+            image, opacity = decode(view_features, latent, color)
         return image.float(), opacity.float()
 
     return rounded

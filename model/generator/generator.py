@@ -17,7 +17,7 @@ from torch.nn.functional import interpolate
 
 from model.devices import choose_device
 from model.errors import DeviceError, first_line
-from model.generator.backends import EAGER, Backend, choose_backends, make_draw
+from model.generator.backends import EAGER, Backend, choose_backends, make_decode
 from model.measurements import keep, kept
 from model.networks.blocks import VIEW_PARAMETERS, place
 from model.networks.checkpoint import ModelCard, load_model
@@ -67,8 +67,8 @@ class Generator:
         self.device = device
         self.network = place(network, device).eval()
         self.backend = backend
-        self._draw = make_draw(self.network, backend, device)
-        self._see = LastValue(self.network.see)
+        self._decode = make_decode(self.network, backend, device)
+        self._encode_view = LastValue(self.network.encode_view)
         self._encode = LastValue(self.network.opacity.encode)
         self._encode_color = LastValue(self.network.encode_color)
 
@@ -133,12 +133,15 @@ class Generator:
             torch.zeros(1, *shape, device=self.device)
             for shape in ((VIEW_PARAMETERS,), (TF_SAMPLES,), (3, TF_SAMPLES))
         )
-        seen, latent = self.network.see(views), self.network.opacity.encode(opacities)
+        view_features, latent = (
+            self.network.encode_view(views),
+            self.network.opacity.encode(opacities),
+        )
         color = self.network.encode_color(colors)
         durations = []
         for _ in range(TIMED_IMAGES):
             start = time.perf_counter()
-            self._draw(seen, latent, color)[0].cpu()
+            self._decode(view_features, latent, color)[0].cpu()
             durations.append(time.perf_counter() - start)
         return min(durations[1:])
 
@@ -198,7 +201,7 @@ class Generator:
     def opacity_image(self, view: View, opacity_tf: OpacityTF) -> NDArray[np.float32]:
         """Render the opacity image alone, shape (So, So), in [0, 1]."""
         latent = self.network.opacity.encode(self.opacity_input([opacity_tf]))
-        image = self.network.opacity.draw(self.view_input([view]), latent)
+        image = self.network.opacity.render_latent(self.view_input([view]), latent)
         return decode_unit(image)[0, 0].cpu().numpy()
 
     @torch.inference_mode()
@@ -233,8 +236,8 @@ class Generator:
         return encode_colors(samples).to(self.device)
 
     def _render(self, views: Tensor, latent: Tensor, colors: Tensor) -> NDArray[np.float32]:
-        seen, color = self._see(views), self._encode_color(colors)
-        image, opacity = self._draw(seen, latent, color)
+        view_features, color = self._encode_view(views), self._encode_color(colors)
+        image, opacity = self._decode(view_features, latent, color)
         opacity = interpolate(
             opacity, size=image.shape[-2:], mode="bilinear", align_corners=False, antialias=False
         )

@@ -162,7 +162,7 @@ def upsample() -> nn.Upsample:
     return nn.Upsample(scale_factor=2, mode="nearest")
 
 
-def initialise(module: nn.Module) -> None:
+def initialize(module: nn.Module) -> None:
     """Draw the first weights as the paper's code does: N(0, .02), batch norms N(1, .02)."""
     for layer in module.modules():
         if isinstance(layer, nn.Conv1d | nn.Conv2d | nn.Linear):
@@ -175,7 +175,7 @@ def initialise(module: nn.Module) -> None:
     _start_modulations(module)
 
 
-def keep_variance(module: nn.Module) -> None:
+def kaiming_init(module: nn.Module) -> None:
     """Draw the weights of layers without batch norm anew, by their fan-in (He et al. 2015).
 
     With N(0, .02) a narrow 1-D convolution passes on an eighth of its input,

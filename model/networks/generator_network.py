@@ -33,19 +33,19 @@ class OpacityNetwork(LatentCodec, ABC):
     def forward(self, view: Tensor, opacity_tf: Tensor) -> OpacityOutput:
         """Render from views (N, 5) and opacity TFs (N, 256), both in [-1, 1]."""
         latent = self.encode(opacity_tf)
-        return OpacityOutput(self.draw(view, latent), self.decode(latent), latent)
+        return OpacityOutput(self.render_latent(view, latent), self.decode(latent), latent)
 
-    def draw(self, view: Tensor, latent: Tensor) -> Tensor:
+    def render_latent(self, view: Tensor, latent: Tensor) -> Tensor:
         """Opacity images (N, 1, S, S) in [-1, 1] from views (N, 5) and latent codes."""
-        return self.draw_seen(self.see(view), latent)
+        return self.decode_image(self.encode_view(view), latent)
 
     @abstractmethod
-    def see(self, view: Tensor) -> tuple[Tensor, ...]:
+    def encode_view(self, view: Tensor) -> tuple[Tensor, ...]:
         """What views (N, 5) alone decide; for all latent codes the same."""
 
     @abstractmethod
-    def draw_seen(self, seen: tuple[Tensor, ...], latent: Tensor) -> Tensor:
-        """Opacity images (N, 1, S, S) from what :meth:`see` gave and latent codes."""
+    def decode_image(self, view_features: tuple[Tensor, ...], latent: Tensor) -> Tensor:
+        """Opacity images (N, 1, S, S) from what :meth:`encode_view` gave and latent codes."""
 
 
 class GeneratorNetwork(nn.Module, ABC):
@@ -80,10 +80,10 @@ class GeneratorNetwork(nn.Module, ABC):
         self, view: Tensor, latent: Tensor, color_tf: Tensor
     ) -> tuple[Tensor, Tensor]:
         """Render from latent codes (N, latent_dim) instead of opacity TFs."""
-        return self.draw(self.see(view), latent, self.encode_color(color_tf))
+        return self.decode(self.encode_view(view), latent, self.encode_color(color_tf))
 
     @abstractmethod
-    def see(self, view: Tensor) -> tuple[Tensor, ...]:
+    def encode_view(self, view: Tensor) -> tuple[Tensor, ...]:
         """What views (N, 5) alone decide: it can be kept while TFs are edited."""
 
     @abstractmethod
@@ -91,7 +91,7 @@ class GeneratorNetwork(nn.Module, ABC):
         """Codes of colour TFs (N, 3, 256): they can be kept while the view moves."""
 
     @abstractmethod
-    def draw(
-        self, seen: tuple[Tensor, ...], latent: Tensor, color: Tensor
+    def decode(
+        self, view_features: tuple[Tensor, ...], latent: Tensor, color: Tensor
     ) -> tuple[Tensor, Tensor]:
-        """Render from what :meth:`see` gave, latent codes and codes of colour TFs."""
+        """Render from what :meth:`encode_view` gave, latent codes and codes of colour TFs."""

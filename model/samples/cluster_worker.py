@@ -9,7 +9,7 @@ from typing import Any
 
 from model.samples.sample_rendering import make_renderer, render_samples
 from model.samples.sample_store import SampleBatch
-from model.samples.sampling import Stream
+from model.samples.sampling import Split
 from model.scene.scene import Scene
 from model.scene.volume import Volume
 
@@ -29,7 +29,7 @@ def render_block(
     fingerprint: str,
     scene_json: dict[str, Any],
     seed: int,
-    stream: Stream,
+    split: Split,
     block: range,
 ) -> SampleBatch:
     """Render one block in a thread of a worker.
@@ -43,7 +43,7 @@ def render_block(
     scene_json : dict
         Of :meth:`model.scene.scene.Scene.to_json`.
     seed : int
-    stream : {"train", "holdout"}
+    split : {"train", "holdout"}
     block : range
     """
     scene = Scene.from_json(scene_json)
@@ -55,7 +55,7 @@ def render_block(
         os.environ.setdefault("LP_NUM_THREADS", "1")
         _kept.renderer = make_renderer(Volume(*data), scene)
         _kept.made_for = scene, fingerprint
-    return render_samples(_kept.renderer, scene, seed, stream, block)
+    return render_samples(_kept.renderer, scene, seed, split, block)
 
 
 def render_block_by_value() -> Callable[..., SampleBatch]:

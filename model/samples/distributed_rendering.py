@@ -24,8 +24,8 @@ from distributed import Client, Future, KilledWorker
 from model.errors import DatasetError, RenderError, TfscopeError
 from model.samples.cluster import connected
 from model.samples.cluster_worker import render_block_by_value
-from model.samples.sample_store import STREAMS, SampleBatch, SampleStore
-from model.samples.sampling import Stream
+from model.samples.sample_store import SPLITS, SampleBatch, SampleStore
+from model.samples.sampling import Split
 from model.scene.volume import Volume
 
 POLL_SECONDS = 1.0
@@ -40,7 +40,7 @@ RETRIES = 2
 MAX_LOSSES = 3
 """How often a block may be lost together with the volume: it may be what ends the workers."""
 
-Block = tuple[Stream, range]
+Block = tuple[Split, range]
 
 
 def render_store_on_cluster(
@@ -78,13 +78,13 @@ def render_store_on_cluster(
     TfscopeError
         Whatever a block fails of, time and again.
     """
-    waiting = deque((stream, b) for stream in STREAMS for b in store.missing_blocks(stream))
+    waiting = deque((split, b) for split in SPLITS for b in store.missing_blocks(split))
     if not waiting:
         return
     workers = min(workers or os.cpu_count() or 1, len(waiting))
     with connected(scheduler, workers) as client:
-        for (stream, block), batch in _Run(client, store, volume, waiting, patience).batches():
-            store.write_block(stream, block, batch)
+        for (split, block), batch in _Run(client, store, volume, waiting, patience).batches():
+            store.write_block(split, block, batch)
             on_progress(len(batch))
 
 
@@ -97,8 +97,8 @@ class _Task:
     volume: Future
 
     def __str__(self) -> str:
-        stream, block = self.block
-        return f"samples {block.start} to {block.stop - 1} of the stream '{stream}'"
+        split, block = self.block
+        return f"samples {block.start} to {block.stop - 1} of the split '{split}'"
 
 
 class _Run:

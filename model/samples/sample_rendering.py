@@ -15,16 +15,16 @@ import numpy as np
 
 from model.errors import DatasetError, RenderError
 from model.rendering.renderer import Renderer, open_renderer
-from model.samples.sample_store import STREAMS, SampleBatch, SampleStore
-from model.samples.sampling import Stream, draw_sample
+from model.samples.sample_store import SPLITS, SampleBatch, SampleStore
+from model.samples.sampling import Split, draw_sample
 from model.scene.scene import Scene
 from model.scene.volume import Volume
 
 
 def render_samples(
-    renderer: Renderer, scene: Scene, seed: int, stream: Stream, indices: range
+    renderer: Renderer, scene: Scene, seed: int, split: Split, indices: range
 ) -> SampleBatch:
-    """Draw and render samples of a stream.
+    """Draw and render samples of a split.
 
     Parameters
     ----------
@@ -32,11 +32,11 @@ def render_samples(
         Of the scene's volume and lighting.
     scene : Scene
     seed : int
-    stream : {"train", "holdout"}
+    split : {"train", "holdout"}
     indices : range
-        Which samples of the stream.
+        Which samples of the split.
     """
-    samples = [draw_sample(scene, seed, stream, i) for i in indices]
+    samples = [draw_sample(scene, seed, split, i) for i in indices]
     images = [
         renderer.render(
             s.view, s.transfer_function.opacity, s.transfer_function.color, scene.image_size
@@ -115,7 +115,7 @@ def render_store(
     until : callable
         Asked before each block; rendering stops once it is true.
     """
-    tasks = [(s, block) for s in STREAMS for block in store.missing_blocks(s)]
+    tasks = [(s, block) for s in SPLITS for block in store.missing_blocks(s)]
     if not tasks:
         return
     workers = min(workers or os.cpu_count() or 1, len(tasks))
@@ -168,13 +168,13 @@ def _start_worker(path: Path, volume: Volume) -> None:
     _Worker.path, _Worker.volume = path, volume
 
 
-def _render_block(stream: Stream, block: range) -> int:
+def _render_block(split: Split, block: range) -> int:
     store = _Worker.store
     if store is None:
         # Here and not when the process starts, so that errors reach the parent as data.
         store = SampleStore(_Worker.path)
         _Worker.renderer = make_renderer(_Worker.volume, store.scene)
         _Worker.store = store
-    batch = render_samples(_Worker.renderer, store.scene, store.seed, stream, block)
-    store.write_block(stream, block, batch)
+    batch = render_samples(_Worker.renderer, store.scene, store.seed, split, block)
+    store.write_block(split, block, batch)
     return len(batch)

@@ -1,6 +1,6 @@
 """The sample store: rendered samples of one scene in a Zarr folder.
 
-A store has one group per stream, ``train`` and ``holdout``, each with arrays
+A store has one group per split, ``train`` and ``holdout``, each with arrays
 of equal length N:
 
 - ``view`` (N, 4) float64: azimuth, elevation, roll, distance;
@@ -8,7 +8,7 @@ of equal length N:
   TFs sampled over the scalar range;
 - ``rgba`` (N, S, S, 4) uint8: the image, premultiplied, row 0 at the top.
 
-Sample i of a stream depends only on the scene, the seed and i, so a store is
+Sample i of a split depends only on the scene, the seed and i, so a store is
 the same whatever the number of processes. Samples are written in blocks of
 one Zarr chunk; ``complete`` marks a block after all of its arrays are on
 disk. A killed run loses the blocks in work, which the next run renders anew.
@@ -27,7 +27,7 @@ import zarr
 from numpy.typing import NDArray
 
 from model.errors import DatasetError, TfscopeError
-from model.samples.sampling import Stream
+from model.samples.sampling import Split
 from model.scene.scene import Scene
 from model.scene.transfer_function import TF_SAMPLES
 from model.scene.view import View
@@ -36,11 +36,11 @@ FORMAT_VERSION = 1
 BLOCK = 32
 """Samples per block: the unit of work of a process and of loss after a kill."""
 
-STREAMS: tuple[Stream, ...] = ("holdout", "train")
+SPLITS: tuple[Split, ...] = ("holdout", "train")
 """In the order in which they are rendered."""
 
 POOL_BLOCKS = 64
-"""Blocks that are shuffled together when a stream is read in random order."""
+"""Blocks that are shuffled together when a split is read in random order."""
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ class SampleStore:
             )
 
     @classmethod
-    def create(cls, path: Path, scene: Scene, seed: int, counts: dict[Stream, int]) -> SampleStore:
+    def create(cls, path: Path, scene: Scene, seed: int, counts: dict[Split, int]) -> SampleStore:
         """Create a store, or open the one that is there to go on with it.
 
         Parameters
@@ -126,7 +126,7 @@ class SampleStore:
         scene : Scene
         seed : int
         counts : dict
-            Number of samples of each stream; an existing store may grow.
+            Number of samples of each split; an existing store may grow.
 
         Raises
         ------
@@ -144,28 +144,28 @@ class SampleStore:
         else:
             _create_store(path, scene, seed)
             store = cls(path)
-        for stream, count in counts.items():
-            if count > store.count(stream):
-                store._resize(stream, count)
+        for split, count in counts.items():
+            if count > store.count(split):
+                store._resize(split, count)
         return store
 
-    def count(self, stream: Stream) -> int:
-        """Number of samples that the stream is meant to hold."""
-        return int(self._array(stream, "view").shape[0])
+    def count(self, split: Split) -> int:
+        """Number of samples that the split is meant to hold."""
+        return int(self._array(split, "view").shape[0])
 
-    def missing_blocks(self, stream: Stream) -> list[range]:
+    def missing_blocks(self, split: Split) -> list[range]:
         """The blocks that are not complete, as ranges of sample indices."""
-        blocks = _blocks(self.count(stream))
-        complete = np.asarray(self._array(stream, "complete")[: len(blocks)])
+        blocks = _blocks(self.count(split))
+        complete = np.asarray(self._array(split, "complete")[: len(blocks)])
         return [b for b, flag in zip(blocks, complete, strict=True) if flag != len(b)]
 
     def missing_samples(self) -> int:
-        """Number of samples, in both streams, that are not rendered yet."""
-        return sum(len(b) for stream in STREAMS for b in self.missing_blocks(stream))
+        """Number of samples, in both splits, that are not rendered yet."""
+        return sum(len(b) for split in SPLITS for b in self.missing_blocks(split))
 
     def rendered_samples(self) -> int:
-        """Number of samples, in both streams, that are there."""
-        return sum(self.count(stream) for stream in STREAMS) - self.missing_samples()
+        """Number of samples, in both splits, that are there."""
+        return sum(self.count(split) for split in SPLITS) - self.missing_samples()
 
     def require_complete(self) -> None:
         """Raise :class:`DatasetError` unless every sample is there."""
@@ -177,30 +177,30 @@ class SampleStore:
             )
 
     def trim(self) -> None:
-        """Cut each stream off before the first sample that is missing."""
-        for stream in STREAMS:
-            missing = self.missing_blocks(stream)
+        """Cut each split off before the first sample that is missing."""
+        for split in SPLITS:
+            missing = self.missing_blocks(split)
             if missing:
-                self._resize(stream, missing[0].start)
+                self._resize(split, missing[0].start)
 
-    def read(self, stream: Stream, indices: range) -> SampleBatch:
+    def read(self, split: Split, indices: range) -> SampleBatch:
         """Read consecutive samples."""
         span = slice(indices.start, indices.stop)
         try:
-            return SampleBatch(*(np.asarray(self._array(stream, name)[span]) for name in ARRAYS))
+            return SampleBatch(*(np.asarray(self._array(split, name)[span]) for name in ARRAYS))
         except OSError as error:
             raise DatasetError(
                 f"{self.path}: samples cannot be read ({error.strerror}); "
                 "make the data set available again, or make it anew."
             ) from error
 
-    def write_block(self, stream: Stream, block: range, batch: SampleBatch) -> None:
+    def write_block(self, split: Split, block: range, batch: SampleBatch) -> None:
         """Write one block and then mark it complete."""
         span = slice(block.start, block.stop)
         try:
             for name in ARRAYS:
-                self._array(stream, name)[span] = getattr(batch, name)
-            self._array(stream, "complete")[block.start // BLOCK] = len(block)
+                self._array(split, name)[span] = getattr(batch, name)
+            self._array(split, "complete")[block.start // BLOCK] = len(block)
         except OSError as error:
             raise DatasetError(
                 f"{self.path}: samples cannot be written ({error.strerror}); "
@@ -208,17 +208,17 @@ class SampleStore:
             ) from error
 
     def shuffled(
-        self, stream: Stream, seed: list[int], batch_size: int, skip: int = 0
+        self, split: Split, seed: list[int], batch_size: int, skip: int = 0
     ) -> Iterator[SampleBatch]:
-        """Yield a stream in random order, pass after pass, without holding it in memory.
+        """Yield a split in random order, pass after pass, without holding it in memory.
 
         Blocks are read in random order; batches are drawn at random from a
         pool of them. What does not fill a pool's last batch is left out of
-        this pass: batch normalisation needs more than a few samples.
+        this pass: batch normalization needs more than a few samples.
 
         Parameters
         ----------
-        stream : {"train", "holdout"}
+        split : {"train", "holdout"}
         seed : list of int
             Equal seeds give the same order.
         batch_size : int
@@ -226,7 +226,7 @@ class SampleStore:
         skip : int
             Number of batches to leave out at the start.
         """
-        all_blocks = _blocks(self.count(stream))
+        all_blocks = _blocks(self.count(split))
         pool_blocks = max(POOL_BLOCKS, -(-batch_size // BLOCK))
         for epoch in itertools.count():
             rng = np.random.default_rng([*seed, epoch])
@@ -239,23 +239,23 @@ class SampleStore:
                 if skip >= len(full):
                     skip -= len(full)
                     continue
-                pool = SampleBatch.concatenate([self.read(stream, b) for b in blocks])
+                pool = SampleBatch.concatenate([self.read(split, b) for b in blocks])
                 yield from (pool[indices] for indices in full[skip:])
                 skip = 0
 
-    def _array(self, stream: Stream, name: str) -> zarr.Array[Any]:
-        array = self._root.get(f"{stream}/{name}")
+    def _array(self, split: Split, name: str) -> zarr.Array[Any]:
+        array = self._root.get(f"{split}/{name}")
         if not isinstance(array, zarr.Array):
             raise DatasetError(
-                f"{self.path}: the array {stream}/{name} is missing; make the data set anew."
+                f"{self.path}: the array {split}/{name} is missing; make the data set anew."
             )
         return array
 
-    def _resize(self, stream: Stream, count: int) -> None:
+    def _resize(self, split: Split, count: int) -> None:
         # `view` counts the samples: a kill in between must not let it claim more than there is.
         names = ["complete", *(name for name in ARRAYS if name != "view"), "view"]
-        for name in names if count > self.count(stream) else reversed(names):
-            array = self._array(stream, name)
+        for name in names if count > self.count(split) else reversed(names):
+            array = self._array(split, name)
             length = len(_blocks(count)) if name == "complete" else count
             array.resize((length, *array.shape[1:]))
 
@@ -272,8 +272,8 @@ def _create_store(path: Path, scene: Scene, seed: int) -> None:
         root.attrs.update(
             {"tfscope_dataset": FORMAT_VERSION, "seed": seed, "scene": scene.to_json()}
         )
-        for stream in STREAMS:
-            _create_arrays(root.create_group(stream), scene.image_size)
+        for split in SPLITS:
+            _create_arrays(root.create_group(split), scene.image_size)
         if path.exists():
             path.rmdir()
         partial.rename(path)

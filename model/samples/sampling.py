@@ -1,7 +1,7 @@
 """Random views and transfer functions, drawn as in the paper (section 4.3.1).
 
 Every draw takes an explicit :class:`numpy.random.Generator`, and
-:func:`sample_rng` gives each sample of each stream one of its own: sample 17
+:func:`sample_rng` gives each sample of each split one of its own: sample 17
 is the same whichever process draws it, and in whatever order.
 """
 
@@ -26,7 +26,7 @@ from model.scene.transfer_function import (
 )
 from model.scene.view import View, ViewRange
 
-Stream = Literal["train", "holdout"]
+Split = Literal["train", "holdout"]
 """Which samples: those to learn from, or those that no training ever sees."""
 
 MAX_MODES = 5
@@ -51,14 +51,14 @@ class SceneSample:
     transfer_function: TransferFunction
 
 
-def sample_rng(seed: int, stream: Stream, index: int) -> np.random.Generator:
+def sample_rng(seed: int, split: Split, index: int) -> np.random.Generator:
     """The random generator of one sample: a function of its arguments only."""
-    return np.random.default_rng([seed, get_args(Stream).index(stream), index])
+    return np.random.default_rng([seed, get_args(Split).index(split), index])
 
 
-def draw_sample(scene: Scene, seed: int, stream: Stream, index: int) -> SceneSample:
-    """Draw sample `index` of a stream of this scene."""
-    rng = sample_rng(seed, stream, index)
+def draw_sample(scene: Scene, seed: int, split: Split, index: int) -> SceneSample:
+    """Draw sample `index` of a split of this scene."""
+    rng = sample_rng(seed, split, index)
     view = draw_view(rng, scene.view_range)
     opacity = draw_opacity_tf(rng, scene.scalar_range, scene.scalar_window)
     return SceneSample(view, TransferFunction(opacity, draw_color_tf(rng, opacity)))

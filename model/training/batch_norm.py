@@ -26,7 +26,7 @@ SAMPLES = 64
 BATCH = 16
 
 
-class OwnStatistics:
+class BatchNormRecalibration:
     """Gives networks the batch-norm statistics of their own layers.
 
     Parameters
@@ -45,11 +45,11 @@ class OwnStatistics:
     def of(self, generator: GeneratorNetwork) -> GeneratorNetwork:
         """A copy of a generator, in evaluation mode, that differs in its statistics only."""
         own = copy.deepcopy(generator)
-        update_bn(self._batches, _Drawing(own))
+        update_bn(self._batches, _Decoding(own))
         return own.eval()
 
 
-class _Drawing(nn.Module):
+class _Decoding(nn.Module):
     """A generator that takes a batch, as :func:`update_bn` calls it."""
 
     def __init__(self, generator: GeneratorNetwork) -> None:

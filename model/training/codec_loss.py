@@ -33,7 +33,7 @@ class CodecLoss:
     scene : Scene
         Says where random modes lie.
     options : TrainingOptions
-        Its `more_tfs`, `thick_layer_weight`, `tf_edit_weight` and `seed`.
+        Its `unrendered_tfs`, `thick_layer_weight`, `tf_edit_weight` and `seed`.
     """
 
     def __init__(self, scene: Scene, options: TrainingOptions) -> None:
@@ -56,16 +56,16 @@ class CodecLoss:
             have different ones.
         """
         error = decoded_tf_error(decoded, batch.opacity_tf, self._options.thick_layer_weight)
-        if not self._options.more_tfs:
+        if not self._options.unrendered_tfs:
             return error
         # Half and half, whatever the batch: parts of one then add up to the whole.
         return (error + self.without_images(codec, step, decoded.device)) / 2
 
     def without_images(self, codec: LatentCodec, step: int, device: torch.device) -> Tensor:
-        """The loss of this step's random TFs alone; there must be some (`more_tfs`)."""
+        """The loss of this step's random TFs alone; there must be some (`unrendered_tfs`)."""
         options = self._options
         index = step * ranks() + rank()
-        drawn = draw_opacity_tfs(self._scene, options.seed, index, options.more_tfs)
+        drawn = draw_opacity_tfs(self._scene, options.seed, index, options.unrendered_tfs)
         tfs = encode_unit(drawn).to(device)
         if options.tf_edit_weight:
             decoded, missed = self._edited(codec, drawn, tfs, index)

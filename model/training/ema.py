@@ -10,7 +10,7 @@ import torch
 from model.networks.blocks import Network
 
 
-class WeightAverage(Generic[Network]):
+class EMA(Generic[Network]):
     """Follows a network; its average is what is evaluated and shipped.
 
     Parameters

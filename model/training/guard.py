@@ -29,7 +29,7 @@ WARM_UP = 5000
 """Samples of a stage before which nothing is expected yet."""
 
 
-class Guard:
+class CollapseGuard:
     """Judges the steps and the measurements of a run.
 
     Attributes
@@ -85,7 +85,7 @@ def latent_health(latent: Tensor) -> dict[str, float]:
         "latent_spread", the largest standard deviation of a dimension;
         "latent_least", the smallest; and "latent_rank", the effective rank of
         the codes' covariance (Roy and Vetterli 2007): e to the entropy of its
-        normalised eigenvalues, 1 to latent_dim.
+        normalized eigenvalues, 1 to latent_dim.
     """
     latent = latent.double()
     deviations = latent.std(dim=0)

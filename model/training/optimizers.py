@@ -1,4 +1,4 @@
-"""Optimisers of networks and feature grids, and how their learning rates fall."""
+"""Optimizers of networks and feature grids, and how their learning rates fall."""
 
 from __future__ import annotations
 
@@ -47,9 +47,9 @@ def adam(
     return torch.optim.Adam(groups, betas=(BETA1, beta2), fused=fused)
 
 
-def set_rate(optimiser: torch.optim.Optimizer, rate: float) -> None:
+def set_rate(optimizer: torch.optim.Optimizer, rate: float) -> None:
     """Set the learning rate, each group's times its factor."""
-    for group in optimiser.param_groups:
+    for group in optimizer.param_groups:
         group["lr"] = rate * group["factor"]
 
 

@@ -24,7 +24,7 @@ PRESETS: dict[str, NetworkSize] = {
 
 @dataclass(frozen=True)
 class StageOptions:
-    """Optimisation of one stage (paper, section 6, implementation details).
+    """Optimization of one stage (paper, section 6, implementation details).
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class TrainingOptions:
         Lambda, the weight of the colour image's l1 loss (paper, Eq. 8).
     decoded_tf_weight : float
         Weight of the decoded opacity TF's squared error; 1 in the paper.
-    more_tfs : int
+    unrendered_tfs : int
         Random opacity TFs without images that each step's decoded-TF loss has
         beside those of its samples: a codec wants to see far more TFs than can
         be rendered. The paper has none.
@@ -71,7 +71,7 @@ class TrainingOptions:
         means for a thick layer's opacity; the paper has none.
     tf_edit_weight : float
         Weight, within the decoded-TF loss, of how decoded TFs follow smooth
-        edits of the `more_tfs`; the paper has none. Without it, derivatives by
+        edits of the `unrendered_tfs`; the paper has none. Without it, derivatives by
         the TF become worse the longer one trains.
     opacity_l1_weight : float
         Weight of an l1 loss on the opacity image; the paper has none.
@@ -88,7 +88,7 @@ class TrainingOptions:
     average_decay : float
         Decay per step of the exponential moving average of the generator's
         weights, which is evaluated and shipped; 0 ships the last weights.
-    keep_variance : bool
+    kaiming_init : bool
         Whether the first weights of layers without batch norm follow from
         their fan-in; the paper draws all from N(0, .02). Those of the feature
         grid's layers always do.
@@ -112,7 +112,7 @@ class TrainingOptions:
     joint: StageOptions = StageOptions(8, 1e-3, 5.0)
     l1_weight: float = 150.0
     decoded_tf_weight: float = 1000.0
-    more_tfs: int = 32
+    unrendered_tfs: int = 32
     thick_layer_weight: float = 0.1
     tf_edit_weight: float = 0.3
     opacity_l1_weight: float = 50.0
@@ -120,7 +120,7 @@ class TrainingOptions:
     grid_rate: float = 30.0
     beta2: float = 0.99
     average_decay: float = 0.999
-    keep_variance: bool = True
+    kaiming_init: bool = True
     adversarial_start: float = 1.0
     one_stage: bool = True
     opacity_time_share: float = 0.4
@@ -138,7 +138,7 @@ class TrainingOptions:
         )
         if min(weights) < 0:
             raise TrainingError("The weights of the losses must not be negative.")
-        if self.more_tfs < 0:
+        if self.unrendered_tfs < 0:
             raise TrainingError("The number of more TFs must not be negative.")
         if not self.grid_rate > 0:
             raise TrainingError("The feature grid's learning rate must be above 0.")
@@ -157,14 +157,14 @@ class TrainingOptions:
             opacity=StageOptions(64, 2e-4, 30 / 5),
             translation=StageOptions(50, 8e-5, 30 / 8),
             decoded_tf_weight=1.0,
-            more_tfs=0,
+            unrendered_tfs=0,
             thick_layer_weight=0.0,
             tf_edit_weight=0.0,
             opacity_l1_weight=0.0,
             cosine=False,
             beta2=0.999,
             average_decay=0.0,
-            keep_variance=False,
+            kaiming_init=False,
             adversarial_start=0.0,
             one_stage=False,
         )

@@ -15,7 +15,7 @@ from model.training.execution import STANDARD, Execution
 from model.training.options import Budget, TrainingOptions
 from model.training.sources import SampleSource
 from model.training.stage import Losses
-from model.training.warm_start import Start
+from model.training.warm_start import WarmStart
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class TrainingPlan:
     budget : Budget
     folder : Path
     device : torch.device
-    start : Start, optional
+    start : WarmStart, optional
         A trained model whose weights are the first ones; random ones otherwise.
     execution : Execution
         How steps are computed.
@@ -47,7 +47,7 @@ class TrainingPlan:
     budget: Budget
     folder: Path
     device: torch.device
-    start: Start | None = None
+    start: WarmStart | None = None
     execution: Execution = STANDARD
     interval: float = 60.0
 

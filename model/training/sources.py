@@ -1,4 +1,4 @@
-"""Where training gets its samples from: a stored data set, or a stream of fresh ones."""
+"""Where training gets its samples from: a stored data set, or a split of fresh ones."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 from model.errors import DatasetError
 from model.samples.sample_store import SampleBatch, SampleStore
-from model.samples.sampling import Stream
+from model.samples.sampling import Split
 from model.scene.scene import Scene
 
 LEAST_HOLDOUT = 4
@@ -29,8 +29,8 @@ class SampleSource(ABC):
     seed: int
 
     @abstractmethod
-    def first(self, stream: Stream, count: int) -> SampleBatch:
-        """The first samples of a stream, `count` at most; the same in every run."""
+    def first(self, split: Split, count: int) -> SampleBatch:
+        """The first samples of a split, `count` at most; the same in every run."""
 
     @abstractmethod
     def batches(self, stage: int, batch_size: int, seed: int, done: int) -> Iterator[SampleBatch]:
@@ -78,9 +78,9 @@ class StoredSource(SampleSource):
         self.scene = store.scene
         self.seed = store.seed
 
-    def first(self, stream: Stream, count: int) -> SampleBatch:
-        """The first samples of a stream."""
-        return self.store.read(stream, range(min(count, self.store.count(stream))))
+    def first(self, split: Split, count: int) -> SampleBatch:
+        """The first samples of a split."""
+        return self.store.read(split, range(min(count, self.store.count(split))))
 
     def batches(self, stage: int, batch_size: int, seed: int, done: int) -> Iterator[SampleBatch]:
         """Batches of random samples, each sample once in a pass."""

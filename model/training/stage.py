@@ -1,4 +1,4 @@
-"""What every stage of training does: one optimisation step after another.
+"""What every stage of training does: one optimization step after another.
 
 Discriminators and generators use the logits form of the adversarial loss: its
 gradient does not vanish where a sigmoid saturates.
@@ -17,9 +17,9 @@ from torch import Tensor, nn
 from torch.nn.utils import clip_grad_norm_
 
 from model.errors import TrainingError
-from model.networks.blocks import keep_variance, place
+from model.networks.blocks import kaiming_init, place
 from model.training.batch import EncodedBatch
-from model.training.ema import WeightAverage
+from model.training.ema import EMA
 from model.training.execution import STANDARD, Execution
 from model.training.losses import adversarial
 from model.training.optimizers import adam, cosine_decay, halving_decay, set_rate
@@ -31,7 +31,7 @@ Losses = dict[str, float]
 
 @dataclass(frozen=True)
 class StepResult:
-    """What one optimisation step tells.
+    """What one optimization step tells.
 
     Attributes
     ----------
@@ -55,10 +55,10 @@ class Stage(ABC):
     Attributes
     ----------
     generator, discriminator : torch.nn.Module
-    average : WeightAverage
+    average : EMA
         The generator that is evaluated and shipped.
     steps : int
-        Optimisation steps done.
+        Optimization steps done.
     parts : int
         Parts that batches are learned from in; more than one after the memory
         has run out. Batch norm then sees the parts.
@@ -77,13 +77,13 @@ class Stage(ABC):
         device: torch.device,
         execution: Execution = STANDARD,
     ) -> None:
-        if options.keep_variance:
-            keep_variance(generator)
-            keep_variance(discriminator)
+        if options.kaiming_init:
+            kaiming_init(generator)
+            kaiming_init(discriminator)
         last = execution.channels_last
         self.generator = place(generator, device, last)
         self.discriminator = place(discriminator, device, last)
-        self.average: WeightAverage[Any] = WeightAverage(self.generator, options.average_decay)
+        self.average: EMA[Any] = EMA(self.generator, options.average_decay)
         self.stage = stage
         self.options = options
         self.device = device
@@ -91,8 +91,8 @@ class Stage(ABC):
         self.parts = 1
         self.execution = execution
         fused = execution.fused
-        self.generator_optimiser = adam(self.generator, options.beta2, options.grid_rate, fused)
-        self.discriminator_optimiser = adam(self.discriminator, options.beta2, fused=fused)
+        self.generator_optimizer = adam(self.generator, options.beta2, options.grid_rate, fused)
+        self.discriminator_optimizer = adam(self.discriminator, options.beta2, fused=fused)
         if execution.compiled:
             self._generate = torch.compile(self._generate)  # type: ignore[method-assign]
 
@@ -137,7 +137,7 @@ class Stage(ABC):
         if adversaries and not judged:
             judged["discriminator"] = self._train_discriminator(parts, kept)
         reported = dict(judged)
-        self.generator_optimiser.zero_grad(set_to_none=True)
+        self.generator_optimizer.zero_grad(set_to_none=True)
         weights = self._weights()
         for part in parts:
             share = len(part) / len(batch)
@@ -153,7 +153,7 @@ class Stage(ABC):
         average_gradients(self.generator.parameters())
         gradient = float(clip_grad_norm_(self.generator.parameters(), math.inf))
         if math.isfinite(gradient):
-            self.generator_optimiser.step()
+            self.generator_optimizer.step()
             self.average.update(self.generator, self.steps)
             self.steps += 1
         return StepResult(reported, gradient)
@@ -166,7 +166,7 @@ class Stage(ABC):
         self, parts: list[EncodedBatch], kept: tuple[Tensor, Any] | None
     ) -> float:
         """One step of the discriminator; returns its loss."""
-        self.discriminator_optimiser.zero_grad(set_to_none=True)
+        self.discriminator_optimizer.zero_grad(set_to_none=True)
         whole = sum(map(len, parts))
         reported = 0.0
         for part in parts:
@@ -180,7 +180,7 @@ class Stage(ABC):
             loss.backward()  # type: ignore[no-untyped-call]
             reported += float(loss.detach())
         average_gradients(self.discriminator.parameters())
-        self.discriminator_optimiser.step()
+        self.discriminator_optimizer.step()
         return reported
 
     def _split(self, batch: EncodedBatch, error: torch.OutOfMemoryError) -> None:
@@ -200,8 +200,8 @@ class Stage(ABC):
         halvings = self.stage.halvings
         cosine = self.options.cosine
         decay = cosine_decay(progress) if cosine else halving_decay(progress, halvings)
-        for optimiser in (self.generator_optimiser, self.discriminator_optimiser):
-            set_rate(optimiser, self.stage.learning_rate * decay)
+        for optimizer in (self.generator_optimizer, self.discriminator_optimizer):
+            set_rate(optimizer, self.stage.learning_rate * decay)
 
     def _autocast(self) -> AbstractContextManager[None]:
         # bfloat16 keeps float32's exponents: no loss scaling, no overflow.

@@ -11,7 +11,7 @@ from model.networks.paper.translation import TranslationDiscriminator, Translati
 from model.networks.size import NetworkSize
 from model.training.batch import EncodedBatch
 from model.training.codec_loss import CodecLoss
-from model.training.ema import WeightAverage
+from model.training.ema import EMA
 from model.training.execution import STANDARD, Execution
 from model.training.losses import l1
 from model.training.options import TrainingOptions
@@ -34,7 +34,7 @@ class OpacityStage(Stage):
 
     name = "opacity"
     generator: OpacityNetwork
-    average: WeightAverage[OpacityNetwork]
+    average: EMA[OpacityNetwork]
 
     def __init__(
         self,

@@ -117,8 +117,8 @@ def load_stage(folder: Path, stage: Stage) -> None:
             }
         for part, network in _networks(stage).items():
             network.load_state_dict(_strip(tensors, f"{part}."))
-        for part, optimiser in _optimisers(stage).items():
-            _load_optimiser(optimiser, _strip(tensors, f"{part}."))
+        for part, optimizer in _optimizers(stage).items():
+            _load_optimizer(optimizer, _strip(tensors, f"{part}."))
     except (OSError, KeyError, RuntimeError, ValueError, safetensors.SafetensorError) as error:
         raise TrainingError(
             f"{path}: the run cannot be resumed, its state is damaged ({error}); "
@@ -152,10 +152,10 @@ def _networks(stage: Stage) -> dict[str, torch.nn.Module]:
     }
 
 
-def _optimisers(stage: Stage) -> dict[str, torch.optim.Optimizer]:
+def _optimizers(stage: Stage) -> dict[str, torch.optim.Optimizer]:
     return {
-        "generator_optimiser": stage.generator_optimiser,
-        "discriminator_optimiser": stage.discriminator_optimiser,
+        "generator_optimizer": stage.generator_optimizer,
+        "discriminator_optimizer": stage.discriminator_optimizer,
     }
 
 
@@ -163,24 +163,24 @@ def _stage_tensors(stage: Stage) -> dict[str, Tensor]:
     tensors: dict[str, Tensor] = {}
     for part, network in _networks(stage).items():
         tensors |= {f"{part}.{name}": value for name, value in network.state_dict().items()}
-    for part, optimiser in _optimisers(stage).items():
-        for index, values in optimiser.state_dict()["state"].items():
+    for part, optimizer in _optimizers(stage).items():
+        for index, values in optimizer.state_dict()["state"].items():
             tensors |= {f"{part}.{index}.{name}": value for name, value in values.items()}
     return tensors
 
 
 @torch.no_grad()
-def _load_optimiser(optimiser: torch.optim.Optimizer, tensors: dict[str, Tensor]) -> None:
-    parameters = [p for group in optimiser.param_groups for p in group["params"]]
+def _load_optimizer(optimizer: torch.optim.Optimizer, tensors: dict[str, Tensor]) -> None:
+    parameters = [p for group in optimizer.param_groups for p in group["params"]]
     state: dict[int, dict[str, Tensor]] = {}
     for key, value in tensors.items():
         index, name = key.split(".", 1)
         if value.ndim:
-            # The fused optimiser takes for granted that moments lie in memory as weights do.
+            # The fused optimizer takes for granted that moments lie in memory as weights do.
             value = torch.empty_like(parameters[int(index)]).copy_(value)
         state.setdefault(int(index), {})[name] = value
-    optimiser.load_state_dict(
-        {"state": state, "param_groups": optimiser.state_dict()["param_groups"]}
+    optimizer.load_state_dict(
+        {"state": state, "param_groups": optimizer.state_dict()["param_groups"]}
     )
 
 

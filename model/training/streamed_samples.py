@@ -1,7 +1,7 @@
 """Fresh samples while training: rendered in the background into a ring of the newest ones.
 
 The paper's Discussion asks for samples generated during training. Here sample
-i of the stream is rendered once, learned from about `reuse` times while it is
+i of the split is rendered once, learned from about `reuse` times while it is
 among the newest, and forgotten. What a batch is drawn from depends on its
 number only, never on how fast rendering was, so runs repeat and resume
 exactly; training waits where rendering is behind.
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from model.samples.sample_rendering import check_volume, make_renderer, render_samples
 from model.samples.sample_store import ARRAYS, BLOCK, SampleBatch
-from model.samples.sampling import Stream
+from model.samples.sampling import Split
 from model.scene.scene import Lighting, Scene
 from model.scene.volume import Volume
 from model.training.sources import SampleSource
@@ -96,11 +96,11 @@ class StreamSource(SampleSource):
         check_volume(volume, scene)
         self._ring: _Ring | None = None
 
-    def first(self, stream: Stream, count: int) -> SampleBatch:
-        """The first samples of a stream, rendered anew: they follow from scene and seed."""
+    def first(self, split: Split, count: int) -> SampleBatch:
+        """The first samples of a split, rendered anew: they follow from scene and seed."""
         renderer = make_renderer(self._volume, self.scene, threads=None)
         try:
-            return render_samples(renderer, self.scene, self.seed, stream, range(count))
+            return render_samples(renderer, self.scene, self.seed, split, range(count))
         finally:
             renderer.close()
 
@@ -226,7 +226,7 @@ class _Ring:
             self._changed.notify_all()
 
     def read(self, indices: NDArray[np.int64]) -> SampleBatch:
-        """Copy samples by their number in the stream."""
+        """Copy samples by their number in the split."""
         slots = indices % self._slots
         return SampleBatch(*(self._arrays[name][slots] for name in ARRAYS))
 

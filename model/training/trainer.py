@@ -25,8 +25,8 @@ from model.networks.generator_network import GeneratorNetwork
 from model.samples.sample_store import SampleBatch
 from model.training import parallel
 from model.training.batch import EncodedBatch, encode_batch
-from model.training.batch_norm import OwnStatistics
-from model.training.guard import Guard
+from model.training.batch_norm import BatchNormRecalibration
+from model.training.guard import CollapseGuard
 from model.training.interruption import Interruption
 from model.training.monitor import MEASURES, HoldoutProbe, RunLog
 from model.training.plan import TrainingPlan, TrainingReport
@@ -50,7 +50,7 @@ def train(
     resume : bool
         Go on with the run in the folder; without it the folder must hold none.
     on_report : callable
-        Called after each optimisation step. Where it raises
+        Called after each optimization step. Where it raises
         :class:`KeyboardInterrupt`, the run is saved and ends, as after Ctrl-C.
 
     Raises
@@ -120,12 +120,12 @@ class _Run:
         self.progress = self._first_progress(resume)
         # All have looked into the folder before the first one writes to it.
         parallel.wait_for_all()
-        self.guard = Guard()
+        self.guard = CollapseGuard()
         self.interruption = Interruption()
         self.log = RunLog(plan.folder, self.progress.samples)
         self.metrics = self.log.last_metrics()
         self.probe = HoldoutProbe(plan.source, plan.size, plan.device)
-        self.statistics = OwnStatistics(plan.source, plan.size, plan.device)
+        self.statistics = BatchNormRecalibration(plan.source, plan.size, plan.device)
         self._evaluated: tuple[int, GeneratorNetwork] | None = None
         if resume:
             for stage in self.schedule.begun(self.progress.stage):

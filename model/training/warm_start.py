@@ -17,7 +17,7 @@ BUILT_FOR = ("proportions", "view_range", "lighting")
 
 
 @dataclass(frozen=True)
-class Start:
+class WarmStart:
     """A trained model to start from.
 
     Attributes
@@ -34,7 +34,7 @@ class Start:
     network: GeneratorNetwork
 
     @classmethod
-    def read(cls, folder: Path) -> Start:
+    def read(cls, folder: Path) -> WarmStart:
         """Read a model folder.
 
         Raises

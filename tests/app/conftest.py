@@ -15,7 +15,7 @@ from window_fakes import FakeBuilders
 
 from app.engines.worker import THREAD_PREFIX
 from app.state.transfer_function_store import TransferFunctionStore
-from app.state.viewer_state import Session
+from app.state.viewer_state import ViewerState
 from app.window.main_window import MainWindow
 
 
@@ -45,11 +45,11 @@ def still_alive(before: set[QWidget]) -> list[str]:
 
 
 @pytest.fixture
-def session() -> Session:
-    """A session over 100..200 with modes at 130 and 170."""
-    session = Session()
-    session.start_volume(make_tf(), None)
-    return session
+def state() -> ViewerState:
+    """A state over 100..200 with modes at 130 and 170."""
+    state = ViewerState()
+    state.start_volume(make_tf(), None)
+    return state
 
 
 @pytest.fixture

@@ -3,7 +3,7 @@ from __future__ import annotations
 import torch
 from torch import nn
 
-from model.networks.blocks import keep_variance
+from model.networks.blocks import kaiming_init
 from model.networks.paper.two_stage import TwoStageGenerator
 from model.networks.size import NetworkSize
 
@@ -17,7 +17,7 @@ def lively_network() -> TwoStageGenerator:
     """
     torch.manual_seed(0)
     network = TwoStageGenerator(SIZE)
-    keep_variance(network)
+    kaiming_init(network)
     for layer in network.modules():
         if isinstance(layer, nn.Conv2d):
             nn.init.kaiming_normal_(layer.weight)

@@ -17,7 +17,13 @@ from model.networks.encoding import decode_colors
 from model.networks.generator_network import GeneratorNetwork
 from model.networks.grid.frustum import Frustum
 from model.networks.grid.grid_layers import Details, entry, fold, larger, start
-from model.networks.grid.grid_opacity import FOLDED, LOOKED_UP, PLANES, GridOpacityGenerator, Look
+from model.networks.grid.grid_opacity import (
+    FOLDED,
+    LOOKED_UP,
+    PLANES,
+    GridOpacityGenerator,
+    OpacityFeatures,
+)
 from model.networks.grid.points import PointNetwork, binned
 from model.networks.size import NetworkSize
 from model.scene.scene import Scene
@@ -68,12 +74,12 @@ class GridColorGenerator(nn.Module):
         self.trust = nn.Parameter(torch.ones(1))
         start(self)
 
-    def forward(self, look: Look, colors: Tensor) -> Tensor:
+    def forward(self, look: OpacityFeatures, colors: Tensor) -> Tensor:
         """Colour images (N, 3, S, S) of a look.
 
         Parameters
         ----------
-        look : Look
+        look : OpacityFeatures
         colors : Tensor, shape (N, 3, COLORS)
             In RGB, 0..1.
         """
@@ -116,9 +122,9 @@ class GridGenerator(GeneratorNetwork):
         self.opacity = GridOpacityGenerator(size, scene)
         self.color = GridColorGenerator(size, self.opacity.frustum, scene.lighting != "none")
 
-    def see(self, view: Tensor) -> tuple[Tensor, ...]:
+    def encode_view(self, view: Tensor) -> tuple[Tensor, ...]:
         """What the opacity generator sees for views (N, 5)."""
-        return self.opacity.see(view)
+        return self.opacity.encode_view(view)
 
     def encode_color(self, color_tf: Tensor) -> Tensor:
         """Colours (N, 3, COLORS) in RGB of colour TFs (N, 3, 256)."""
@@ -126,9 +132,9 @@ class GridGenerator(GeneratorNetwork):
             # What enters exactly must not be rounded on its way.
             return binned(decode_colors(color_tf), COLORS)
 
-    def draw(
-        self, seen: tuple[Tensor, ...], latent: Tensor, color: Tensor
+    def decode(
+        self, view_features: tuple[Tensor, ...], latent: Tensor, color: Tensor
     ) -> tuple[Tensor, Tensor]:
-        """Colour and opacity image from what was seen and codes of both TFs."""
-        look = self.opacity.look(seen, latent)
+        """Colour and opacity image from features of the view and codes of both TFs."""
+        look = self.opacity.look(view_features, latent)
         return self.color(look, color), look.image

@@ -6,7 +6,7 @@ import math
 
 from torch import Tensor, nn
 
-from model.networks.blocks import concatenate, initialise, keep_variance
+from model.networks.blocks import concatenate, initialize, kaiming_init
 from model.networks.grid.frustum import Frustum
 from model.networks.grid.points import RayNetwork
 from model.networks.grid.ray_kernels import FEATURES
@@ -45,8 +45,8 @@ def fold(seen: Tensor, frustum: Frustum) -> Tensor:
 
 def start(network: nn.Module) -> None:
     """First weights: by the fan-in wherever no batch norm follows."""
-    initialise(network)
-    keep_variance(network)
+    initialize(network)
+    kaiming_init(network)
     for layer in network.modules():
         if isinstance(layer, nn.Conv2d) and layer.bias is not None:
             nn.init.kaiming_normal_(layer.weight, nonlinearity="linear")

@@ -38,7 +38,7 @@ FOLDED = 8
 """Features of each plane that become channels of the 2-D decoder."""
 
 
-class Look(NamedTuple):
+class OpacityFeatures(NamedTuple):
     """What the opacity generator saw on its way to an opacity image.
 
     Attributes
@@ -93,7 +93,7 @@ class GridOpacityGenerator(OpacityNetwork):
         self.grid = FeatureGrid(scene.proportions, NODES, size.features)
         self.rays = RayGrid(scene, RAY_NODES, size.opacity_size) if size.rays else None
 
-    def see(self, view: Tensor) -> tuple[Tensor, ...]:
+    def encode_view(self, view: Tensor) -> tuple[Tensor, ...]:
         """Samples (N, planes * size * size, features) of the grid for views (N, 5).
 
         With rays, also the sums (N, So * So, FEATURES) along lines of sight.
@@ -107,13 +107,13 @@ class GridOpacityGenerator(OpacityNetwork):
             samples = samples.to(torch.get_autocast_dtype(view.device.type))
         return samples, *sums
 
-    def draw_seen(self, seen: tuple[Tensor, ...], latent: Tensor) -> Tensor:
-        """Opacity images (N, 1, S, S) from what :meth:`see` gave and latent codes."""
-        return self.look(seen, latent).image
+    def decode_image(self, view_features: tuple[Tensor, ...], latent: Tensor) -> Tensor:
+        """Opacity images (N, 1, S, S) from what :meth:`encode_view` gave and latent codes."""
+        return self.look(view_features, latent).image
 
-    def look(self, seen: tuple[Tensor, ...], latent: Tensor) -> Look:
+    def look(self, view_features: tuple[Tensor, ...], latent: Tensor) -> OpacityFeatures:
         """The opacity image, with what else was found on the way."""
-        samples, sums = seen[0], seen[1] if len(seen) > 1 else None
+        samples, sums = view_features[0], view_features[1] if len(view_features) > 1 else None
         code = self.latent(latent)
         opacities = binned(decode_unit(self.decode(latent)[:, None]))
         folded = fold(self.points(samples, code, opacities), self.frustum)
@@ -122,4 +122,4 @@ class GridOpacityGenerator(OpacityNetwork):
         if self.details is not None and sums is not None:
             fine = self.details(fine, sums, opacities)
         fine = self.fine(fine)
-        return Look(self.image(fine), samples, sums, code, opacities, coarse, fine)
+        return OpacityFeatures(self.image(fine), samples, sums, code, opacities, coarse, fine)

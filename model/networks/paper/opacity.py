@@ -13,7 +13,7 @@ from model.networks.blocks import (
     ResidualBlock,
     TFEncoder,
     concatenate,
-    initialise,
+    initialize,
     mlp,
     score_head,
     upsample,
@@ -39,15 +39,15 @@ class OpacityGenerator(OpacityNetwork):
             # All pixels of the first block are copies of one: a kernel of 1 sees all there is.
             blocks += [upsample(), ResidualBlock(a, b, 1 if i == 0 else 3, last=b == 1)]
         self.image = nn.Sequential(*blocks, nn.Tanh())
-        initialise(self)
+        initialize(self)
 
-    def see(self, view: Tensor) -> tuple[Tensor, ...]:
+    def encode_view(self, view: Tensor) -> tuple[Tensor, ...]:
         """Codes (N, channels) of views (N, 5)."""
         return (self.view(view),)
 
-    def draw_seen(self, seen: tuple[Tensor, ...], latent: Tensor) -> Tensor:
+    def decode_image(self, view_features: tuple[Tensor, ...], latent: Tensor) -> Tensor:
         """Opacity images (N, 1, S, S) from codes of views and latent codes."""
-        fused = self.merge(concatenate(*seen, self.latent(latent)))
+        fused = self.merge(concatenate(*view_features, self.latent(latent)))
         image: Tensor = self.image(fused[:, :, None, None])
         return image
 
@@ -64,7 +64,7 @@ class OpacityDiscriminator(nn.Module):
             [1, *discriminator_channels(size, size.opacity_size)], c(512)
         )
         self.score = score_head(3 * c(512), c(512))
-        initialise(self)
+        initialize(self)
 
     def forward(self, view: Tensor, opacity_tf: Tensor, image: Tensor) -> Tensor:
         """Logits (N, 1), positive for "rendered", of images (N, 1, S, S)."""

@@ -20,7 +20,7 @@ from model.networks.blocks import (
     ResidualBlock,
     TFEncoder,
     concatenate,
-    initialise,
+    initialize,
     mlp,
     score_head,
     upsample,
@@ -103,7 +103,7 @@ class TranslationGenerator(nn.Module):
         self.color = nn.Sequential(color, nn.Tanh())
         modulated = [*outputs, last] if size.modulation else []
         self.modulations = nn.ModuleList(Modulation(3 * c(256), n) for n in modulated)
-        initialise(self)
+        initialize(self)
         if size.modulation:
             # From small weights, red, green and blue start alike and long stay grey.
             nn.init.kaiming_normal_(color.weight)
@@ -125,9 +125,9 @@ class TranslationGenerator(nn.Module):
         -------
         Tensor, shape (N, 3, S, S), in [-1, 1]
         """
-        return self.draw(self.view(view), latent, self.color_tf(color_tf), opacity)
+        return self.decode(self.view(view), latent, self.color_tf(color_tf), opacity)
 
-    def draw(self, view: Tensor, latent: Tensor, color: Tensor, opacity: Tensor) -> Tensor:
+    def decode(self, view: Tensor, latent: Tensor, color: Tensor, opacity: Tensor) -> Tensor:
         """Render from codes of views and colour TFs, each (N, channels)."""
         encodings = [opacity]
         for halve in self.encoder:
@@ -157,7 +157,7 @@ class TranslationDiscriminator(nn.Module):
         self.color_tf = TFEncoder([3, *tf_channels], c(256))
         self.image = ImageDiscriminator([3, *color_discriminator_channels(size)], c(512))
         self.score = score_head(3 * c(256) + c(512), c(512))
-        initialise(self)
+        initialize(self)
 
     def forward(self, view: Tensor, opacity_tf: Tensor, color_tf: Tensor, image: Tensor) -> Tensor:
         """Logits (N, 1), positive for "rendered", of images (N, 3, S, S)."""

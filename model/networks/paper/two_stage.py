@@ -34,19 +34,19 @@ class TwoStageGenerator(GeneratorNetwork):
         self.opacity = opacity or OpacityGenerator(size)
         self.translation = translation or TranslationGenerator(size)
 
-    def see(self, view: Tensor) -> tuple[Tensor, ...]:
+    def encode_view(self, view: Tensor) -> tuple[Tensor, ...]:
         """What the opacity generator sees, and the translation's code of the view."""
-        return *self.opacity.see(view), self.translation.view(view)
+        return *self.opacity.encode_view(view), self.translation.view(view)
 
     def encode_color(self, color_tf: Tensor) -> Tensor:
         """Codes (N, channels) of colour TFs (N, 3, 256)."""
         code: Tensor = self.translation.color_tf(color_tf)
         return code
 
-    def draw(
-        self, seen: tuple[Tensor, ...], latent: Tensor, color: Tensor
+    def decode(
+        self, view_features: tuple[Tensor, ...], latent: Tensor, color: Tensor
     ) -> tuple[Tensor, Tensor]:
         """Draw the opacity image, then paint it."""
-        *seen_by_opacity, view = seen
-        opacity_image = self.opacity.draw_seen(tuple(seen_by_opacity), latent)
-        return self.translation.draw(view, latent, color, opacity_image), opacity_image
+        *opacity_features, view = view_features
+        opacity_image = self.opacity.decode_image(tuple(opacity_features), latent)
+        return self.translation.decode(view, latent, color, opacity_image), opacity_image

@@ -238,13 +238,13 @@ def test_a_codec_is_measured(
     trained: Path, raw_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "r.json"
-    alone = f"--volume {raw_file} --preset draft --steps 8 --set more_tfs=4"
+    alone = f"--volume {raw_file} --preset draft --steps 8 --set unrendered_tfs=4"
     for arguments, steps in ((f"--model {trained}", [0]), (alone, [2, 4, 6, 8])):
         assert run(f"bench codec {arguments} --json {out}".split()) == 0
         rows = json.loads(out.read_text())["rows"]
         assert [row["steps"] for row in rows] == steps
         assert f"{rows[-1]['layer_rmse']['64']:.4f}" in capsys.readouterr().out
-    assert run(f"bench codec --model {trained} --steps 8 --set more_tfs=4".split()) == 2
+    assert run(f"bench codec --model {trained} --steps 8 --set unrendered_tfs=4".split()) == 2
     assert "--steps and --set would have no effect" in one_line(capsys)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from app.cli import run
-from model.samples.sample_store import ARRAYS, STREAMS, SampleStore
+from model.samples.sample_store import ARRAYS, SPLITS, SampleStore
 
 
 def test_a_local_cluster_makes_the_same_data_set(tmp_path: Path) -> None:
@@ -19,8 +19,8 @@ def test_a_local_cluster_makes_the_same_data_set(tmp_path: Path) -> None:
         stores.append(SampleStore(tmp_path / name))
         stores[-1].require_complete()
     own, cluster = stores
-    for stream in STREAMS:
-        one, other = (s.read(stream, range(own.count(stream))) for s in (own, cluster))
+    for split in SPLITS:
+        one, other = (s.read(split, range(own.count(split))) for s in (own, cluster))
         for name in ARRAYS:
             np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
 

@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.image_view.gestures import FARTHEST, NEAREST, ViewGestures, orbit, roll, zoom
-from app.state.viewer_state import HOME_VIEW, Session
+from app.state.viewer_state import HOME_VIEW, ViewerState
 from model.scene.view import View
 
 views = st.builds(
@@ -65,14 +65,14 @@ def test_zooming_has_limits_and_can_be_taken_back() -> None:
 
 
 @pytest.fixture
-def canvas(qtbot: QtBot, session: Session) -> Iterator[QWidget]:
+def canvas(qtbot: QtBot, state: ViewerState) -> Iterator[QWidget]:
     widget = QWidget()
     widget.resize(200, 200)
-    ViewGestures(widget, session)
+    ViewGestures(widget, state)
     qtbot.addWidget(widget)
     widget.show()
     yield widget
-    session.finish_view()
+    state.finish_view()
 
 
 def drag(
@@ -88,12 +88,12 @@ def drag(
 
 
 def test_dragging_orbits_live_and_finishes_on_release(
-    qtbot: QtBot, session: Session, canvas: QWidget
+    qtbot: QtBot, state: ViewerState, canvas: QWidget
 ) -> None:
-    signals = [session.viewChanged, session.viewChanged, session.viewChangeFinished]
+    signals = [state.viewChanged, state.viewChanged, state.viewChangeFinished]
     with qtbot.waitSignals(signals, order="strict"):
         drag(canvas, [(100, 100), (110, 100), (110, 120)])
-    assert session.view == orbit(orbit(HOME_VIEW, 10, 0), 0, 20)
+    assert state.view == orbit(orbit(HOME_VIEW, 10, 0), 0, 20)
 
 
 @pytest.mark.parametrize(
@@ -104,17 +104,17 @@ def test_dragging_orbits_live_and_finishes_on_release(
     ],
 )
 def test_a_quarter_turn_about_the_centre_rolls_by_90_degrees(
-    session: Session, canvas: QWidget, button: Qt.MouseButton, keys: Qt.KeyboardModifier
+    state: ViewerState, canvas: QWidget, button: Qt.MouseButton, keys: Qt.KeyboardModifier
 ) -> None:
     center = canvas.rect().center()
     above = (center.x(), center.y() - 50)
     to_the_right = (center.x() + 50, center.y())
     drag(canvas, [above, to_the_right], button, keys)
-    assert session.view.roll == pytest.approx(90.0)
+    assert state.view.roll == pytest.approx(90.0)
 
 
 def test_the_wheel_zooms_live_and_comes_to_rest(
-    qtbot: QtBot, session: Session, canvas: QWidget
+    qtbot: QtBot, state: ViewerState, canvas: QWidget
 ) -> None:
     center = QPointF(canvas.rect().center())
     event = QWheelEvent(
@@ -127,12 +127,12 @@ def test_the_wheel_zooms_live_and_comes_to_rest(
         Qt.ScrollPhase.NoScrollPhase,
         False,
     )
-    with qtbot.waitSignals([session.viewChanged, session.viewChangeFinished], order="strict"):
+    with qtbot.waitSignals([state.viewChanged, state.viewChangeFinished], order="strict"):
         QApplication.sendEvent(canvas, event)
-    assert session.view == zoom(HOME_VIEW, 2)
+    assert state.view == zoom(HOME_VIEW, 2)
 
 
-def test_a_double_click_goes_home(session: Session, canvas: QWidget) -> None:
-    session.set_view(View(azimuth=200.0, roll=5.0))
+def test_a_double_click_goes_home(state: ViewerState, canvas: QWidget) -> None:
+    state.set_view(View(azimuth=200.0, roll=5.0))
     QTest.mouseDClick(canvas, Qt.MouseButton.LeftButton)
-    assert session.view == HOME_VIEW
+    assert state.view == HOME_VIEW

@@ -12,7 +12,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMenu
 from pytestqt.qtbot import QtBot
 
-from app.state.viewer_state import Session
+from app.state.viewer_state import ViewerState
 from app.tf_editor.editor import TransferFunctionEditor
 from app.tf_editor.handle import DragHandle
 from model.scene.transfer_function import OpacityTF
@@ -21,14 +21,14 @@ LEFT = Qt.MouseButton.LeftButton
 
 
 @pytest.fixture
-def editor(qtbot: QtBot, session: Session) -> TransferFunctionEditor:
-    editor = TransferFunctionEditor(session)
+def editor(qtbot: QtBot, state: ViewerState) -> TransferFunctionEditor:
+    editor = TransferFunctionEditor(state)
     qtbot.addWidget(editor)
     editor.set_data(np.arange(256), (100.0, 200.0), "K")
     editor.resize(1100, 300)
     editor.show()
     qtbot.waitExposed(editor)
-    session.start_volume(session.transfer_function, None)
+    state.start_volume(state.transfer_function, None)
     return editor
 
 
@@ -64,66 +64,66 @@ def position(handle: DragHandle) -> tuple[float, float]:
     return round(100 + 100 * handle.pos().x(), 9), handle.pos().y()
 
 
-def bins(session: Session) -> float:
-    return session.transfer_function.opacity.bin_width
+def bins(state: ViewerState) -> float:
+    return state.transfer_function.opacity.bin_width
 
 
-def test_handles_follow_the_session(editor: TransferFunctionEditor, session: Session) -> None:
+def test_handles_follow_the_session(editor: TransferFunctionEditor, state: ViewerState) -> None:
     assert [position(h) for h in editor.opacity.peaks] == [(130.0, 0.5), (170.0, 0.5)]
     assert [position(h)[0] for h in editor.color.stops] == [100.0, 150.0, 200.0]
-    tf = session.transfer_function
+    tf = state.transfer_function
     mode = replace(tf.opacity.modes[0], mean=110.0, amplitude=0.9)
-    session.commit(replace(tf, opacity=OpacityTF((100.0, 200.0), (mode,))), "edit")
+    state.commit(replace(tf, opacity=OpacityTF((100.0, 200.0), (mode,))), "edit")
     assert [position(h) for h in editor.opacity.peaks] == [(110.0, 0.9)]
-    session.undo()
+    state.undo()
     assert [position(h) for h in editor.opacity.peaks] == [(130.0, 0.5), (170.0, 0.5)]
 
 
 def test_dragging_a_peak_edits_live_and_makes_one_undo_step(
-    qtbot: QtBot, editor: TransferFunctionEditor, session: Session
+    qtbot: QtBot, editor: TransferFunctionEditor, state: ViewerState
 ) -> None:
     start, half, end = (
         pixel(editor, 130.0, 0.5),
         pixel(editor, 140.0, 0.6),
         pixel(editor, 150.0, 0.8),
     )
-    with qtbot.assertNotEmitted(session.transferFunctionChangeFinished):
+    with qtbot.assertNotEmitted(state.transferFunctionChangeFinished):
         press(editor, start)
         move(editor, half)
         move(editor, end)
-    assert session.live
+    assert state.live
     value, word, height = editor.area.readout.split()
     assert float(value) == pytest.approx(150.0, abs=0.3)
     assert word == "opacity"
     assert float(height) == pytest.approx(0.8, abs=0.02)
     assert editor.numbers.heading.text() == "Mode 1 of 2"
-    with qtbot.waitSignal(session.transferFunctionChangeFinished):
+    with qtbot.waitSignal(state.transferFunctionChangeFinished):
         release(editor, end)
-    mode = session.transfer_function.opacity.modes[0]
+    mode = state.transfer_function.opacity.modes[0]
     assert mode.mean == pytest.approx(150.0, abs=0.3)
     assert mode.amplitude == pytest.approx(0.8, abs=0.02)
     assert mode.width == 8.0
     assert editor.area.readout == ""
-    session.undo()
-    assert session.transfer_function.opacity.modes[0].mean == 130.0
-    assert not session.undo_stack.canUndo()
+    state.undo()
+    assert state.transfer_function.opacity.modes[0].mean == 130.0
+    assert not state.undo_stack.canUndo()
 
 
 @pytest.mark.parametrize("dx", [-9, 0, 9])
 @pytest.mark.parametrize("dy", [-9, 0, 9])
 def test_a_handle_is_easy_to_hit_and_does_not_jump(
-    editor: TransferFunctionEditor, session: Session, dx: int, dy: int
+    editor: TransferFunctionEditor, state: ViewerState, dx: int, dy: int
 ) -> None:
-    before = session.transfer_function
+    before = state.transfer_function
     at = pixel(editor, 130.0, 0.5) + QPoint(dx, dy)
     press(editor, at)
     assert editor.selection.index("opacity") == 0
     release(editor, at)
-    assert session.transfer_function == before
+    assert state.transfer_function == before
 
 
 def test_dragging_a_flank_changes_only_the_width(
-    editor: TransferFunctionEditor, session: Session
+    editor: TransferFunctionEditor, state: ViewerState
 ) -> None:
     click(editor, pixel(editor, 170.0, 0.5))
     left, right = editor.opacity.flanks
@@ -134,7 +134,7 @@ def test_dragging_a_flank_changes_only_the_width(
     move(editor, end)
     assert "width" in editor.area.readout
     release(editor, end)
-    mode = session.transfer_function.opacity.modes[1]
+    mode = state.transfer_function.opacity.modes[1]
     assert (mode.mean, mode.amplitude) == (170.0, 0.5)
     assert mode.width == pytest.approx(15.0, abs=0.3)
 
@@ -152,90 +152,90 @@ def test_a_click_selects_visibly_and_beside_the_handles_deselects(
 
 
 def test_a_double_click_adds_a_mode_and_delete_removes_it(
-    qtbot: QtBot, editor: TransferFunctionEditor, session: Session
+    qtbot: QtBot, editor: TransferFunctionEditor, state: ViewerState
 ) -> None:
-    before = session.transfer_function
+    before = state.transfer_function
     at = pixel(editor, 150.0, 0.75)
     # As a mouse does it: the second press comes as a double click.
     click(editor, at)
     QTest.mouseDClick(editor.area.widget.viewport(), LEFT, pos=at)
     release(editor, at)
-    added = session.transfer_function.opacity.modes[2]
+    added = state.transfer_function.opacity.modes[2]
     assert added.mean == pytest.approx(150.0, abs=0.3)
     assert added.amplitude == pytest.approx(0.75, abs=0.02)
     assert editor.selection.index("opacity") == 2
     QTest.keyClick(editor.area.widget, Qt.Key.Key_Delete)
-    assert session.transfer_function == before
-    session.undo()
-    assert session.transfer_function.opacity.modes[2] == added
+    assert state.transfer_function == before
+    state.undo()
+    assert state.transfer_function.opacity.modes[2] == added
 
 
-def test_arrow_keys_nudge_and_merge(editor: TransferFunctionEditor, session: Session) -> None:
+def test_arrow_keys_nudge_and_merge(editor: TransferFunctionEditor, state: ViewerState) -> None:
     click(editor, pixel(editor, 130.0, 0.5))
     keys = editor.area.widget
     QTest.keyClick(keys, Qt.Key.Key_Right)
     QTest.keyClick(keys, Qt.Key.Key_Right, Qt.KeyboardModifier.ShiftModifier)
     QTest.keyClick(keys, Qt.Key.Key_Up)
-    mode = session.transfer_function.opacity.modes[0]
-    assert mode.mean == pytest.approx(130.0 + 11 * bins(session))
+    mode = state.transfer_function.opacity.modes[0]
+    assert mode.mean == pytest.approx(130.0 + 11 * bins(state))
     assert mode.amplitude == pytest.approx(0.51)
-    assert session.undo_stack.count() == 1
+    assert state.undo_stack.count() == 1
 
 
 def test_a_click_on_the_strip_adds_a_stop_without_changing_colors(
-    editor: TransferFunctionEditor, session: Session
+    editor: TransferFunctionEditor, state: ViewerState
 ) -> None:
-    before = session.transfer_function.color
+    before = state.transfer_function.color
     click(editor, strip_pixel(editor, 125.0))
-    color = session.transfer_function.color
+    color = state.transfer_function.color
     assert len(color.stops) == 4
     assert color.stops[1][0] == pytest.approx(125.0, abs=0.3)
     values = np.linspace(100.0, 200.0, 99)
     np.testing.assert_allclose(color(values), before(values), atol=1e-12)
     assert editor.selection.index("color") == 1
     QTest.keyClick(editor.area.widget, Qt.Key.Key_Delete)
-    assert session.transfer_function.color == before
+    assert state.transfer_function.color == before
 
 
 def test_a_stop_can_be_dragged_and_the_end_stops_cannot(
-    editor: TransferFunctionEditor, session: Session
+    editor: TransferFunctionEditor, state: ViewerState
 ) -> None:
     for start, end in ((150.0, 120.0), (200.0, 160.0)):
         press(editor, strip_pixel(editor, start))
         move(editor, strip_pixel(editor, end))
         release(editor, strip_pixel(editor, end))
-    values = [s[0] for s in session.transfer_function.color.stops]
+    values = [s[0] for s in state.transfer_function.color.stops]
     assert values == pytest.approx([100.0, 120.0, 200.0], abs=0.3)
 
 
 def test_the_color_dialog_is_live_and_can_be_cancelled(
-    qtbot: QtBot, editor: TransferFunctionEditor, session: Session
+    qtbot: QtBot, editor: TransferFunctionEditor, state: ViewerState
 ) -> None:
     dialog = editor.color.choose_color(1)
     dialog.setCurrentColor(QColor("#336699"))
-    assert session.live
-    assert session.transfer_function.color.stops[1][1:] == pytest.approx((0.2, 0.4, 0.6))
+    assert state.live
+    assert state.transfer_function.color.stops[1][1:] == pytest.approx((0.2, 0.4, 0.6))
     dialog.reject()
-    assert session.transfer_function.color.stops[1][1:] == (0.2, 0.6, 0.4)
+    assert state.transfer_function.color.stops[1][1:] == (0.2, 0.6, 0.4)
     dialog = editor.color.choose_color(1)
     dialog.setCurrentColor(QColor("#336699"))
     dialog.accept()
-    assert not session.live
-    assert session.undo_stack.count() == 1
-    assert session.transfer_function.color.stops[1][1:] == pytest.approx((0.2, 0.4, 0.6))
+    assert not state.live
+    assert state.undo_stack.count() == 1
+    assert state.transfer_function.color.stops[1][1:] == pytest.approx((0.2, 0.4, 0.6))
 
 
 def test_another_volume_closes_the_colour_dialog(
-    editor: TransferFunctionEditor, session: Session
+    editor: TransferFunctionEditor, state: ViewerState
 ) -> None:
     dialog = editor.color.choose_color(1)
     dialog.setCurrentColor(QColor("#336699"))
-    tf = session.transfer_function
+    tf = state.transfer_function
     other = replace(tf, opacity=OpacityTF(tf.scalar_range))
-    session.start_volume(other, None)
+    state.start_volume(other, None)
     assert not dialog.isVisible()
-    assert not session.live
-    assert session.transfer_function == other
+    assert not state.live
+    assert state.transfer_function == other
 
 
 def test_a_double_click_on_a_stop_opens_the_dialog(
@@ -255,60 +255,62 @@ def choose(editor: TransferFunctionEditor, text: str) -> None:
     menu.close()
 
 
-def test_the_context_menus_remove_and_add(editor: TransferFunctionEditor, session: Session) -> None:
+def test_the_context_menus_remove_and_add(
+    editor: TransferFunctionEditor, state: ViewerState
+) -> None:
     editor.opacity.peaks[0].menuRequested.emit(QPoint())
     choose(editor, "Remove mode")
-    assert [m.mean for m in session.transfer_function.opacity.modes] == [170.0]
+    assert [m.mean for m in state.transfer_function.opacity.modes] == [170.0]
     editor.color.stops[1].menuRequested.emit(QPoint())
     choose(editor, "Remove stop")
-    assert len(session.transfer_function.color.stops) == 2
+    assert len(state.transfer_function.color.stops) == 2
     right = Qt.MouseButton.RightButton
     QTest.mouseClick(editor.area.widget.viewport(), right, pos=pixel(editor, 120.0, 0.5))
     choose(editor, "Add mode here")
-    assert session.transfer_function.opacity.modes[1].mean == pytest.approx(120.0, abs=0.3)
+    assert state.transfer_function.opacity.modes[1].mean == pytest.approx(120.0, abs=0.3)
 
 
 @pytest.fixture
-def curve(session: Session) -> OpacityTF:
+def curve(state: ViewerState) -> OpacityTF:
     """Edit a free curve instead of modes."""
     opacity = OpacityTF((100.0, 200.0), points=((100.0, 0.0), (150.0, 0.5), (200.0, 1.0)))
-    session.commit(replace(session.transfer_function, opacity=opacity), "edit")
+    state.commit(replace(state.transfer_function, opacity=opacity), "edit")
     return opacity
 
 
 def test_a_free_curve_has_points_that_can_be_dragged(
-    editor: TransferFunctionEditor, session: Session, curve: OpacityTF
+    editor: TransferFunctionEditor, state: ViewerState, curve: OpacityTF
 ) -> None:
     assert tuple(position(h) for h in editor.opacity.peaks) == curve.points
     press(editor, pixel(editor, 150.0, 0.5))
     move(editor, pixel(editor, 170.0, 0.2))
     release(editor, pixel(editor, 170.0, 0.2))
-    assert session.transfer_function.opacity.points[1] == (
+    assert state.transfer_function.opacity.points[1] == (
         pytest.approx(170.0, abs=0.3),
         pytest.approx(0.2, abs=0.02),
     )
     assert not any(h.isVisible() for h in editor.opacity.flanks)
     assert editor.numbers.heading.text() == "Point 2 of 3"
     QTest.keyClick(editor.area.widget, Qt.Key.Key_Delete)
-    assert len(session.transfer_function.opacity.points) == 2
+    assert len(state.transfer_function.opacity.points) == 2
 
 
 def test_undoing_an_added_handle_drops_its_selection(
-    editor: TransferFunctionEditor, session: Session
+    editor: TransferFunctionEditor, state: ViewerState
 ) -> None:
     editor.numbers.add_button.click()
     assert editor.selection.index("opacity") == 2
-    session.undo()
+    state.undo()
     assert editor.selection.selected is None
     assert editor.numbers.heading.text() == "Nothing selected"
 
 
 def test_the_strongest_mode_can_be_selected_from_outside(
-    editor: TransferFunctionEditor, session: Session
+    editor: TransferFunctionEditor, state: ViewerState
 ) -> None:
-    tf = session.transfer_function
+    tf = state.transfer_function
     strong = replace(tf.opacity.modes[1], amplitude=0.9)
-    session.commit(
+    state.commit(
         replace(tf, opacity=replace(tf.opacity, modes=(tf.opacity.modes[0], strong))), "edit"
     )
     editor.select_strongest()

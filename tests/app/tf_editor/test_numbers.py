@@ -7,7 +7,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
-from app.state.viewer_state import Session
+from app.state.viewer_state import ViewerState
 from app.tf_editor.number_box import NumberBox
 from app.tf_editor.numbers import NumbersPanel
 from app.tf_editor.selection import Selection
@@ -19,8 +19,8 @@ def selection() -> Selection:
 
 
 @pytest.fixture
-def panel(qtbot: QtBot, session: Session, selection: Selection) -> NumbersPanel:
-    panel = NumbersPanel(session, selection)
+def panel(qtbot: QtBot, state: ViewerState, selection: Selection) -> NumbersPanel:
+    panel = NumbersPanel(state, selection)
     qtbot.addWidget(panel)
     panel.show()
     return panel
@@ -33,50 +33,50 @@ def type_number(box: NumberBox, text: str) -> None:
 
 
 def test_the_numbers_follow_a_drag(
-    panel: NumbersPanel, session: Session, selection: Selection
+    panel: NumbersPanel, state: ViewerState, selection: Selection
 ) -> None:
     selection.select("opacity", 0)
-    tf = session.transfer_function
+    tf = state.transfer_function
     mode = replace(tf.opacity.modes[0], mean=123.25, width=4.5, amplitude=0.75)
     modes = (mode, tf.opacity.modes[1])
-    session.preview(replace(tf, opacity=replace(tf.opacity, modes=modes)))
+    state.preview(replace(tf, opacity=replace(tf.opacity, modes=modes)))
     assert panel.value.text() == "123.25"
     assert panel.width_box.text() == "4.5"
     assert panel.height_box.text() == "0.75"
-    session.finish_preview("drag")
+    state.finish_preview("drag")
 
 
 def test_typed_numbers_reach_the_session_and_can_be_undone(
-    panel: NumbersPanel, session: Session, selection: Selection
+    panel: NumbersPanel, state: ViewerState, selection: Selection
 ) -> None:
     selection.select("opacity", 1)
     type_number(panel.value, "155.5")
     type_number(panel.width_box, "12")
     type_number(panel.height_box, "0.125")
-    mode = session.transfer_function.opacity.modes[1]
+    mode = state.transfer_function.opacity.modes[1]
     assert (mode.mean, mode.width, mode.amplitude) == (155.5, 12.0, 0.125)
     for _ in range(3):
-        session.undo()
-    mode = session.transfer_function.opacity.modes[1]
+        state.undo()
+    mode = state.transfer_function.opacity.modes[1]
     assert (mode.mean, mode.width, mode.amplitude) == (170.0, 8.0, 0.5)
     assert panel.value.text() == "170"
 
 
 def test_a_number_outside_the_range_becomes_the_nearest_inside(
-    panel: NumbersPanel, session: Session, selection: Selection
+    panel: NumbersPanel, state: ViewerState, selection: Selection
 ) -> None:
     selection.select("opacity", 0)
     type_number(panel.value, "1e6")
-    assert session.transfer_function.opacity.modes[0].mean == 200.0
+    assert state.transfer_function.opacity.modes[0].mean == 200.0
     assert panel.value.text() == "200"
 
 
 def test_a_stop_between_two_others_can_be_typed_only_up_to_them(
-    panel: NumbersPanel, session: Session, selection: Selection
+    panel: NumbersPanel, state: ViewerState, selection: Selection
 ) -> None:
     selection.select("color", 1)
     type_number(panel.value, "125")
-    assert session.transfer_function.color.stops[1][0] == 125.0
+    assert state.transfer_function.color.stops[1][0] == 125.0
     assert panel.heading.text() == "Colour stop 2 of 3"
     assert not panel.width_box.isVisible()
     assert panel.color_button.isVisible()

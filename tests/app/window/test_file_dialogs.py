@@ -49,12 +49,12 @@ def test_a_tf_saved_and_opened_is_the_same(
     window: MainWindow, dialogs: FileDialogs, answer: Answer, tmp_path: Path
 ) -> None:
     answer(tmp_path / "mine.json")
-    window.session.commit(make_tf(123.0), "edit")
+    window.state.commit(make_tf(123.0), "edit")
     dialogs.save_transfer_function()
     assert TransferFunction.load(tmp_path / "mine.json") == make_tf(123.0)
-    window.session.reset_transfer_function()
+    window.state.reset_transfer_function()
     dialogs.open_transfer_function()
-    assert window.session.transfer_function == make_tf(123.0)
+    assert window.state.transfer_function == make_tf(123.0)
 
 
 @pytest.mark.parametrize("content", ["", "{}", "[1, 2]"])
@@ -64,10 +64,10 @@ def test_a_foreign_tf_file_is_told_and_nothing_lost(
     path = tmp_path / "foreign.json"
     path.write_text(content)
     answer(path)
-    before = window.session.transfer_function
+    before = window.state.transfer_function
     dialogs.open_transfer_function()
     assert str(path) in window.notice.text
-    assert window.session.transfer_function == before
+    assert window.state.transfer_function == before
 
 
 def test_a_place_that_cannot_be_written_is_told(
@@ -119,7 +119,7 @@ def test_opening_goes_to_the_workspace(
     answer("other.nrrd")
     with qtbot.waitSignal(window.workspace.volumeStarted):
         dialogs.open_volume()
-    assert window.session.scalar_range == (100.0, 300.0)
+    assert window.state.scalar_range == (100.0, 300.0)
     with qtbot.waitSignal(window.generator.engineReady):
         dialogs.open_model()
     assert len(builders.generators) == 2
@@ -129,7 +129,7 @@ def test_cancelling_does_nothing(
     window: MainWindow, dialogs: FileDialogs, answer: Answer, tmp_path: Path
 ) -> None:
     answer("")
-    before = window.session.transfer_function
+    before = window.state.transfer_function
     for ask in (
         dialogs.open_volume,
         dialogs.open_dicom,
@@ -139,7 +139,7 @@ def test_cancelling_does_nothing(
         lambda: dialogs.save_image(window.generator),
     ):
         ask()
-    assert window.session.transfer_function == before
+    assert window.state.transfer_function == before
     assert window.notice.text == ""
     assert window.workspace.is_settled
     assert list(tmp_path.iterdir()) == []

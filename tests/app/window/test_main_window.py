@@ -57,17 +57,17 @@ def test_dragging_in_either_image_moves_both(
 ) -> None:
     window = make_window()
     for pane in (window.generator, window.reference):
-        before = window.session.view
+        before = window.state.view
         QTest.mousePress(pane.canvas, Qt.MouseButton.LeftButton, pos=QPoint(100, 100))
         QTest.mouseMove(pane.canvas, QPoint(130, 100))
         QTest.mouseRelease(pane.canvas, Qt.MouseButton.LeftButton, pos=QPoint(130, 100))
         settle(qtbot, window)
-        assert window.session.view != before
+        assert window.state.view != before
         assert shown(window.generator) == shown(window.reference)
         for engine in (builders.generators[-1], builders.references[-1]):
-            assert engine.requests[-1].view == window.session.view
+            assert engine.requests[-1].view == window.state.view
             assert not engine.requests[-1].live
-    assert f"Azimuth {window.session.view.azimuth:.0f}°" in window.view_text
+    assert f"Azimuth {window.state.view.azimuth:.0f}°" in window.view_text
 
 
 def test_the_first_drag_frames_are_live_and_the_last_is_final(
@@ -76,9 +76,9 @@ def test_the_first_drag_frames_are_live_and_the_last_is_final(
     window = make_window()
     engine = builders.references[-1]
     first = len(engine.requests)
-    window.session.move_view(View(azimuth=10.0))
+    window.state.move_view(View(azimuth=10.0))
     qtbot.waitUntil(lambda: len(engine.requests) > first)
-    window.session.finish_view()
+    window.state.finish_view()
     settle(qtbot, window)
     assert engine.requests[first].live
     assert not engine.requests[-1].live
@@ -88,7 +88,7 @@ def test_a_tf_edit_reaches_both_engines(
     qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
 ) -> None:
     window = make_window()
-    window.session.commit(make_tf(140.0), "edit")
+    window.state.commit(make_tf(140.0), "edit")
     settle(qtbot, window)
     for engine in (builders.generators[-1], builders.references[-1]):
         assert engine.requests[-1].transfer_function == make_tf(140.0)
@@ -99,11 +99,11 @@ def test_a_broken_engine_shows_its_error_and_the_other_goes_on(
 ) -> None:
     window = make_window()
     builders.generators[-1].error = RenderError("The generator is out of memory.")
-    window.session.set_view(View(azimuth=5.0))
+    window.state.set_view(View(azimuth=5.0))
     settle(qtbot, window)
     assert window.errors == ["The generator is out of memory."]
     builders.generators[-1].error = None
-    window.session.set_view(View(azimuth=6.0))
+    window.state.set_view(View(azimuth=6.0))
     settle(qtbot, window)
     assert window.errors == []
     assert shown(window.generator) == shown(window.reference)
@@ -115,7 +115,7 @@ def test_a_model_that_cannot_be_loaded_leaves_the_reference_working(
     builders.generator_error = CheckpointError("model: the weights are truncated.")
     window = make_window()
     assert window.generator.canvas.message == "model: the weights are truncated."
-    window.session.set_view(View(azimuth=5.0))
+    window.state.set_view(View(azimuth=5.0))
     settle(qtbot, window)
     assert builders.references[-1].requests[-1].view == View(azimuth=5.0)
 
@@ -181,10 +181,10 @@ def test_the_hint_appears_outside_the_training_range_and_goes_again(
 ) -> None:
     window = make_window()
     assert window.generator.canvas.hint == ""
-    window.session.set_view(View(elevation=89.0))
+    window.state.set_view(View(elevation=89.0))
     assert "elevation 89°" in window.generator.canvas.hint
     assert window.reference.canvas.hint == ""
-    window.session.set_view(HOME_VIEW)
+    window.state.set_view(HOME_VIEW)
     assert window.generator.canvas.hint == ""
 
 
@@ -193,14 +193,14 @@ def test_an_edited_tf_is_kept_for_the_next_run(
 ) -> None:
     store = TransferFunctionStore(tmp_path)
     first = make_window(store=store)
-    default = first.session.transfer_function
+    default = first.state.transfer_function
     assert list(tmp_path.iterdir()) == []
-    first.session.commit(make_tf(142.0), "edit")
+    first.state.commit(make_tf(142.0), "edit")
     first.close()
     second = make_window(store=store)
-    assert second.session.transfer_function == make_tf(142.0)
-    second.session.reset_transfer_function()
-    assert second.session.transfer_function == default
+    assert second.state.transfer_function == make_tf(142.0)
+    second.state.reset_transfer_function()
+    assert second.state.transfer_function == default
 
 
 def test_each_volume_keeps_its_own_tf(
@@ -209,14 +209,14 @@ def test_each_volume_keeps_its_own_tf(
     builders.volumes["other"] = other = make_volume("other", top=300.0)
     store = TransferFunctionStore(tmp_path)
     window = make_window(store=store)
-    window.session.commit(make_tf(142.0), "edit")
+    window.state.commit(make_tf(142.0), "edit")
     with qtbot.waitSignal(window.workspace.volumeStarted):
         window.workspace.open_volume(Path("other"))
     assert store.load(other.fingerprint) is None
-    assert window.session.scalar_range == (100.0, 300.0)
+    assert window.state.scalar_range == (100.0, 300.0)
     with qtbot.waitSignal(window.workspace.volumeStarted):
         window.workspace.open_volume(Path("ramp"))
-    assert window.session.transfer_function == make_tf(142.0)
+    assert window.state.transfer_function == make_tf(142.0)
     settle(qtbot, window)
 
 
@@ -227,7 +227,7 @@ def test_a_damaged_kept_tf_is_told_and_the_default_taken(
     store.path(builders.volumes["ramp"].fingerprint).write_text("{}")
     window = make_window(store=store)
     assert "tfscope_tf" in window.notice.text
-    assert len(window.session.transfer_function.opacity.modes) == 3
+    assert len(window.state.transfer_function.opacity.modes) == 3
 
 
 def let_go_when_hidden(
@@ -246,7 +246,7 @@ def test_closing_while_everything_is_at_work_ends_cleanly(
     gate = threading.Semaphore(0)
     engine = builders.references[-1]
     engine.gate = gate
-    window.session.set_view(View(azimuth=1.0))
+    window.state.set_view(View(azimuth=1.0))
     qtbot.waitUntil(lambda: engine.requests[-1].view == View(azimuth=1.0))
     builders.loading = loading = threading.Event()
     window.workspace.open_model(Path("another"))
@@ -302,26 +302,26 @@ def test_standard_views(
     make_window: WindowMaker, name: str, toward_camera: tuple[int, int, int]
 ) -> None:
     window = make_window()
-    window.session.set_view(replace(HOME_VIEW, distance=0.6, roll=5.0))
+    window.state.set_view(replace(HOME_VIEW, distance=0.6, roll=5.0))
     action(window, name).trigger()
-    view = window.session.view
+    view = window.state.view
     assert view.basis()[2] == pytest.approx(toward_camera, abs=1e-12)
     assert (view.roll, view.distance) == (0.0, 0.6)
 
 
 def test_undo_and_redo_from_the_menu(make_window: WindowMaker) -> None:
     window = make_window()
-    before = window.session.transfer_function
+    before = window.state.transfer_function
     undo, redo = action(window, "Undo"), action(window, "Redo")
     assert not undo.isEnabled()
-    window.session.commit(make_tf(), "edit")
+    window.state.commit(make_tf(), "edit")
     undo.trigger()
-    assert window.session.transfer_function == before
+    assert window.state.transfer_function == before
     assert not undo.isEnabled()
     redo.trigger()
-    assert window.session.transfer_function == make_tf()
+    assert window.state.transfer_function == make_tf()
     action(window, "Reset transfer function").trigger()
-    assert window.session.transfer_function == before
+    assert window.state.transfer_function == before
 
 
 def test_help_opens_without_blocking(make_window: WindowMaker) -> None:
@@ -342,11 +342,11 @@ def test_an_engine_slower_than_the_mouse_is_never_queued(
     engine: FakeEngine = builders.references[-1]
     engine.gate = threading.Semaphore(0)
     before = len(engine.requests)
-    window.session.move_view(View(azimuth=0.0))
+    window.state.move_view(View(azimuth=0.0))
     qtbot.waitUntil(lambda: len(engine.requests) == before + 1)
     for azimuth in range(1, 50):
-        window.session.move_view(View(azimuth=float(azimuth)))
-    window.session.finish_view()
+        window.state.move_view(View(azimuth=float(azimuth)))
+    window.state.finish_view()
     for _ in range(2):
         engine.gate.release()
     settle(qtbot, window)

@@ -40,7 +40,7 @@ def test_edits_that_show_elsewhere_are_not_followed(scene: Scene) -> None:
 
 
 def test_a_codec_alone_learns(scene: Scene) -> None:
-    options = replace(TrainingOptions(), more_tfs=16)
+    options = replace(TrainingOptions(), unrendered_tfs=16)
     rows = list(train_codec(SIZE, options, scene, 200))
     assert [row.steps for row in rows] == [50, 100, 150, 200]
     # A code that keeps nothing could at best be decoded as the mean TF.
@@ -52,5 +52,5 @@ def test_a_codec_alone_learns(scene: Scene) -> None:
 
 
 def test_it_needs_tfs_to_learn_from(scene: Scene) -> None:
-    with pytest.raises(TrainingError, match="more_tfs"):
-        next(train_codec(SIZE, replace(TrainingOptions(), more_tfs=0), scene, 4))
+    with pytest.raises(TrainingError, match="unrendered_tfs"):
+        next(train_codec(SIZE, replace(TrainingOptions(), unrendered_tfs=0), scene, 4))

@@ -18,7 +18,7 @@ from model.generator.backends import (
     Backend,
     BackendName,
     choose_backends,
-    make_draw,
+    make_decode,
     obstacle,
 )
 from model.generator.generator import Generator, LastValue
@@ -47,9 +47,9 @@ def network_of(architecture: Architecture, scene: Scene, rays: bool = False) -> 
 @torch.inference_mode()
 def inputs_of(network: GeneratorNetwork, count: int) -> tuple[tuple[Tensor, ...], Tensor, Tensor]:
     torch.manual_seed(count)
-    seen = network.see(torch.rand(count, 5) * 2 - 1)
+    view_features = network.encode_view(torch.rand(count, 5) * 2 - 1)
     latent = network.opacity.encode(torch.rand(count, 256))
-    return seen, latent, network.encode_color(torch.rand(count, 3, 256))
+    return view_features, latent, network.encode_color(torch.rand(count, 3, 256))
 
 
 def usable(name: str, precision: str = "float32") -> Backend:
@@ -68,11 +68,11 @@ def test_libraries_draw_what_torch_draws(
     architecture: Architecture, rays: bool, name: str, scene: Scene
 ) -> None:
     network = network_of(architecture, scene, rays)
-    draw = make_draw(network, usable(name), CPU)
+    decode = make_decode(network, usable(name), CPU)
     with torch.inference_mode():
         for count in (1, 3, 1):
             inputs = inputs_of(network, count)
-            for ours, expected in zip(draw(*inputs), network.draw(*inputs), strict=True):
+            for ours, expected in zip(decode(*inputs), network.decode(*inputs), strict=True):
                 assert expected.std() > 0.003
                 torch.testing.assert_close(ours, expected, rtol=0, atol=1e-4)
 
@@ -95,14 +95,14 @@ def test_bfloat16_is_near(name: str, scene: Scene) -> None:
 @pytest.mark.filterwarnings("ignore")
 def test_compiled_drawing_draws_the_same(scene: Scene) -> None:
     network = network_of("grid", scene)
-    draw = make_draw(network, usable("compiled"), CPU)
+    decode = make_decode(network, usable("compiled"), CPU)
     with torch.inference_mode():
         inputs = (
-            network.see(torch.zeros(1, 5)),
+            network.encode_view(torch.zeros(1, 5)),
             network.opacity.encode(torch.rand(1, 256)),
             network.encode_color(torch.rand(1, 3, 256)),
         )
-        for ours, expected in zip(draw(*inputs), network.draw(*inputs), strict=True):
+        for ours, expected in zip(decode(*inputs), network.decode(*inputs), strict=True):
             torch.testing.assert_close(ours, expected, rtol=0, atol=1e-4)
 
 
@@ -118,7 +118,7 @@ def test_a_library_that_is_not_installed_is_named(
 ) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     with pytest.raises(DeviceError, match=r"openvino must be installed.*choose eager"):
-        make_draw(network_of("grid", scene), Backend("openvino"), CPU)
+        make_decode(network_of("grid", scene), Backend("openvino"), CPU)
     assert choose_backends("auto", "float32", CPU) == [EAGER]
 
 
@@ -191,14 +191,14 @@ DROPPED = """
 import gc, signal, sys
 sys.path[:0] = ["tests/model", "tests/model/generator"]
 from conftest import blobs
-from model.backends import Backend, make_draw
-from model.scene import Scene
+from model.generator.backends import Backend, make_decode
+from model.scene.scene import Scene
 from test_backends import CPU, inputs_of, network_of
 network = network_of("grid", Scene.of(blobs(), image_size=64))
-draw = make_draw(network, Backend("openvino"), CPU)
+decode = make_decode(network, Backend("openvino"), CPU)
 for count in (1, 2):
-    draw(*inputs_of(network, count))
-del draw
+    decode(*inputs_of(network, count))
+del decode
 gc.collect()
 try:
     signal.raise_signal(signal.SIGINT)

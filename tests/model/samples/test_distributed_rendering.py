@@ -19,7 +19,7 @@ from model.errors import DatasetError, RenderError
 from model.samples.cluster import environment_kept
 from model.samples.cluster_worker import render_block_by_value
 from model.samples.distributed_rendering import render_store_on_cluster
-from model.samples.sample_store import ARRAYS, BLOCK, STREAMS, SampleBatch, SampleStore
+from model.samples.sample_store import ARRAYS, BLOCK, SPLITS, SampleBatch, SampleStore
 from model.scene.scene import Scene
 from model.scene.volume import Volume
 
@@ -72,9 +72,9 @@ def new(scene: Scene, tmp_path: Path) -> SampleStore:
 
 def assert_equal(one: SampleStore, other: SampleStore) -> None:
     one.require_complete()
-    for stream in STREAMS:
-        everything = range(other.count(stream))
-        batch, expected = one.read(stream, everything), other.read(stream, everything)
+    for split in SPLITS:
+        everything = range(other.count(split))
+        batch, expected = one.read(split, everything), other.read(split, everything)
         for name in ARRAYS:
             np.testing.assert_array_equal(getattr(batch, name), getattr(expected, name))
 

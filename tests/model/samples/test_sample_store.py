@@ -14,13 +14,13 @@ import zarr
 from model.errors import DatasetError
 from model.samples.sample_rendering import make_renderer, render_store
 from model.samples.sample_store import ARRAYS, BLOCK, SampleBatch, SampleStore
-from model.samples.sampling import Stream, draw_sample
+from model.samples.sampling import Split, draw_sample
 from model.scene.scene import Scene
 from model.scene.volume import Volume
 
 
-def content(store: SampleStore, stream: Stream) -> SampleBatch:
-    return store.read(stream, range(store.count(stream)))
+def content(store: SampleStore, split: Split) -> SampleBatch:
+    return store.read(split, range(store.count(split)))
 
 
 def assert_equal(one: SampleBatch, other: SampleBatch) -> None:
@@ -56,7 +56,7 @@ def test_two_processes_write_the_same_store(
 
 def test_a_store_can_grow(store: SampleStore, scene: Scene, volume: Volume, tmp_path: Path) -> None:
     path = tmp_path / "grown.zarr"
-    counts: dict[Stream, int] = {"train": 40, "holdout": 5}
+    counts: dict[Split, int] = {"train": 40, "holdout": 5}
     render_store(SampleStore.create(path, scene, 7, counts), volume, workers=1)
     grown = SampleStore.create(path, scene, 7, {"train": 70, "holdout": 5})
     # The second block was not full: it is rendered again, the first one stays.
@@ -71,8 +71,8 @@ KILLED = """
 import sys
 from itertools import islice
 from pathlib import Path
-from model.dataset import SampleStore
-from model.sample_rendering import render_store
+from model.samples.sample_store import SampleStore
+from model.samples.sample_rendering import render_store
 sys.path.insert(0, "tests/model")
 from conftest import blobs
 if __name__ == "__main__":
@@ -156,7 +156,7 @@ def test_a_pass_can_start_in_the_middle(
 def test_a_kill_while_growing_leaves_a_store_that_can_go_on(
     scene: Scene, volume: Volume, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    counts: dict[Stream, int] = {"train": 40, "holdout": 5}
+    counts: dict[Split, int] = {"train": 40, "holdout": 5}
     for resizes in range(5):
         path = tmp_path / f"{resizes}.zarr"
         SampleStore.create(path, scene, 7, counts)

@@ -36,9 +36,9 @@ def test_a_sample_depends_on_seed_stream_and_index_only(scene: Scene) -> None:
 
 def test_streams_never_meet() -> None:
     bits = {
-        sample_rng(seed, stream, i).bit_generator.random_raw()
+        sample_rng(seed, split, i).bit_generator.random_raw()
         for seed in (0, 1)
-        for stream in ("train", "holdout")
+        for split in ("train", "holdout")
         for i in range(500)
     }
     assert len(bits) == 2000

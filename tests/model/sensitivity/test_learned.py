@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from model.errors import RenderError
 from model.generator.generator import Generator
-from model.networks.blocks import keep_variance
+from model.networks.blocks import kaiming_init
 from model.networks.checkpoint import ModelCard
 from model.networks.encoding import decode_unit
 from model.networks.paper.two_stage import TwoStageGenerator
@@ -37,7 +37,7 @@ def tf(scene: Scene) -> TransferFunction:
 def generator(scene: Scene) -> Generator:
     torch.manual_seed(0)
     network = TwoStageGenerator(SIZE)
-    keep_variance(network)
+    kaiming_init(network)
     # Batch statistics as after training: none of the layers is the identity.
     for module in network.modules():
         if isinstance(module, torch.nn.BatchNorm1d | torch.nn.BatchNorm2d):

@@ -15,7 +15,7 @@ from model.networks.generator_network import GeneratorNetwork
 from model.samples.sample_store import SampleStore
 from model.scene.scene import Scene
 from model.training.batch import encode_batch
-from model.training.batch_norm import SAMPLES, OwnStatistics
+from model.training.batch_norm import SAMPLES, BatchNormRecalibration
 from model.training.options import Budget
 from model.training.schedule import Schedule
 from model.training.sources import StoredSource
@@ -39,7 +39,7 @@ def test_layers_put_out_mean_0_and_variance_1(
 ) -> None:
     # In one batch: of several, each would be drawn with its own mean.
     monkeypatch.setattr("model.training.batch_norm.BATCH", SAMPLES)
-    own = OwnStatistics(StoredSource(store), SIZE, CPU).of(generator)
+    own = BatchNormRecalibration(StoredSource(store), SIZE, CPU).of(generator)
     assert not own.training
     norms = [m for m in own.modules() if isinstance(m, nn.BatchNorm2d)]
     seen: dict[nn.Module, torch.Tensor] = {}
@@ -57,7 +57,7 @@ def test_layers_put_out_mean_0_and_variance_1(
 
 def test_nothing_else_changes(generator: GeneratorNetwork, store: SampleStore) -> None:
     before = copy.deepcopy(generator.state_dict())
-    own = OwnStatistics(StoredSource(store), SIZE, CPU).of(generator)
+    own = BatchNormRecalibration(StoredSource(store), SIZE, CPU).of(generator)
     for name, value in own.state_dict().items():
         assert torch.equal(generator.state_dict()[name], before[name])
         if "running" not in name and "num_batches" not in name:
@@ -77,7 +77,7 @@ def test_averaged_weights_are_shipped_with_their_own(
     load_stage(tmp_path, schedule.stages["joint"])
     trained = schedule.generator()
     if decay:
-        trained = OwnStatistics(run.source, run.size, CPU).of(trained)
+        trained = BatchNormRecalibration(run.source, run.size, CPU).of(trained)
     _, shipped = load_model(tmp_path)
     for name, value in statistics_of(trained).items():
         # Shipped in half precision.

@@ -12,7 +12,7 @@ from typing import cast
 import pytest
 import torch
 
-from model.training.guard import PATIENCE, WARM_UP, Guard, diversity, latent_health
+from model.training.guard import PATIENCE, WARM_UP, CollapseGuard, diversity, latent_health
 from model.training.options import StageOptions, TrainingOptions
 from model.training.stage import Stage, StepResult
 
@@ -54,7 +54,7 @@ def test_diversity_compares_with_the_rendered_images() -> None:
 
 @pytest.mark.parametrize(("bad", "words"), [(ALIKE, "alike"), (ONE_CODE, "codes of all")])
 def test_only_a_lasting_collapse_ends_a_run(bad: dict[str, float], words: str) -> None:
-    guard = Guard()
+    guard = CollapseGuard()
     assert guard.check_measurement(JOINT, bad, WARM_UP - 1) is None
     assert guard.healthy
     for _ in range(PATIENCE - 1):
@@ -70,8 +70,8 @@ def test_only_a_lasting_collapse_ends_a_run(bad: dict[str, float], words: str) -
 
 @pytest.mark.parametrize("bad", [ALIKE, ONE_CODE])
 def test_at_the_end_of_a_stage_there_is_nothing_to_wait_for(bad: dict[str, float]) -> None:
-    assert Guard().check_measurement(JOINT, bad, WARM_UP, last=True) is not None
-    assert Guard().check_measurement(JOINT, HEALTHY, WARM_UP, last=True) is None
+    assert CollapseGuard().check_measurement(JOINT, bad, WARM_UP, last=True) is not None
+    assert CollapseGuard().check_measurement(JOINT, HEALTHY, WARM_UP, last=True) is None
 
 
 @pytest.mark.parametrize("start", [0.0, 0.5, 0.9, 1.0])
@@ -79,9 +79,9 @@ def test_what_is_advised_can_be_done_and_makes_a_difference(start: float) -> Non
     options = replace(SETTINGS, adversarial_start=start)
     stage = cast(Stage, SimpleNamespace(**{**vars(JOINT), "options": options}))
     said = [
-        Guard().check_measurement(stage, ALIKE, WARM_UP, last=True),
-        Guard().check_measurement(stage, ONE_CODE, WARM_UP, last=True),
-        Guard().check_step(stage, StepResult({"l1": math.nan}, 1.0)),
+        CollapseGuard().check_measurement(stage, ALIKE, WARM_UP, last=True),
+        CollapseGuard().check_measurement(stage, ONE_CODE, WARM_UP, last=True),
+        CollapseGuard().check_step(stage, StepResult({"l1": math.nan}, 1.0)),
     ]
     settings = [re.findall(r"--set ([\w.]+=[\w.-]+)", words or "") for words in said]
     assert all(settings)
@@ -99,6 +99,6 @@ def test_what_is_advised_can_be_done_and_makes_a_difference(start: float) -> Non
     [(math.nan, 1.0, "the l1 loss"), (math.inf, 1.0, "the l1 loss"), (1.0, math.inf, "gradient")],
 )
 def test_what_is_not_finite_is_named(loss: float, gradient: float, words: str) -> None:
-    said = Guard().check_step(JOINT, StepResult({"l1": loss}, gradient))
+    said = CollapseGuard().check_step(JOINT, StepResult({"l1": loss}, gradient))
     assert said is not None and words in said
-    assert Guard().check_step(JOINT, StepResult({"l1": 1.0}, 1.0)) is None
+    assert CollapseGuard().check_step(JOINT, StepResult({"l1": 1.0}, 1.0)) is None

@@ -12,20 +12,20 @@ from model.training.optimizers import adam, cosine_decay, halving_decay, set_rat
 def test_the_cosine_rises_and_falls_like_torchs_own_schedules() -> None:
     steps = 1000
     weight = nn.Parameter(torch.zeros(1))
-    optimiser = torch.optim.SGD([weight], lr=1.0)
+    optimizer = torch.optim.SGD([weight], lr=1.0)
     warm = int(0.03 * steps)
     schedule = torch.optim.lr_scheduler.SequentialLR(
-        optimiser,
+        optimizer,
         [
-            torch.optim.lr_scheduler.LinearLR(optimiser, 1e-9, 1.0, warm),
-            torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, steps - warm),
+            torch.optim.lr_scheduler.LinearLR(optimizer, 1e-9, 1.0, warm),
+            torch.optim.lr_scheduler.CosineAnnealingLR(optimizer, steps - warm),
         ],
         [warm],
     )
     expected = []
     for _ in range(steps):
-        expected.append(optimiser.param_groups[0]["lr"])
-        optimiser.step()
+        expected.append(optimizer.param_groups[0]["lr"])
+        optimizer.step()
         schedule.step()
     ours = [cosine_decay(step / steps) for step in range(steps)]
     np.testing.assert_allclose(ours, expected, atol=1.1e-3)
@@ -42,15 +42,15 @@ def test_halvings() -> None:
 
 def test_only_the_feature_grid_has_another_rate() -> None:
     network = nn.ModuleDict({"grid": FeatureGrid((1, 1, 1), 8, 2), "other": nn.Linear(3, 4)})
-    optimiser = adam(network, 0.999, 10.0)
-    set_rate(optimiser, 1e-3)
+    optimizer = adam(network, 0.999, 10.0)
+    set_rate(optimizer, 1e-3)
     before = {name: p.detach().clone() for name, p in network.named_parameters()}
     for parameter in network.parameters():
         parameter.grad = torch.ones_like(parameter)
-    optimiser.step()
+    optimizer.step()
     for name, parameter in network.named_parameters():
         # Adam's first step has the length of the learning rate.
         step = 1e-2 if name == "grid.features" else 1e-3
         moved = (before[name] - parameter.detach()).numpy()
         assert moved == pytest.approx(np.full(moved.shape, step), rel=1e-3), name
-    assert math.isclose(sum(len(g["params"]) for g in optimiser.param_groups), 3)
+    assert math.isclose(sum(len(g["params"]) for g in optimizer.param_groups), 3)

@@ -15,7 +15,7 @@ def test_faithful_is_the_papers_recipe() -> None:
     assert (recipe.translation.batch_size, recipe.translation.learning_rate) == (50, 8e-5)
     assert recipe.l1_weight == 150
     assert recipe.decoded_tf_weight == 1
-    assert recipe.more_tfs == 0
+    assert recipe.unrendered_tfs == 0
     assert recipe.thick_layer_weight == 0
     assert recipe.tf_edit_weight == 0
     assert recipe.opacity_l1_weight == 0
@@ -37,7 +37,7 @@ def test_options_survive_json() -> None:
         {"opacity_time_share": 0.0},
         {"beta2": 1.0},
         {"grid_rate": 0.0},
-        {"more_tfs": -1},
+        {"unrendered_tfs": -1},
         {"l1_weight": -1.0},
         {"thick_layer_weight": -0.1},
         {"tf_edit_weight": -0.1},
@@ -63,13 +63,13 @@ def test_impossible_budgets_are_refused(minutes: float | None, samples: int | No
 
 def test_settings_change_single_options() -> None:
     changed = TrainingOptions().with_settings(
-        ["l1_weight=50", "joint.learning_rate = 5e-4", "joint.batch_size=8", "keep_variance=false"]
+        ["l1_weight=50", "joint.learning_rate = 5e-4", "joint.batch_size=8", "kaiming_init=false"]
     )
     expected = replace(
         TrainingOptions(),
         l1_weight=50.0,
         joint=replace(TrainingOptions().joint, learning_rate=5e-4, batch_size=8),
-        keep_variance=False,
+        kaiming_init=False,
     )
     assert changed == expected
 
@@ -85,7 +85,7 @@ def test_settings_change_single_options() -> None:
         ("l1_weight", "give a number"),
         ("l1_weight=nan", "give a number"),
         ("joint.batch_size=2.5", "give a number, as now 8"),
-        ("keep_variance=1", "true or false"),
+        ("kaiming_init=1", "true or false"),
         ("average_decay=2", "from 0 to below 1"),
         ("joint.batch_size=1", "at least 2"),
         ("joint.learning_rate=0", "above 0"),

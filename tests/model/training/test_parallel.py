@@ -35,10 +35,10 @@ def torchrun(*arguments: str) -> None:
 STEP = """
 import sys
 import torch
-from model.encoding import EncodedBatch
-from model.networks.blocks import NetworkSize
-from model.networks.opacity import OpacityGenerator
-from model.scene import Scene
+from model.training.batch import EncodedBatch
+from model.networks.size import NetworkSize
+from model.networks.paper.opacity import OpacityGenerator
+from model.scene.scene import Scene
 from model.training import parallel
 from model.training.codec_loss import CodecLoss
 from model.training.options import TrainingOptions

@@ -107,7 +107,7 @@ KILLED = """
 import sys
 from pathlib import Path
 sys.path.insert(0, "tests/model/training")
-from model.dataset import SampleStore
+from model.samples.sample_store import SampleStore
 from model.training.trainer import train
 import model.training.monitor
 model.training.monitor.PROBE_SAMPLES = 8

@@ -13,7 +13,7 @@ from told_codec import Told
 from torch import Tensor, nn
 
 from model.errors import TrainingError
-from model.networks.blocks import keep_variance
+from model.networks.blocks import kaiming_init
 from model.networks.codec import LatentCodec
 from model.networks.paper.opacity import OpacityGenerator
 from model.networks.size import NetworkSize
@@ -22,7 +22,7 @@ from model.samples.sampling import draw_edits, draw_opacity_tfs
 from model.scene.scene import Scene
 from model.training.batch import EncodedBatch, encode_batch
 from model.training.codec_loss import LAYER, CodecLoss, decoded_tf_error
-from model.training.ema import WeightAverage
+from model.training.ema import EMA
 from model.training.losses import adversarial
 from model.training.optimizers import WARM_UP
 from model.training.options import StageOptions, TrainingOptions
@@ -32,8 +32,8 @@ from model.training.stages import OpacityStage, TranslationStage
 SIZE = NetworkSize(0.125, 16, 64)
 CPU = torch.device("cpu")
 SCENE = Scene("none", "", (0.0, 1.0), (0.2, 0.8), 64)
-PLAIN = replace(TrainingOptions(), more_tfs=0, thick_layer_weight=0.0, tf_edit_weight=0.0)
-LOSS = CodecLoss(SCENE, replace(PLAIN, more_tfs=8))
+PLAIN = replace(TrainingOptions(), unrendered_tfs=0, thick_layer_weight=0.0, tf_edit_weight=0.0)
+LOSS = CodecLoss(SCENE, replace(PLAIN, unrendered_tfs=8))
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +78,7 @@ def test_the_codec_also_learns_from_tfs_without_images(batch: EncodedBatch) -> N
     stage.steps = 5
     errors = {}
     for count in (0, 40):
-        loss = CodecLoss(SCENE, replace(PLAIN, more_tfs=count, seed=3))
+        loss = CodecLoss(SCENE, replace(PLAIN, unrendered_tfs=count, seed=3))
         with torch.no_grad():
             decoded = stage.generator.decode(stage.generator.encode(batch.opacity_tf))
             errors[count] = loss(stage.generator, decoded, batch, stage.steps).item()
@@ -103,7 +103,7 @@ def test_the_codec_is_to_follow_edits_whatever_it_makes_of_the_tf(batch: Encoded
         codec = Told(decode)
         decoded = codec.decode(batch.opacity_tf)
         plain, weighted = (
-            CodecLoss(SCENE, replace(PLAIN, more_tfs=40, seed=3, tf_edit_weight=weight))(
+            CodecLoss(SCENE, replace(PLAIN, unrendered_tfs=40, seed=3, tf_edit_weight=weight))(
                 codec, decoded, batch, 5
             ).item()
             for weight in (0.0, 3.0)
@@ -117,15 +117,15 @@ def test_learning_from_edits_makes_a_codec_follow_them() -> None:
     def trained(weight: float) -> float:
         torch.manual_seed(0)
         codec = LatentCodec(replace(SIZE, width=0.5, deep_codec=True))
-        keep_variance(codec)
-        options = replace(PLAIN, more_tfs=24, tf_edit_weight=weight)
-        loss, optimiser = CodecLoss(SCENE, options), torch.optim.Adam(codec.parameters(), 1e-3)
+        kaiming_init(codec)
+        options = replace(PLAIN, unrendered_tfs=24, tf_edit_weight=weight)
+        loss, optimizer = CodecLoss(SCENE, options), torch.optim.Adam(codec.parameters(), 1e-3)
         for step in range(200):
             tfs = 2 * torch.from_numpy(draw_opacity_tfs(SCENE, 9, step, 8)) - 1
             batch = EncodedBatch(tfs, tfs, tfs, tfs, tfs)
-            optimiser.zero_grad()
+            optimizer.zero_grad()
             loss(codec, codec.decode(codec.encode(tfs)), batch, step).backward()
-            optimiser.step()
+            optimizer.step()
         # The derivative of decoded TFs along smooth edits, against the edits themselves.
         tfs = 2 * torch.from_numpy(draw_opacity_tfs(SCENE, 7, 0, 20)) - 1
         edits = torch.from_numpy(draw_edits(SCENE, 7, 0, 20))
@@ -186,8 +186,8 @@ def test_the_learning_rate_is_halved_as_in_the_paper(
 ) -> None:
     opacity, _ = stages(TrainingOptions.faithful())
     opacity.step(batch, progress)
-    for optimiser in (opacity.generator_optimiser, opacity.discriminator_optimiser):
-        assert optimiser.param_groups[0]["lr"] == 2e-4 * 0.5**halvings
+    for optimizer in (opacity.generator_optimizer, opacity.discriminator_optimizer):
+        assert optimizer.param_groups[0]["lr"] == 2e-4 * 0.5**halvings
 
 
 def test_weights_of_losses_reach_the_generator(batch: EncodedBatch) -> None:
@@ -204,7 +204,7 @@ def test_weights_of_losses_reach_the_generator(batch: EncodedBatch) -> None:
 
 def test_the_average_is_exponential() -> None:
     network = nn.Linear(1, 1, bias=False)
-    average = WeightAverage(network, decay=0.9)
+    average = EMA(network, decay=0.9)
     values = []
     expected = network.weight.item()
     for step in range(300):
@@ -221,7 +221,7 @@ def test_the_average_is_exponential() -> None:
 
 def test_without_decay_the_average_is_the_network() -> None:
     network = nn.BatchNorm2d(3)
-    average = WeightAverage(network, decay=0.0)
+    average = EMA(network, decay=0.0)
     network(torch.randn(4, 3, 2, 2))
     average.update(network, 0)
     for name, value in network.state_dict().items():
@@ -283,8 +283,8 @@ def test_the_discriminator_learns_once_however_often_a_step_is_tried(batch: Enco
     assert stage.parts == 4
     steps = {
         int(state["step"])
-        for optimiser in (stage.discriminator_optimiser, stage.generator_optimiser)
-        for state in optimiser.state.values()
+        for optimizer in (stage.discriminator_optimizer, stage.generator_optimizer)
+        for state in optimizer.state.values()
     }
     assert steps == {1}
     assert losses["discriminator"] > 0

@@ -28,7 +28,7 @@ def raycast(scene: Scene) -> Scene:
 
 
 @contextmanager
-def stream(volume: Volume, scene: Scene, **options: object) -> Iterator[StreamSource]:
+def split(volume: Volume, scene: Scene, **options: object) -> Iterator[StreamSource]:
     source = StreamSource(volume, scene, seed=5, **options)  # type: ignore[arg-type]
     try:
         yield source
@@ -43,7 +43,7 @@ def assert_same(one: SampleBatch, other: SampleBatch) -> None:
 
 @cache
 def numbers_of_azimuths(scene: Scene, first: int, count: int) -> dict[float, int]:
-    """The number in the stream of each sample: no two azimuths are the same."""
+    """The number in the split of each sample: no two azimuths are the same."""
     indices = range(first, first + count)
     return {draw_sample(scene, 5, "train", i).view.azimuth: i for i in indices}
 
@@ -57,7 +57,7 @@ def numbers(batch: SampleBatch, scene: Scene, first: int = 0, count: int = 4096)
 def test_a_streams_samples_are_those_of_the_scene(
     volume: Volume, raycast: Scene, stage: int
 ) -> None:
-    with stream(volume, raycast, threads=2) as source:
+    with split(volume, raycast, threads=2) as source:
         batch = next(source.batches(stage, 16, 3, 0))
     renderer = make_renderer(volume, raycast)
     for i, number in enumerate(numbers(batch, raycast, stage * STAGE_SAMPLES, FIRST_SAMPLES)):
@@ -70,8 +70,8 @@ def test_a_streams_samples_are_those_of_the_scene(
 
 def test_batches_do_not_depend_on_threads(volume: Volume, raycast: Scene) -> None:
     with (
-        stream(volume, raycast, threads=1) as one,
-        stream(volume, raycast, threads=3) as other,
+        split(volume, raycast, threads=1) as one,
+        split(volume, raycast, threads=3) as other,
     ):
         for a, b in zip(
             islice(one.batches(0, 16, 3, 0), 12), other.batches(0, 16, 3, 0), strict=False
@@ -81,7 +81,7 @@ def test_batches_do_not_depend_on_threads(volume: Volume, raycast: Scene) -> Non
 
 def test_a_stream_goes_on_where_it_stopped(volume: Volume, raycast: Scene) -> None:
     options = {"threads": 1, "reuse": 1.0, "ring_samples": 600}
-    with stream(volume, raycast, **options) as source:
+    with split(volume, raycast, **options) as source:
         whole = list(islice(source.batches(0, 16, 3, 0), 14))
         rest = list(islice(source.batches(0, 16, 3, 9), 5))
     for a, b in zip(whole[9:], rest, strict=True):
@@ -90,7 +90,7 @@ def test_a_stream_goes_on_where_it_stopped(volume: Volume, raycast: Scene) -> No
 
 def test_samples_are_learned_from_as_often_as_asked(volume: Volume, raycast: Scene) -> None:
     reuse, ring, batches, size = 4.0, 256, 400, 32
-    with stream(volume, raycast, threads=1, reuse=reuse, ring_samples=ring) as source:
+    with split(volume, raycast, threads=1, reuse=reuse, ring_samples=ring) as source:
         drawn = [numbers(b, raycast) for b in islice(source.batches(0, size, 3, 0), batches)]
     for number, batch in enumerate(drawn):
         newest = FIRST_SAMPLES + int(number * size / reuse)
@@ -109,14 +109,14 @@ def test_a_failing_renderer_ends_the_training(
     def fail(*_: object) -> None:
         raise RenderError("out of paint")
 
-    with stream(volume, raycast, threads=2) as source:
+    with split(volume, raycast, threads=2) as source:
         monkeypatch.setattr("model.training.streamed_samples.render_samples", fail)
         with pytest.raises(RenderError, match="out of paint"):
             next(source.batches(0, 16, 3, 0))
 
 
 def test_closing_ends_the_threads(volume: Volume, raycast: Scene) -> None:
-    with stream(volume, raycast, threads=2) as source:
+    with split(volume, raycast, threads=2) as source:
         next(source.batches(0, 16, 3, 0))
         threads = [t for t in threading.enumerate() if t.name == "samples"]
         assert len(threads) == 2
@@ -127,13 +127,13 @@ def test_closing_ends_the_threads(volume: Volume, raycast: Scene) -> None:
 
 
 def test_the_holdout_is_that_of_a_store(volume: Volume, raycast: Scene, store: SampleStore) -> None:
-    with stream(volume, raycast) as source:
+    with split(volume, raycast) as source:
         ours = source.first("holdout", BLOCK)
         again = source.first("holdout", BLOCK)
     theirs = StoredSource(store).first("holdout", BLOCK)
     np.testing.assert_array_equal(ours.rgba, again.rgba)
     assert store.seed != source.seed
     assert not np.array_equal(ours.view, theirs.view)
-    with stream(volume, raycast) as source:
+    with split(volume, raycast) as source:
         source.seed = store.seed
         np.testing.assert_array_equal(source.first("holdout", BLOCK).view, theirs.view)

@@ -20,7 +20,7 @@ from model.errors import CollapseError, DatasetError, TrainingError
 from model.networks.checkpoint import load_card, load_model
 from model.networks.codec import LatentCodec
 from model.samples.sample_store import SampleStore
-from model.samples.sampling import Stream
+from model.samples.sampling import Split
 from model.scene.scene import Scene
 from model.training.batch import EncodedBatch
 from model.training.options import Budget
@@ -200,7 +200,7 @@ def test_what_has_just_collapsed_never_replaces_what_was_good(
 def test_too_few_samples_are_refused(
     scene: Scene, tmp_path: Path, samples: int, holdout: int
 ) -> None:
-    counts: dict[Stream, int] = {"train": samples, "holdout": holdout}
+    counts: dict[Split, int] = {"train": samples, "holdout": holdout}
     store = SampleStore.create(tmp_path / "few.zarr", scene, 0, counts)
     with pytest.raises(DatasetError, match="too few"):
         train(plan(store, tmp_path / "run"))

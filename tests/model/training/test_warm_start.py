@@ -18,20 +18,20 @@ from model.training.options import StageOptions, TrainingOptions
 from model.training.plan import TrainingPlan
 from model.training.schedule import Schedule
 from model.training.trainer import train
-from model.training.warm_start import Start
+from model.training.warm_start import WarmStart
 
 ONE_STAGE = replace(RECIPE, one_stage=True)
 
 
 def from_there(store: SampleStore, finished: Path, folder: Path) -> TrainingPlan:
-    return replace(plan(store, folder, 320), start=Start.read(finished))
+    return replace(plan(store, folder, 320), start=WarmStart.read(finished))
 
 
 @pytest.mark.parametrize("options", [RECIPE, ONE_STAGE])
 def test_the_first_weights_are_the_models(
     store: SampleStore, finished: Path, options: TrainingOptions
 ) -> None:
-    start = Start.read(finished)
+    start = WarmStart.read(finished)
     schedule = Schedule(start.card.size, options, store.scene, torch.device("cpu"))
     schedule.start_from(start.network)
     trained = load_model(finished)[1].state_dict()
@@ -50,7 +50,7 @@ def test_a_run_begins_where_the_model_was(
     # One step at a rate that changes next to nothing measures the first weights.
     still = StageOptions(16, 1e-9, 1.0)
     options = replace(ONE_STAGE, joint=still)
-    for name, start in (("anew", None), ("on", Start.read(finished))):
+    for name, start in (("anew", None), ("on", WarmStart.read(finished))):
         train(replace(plan(store, tmp_path / name, 16), options=options, start=start))
     anew, on = (load_card(tmp_path / name).metrics["holdout"] for name in ("anew", "on"))
     before = load_card(finished).metrics["holdout"]
@@ -80,13 +80,13 @@ def test_such_a_run_resumes_from_the_same_model_only(
     with pytest.raises(TrainingError, match=r"start \w{64}, not None"):
         train(replace(asked, start=None), resume=True)
     with pytest.raises(TrainingError, match="start "):
-        train(replace(asked, start=Start.read(whole)), resume=True)
+        train(replace(asked, start=WarmStart.read(whole)), resume=True)
     train(asked, resume=True)
     assert_same_state(folder, whole)
 
 
 def test_a_model_of_another_network_or_scene_is_refused(store: SampleStore, finished: Path) -> None:
-    start = Start.read(finished)
+    start = WarmStart.read(finished)
     scene = store.scene
     start.check(start.card.size, scene)
     start.check(start.card.size, replace(scene, volume_name="another", volume_fingerprint="1"))

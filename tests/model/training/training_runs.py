@@ -51,7 +51,7 @@ class Stop:
 
 
 def assert_same_state(one: Path, other: Path) -> None:
-    """All networks, averages and optimisers of two finished runs, to the last bit."""
+    """All networks, averages and optimizers of two finished runs, to the last bit."""
     states = [load_file(next(folder.glob("training-*.safetensors"))) for folder in (one, other)]
     assert states[0].keys() == states[1].keys()
     for name, value in states[0].items():

@@ -128,7 +128,7 @@ def test_what_the_grid_holds_at_a_place_is_seen_at_its_pixel(scene: Scene, view:
         grid.features.zero_()
         grid.features[:, :4] = torch.stack([x, y, z, torch.ones_like(x)], dim=-1).reshape(-1, 4)
         encoded = torch.from_numpy(view.vector(scene.view_range))[None]
-        (samples,) = network.see(encoded)
+        (samples,) = network.encode_view(encoded)
     seen = samples.reshape(16, 16, 16, -1).double()
     inside = seen[..., 3] > 0.999
     assert inside.sum() > 100

@@ -10,8 +10,8 @@ from model.errors import TfscopeError
 from model.networks.blocks import (
     Modulation,
     ResidualBlock,
-    initialise,
-    keep_variance,
+    initialize,
+    kaiming_init,
     parameter_count,
 )
 from model.networks.paper.opacity import OpacityDiscriminator, OpacityGenerator
@@ -90,7 +90,7 @@ def test_presets_are_those_of_the_documentation() -> None:
 def test_first_weights_have_the_papers_spread() -> None:
     torch.manual_seed(0)
     block = ResidualBlock(64, 32)
-    initialise(block)
+    initialize(block)
     convolution, norm = block.body[0], block.body[1]
     assert isinstance(convolution, nn.Conv2d)
     assert convolution.weight.std().item() == pytest.approx(0.02, rel=0.05)
@@ -103,7 +103,7 @@ def test_narrow_encoders_pass_their_signal_on() -> None:
     encoder = TranslationGenerator(NetworkSize(0.25)).color_tf
     tf = torch.rand(16, 3, 256) * 2 - 1
     lost = encoder(tf).std(0).mean()
-    keep_variance(encoder)
+    kaiming_init(encoder)
     kept = encoder(tf).std(0).mean()
     assert lost < 1e-4 < 0.05 < kept < 5
 
@@ -152,10 +152,10 @@ def test_the_image_has_the_whole_gradient_to_the_opacity_tf() -> None:
 
     latent = network.opacity.encode(tf).detach().requires_grad_()
     through_image = network.translation(
-        view, latent.detach(), color, network.opacity.draw(view, latent)
+        view, latent.detach(), color, network.opacity.render_latent(view, latent)
     )
     through_code = network.translation(
-        view, latent, color, network.opacity.draw(view, latent.detach())
+        view, latent, color, network.opacity.render_latent(view, latent.detach())
     )
     parts = [
         torch.autograd.grad((image * weights).sum(), latent)[0]
