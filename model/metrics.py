@@ -17,7 +17,8 @@ import torch
 from numpy.typing import NDArray
 from skimage.metrics import structural_similarity
 
-from model.networks.encoding import encode_unit, rgb_to_lab
+from model.networks.encoding import encode_unit
+from model.scene.color_space import rgb_to_lab
 
 EMD_BINS = (8, 12, 12)
 """Bins of the colour histogram along L, a and b."""

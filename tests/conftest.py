@@ -1,6 +1,10 @@
+import os
 import signal
 
 from hypothesis import HealthCheck, settings
+
+# The tests open no window on anybody's screen.
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 # A busy machine fails no test; and what passes once passes again: new cases are for
 # `make test-all`, which gives --hypothesis-profile=fresh.

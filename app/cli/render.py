@@ -18,8 +18,10 @@ from model.errors import RenderError
 from model.generator.catalog import model_for, shipped_models
 from model.networks.checkpoint import load_card
 from model.scene.default_tf import default_transfer_function
+from model.scene.inputs import SceneInputs
+from model.scene.light import LightDirection
 from model.scene.range_fitting import fit_to_range
-from model.scene.scene import LightDirection, RendererName, Scene
+from model.scene.scene import RendererName, Scene
 from model.scene.transfer_function import Range, TransferFunction
 from model.scene.view import View
 from model.scene.volume import Volume
@@ -94,7 +96,7 @@ def _render_volume(order: RenderOrder, view: View) -> NDArray[np.float32]:
     renderer = open_renderer(name, volume, lighting, light, step)
     try:
         size = order.size or (scene.image_size if scene else DEFAULT_SIZE)
-        return renderer.render(view, tf.opacity, tf.color, size)
+        return renderer.render(SceneInputs.of(view, tf), size)
     finally:
         renderer.close()
 
@@ -114,7 +116,7 @@ def _render_generator(order: RenderOrder, view: View) -> NDArray[np.float32]:
         tf = load_fitted(order.tf, scene.scalar_range)
     else:
         tf = default_transfer_function(_volume(order, scene))
-    rgba = generator.render(view, tf.opacity, tf.color)
+    rgba = generator.render(SceneInputs.of(view, tf))
     if order.size and order.size != scene.image_size:
         rgba = resize(rgba, (order.size, order.size), anti_aliasing=order.size < scene.image_size)
     return np.clip(rgba, 0, 1).astype(np.float32)

@@ -15,6 +15,7 @@ from app.cli.plots import Curve, Plot, save_plots
 from app.cli.render import DEFAULT_SIZE, load_fitted, model_folder
 from model.errors import RenderError
 from model.scene.default_tf import default_transfer_function
+from model.scene.inputs import SceneInputs
 from model.scene.region import Region, block_edges
 from model.scene.tf_perturbation import EDIT_WIDTH, response_to_edits
 from model.scene.transfer_function import TF_SAMPLES, TransferFunction
@@ -77,7 +78,7 @@ def save_sensitivity(order: SensitivityOrder) -> None:
             f"The value {order.value:g} is outside the volume's range; give {lo:g} to {hi:g}."
         )
     by = _by_renderer if order.exact else _by_generator
-    result = by(order, volume, view, tf, region)
+    result = by(order, volume, SceneInputs.of(view, tf), region)
     try:
         if order.out.suffix.lower() == ".npz":
             _save_numbers(order.out, result, volume, tf)
@@ -93,7 +94,7 @@ def save_sensitivity(order: SensitivityOrder) -> None:
 
 
 def _by_renderer(
-    order: SensitivityOrder, volume: Volume, view: View, tf: TransferFunction, region: Region | None
+    order: SensitivityOrder, volume: Volume, inputs: SceneInputs, region: Region | None
 ) -> _Differentiated:
     from model.rendering.raycast.renderer import RaycastRenderer
     from model.sensitivity.exact import region_sensitivity, sensitivity_field
@@ -102,17 +103,17 @@ def _by_renderer(
     renderer = RaycastRenderer(volume)
     try:
         if region is not None:
-            sensitivity = region_sensitivity(renderer, view, tf, size, region)
+            sensitivity = region_sensitivity(renderer, inputs, size, region)
         else:
-            sensitivity = sensitivity_field(renderer, view, tf, size, order.block)
-        image = renderer.render(view, tf.opacity, tf.color, size)[..., :3]
+            sensitivity = sensitivity_field(renderer, inputs, size, order.block)
+        image = renderer.render(inputs, size)[..., :3]
     finally:
         renderer.close()
     return _Differentiated(image, response_to_edits(sensitivity, _edit_width(order)))
 
 
 def _by_generator(
-    order: SensitivityOrder, volume: Volume, view: View, tf: TransferFunction, region: Region | None
+    order: SensitivityOrder, volume: Volume, inputs: SceneInputs, region: Region | None
 ) -> _Differentiated:
     from model.generator.generator import Generator
     from model.sensitivity.learned import generator_sensitivity
@@ -128,7 +129,7 @@ def _by_generator(
         raise RenderError(
             f"The model draws {scene.image_size} x {scene.image_size} pixels; leave --size out."
         )
-    found = generator_sensitivity(generator, view, tf, _edit_width(order))
+    found = generator_sensitivity(generator, inputs, _edit_width(order))
     sensitivity = found.region(region) if region is not None else found.field(order.block)
     return _Differentiated(np.clip(found.image, 0, 1), sensitivity)
 

@@ -120,7 +120,8 @@ def execution_of(
     # One after the other: all would slow each other down, and the later ones find it kept.
     if parallel.rank():
         parallel.wait_for_all()
-    chosen = choose_execution(size, recipe, scene, device, precision)
+    with parallel.alone():
+        chosen = choose_execution(size, recipe, scene, device, precision)
     if not parallel.rank():
         parallel.wait_for_all()
         console.print(f"Steps are computed in {chosen}: the fastest way measured here.")

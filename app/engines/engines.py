@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from app.engines.messages import RenderRequest
 from app.engines.worker import Engine
-from model.scene.scene import LightDirection, Lighting, RendererName, Scene
+from model.scene.light import LightDirection
+from model.scene.scene import Lighting, RendererName, Scene
 from model.scene.volume import Volume
 
 if TYPE_CHECKING:
@@ -108,10 +109,8 @@ class ReferenceEngine:
         """Render at the request's size, or half of it while live."""
         coarseness = LIVE_COARSENESS if request.live else 1.0
         halve = request.live and request.size > LIVE_MAX_SIZE
-        self._renderer.sample_distance = self._sample_distance * coarseness
-        tf = request.transfer_function
         size = request.size // 2 if halve else request.size
-        return self._renderer.render(request.view, tf.opacity, tf.color, size)
+        return self._renderer.render(request.inputs, size, self._sample_distance * coarseness)
 
     def close(self) -> None:
         """Free the OpenGL context, or the threads."""
@@ -139,8 +138,7 @@ class GeneratorEngine:
 
     def render(self, request: RenderRequest) -> NDArray[np.float32]:
         """Generate the image at the size that the generator was trained for."""
-        tf = request.transfer_function
-        return self._generator.render(request.view, tf.opacity, tf.color)
+        return self._generator.render(request.inputs)
 
     def close(self) -> None:
         """Nothing to free: the weights go with the object."""

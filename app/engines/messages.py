@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import TfscopeError
+from model.scene.inputs import SceneInputs
 from model.scene.scene import Scene
-from model.scene.transfer_function import TransferFunction
-from model.scene.view import View
 
 
 @dataclass(frozen=True)
@@ -21,8 +20,7 @@ class RenderRequest:
     ----------
     sequence : int
         Grows with every request of the window; its result carries the same.
-    view : View
-    transfer_function : TransferFunction
+    inputs : SceneInputs
     size : int
         Width and height in pixels; a generator keeps its own size.
     live : bool
@@ -30,8 +28,7 @@ class RenderRequest:
     """
 
     sequence: int
-    view: View
-    transfer_function: TransferFunction
+    inputs: SceneInputs
     size: int
     live: bool
 

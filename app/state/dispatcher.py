@@ -47,8 +47,7 @@ class Dispatcher(QObject):
         self._sequence += 1
         request = RenderRequest(
             self._sequence,
-            self._state.view,
-            self._state.transfer_function,
+            self._state.inputs,
             self.size,
             live,
         )

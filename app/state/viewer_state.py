@@ -11,6 +11,7 @@ from pathlib import Path
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoCommand, QUndoStack
 
+from model.scene.inputs import SceneInputs
 from model.scene.range_fitting import fit_to_range
 from model.scene.transfer_function import ColorTF, OpacityTF, Range, TransferFunction
 from model.scene.view import View
@@ -58,6 +59,11 @@ class ViewerState(QObject):
     def transfer_function(self) -> TransferFunction:
         """The current TF; its scalar range is the volume's."""
         return self._transfer_function
+
+    @property
+    def inputs(self) -> SceneInputs:
+        """What the images depend on, as it is now."""
+        return SceneInputs.of(self._view, self._transfer_function)
 
     @property
     def scalar_range(self) -> Range:

@@ -18,8 +18,8 @@ from app.state.transfer_function_store import TransferFunctionStore
 from app.state.viewer_state import ViewerState
 from model.errors import TransferFunctionError
 from model.generator.catalog import model_for
+from model.scene.inputs import outside_range
 from model.scene.scene import RendererName, Scene
-from model.scene.training_range import outside_training_range
 from model.scene.transfer_function import TransferFunction
 
 REFERENCE_TITLES: dict[RendererName, str] = {
@@ -277,8 +277,7 @@ class Workspace(QObject):
     def _update_hint(self) -> None:
         hint = ""
         if self._scene is not None and self._matches():
-            opacity = self._state.transfer_function.opacity
-            hint = outside_training_range(self._scene, self._state.view, opacity)
+            hint = outside_range(self._state.inputs, self._scene)
         self._generator.canvas.set_hint(hint)
 
     def _report_settled(self) -> None:

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 import torch
 from torch import Tensor
 from torch.utils.benchmark import Timer
@@ -14,7 +13,7 @@ from torch.utils.benchmark import Timer
 from model.errors import first_line
 from model.generator.backends import BACKENDS, EAGER, Backend, BackendName, make_decode, obstacle
 from model.networks.blocks import place
-from model.networks.encoding import encode_colors, encode_unit, encode_views
+from model.networks.encoding import EncodedInputs
 from model.networks.generator_network import GeneratorNetwork
 from model.samples.sampling import draw_sample
 from model.scene.scene import Scene
@@ -101,8 +100,8 @@ def compare_backends(
     """
     network = place(network, device).eval()
     for batch in BATCHES:
-        view, opacity_tf, color_tf = _inputs(batch, scene, device)
-        view_features = network.encode_view(view)
+        conditions, opacity_tf, color_tf = _inputs(batch, scene, device)
+        view_features = network.encode_view(conditions)
         latent, color = network.opacity.encode(opacity_tf), network.encode_color(color_tf)
         truth = network.decode(view_features, latent, color)
         eager: float | None = None
@@ -134,9 +133,9 @@ def time_parts(
     network = place(network, device).eval()
     rows = []
     for batch in BATCHES:
-        view, opacity_tf, color_tf = _inputs(batch, scene, device)
+        conditions, opacity_tf, color_tf = _inputs(batch, scene, device)
         parts: list[tuple[Callable[..., Any], Tensor]] = [
-            (network.encode_view, view),
+            (network.encode_view, conditions),
             (network.opacity.encode, opacity_tf),
             (network.encode_color, color_tf),
         ]
@@ -149,15 +148,10 @@ def _backends(names: Sequence[BackendName]) -> list[Backend]:
     return [EAGER, *others, *(b._replace(precision="bfloat16") for b in [EAGER, *others])]
 
 
-def _inputs(batch: int, scene: Scene, device: torch.device) -> tuple[Tensor, Tensor, Tensor]:
-    """Encoded views, opacity TFs and colour TFs."""
+def _inputs(batch: int, scene: Scene, device: torch.device) -> EncodedInputs:
+    """The first hold-out samples' inputs."""
     samples = [draw_sample(scene, 0, "holdout", i) for i in range(batch)]
-    tfs = [s.transfer_function for s in samples]
-    return (
-        encode_views([s.view for s in samples], scene.view_range).to(device),
-        encode_unit(np.stack([tf.opacity.sample() for tf in tfs])).to(device),
-        encode_colors(np.stack([tf.color.sample() for tf in tfs])).to(device),
-    )
+    return EncodedInputs.of(samples, scene).map(lambda tensor: tensor.to(device))
 
 
 def _time(function: Callable[..., Any], arguments: tuple[Any, ...], seconds: float) -> float:

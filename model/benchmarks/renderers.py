@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from model.metrics import rmse
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.renderer import Renderer, open_renderer
-from model.samples.sampling import SceneSample, draw_sample
+from model.samples.sampling import draw_sample
+from model.scene.inputs import SceneInputs
 from model.scene.scene import Lighting, RendererName, Scene
 from model.scene.volume import Volume
 from model.sensitivity.exact import sensitivity_field
@@ -137,7 +138,7 @@ def compare_renderers(
     done = 0
 
     def draw(
-        name: RendererName, sample: SceneSample, distance: float
+        name: RendererName, sample: SceneInputs, distance: float
     ) -> tuple[NDArray[Any], float]:
         nonlocal done
         image, seconds = _timed(renderers[name], sample, distance, scene.image_size)
@@ -170,19 +171,18 @@ def compare_renderers(
 
 
 def _timed(
-    renderer: Renderer, sample: SceneSample, distance: float, size: int
+    renderer: Renderer, sample: SceneInputs, distance: float, size: int
 ) -> tuple[NDArray[np.float32], float]:
     """An image and the seconds that it took."""
     renderer.sample_distance = distance
-    tf = sample.transfer_function
     start = time.perf_counter()
-    image = renderer.render(sample.view, tf.opacity, tf.color, size)
+    image = renderer.render(sample, size)
     return image[..., :3], time.perf_counter() - start
 
 
 def _measure(
-    draw: Callable[[RendererName, SceneSample, float], tuple[NDArray[Any], float]],
-    samples: list[SceneSample],
+    draw: Callable[[RendererName, SceneInputs, float], tuple[NDArray[Any], float]],
+    samples: list[SceneInputs],
     references: list[NDArray[np.float32]],
     distance: float,
 ) -> RendererRow:
@@ -205,14 +205,14 @@ def _measure(
     )
 
 
-def _field_cost(renderer: RaycastRenderer, samples: list[SceneSample], scene: Scene) -> float:
+def _field_cost(renderer: RaycastRenderer, samples: list[SceneInputs], scene: Scene) -> float:
     """Time of sensitivity fields over that of images."""
     size, distance = scene.image_size, scene.sample_distance
     rendering = differentiating = 0.0
     for number, sample in enumerate([samples[0], *samples]):
         taken = _timed(renderer, sample, distance, size)[1]
         start = time.perf_counter()
-        sensitivity_field(renderer, sample.view, sample.transfer_function, size, FIELD_BLOCK)
+        sensitivity_field(renderer, sample, size, FIELD_BLOCK)
         if number:
             # The first one takes the compilation.
             rendering += taken

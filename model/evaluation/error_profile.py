@@ -56,22 +56,22 @@ def error_profile(
         "azimuth", "elevation", "distance" and "scalar"; groups without
         samples are left out.
     """
-    view_range = scene.view_range
+    view_range, view = scene.view_range, samples.inputs["view"]
     limits = {
-        "azimuth": (samples.view[:, 0] % 360, 0.0, 360.0, AZIMUTHS),
+        "azimuth": (view[:, 0] % 360, 0.0, 360.0, AZIMUTHS),
         "elevation": (
-            samples.view[:, 1],
+            view[:, 1],
             -view_range.max_elevation,
             view_range.max_elevation,
             ELEVATIONS,
         ),
-        "distance": (samples.view[:, 3], view_range.nearest, view_range.farthest, DISTANCES),
+        "distance": (view[:, 3], view_range.nearest, view_range.farthest, DISTANCES),
     }
     profile = {
         name: _by_value(values, lo, hi, groups, errors)
         for name, (values, lo, hi, groups) in limits.items()
     }
-    profile["scalar"] = _by_scalar(scene, samples.opacity_tf, errors)
+    profile["scalar"] = _by_scalar(scene, samples.inputs["opacity_tf"], errors)
     return profile
 
 

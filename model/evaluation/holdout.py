@@ -175,13 +175,12 @@ def _render(
     generator: Generator, samples: SampleBatch
 ) -> Iterator[tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]]:
     """Yield colour image (S, S, 3), opacity image and true opacity image (So, So) per sample."""
-    size, view_range = generator.card.size, generator.scene.view_range
+    size = generator.card.size.opacity_size
     for start in range(0, len(samples), RENDER_BATCH):
-        batch = encode_batch(
-            samples[start : start + RENDER_BATCH], view_range, size.opacity_size
-        ).to(generator.device)
+        part = samples[start : start + RENDER_BATCH]
+        batch = encode_batch(part, generator.scene, size).to(generator.device)
         with torch.inference_mode():
-            image, opacity = generator.network(batch.view, batch.opacity_tf, batch.color_tf)
+            image, opacity = generator.network(batch.inputs)
         yield from zip(
             decode_unit(image).permute(0, 2, 3, 1).cpu().numpy(),
             decode_unit(opacity)[:, 0].cpu().numpy(),

@@ -19,13 +19,13 @@ from model.devices import choose_device
 from model.errors import DeviceError, first_line
 from model.generator.backends import EAGER, Backend, choose_backends, make_decode
 from model.measurements import keep, kept
-from model.networks.blocks import VIEW_PARAMETERS, place
+from model.networks.blocks import place
 from model.networks.checkpoint import ModelCard, load_model
-from model.networks.encoding import decode_unit, encode_colors, encode_unit, encode_views
+from model.networks.encoding import EncodedInputs, decode_unit, encode_unit
 from model.networks.generator_network import GeneratorNetwork
+from model.scene.inputs import SceneInputs, condition_numbers
 from model.scene.scene import Scene
-from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF
-from model.scene.view import View
+from model.scene.transfer_function import TF_SAMPLES
 
 Value = TypeVar("Value")
 logger = logging.getLogger(__name__)
@@ -131,7 +131,7 @@ class Generator:
         """Seconds of the quickest of a few images, after a first, at which libraries read."""
         views, opacities, colors = (
             torch.zeros(1, *shape, device=self.device)
-            for shape in ((VIEW_PARAMETERS,), (TF_SAMPLES,), (3, TF_SAMPLES))
+            for shape in ((condition_numbers(self.scene),), (TF_SAMPLES,), (3, TF_SAMPLES))
         )
         view_features, latent = (
             self.network.encode_view(views),
@@ -150,93 +150,97 @@ class Generator:
         """The scene that the model was trained for."""
         return self.card.scene
 
-    def render(self, view: View, opacity_tf: OpacityTF, color_tf: ColorTF) -> NDArray[np.float32]:
+    def render(self, inputs: SceneInputs) -> NDArray[np.float32]:
         """Render one image of shape (S, S, 4)."""
-        return self.render_batch([view], [opacity_tf], [color_tf])[0]
+        return self.render_batch([inputs])[0]
 
     @torch.inference_mode()
-    def render_batch(
-        self,
-        views: Sequence[View],
-        opacity_tfs: Sequence[OpacityTF],
-        color_tfs: Sequence[ColorTF],
-    ) -> NDArray[np.float32]:
+    def render_batch(self, inputs: Sequence[SceneInputs]) -> NDArray[np.float32]:
         """Render N images in one pass.
-
-        Parameters
-        ----------
-        views, opacity_tfs, color_tfs : sequences of equal length N
 
         Returns
         -------
         ndarray of float32, shape (N, S, S, 4)
         """
-        latent = self._encode(self.opacity_input(opacity_tfs))
-        return self._render(self.view_input(views), latent, self.color_input(color_tfs))
+        return self.render_encoded(self.encoded(inputs))
+
+    @torch.inference_mode()
+    def render_encoded(self, inputs: EncodedInputs) -> NDArray[np.float32]:
+        """Render N images, shape (N, S, S, 4), from encoded inputs on the generator's device."""
+        latent = self._encode(inputs.opacity_tf)
+        return self._render(inputs.conditions, latent, inputs.color_tf)
 
     @torch.inference_mode()
     def render_latent(
-        self, latent: NDArray[np.float32], view: View, color_tf: ColorTF
+        self, latent: NDArray[np.float32], inputs: SceneInputs
     ) -> NDArray[np.float32]:
         """Render from latent codes instead of an opacity TF.
 
         Parameters
         ----------
         latent : ndarray of float32, shape (latent_dim,) or (N, latent_dim)
-        view : View
-        color_tf : ColorTF
-            Used for all codes, as the view is.
+        inputs : SceneInputs
+            Used for all codes, except for its opacity TF.
 
         Returns
         -------
         ndarray of float32, shape (S, S, 4) or (N, S, S, 4)
         """
         codes = torch.from_numpy(np.atleast_2d(latent).astype(np.float32)).to(self.device)
-        views = self.view_input([view]).expand(len(codes), -1)
-        colors = self.color_input([color_tf]).expand(len(codes), -1, -1)
-        images = self._render(views, codes, colors)
+        conditions, _, color_tf = self.encoded([inputs])
+        images = self._render(
+            conditions.expand(len(codes), -1), codes, color_tf.expand(len(codes), -1, -1)
+        )
         return images if np.ndim(latent) == 2 else images[0]
 
     @torch.inference_mode()
-    def opacity_image(self, view: View, opacity_tf: OpacityTF) -> NDArray[np.float32]:
+    def opacity_image(self, inputs: SceneInputs) -> NDArray[np.float32]:
         """Render the opacity image alone, shape (So, So), in [0, 1]."""
-        latent = self.network.opacity.encode(self.opacity_input([opacity_tf]))
-        image = self.network.opacity.render_latent(self.view_input([view]), latent)
+        encoded = self.encoded([inputs])
+        latent = self.network.opacity.encode(encoded.opacity_tf)
+        image = self.network.opacity.render_latent(encoded.conditions, latent)
         return decode_unit(image)[0, 0].cpu().numpy()
 
     @torch.inference_mode()
-    def encode(self, opacity_tf: OpacityTF) -> NDArray[np.float32]:
-        """Latent code of an opacity TF, shape (latent_dim,)."""
-        return self.network.opacity.encode(self.opacity_input([opacity_tf]))[0].cpu().numpy()
+    def encode(self, opacities: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Latent codes of opacity TFs.
 
-    @torch.inference_mode()
-    def decode(self, latent: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Opacity TF of a latent code.
+        Parameters
+        ----------
+        opacities : ndarray of float32, shape (256,) or (N, 256)
+            In [0, 1], sampled over the scene's scalar range.
 
         Returns
         -------
-        ndarray of float32, shape (256,)
+        ndarray of float32, shape (latent_dim,) or (N, latent_dim)
+        """
+        tfs = encode_unit(np.atleast_2d(opacities).astype(np.float32)).to(self.device)
+        codes: NDArray[np.float32] = self.network.opacity.encode(tfs).cpu().numpy()
+        return codes if np.ndim(opacities) == 2 else codes[0]
+
+    @torch.inference_mode()
+    def decode(self, latent: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Opacity TFs of latent codes.
+
+        Parameters
+        ----------
+        latent : ndarray of float32, shape (latent_dim,) or (N, latent_dim)
+
+        Returns
+        -------
+        ndarray of float32, shape (256,) or (N, 256)
             Opacities in [0, 1] over the scene's scalar range.
         """
-        codes = torch.from_numpy(np.asarray(latent, dtype=np.float32))[None].to(self.device)
-        return decode_unit(self.network.opacity.decode(codes))[0].cpu().numpy()
+        codes = torch.from_numpy(np.atleast_2d(latent).astype(np.float32)).to(self.device)
+        tfs = decode_unit(self.network.opacity.decode(codes)).cpu().numpy()
+        return tfs if np.ndim(latent) == 2 else tfs[0]
 
-    def view_input(self, views: Sequence[View]) -> Tensor:
-        """Encoded views, shape (N, 5), on the generator's device."""
-        return encode_views(list(views), self.scene.view_range).to(self.device)
+    def encoded(self, inputs: Sequence[SceneInputs]) -> EncodedInputs:
+        """Inputs of N images as the networks see them, on the generator's device."""
+        return EncodedInputs.of(inputs, self.scene).map(lambda tensor: tensor.to(self.device))
 
-    def opacity_input(self, opacity_tfs: Sequence[OpacityTF]) -> Tensor:
-        """Encoded opacity TFs, shape (N, 256), sampled over the scene's scalar range."""
-        samples = np.stack([tf.sample(self.scene.scalar_range) for tf in opacity_tfs])
-        return encode_unit(samples).to(self.device)
-
-    def color_input(self, color_tfs: Sequence[ColorTF]) -> Tensor:
-        """Encoded colour TFs, shape (N, 3, 256), sampled over the scene's scalar range."""
-        samples = np.stack([tf.sample(self.scene.scalar_range) for tf in color_tfs])
-        return encode_colors(samples).to(self.device)
-
-    def _render(self, views: Tensor, latent: Tensor, colors: Tensor) -> NDArray[np.float32]:
-        view_features, color = self._encode_view(views), self._encode_color(colors)
+    def _render(self, conditions: Tensor, latent: Tensor, color_tf: Tensor) -> NDArray[np.float32]:
+        view_features, color = self._encode_view(conditions), self._encode_color(color_tf)
         image, opacity = self._decode(view_features, latent, color)
         opacity = interpolate(
             opacity, size=image.shape[-2:], mode="bilinear", align_corners=False, antialias=False

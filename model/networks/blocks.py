@@ -16,7 +16,6 @@ from torch import Tensor, nn
 Network = TypeVar("Network", bound=nn.Module)
 
 LEAK = 0.2
-VIEW_PARAMETERS = 5
 
 
 class ResidualBlock(nn.Module):

@@ -6,8 +6,10 @@ from model.networks.generator_network import GeneratorNetwork, OpacityNetwork
 from model.networks.grid.grid_generator import GridGenerator
 from model.networks.grid.grid_opacity import GridOpacityGenerator
 from model.networks.paper.opacity import OpacityGenerator
+from model.networks.paper.translation import TranslationGenerator
 from model.networks.paper.two_stage import TwoStageGenerator
 from model.networks.size import NetworkSize
+from model.scene.inputs import condition_numbers
 from model.scene.scene import Scene
 
 
@@ -15,7 +17,8 @@ def build_generator(size: NetworkSize, scene: Scene) -> GeneratorNetwork:
     """The whole generator of a size's architecture, with its first weights."""
     if size.architecture == "grid":
         return GridGenerator(size, scene)
-    return TwoStageGenerator(size, build_opacity(size, scene))
+    translation = TranslationGenerator(size, condition_numbers(scene))
+    return TwoStageGenerator(size, build_opacity(size, scene), translation)
 
 
 def build_opacity(size: NetworkSize, scene: Scene) -> OpacityNetwork:

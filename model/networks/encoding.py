@@ -1,37 +1,54 @@
 """Between what people mean and what the networks see: all values in [-1, 1].
 
-Views become a 5-vector (:meth:`model.scene.view.View.vector`), opacities and image
-values are scaled linearly, and colour TFs are given in CIELAB (paper, section
-6, implementation details).
+What an image depends on is encoded as :mod:`model.scene.inputs` says; opacities and
+image values are scaled linearly.
 """
 
 from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from model.scene.view import View, ViewRange
-
-LAB_LOW = np.array([0.0, -86.185, -107.863])
-LAB_HIGH = np.array([100.0, 98.254, 94.482])
-"""Extent of the RGB cube in CIELAB (L, a, b)."""
-
-WHITE = (0.95047, 1.0, 1.08883)
-"""CIE XYZ of the white point, D65."""
-
-XYZ_TO_RGB = (
-    (3.2404813432, -1.5371515163, -0.4985363262),
-    (-0.9692549500, 1.8759900015, 0.0415559266),
-    (0.0556466391, -0.2040413384, 1.0573110696),
-)
-"""Linear sRGB of CIE XYZ."""
+from model.scene.color_space import LAB_HIGH, LAB_LOW, WHITE, XYZ_TO_RGB
+from model.scene.inputs import Arrays, SceneInputs, encode_inputs, store_inputs
+from model.scene.scene import Scene
 
 
-def encode_views(views: list[View], view_range: ViewRange) -> Tensor:
-    """Tensor (N, 5) of views."""
-    return torch.from_numpy(np.stack([view.vector(view_range) for view in views]))
+class EncodedInputs(NamedTuple):
+    """Scene inputs of N images as the networks see them, in [-1, 1].
+
+    Attributes
+    ----------
+    conditions : Tensor, shape (N, C)
+        The view's five numbers (:meth:`model.scene.view.View.vector`), then those of
+        whatever else images of the scene differ in.
+    opacity_tf : Tensor, shape (N, 256)
+    color_tf : Tensor, shape (N, 3, 256)
+        In scaled CIELAB.
+    """
+
+    conditions: Tensor
+    opacity_tf: Tensor
+    color_tf: Tensor
+
+    @classmethod
+    def of(cls, inputs: Sequence[SceneInputs], scene: Scene) -> EncodedInputs:
+        """Encode inputs of a scene's images."""
+        return cls.stored(store_inputs(inputs, scene), scene)
+
+    @classmethod
+    def stored(cls, arrays: Arrays, scene: Scene) -> EncodedInputs:
+        """Encode inputs as samples store them."""
+        return cls(**{k: torch.from_numpy(v) for k, v in encode_inputs(arrays, scene).items()})
+
+    def map(self, function: Callable[[Tensor], Tensor]) -> EncodedInputs:
+        """Apply a function to each tensor."""
+        return EncodedInputs(*map(function, self))
 
 
 def encode_unit(values: NDArray[np.float32]) -> Tensor:
@@ -43,24 +60,6 @@ def decode_unit(values: Tensor) -> Tensor:
     """Scale values of any shape from [-1, 1] to [0, 1]."""
     # No fewer digits than float32's, and float64's where derivatives are checked.
     return values.to(torch.promote_types(values.dtype, torch.float32)) / 2 + 0.5
-
-
-def rgb_to_lab(rgb: NDArray[np.float32]) -> NDArray[np.float32]:
-    """CIELAB of RGB (..., 3), each channel scaled so that the RGB cube fills [-1, 1].
-
-    Values outside [0, 1] are clipped first: CIELAB has no meaning there, and
-    its roots would give NaN.
-    """
-    # Imported here: networks that draw want it only for colour TFs.
-    from skimage.color import rgb2lab
-
-    lab = rgb2lab(np.clip(rgb, 0.0, 1.0))
-    return (2 * (lab - LAB_LOW) / (LAB_HIGH - LAB_LOW) - 1).astype(np.float32)
-
-
-def encode_colors(color_tf: NDArray[np.float32]) -> Tensor:
-    """Tensor (N, 3, 256) in scaled CIELAB of colour TFs (N, 256, 3) in RGB."""
-    return torch.from_numpy(np.ascontiguousarray(rgb_to_lab(color_tf).transpose(0, 2, 1)))
 
 
 def decode_colors(color_tf: Tensor) -> Tensor:

@@ -8,6 +8,8 @@ from typing import NamedTuple
 from torch import Tensor, nn
 
 from model.networks.codec import LatentCodec
+from model.networks.encoding import EncodedInputs
+from model.scene.view import VIEW_PARAMETERS
 
 
 class OpacityOutput(NamedTuple):
@@ -30,18 +32,19 @@ class OpacityOutput(NamedTuple):
 class OpacityNetwork(LatentCodec, ABC):
     """What every opacity generator can do."""
 
-    def forward(self, view: Tensor, opacity_tf: Tensor) -> OpacityOutput:
-        """Render from views (N, 5) and opacity TFs (N, 256), both in [-1, 1]."""
-        latent = self.encode(opacity_tf)
-        return OpacityOutput(self.render_latent(view, latent), self.decode(latent), latent)
+    def forward(self, inputs: EncodedInputs) -> OpacityOutput:
+        """Render from scene inputs; of the conditions the view alone decides about opacity."""
+        latent = self.encode(inputs.opacity_tf)
+        image = self.render_latent(inputs.conditions, latent)
+        return OpacityOutput(image, self.decode(latent), latent)
 
-    def render_latent(self, view: Tensor, latent: Tensor) -> Tensor:
-        """Opacity images (N, 1, S, S) in [-1, 1] from views (N, 5) and latent codes."""
-        return self.decode_image(self.encode_view(view), latent)
+    def render_latent(self, conditions: Tensor, latent: Tensor) -> Tensor:
+        """Opacity images (N, 1, S, S) in [-1, 1] from conditions (N, C) and latent codes."""
+        return self.decode_image(self.encode_view(conditions[:, :VIEW_PARAMETERS]), latent)
 
     @abstractmethod
     def encode_view(self, view: Tensor) -> tuple[Tensor, ...]:
-        """What views (N, 5) alone decide; for all latent codes the same."""
+        """Features of views (N, 5); for all latent codes the same."""
 
     @abstractmethod
     def decode_image(self, view_features: tuple[Tensor, ...], latent: Tensor) -> Tensor:
@@ -59,32 +62,27 @@ class GeneratorNetwork(nn.Module, ABC):
 
     opacity: OpacityNetwork
 
-    def forward(self, view: Tensor, opacity_tf: Tensor, color_tf: Tensor) -> tuple[Tensor, Tensor]:
-        """Render from transfer functions.
-
-        Parameters
-        ----------
-        view : Tensor, shape (N, 5)
-        opacity_tf : Tensor, shape (N, 256)
-        color_tf : Tensor, shape (N, 3, 256)
+    def forward(self, inputs: EncodedInputs) -> tuple[Tensor, Tensor]:
+        """Render from scene inputs.
 
         Returns
         -------
         image : Tensor, shape (N, 3, S, S)
         opacity_image : Tensor, shape (N, 1, So, So)
-            All values in [-1, 1], those of the arguments too.
+            All values in [-1, 1].
         """
-        return self.render_latent(view, self.opacity.encode(opacity_tf), color_tf)
+        latent = self.opacity.encode(inputs.opacity_tf)
+        return self.render_latent(inputs.conditions, latent, inputs.color_tf)
 
     def render_latent(
-        self, view: Tensor, latent: Tensor, color_tf: Tensor
+        self, conditions: Tensor, latent: Tensor, color_tf: Tensor
     ) -> tuple[Tensor, Tensor]:
         """Render from latent codes (N, latent_dim) instead of opacity TFs."""
-        return self.decode(self.encode_view(view), latent, self.encode_color(color_tf))
+        return self.decode(self.encode_view(conditions), latent, self.encode_color(color_tf))
 
     @abstractmethod
-    def encode_view(self, view: Tensor) -> tuple[Tensor, ...]:
-        """What views (N, 5) alone decide: it can be kept while TFs are edited."""
+    def encode_view(self, conditions: Tensor) -> tuple[Tensor, ...]:
+        """Features of conditions (N, C): they can be kept while TFs are edited."""
 
     @abstractmethod
     def encode_color(self, color_tf: Tensor) -> Tensor:

@@ -7,9 +7,9 @@ from typing import Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from model.scene.scene import LightDirection, Lighting, RendererName
-from model.scene.transfer_function import ColorTF, OpacityTF
-from model.scene.view import View
+from model.scene.inputs import SceneInputs
+from model.scene.light import LightDirection
+from model.scene.scene import Lighting, RendererName
 from model.scene.volume import Volume
 
 
@@ -19,15 +19,24 @@ class Renderer(Protocol):
     Attributes
     ----------
     sample_distance : float
-        Distance between samples along a ray, in voxels; may be changed.
+        Distance between samples along a ray, in voxels.
     """
 
     sample_distance: float
 
     def render(
-        self, view: View, opacity_tf: OpacityTF, color_tf: ColorTF, size: int
+        self, inputs: SceneInputs, size: int, sample_distance: float | None = None
     ) -> NDArray[np.float32]:
-        """Render RGBA, float32 (size, size, 4) in [0, 1], premultiplied, row 0 at the top."""
+        """Render RGBA, float32 (size, size, 4) in [0, 1], premultiplied, row 0 at the top.
+
+        Parameters
+        ----------
+        inputs : SceneInputs
+        size : int
+            Width and height in pixels.
+        sample_distance : float, optional
+            Instead of the renderer's own.
+        """
 
     def close(self) -> None:
         """Free what the renderer holds."""

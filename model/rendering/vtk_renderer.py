@@ -32,8 +32,10 @@ from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkOpenGLGPUVolumeRayCastMapper
 from model.errors import RenderError
 from model.rendering.opacity_correction import per_sample
 from model.rendering.scalars import renderable_scalars
-from model.scene.scene import LightDirection, Lighting
-from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, Range
+from model.scene.inputs import SceneInputs
+from model.scene.light import LightDirection
+from model.scene.scene import Lighting
+from model.scene.transfer_function import TF_SAMPLES, Range
 from model.scene.view import VIEW_ANGLE, View
 from model.scene.volume import Volume
 
@@ -73,8 +75,7 @@ class VtkRenderer:
     light : LightDirection, optional
         Direction of the distant light relative to the view; ignored when unlit.
     sample_distance : float
-        Distance between samples along a ray, in voxels; may be changed between
-        images through the attribute of the same name.
+        Distance between samples along a ray, in voxels, unless a call says otherwise.
 
     Raises
     ------
@@ -119,17 +120,17 @@ class VtkRenderer:
         self._window.AddRenderer(self._renderer)
 
     def render(
-        self, view: View, opacity_tf: OpacityTF, color_tf: ColorTF, size: int
+        self, inputs: SceneInputs, size: int, sample_distance: float | None = None
     ) -> NDArray[np.float32]:
         """Render one image.
 
         Parameters
         ----------
-        view : View
-        opacity_tf : OpacityTF
-        color_tf : ColorTF
+        inputs : SceneInputs
         size : int
             Width and height in pixels.
+        sample_distance : float, optional
+            Instead of the renderer's own, in voxels.
 
         Returns
         -------
@@ -138,18 +139,19 @@ class VtkRenderer:
             on black; row 0 at the top.
         """
         scalar_range = self._volume.scalar_range
-        opacity = per_sample(opacity_tf.sample(scalar_range), self.sample_distance)
+        distance = sample_distance or self.sample_distance
+        opacity = per_sample(inputs.opacity_tf.sample(scalar_range), distance)
         self._opacity.BuildFunctionFromTable(*self._table_range, TF_SAMPLES, opacity.tolist())
         self._color.BuildFunctionFromTable(
             *self._table_range,
             TF_SAMPLES,
-            color_tf.sample(scalar_range).ravel().tolist(),
+            inputs.color_tf.sample(scalar_range).ravel().tolist(),
         )
-        step = self.sample_distance * self._volume.voxel_size
+        step = distance * self._volume.voxel_size
         self._mapper.SetSampleDistance(step)
         # VTK's own correction leaves out opacities below 1e-4: give it none to do.
         self._properties.SetScalarOpacityUnitDistance(step)
-        self._point_camera(view)
+        self._point_camera(inputs.view)
         self._window.SetSize(size, size)
         self._window.Render()
         pixels = vtkUnsignedCharArray()

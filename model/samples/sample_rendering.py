@@ -17,6 +17,7 @@ from model.errors import DatasetError, RenderError
 from model.rendering.renderer import Renderer, open_renderer
 from model.samples.sample_store import SPLITS, SampleBatch, SampleStore
 from model.samples.sampling import Split, draw_sample
+from model.scene.inputs import store_inputs
 from model.scene.scene import Scene
 from model.scene.volume import Volume
 
@@ -37,18 +38,8 @@ def render_samples(
         Which samples of the split.
     """
     samples = [draw_sample(scene, seed, split, i) for i in indices]
-    images = [
-        renderer.render(
-            s.view, s.transfer_function.opacity, s.transfer_function.color, scene.image_size
-        )
-        for s in samples
-    ]
-    return SampleBatch(
-        view=np.array([[*vars(s.view).values()] for s in samples]),
-        opacity_tf=np.stack([s.transfer_function.opacity.sample() for s in samples]),
-        color_tf=np.stack([s.transfer_function.color.sample() for s in samples]),
-        rgba=np.rint(np.stack(images) * 255).astype(np.uint8),
-    )
+    images = np.stack([renderer.render(inputs, scene.image_size) for inputs in samples])
+    return SampleBatch(store_inputs(samples, scene), np.rint(images * 255).astype(np.uint8))
 
 
 def make_renderer(

@@ -3,9 +3,9 @@
 A store has one group per split, ``train`` and ``holdout``, each with arrays
 of equal length N:
 
-- ``view`` (N, 4) float64: azimuth, elevation, roll, distance;
-- ``opacity_tf`` (N, 256) float32 and ``color_tf`` (N, 256, 3) float32: the
-  TFs sampled over the scalar range;
+- what the images depend on, as :mod:`model.scene.inputs` declares it: ``view``
+  (N, 4) float64 (azimuth, elevation, roll, distance), ``opacity_tf`` (N, 256) and
+  ``color_tf`` (N, 256, 3) float32 (over the scalar range), and what the scene adds;
 - ``rgba`` (N, S, S, 4) uint8: the image, premultiplied, row 0 at the top.
 
 Sample i of a split depends only on the scene, the seed and i, so a store is
@@ -28,9 +28,8 @@ from numpy.typing import NDArray
 
 from model.errors import DatasetError, TfscopeError
 from model.samples.sampling import Split
+from model.scene.inputs import Arrays, varying
 from model.scene.scene import Scene
-from model.scene.transfer_function import TF_SAMPLES
-from model.scene.view import View
 
 FORMAT_VERSION = 1
 BLOCK = 32
@@ -49,37 +48,42 @@ class SampleBatch:
 
     Attributes
     ----------
-    view : ndarray of float64, shape (N, 4)
-        Azimuth, elevation, roll (degrees) and distance.
-    opacity_tf : ndarray of float32, shape (N, 256)
-    color_tf : ndarray of float32, shape (N, 256, 3)
+    inputs : dict of ndarray, each of shape (N, ...)
+        What the images depend on, see :func:`model.scene.inputs.store_inputs`.
     rgba : ndarray of uint8, shape (N, S, S, 4)
         Premultiplied by opacity, row 0 at the top.
     """
 
-    view: NDArray[np.float64]
-    opacity_tf: NDArray[np.float32]
-    color_tf: NDArray[np.float32]
+    inputs: Arrays
     rgba: NDArray[np.uint8]
 
     def __len__(self) -> int:
-        return len(self.view)
+        return len(self.rgba)
 
     def __getitem__(self, index: Any) -> SampleBatch:
         """Select samples by a slice or an index array."""
-        return SampleBatch(*(getattr(self, name)[index] for name in ARRAYS))
+        return SampleBatch.of({name: array[index] for name, array in self.arrays.items()})
 
-    def views(self) -> list[View]:
-        """The views as objects."""
-        return [View(*map(float, row)) for row in self.view]
+    @property
+    def arrays(self) -> Arrays:
+        """Inputs and images by name."""
+        return {**self.inputs, IMAGES: self.rgba}
+
+    @classmethod
+    def of(cls, arrays: Arrays) -> SampleBatch:
+        """Samples of :attr:`arrays`."""
+        return cls({name: a for name, a in arrays.items() if name != IMAGES}, arrays[IMAGES])
 
     @classmethod
     def concatenate(cls, batches: list[SampleBatch]) -> SampleBatch:
         """Join batches in order."""
-        return cls(*(np.concatenate([getattr(b, name) for b in batches]) for name in ARRAYS))
+        names = batches[0].arrays
+        return cls.of({n: np.concatenate([b.arrays[n] for b in batches]) for n in names})
 
 
-ARRAYS = ("view", "opacity_tf", "color_tf", "rgba")
+IMAGES = "rgba"
+COUNTED = "view"
+"""The array whose length says how many samples there are meant to be."""
 
 
 class SampleStore:
@@ -151,7 +155,7 @@ class SampleStore:
 
     def count(self, split: Split) -> int:
         """Number of samples that the split is meant to hold."""
-        return int(self._array(split, "view").shape[0])
+        return int(self._array(split, COUNTED).shape[0])
 
     def missing_blocks(self, split: Split) -> list[range]:
         """The blocks that are not complete, as ranges of sample indices."""
@@ -187,7 +191,9 @@ class SampleStore:
         """Read consecutive samples."""
         span = slice(indices.start, indices.stop)
         try:
-            return SampleBatch(*(np.asarray(self._array(split, name)[span]) for name in ARRAYS))
+            return SampleBatch.of(
+                {n: np.asarray(self._array(split, n)[span]) for n in _shapes(self.scene)}
+            )
         except OSError as error:
             raise DatasetError(
                 f"{self.path}: samples cannot be read ({error.strerror}); "
@@ -198,8 +204,8 @@ class SampleStore:
         """Write one block and then mark it complete."""
         span = slice(block.start, block.stop)
         try:
-            for name in ARRAYS:
-                self._array(split, name)[span] = getattr(batch, name)
+            for name, values in batch.arrays.items():
+                self._array(split, name)[span] = values
             self._array(split, "complete")[block.start // BLOCK] = len(block)
         except OSError as error:
             raise DatasetError(
@@ -252,8 +258,9 @@ class SampleStore:
         return array
 
     def _resize(self, split: Split, count: int) -> None:
-        # `view` counts the samples: a kill in between must not let it claim more than there is.
-        names = ["complete", *(name for name in ARRAYS if name != "view"), "view"]
+        # A kill in between must not let the array that counts claim more than there is.
+        others = [name for name in _shapes(self.scene) if name != COUNTED]
+        names = ["complete", *others, COUNTED]
         for name in names if count > self.count(split) else reversed(names):
             array = self._array(split, name)
             length = len(_blocks(count)) if name == "complete" else count
@@ -273,7 +280,7 @@ def _create_store(path: Path, scene: Scene, seed: int) -> None:
             {"tfscope_dataset": FORMAT_VERSION, "seed": seed, "scene": scene.to_json()}
         )
         for split in SPLITS:
-            _create_arrays(root.create_group(split), scene.image_size)
+            _create_arrays(root.create_group(split), scene)
         if path.exists():
             path.rmdir()
         partial.rename(path)
@@ -283,14 +290,14 @@ def _create_store(path: Path, scene: Scene, seed: int) -> None:
         ) from error
 
 
-def _create_arrays(group: zarr.Group, image_size: int) -> None:
-    shapes: dict[str, tuple[tuple[int, ...], str]] = {
-        "view": ((4,), "float64"),
-        "opacity_tf": ((TF_SAMPLES,), "float32"),
-        "color_tf": ((TF_SAMPLES, 3), "float32"),
-        "rgba": ((image_size, image_size, 4), "uint8"),
-    }
-    for name, (shape, dtype) in shapes.items():
+def _shapes(scene: Scene) -> dict[str, tuple[tuple[int, ...], str]]:
+    """Shape and type of one sample in each array."""
+    inputs = {field.name: (field.shape, field.dtype) for field in varying(scene)}
+    return {**inputs, IMAGES: ((scene.image_size, scene.image_size, 4), "uint8")}
+
+
+def _create_arrays(group: zarr.Group, scene: Scene) -> None:
+    for name, (shape, dtype) in _shapes(scene).items():
         group.create_array(name, shape=(0, *shape), chunks=(BLOCK, *shape), dtype=dtype)
     # One flag per chunk: two processes never write the same file.
     group.create_array("complete", shape=(0,), chunks=(1,), dtype="uint8")

@@ -11,6 +11,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any, Literal, get_args
 
 from model.errors import TfscopeError
+from model.scene.light import LightDirection
 from model.scene.transfer_function import TF_SAMPLES, Range
 from model.scene.view import ViewRange
 from model.scene.volume import Triple, Volume
@@ -24,32 +25,6 @@ RendererName = Literal["vtk", "raycast"]
 Unlit and under direct lighting their images are the same; global lighting is
 scattering in VTK, and shadows with ambient occlusion in the ray caster.
 """
-
-
-@dataclass(frozen=True)
-class LightDirection:
-    """Where the distant light stands, relative to the view, in degrees.
-
-    Azimuth turns it to the viewer's right, elevation lifts it; (0, 0) is a
-    headlight.
-    """
-
-    azimuth: float = -45.0
-    elevation: float = 45.0
-
-    def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if not (isinstance(value, int | float) and math.isfinite(value)):
-                raise TfscopeError(f"The light's {name} is {value!r}; give degrees.")
-
-    def towards(self) -> tuple[float, float, float]:
-        """Direction to the light, of length 1, along the view's right, up and back."""
-        azimuth, elevation = math.radians(self.azimuth), math.radians(self.elevation)
-        return (
-            math.sin(azimuth) * math.cos(elevation),
-            math.sin(elevation),
-            math.cos(azimuth) * math.cos(elevation),
-        )
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,9 @@ from numpy.typing import NDArray
 
 from model.errors import ViewError
 
+VIEW_PARAMETERS = 5
+"""Numbers that networks see of a view, see :meth:`View.vector`."""
+
 VIEW_ANGLE = 30.0
 """Full vertical angle of the perspective camera, in degrees."""
 

@@ -18,7 +18,7 @@ from scipy.stats import rankdata
 
 from model.generator.generator import Generator
 from model.rendering.raycast.renderer import RaycastRenderer
-from model.samples.sampling import SceneSample
+from model.scene.inputs import SceneInputs
 from model.scene.region import Region
 from model.scene.tf_perturbation import EDIT_WIDTH, response_to_edits
 from model.scene.volume import Volume
@@ -62,7 +62,7 @@ class Agreement:
 def sensitivity_agreement(
     generator: Generator,
     volume: Volume,
-    samples: Sequence[SceneSample],
+    samples: Sequence[SceneInputs],
     on_progress: Callable[[int], None] = lambda done: None,
 ) -> Agreement:
     """Compare a generator's sensitivities with the renderer's.
@@ -73,7 +73,7 @@ def sensitivity_agreement(
         Of an unlit scene.
     volume : Volume
         The scene's.
-    samples : sequence of SceneSample
+    samples : sequence of SceneInputs
         Views and TFs that the generator has not learned from.
     on_progress : callable
         Called with the number of samples compared so far.
@@ -91,11 +91,10 @@ def sensitivity_agreement(
     rows = []
     try:
         for done, sample in enumerate(samples, start=1):
-            view, tf = sample.view, sample.transfer_function
-            learned = generator_sensitivity(generator, view, tf, edit_width=0)
+            learned = generator_sensitivity(generator, sample, edit_width=0)
             pairs = (
-                (learned.region(whole), region_sensitivity(renderer, view, tf, size, whole)),
-                (learned.field(block), sensitivity_field(renderer, view, tf, size, block)),
+                (learned.region(whole), region_sensitivity(renderer, sample, size, whole)),
+                (learned.field(block), sensitivity_field(renderer, sample, size, block)),
             )
             row = []
             for pair in pairs:

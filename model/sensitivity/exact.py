@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from model.errors import RenderError
 from model.rendering.raycast.renderer import RaycastRenderer
+from model.scene.inputs import SceneInputs
 from model.scene.region import Region, block_edges
-from model.scene.transfer_function import TF_SAMPLES, TransferFunction
-from model.scene.view import View
+from model.scene.transfer_function import TF_SAMPLES
 
 MAX_NUMBERS = 1 << 28
 """Largest sensitivity field: 1024 x 1024 blocks, which take 2 GB while they are summed up."""
@@ -26,7 +26,7 @@ BAND = 8
 
 
 def region_sensitivity(
-    renderer: RaycastRenderer, view: View, tf: TransferFunction, size: int, region: Region
+    renderer: RaycastRenderer, inputs: SceneInputs, size: int, region: Region
 ) -> NDArray[np.float32]:
     """Sensitivity of one region: where in the TF an edit changes it.
 
@@ -34,8 +34,7 @@ def region_sensitivity(
     ----------
     renderer : RaycastRenderer
         Unlit.
-    view : View
-    tf : TransferFunction
+    inputs : SceneInputs
     size : int
         Width and height of the image in pixels.
     region : Region
@@ -56,14 +55,12 @@ def region_sensitivity(
     region.check(size)
     tops = range(region.top, region.bottom, BAND)
     windows = [(top, min(top + BAND, region.bottom), region.left, region.right) for top in tops]
-    gradients, energies = renderer.differentiate(
-        view, tf.opacity, tf.color, size, np.array(windows, dtype=np.int64)
-    )
+    gradients, energies = renderer.differentiate(inputs, size, np.array(windows, dtype=np.int64))
     return _sensitivity(gradients.sum(axis=0, keepdims=True), energies.sum(keepdims=True))[0]
 
 
 def sensitivity_field(
-    renderer: RaycastRenderer, view: View, tf: TransferFunction, size: int, block: int
+    renderer: RaycastRenderer, inputs: SceneInputs, size: int, block: int
 ) -> NDArray[np.float32]:
     """Sensitivity of each block of the image: where an edit of a scalar value shows.
 
@@ -71,8 +68,7 @@ def sensitivity_field(
     ----------
     renderer : RaycastRenderer
         Unlit.
-    view : View
-    tf : TransferFunction
+    inputs : SceneInputs
     size : int
         Width and height of the image in pixels.
     block : int
@@ -99,9 +95,7 @@ def sensitivity_field(
             "choose larger blocks or a smaller image."
         )
     windows = [(*rows, *columns) for rows in pairwise(edges) for columns in pairwise(edges)]
-    gradients, energies = renderer.differentiate(
-        view, tf.opacity, tf.color, size, np.array(windows, dtype=np.int64)
-    )
+    gradients, energies = renderer.differentiate(inputs, size, np.array(windows, dtype=np.int64))
     return _sensitivity(gradients, energies).reshape(len(edges) - 1, len(edges) - 1, -1)
 
 

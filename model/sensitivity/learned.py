@@ -19,10 +19,9 @@ from torch.autograd.functional import jacobian
 
 from model.generator.generator import Generator
 from model.networks.encoding import decode_unit
+from model.scene.inputs import SceneInputs
 from model.scene.region import Region, block_edges
 from model.scene.tf_perturbation import EDIT_WIDTH, response_to_edits
-from model.scene.transfer_function import TransferFunction
-from model.scene.view import View
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +102,7 @@ class Sensitivity:
 
 
 def generator_sensitivity(
-    generator: Generator, view: View, tf: TransferFunction, edit_width: float = EDIT_WIDTH
+    generator: Generator, inputs: SceneInputs, edit_width: float = EDIT_WIDTH
 ) -> Sensitivity:
     """Differentiate a generator's image by the opacity TF.
 
@@ -113,13 +112,12 @@ def generator_sensitivity(
     Parameters
     ----------
     generator : Generator
-    view : View
-    tf : TransferFunction
+    inputs : SceneInputs
     edit_width : float
         Standard deviation of the edits in bins; 0 for those of single bins.
     """
     network = generator.network
-    opacity = generator.opacity_input([tf.opacity])
+    conditions, opacity, color_tf = generator.encoded([inputs])
     latent_by_tf = jacobian(network.opacity.encode, opacity)[0, :, 0]  # type: ignore[no-untyped-call]
     with torch.no_grad(), forward_ad.dual_level():
         latent = network.opacity.encode(opacity)
@@ -127,9 +125,8 @@ def generator_sensitivity(
         axes = torch.eye(count, device=latent.device)
         codes = latent.expand(count, -1).contiguous()
         rows = forward_ad.make_dual(codes, axes)  # type: ignore[no-untyped-call]
-        views = generator.view_input([view]).expand(count, -1)
-        colors = generator.color_input([tf.color]).expand(count, -1, -1)
-        image_dual = network.render_latent(views, rows, colors)[0]
+        conditions = conditions.expand(count, -1)
+        image_dual = network.render_latent(conditions, rows, color_tf.expand(count, -1, -1))[0]
         dual = forward_ad.unpack_dual(image_dual)  # type: ignore[no-untyped-call]
         image, slopes = decode_unit(dual.primal[0]), dual.tangent
     return Sensitivity(

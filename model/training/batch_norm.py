@@ -39,7 +39,7 @@ class BatchNormRecalibration:
 
     def __init__(self, source: SampleSource, size: NetworkSize, device: torch.device) -> None:
         samples = source.first("train", SAMPLES)
-        batch = encode_batch(samples, source.scene.view_range, size.opacity_size).to(device)
+        batch = encode_batch(samples, source.scene, size.opacity_size).to(device)
         self._batches = batch.parts(-(-len(batch) // BATCH))
 
     def of(self, generator: GeneratorNetwork) -> GeneratorNetwork:
@@ -57,7 +57,5 @@ class _Decoding(nn.Module):
         self.generator = generator
 
     def forward(self, batch: EncodedBatch) -> tuple[torch.Tensor, torch.Tensor]:
-        images: tuple[torch.Tensor, torch.Tensor] = self.generator(
-            batch.view, batch.opacity_tf, batch.color_tf
-        )
+        images: tuple[torch.Tensor, torch.Tensor] = self.generator(batch.inputs)
         return images

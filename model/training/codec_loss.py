@@ -55,7 +55,7 @@ class CodecLoss:
             The same step has the same TFs, so that resumed runs repeat; ranks
             have different ones.
         """
-        error = decoded_tf_error(decoded, batch.opacity_tf, self._options.thick_layer_weight)
+        error = decoded_tf_error(decoded, batch.inputs.opacity_tf, self._options.thick_layer_weight)
         if not self._options.unrendered_tfs:
             return error
         # Half and half, whatever the batch: parts of one then add up to the whole.

@@ -21,8 +21,9 @@ from torch import nn
 
 from model.errors import DeviceError
 from model.measurements import keep, kept
-from model.networks.blocks import VIEW_PARAMETERS
+from model.networks.encoding import EncodedInputs
 from model.networks.size import NetworkSize
+from model.scene.inputs import condition_numbers
 from model.scene.scene import Scene
 from model.scene.transfer_function import TF_SAMPLES
 from model.training.batch import EncodedBatch
@@ -70,6 +71,7 @@ def choose_execution(
         raise DeviceError(f"The precision '{precision}' is unknown; choose {names}.")
     about = {
         "size": asdict(size),
+        "conditions": condition_numbers(scene),
         "batches": [options.opacity.batch_size, options.joint.batch_size],
         "stages": [options.one_stage, options.adversarial_start],
         "device": str(device),
@@ -106,7 +108,7 @@ def step_seconds(
     """
     stages = Schedule(size, options, scene, device, execution).stages
     timed = stages[stage or next(iter(stages))]
-    batch = _noise(timed.stage.batch_size, size).to(device)
+    batch = _noise(timed.stage.batch_size, size, condition_numbers(scene)).to(device)
     while True:
         start = time.perf_counter()
         # At the end of the stage, when the discriminator has joined; it ends with a number
@@ -115,7 +117,7 @@ def step_seconds(
         yield time.perf_counter() - start
 
 
-def _noise(count: int, size: NetworkSize) -> EncodedBatch:
+def _noise(count: int, size: NetworkSize, conditions: int) -> EncodedBatch:
     """A batch of random numbers: they take as long as images."""
     random = torch.Generator().manual_seed(0)
 
@@ -123,9 +125,7 @@ def _noise(count: int, size: NetworkSize) -> EncodedBatch:
         return 2 * torch.rand(count, *shape, generator=random) - 1
 
     return EncodedBatch(
-        view=draw(VIEW_PARAMETERS),
-        opacity_tf=draw(TF_SAMPLES),
-        color_tf=draw(3, TF_SAMPLES),
+        EncodedInputs(draw(conditions), draw(TF_SAMPLES), draw(3, TF_SAMPLES)),
         opacity_image=draw(1, size.opacity_size, size.opacity_size),
         image=draw(3, size.image_size, size.image_size),
     )

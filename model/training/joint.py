@@ -27,6 +27,8 @@ class JointStage(ColorStage):
     size : NetworkSize
     options : TrainingOptions
     generator : GeneratorNetwork
+    conditions : int
+        Numbers that images depend on beside the TFs.
     codec_loss : CodecLoss
     device : torch.device
     execution : Execution
@@ -41,18 +43,20 @@ class JointStage(ColorStage):
         size: NetworkSize,
         options: TrainingOptions,
         generator: GeneratorNetwork,
+        conditions: int,
         codec_loss: CodecLoss,
         device: torch.device,
         execution: Execution = STANDARD,
     ) -> None:
-        discriminator = TranslationDiscriminator(size)
+        discriminator = TranslationDiscriminator(size, conditions)
         super().__init__(generator, discriminator, options.joint, options, device, execution)
         self._codec_loss = codec_loss
 
     def _generate(self, batch: EncodedBatch) -> tuple[Tensor, tuple[Tensor, Tensor]]:
         opacity = self.generator.opacity
-        latent = opacity.encode(batch.opacity_tf)
-        image, opacity_image = self.generator.render_latent(batch.view, latent, batch.color_tf)
+        conditions, opacity_tf, color_tf = batch.inputs
+        latent = opacity.encode(opacity_tf)
+        image, opacity_image = self.generator.render_latent(conditions, latent, color_tf)
         return image, (opacity_image, opacity.decode(latent))
 
     def _generator_losses(self, batch: EncodedBatch, fake: Tensor, extra: Any) -> dict[str, Tensor]:

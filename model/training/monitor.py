@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 from contextlib import suppress
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -43,7 +44,7 @@ class HoldoutProbe:
     def __init__(self, source: SampleSource, size: NetworkSize, device: torch.device) -> None:
         samples = source.first("holdout", PROBE_SAMPLES)
         self.count = len(samples)
-        self.batch = encode_batch(samples, source.scene.view_range, size.opacity_size).to(device)
+        self.batch = encode_batch(samples, source.scene, size.opacity_size).to(device)
 
     def measure(self, generator: GeneratorNetwork, sheet: Path) -> dict[str, float]:
         """Measure a generator and write a picture of the first samples.
@@ -65,7 +66,7 @@ class HoldoutProbe:
         images, truth = _pixels(image), _pixels(self.batch.image)
         opacities, true_opacities = _pixels(opacity), _pixels(self.batch.opacity_image)
         _save_sheet(sheet, [truth, images, true_opacities, opacities])
-        tf_error = decode_unit(tf) - decode_unit(self.batch.opacity_tf)
+        tf_error = decode_unit(tf) - decode_unit(self.batch.inputs.opacity_tf)
         pairs = list(zip(images, truth, strict=True))
         opacity_pairs = zip(opacities, true_opacities, strict=True)
         return {
@@ -86,10 +87,9 @@ class HoldoutProbe:
         parts = []
         for start in range(0, self.count, PROBE_BATCH):
             part = slice(start, start + PROBE_BATCH)
-            latent = generator.opacity.encode(self.batch.opacity_tf[part])
-            image, opacity = generator.render_latent(
-                self.batch.view[part], latent, self.batch.color_tf[part]
-            )
+            inputs = self.batch.inputs.map(itemgetter(part))
+            latent = generator.opacity.encode(inputs.opacity_tf)
+            image, opacity = generator.render_latent(inputs.conditions, latent, inputs.color_tf)
             parts.append((image, opacity, generator.opacity.decode(latent), latent))
         image, opacity, tf, latent = (torch.cat(column) for column in zip(*parts, strict=True))
         return image, opacity, tf, latent

@@ -11,9 +11,12 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 
 import torch
 from torch import Tensor, distributed, nn
+
+_alone = ContextVar("alone", default=False)
 
 MAX_STAGES = 16
 """Stages that a run may have: ranks take their samples from numbers that no stage has."""
@@ -43,12 +46,26 @@ def process_group(device: torch.device) -> Iterator[torch.device]:
 
 def rank() -> int:
     """Number of this process, from 0."""
-    return distributed.get_rank() if distributed.is_initialized() else 0
+    return distributed.get_rank() if _joined() else 0
 
 
 def ranks() -> int:
     """Number of processes."""
-    return distributed.get_world_size() if distributed.is_initialized() else 1
+    return distributed.get_world_size() if _joined() else 1
+
+
+@contextmanager
+def alone() -> Iterator[None]:
+    """For what this process computes for itself: it waits for no other, and sends nothing."""
+    token = _alone.set(True)
+    try:
+        yield
+    finally:
+        _alone.reset(token)
+
+
+def _joined() -> bool:
+    return distributed.is_initialized() and not _alone.get()
 
 
 def own_stage(stage: int) -> int:

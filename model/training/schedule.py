@@ -8,6 +8,7 @@ from model.networks.build import build_generator, build_opacity
 from model.networks.generator_network import GeneratorNetwork
 from model.networks.paper.two_stage import TwoStageGenerator
 from model.networks.size import NetworkSize
+from model.scene.inputs import condition_numbers
 from model.scene.scene import Scene
 from model.training.codec_loss import CodecLoss
 from model.training.execution import STANDARD, Execution
@@ -47,19 +48,21 @@ class Schedule:
         self._size = size
         torch.manual_seed(options.seed)
         self.stages: dict[str, Stage]
-        codec_loss = CodecLoss(scene, options)
+        codec_loss, conditions = CodecLoss(scene, options), condition_numbers(scene)
         # Both images of a feature grid come from one network.
         if options.one_stage or size.architecture == "grid":
             generator = build_generator(size, scene)
             self.stages = {
-                "joint": JointStage(size, options, generator, codec_loss, device, execution)
+                "joint": JointStage(
+                    size, options, generator, conditions, codec_loss, device, execution
+                )
             }
             self.ends = {"joint": 1.0}
         else:
             network = build_opacity(size, scene)
             opacity = OpacityStage(size, options, network, codec_loss, device, execution)
             average = opacity.average.network
-            translation = TranslationStage(size, options, average, device, execution)
+            translation = TranslationStage(size, options, average, conditions, device, execution)
             self.stages = {"opacity": opacity, "translation": translation}
             self.ends = {"opacity": options.opacity_time_share, "translation": 1.0}
 

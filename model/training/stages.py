@@ -53,11 +53,11 @@ class OpacityStage(Stage):
         return batch.opacity_image
 
     def _generate(self, batch: EncodedBatch) -> tuple[Tensor, Tensor]:
-        output = self.generator(batch.view, batch.opacity_tf)
+        output = self.generator(batch.inputs)
         return output.image, output.decoded_tf
 
     def _judge(self, batch: EncodedBatch, image: Tensor) -> Tensor:
-        logits: Tensor = self.discriminator(batch.view, batch.opacity_tf, image)
+        logits: Tensor = self.discriminator(batch.inputs, image)
         return logits
 
     def _generator_losses(
@@ -83,7 +83,7 @@ class ColorStage(Stage):
         return batch.image
 
     def _judge(self, batch: EncodedBatch, image: Tensor) -> Tensor:
-        logits: Tensor = self.discriminator(batch.view, batch.opacity_tf, batch.color_tf, image)
+        logits: Tensor = self.discriminator(batch.inputs, image)
         return logits
 
 
@@ -96,6 +96,8 @@ class TranslationStage(ColorStage):
     options : TrainingOptions
     opacity : OpacityNetwork
         The trained generator of stage 1; it gives the latent codes.
+    conditions : int
+        Numbers that images depend on beside the TFs.
     device : torch.device
     execution : Execution
     """
@@ -108,12 +110,13 @@ class TranslationStage(ColorStage):
         size: NetworkSize,
         options: TrainingOptions,
         opacity: OpacityNetwork,
+        conditions: int,
         device: torch.device,
         execution: Execution = STANDARD,
     ) -> None:
         super().__init__(
-            TranslationGenerator(size),
-            TranslationDiscriminator(size),
+            TranslationGenerator(size, conditions),
+            TranslationDiscriminator(size, conditions),
             options.translation,
             options,
             device,
@@ -123,8 +126,9 @@ class TranslationStage(ColorStage):
 
     def _generate(self, batch: EncodedBatch) -> tuple[Tensor, None]:
         with torch.no_grad():
-            latent = self.opacity.encode(batch.opacity_tf)
-        return self.generator(batch.view, latent, batch.color_tf, batch.opacity_image), None
+            latent = self.opacity.encode(batch.inputs.opacity_tf)
+        conditions, _, color_tf = batch.inputs
+        return self.generator(conditions, latent, color_tf, batch.opacity_image), None
 
     def _generator_losses(
         self, batch: EncodedBatch, fake: Tensor, extra: None

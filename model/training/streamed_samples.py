@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.samples.sample_rendering import check_volume, make_renderer, render_samples
-from model.samples.sample_store import ARRAYS, BLOCK, SampleBatch
+from model.samples.sample_store import BLOCK, SampleBatch
 from model.samples.sampling import Split
 from model.scene.scene import Lighting, Scene
 from model.scene.volume import Volume
@@ -212,8 +212,7 @@ class _Ring:
     def write(self, block: range, samples: SampleBatch) -> None:
         """Store a block's samples in place of the oldest ones."""
         with self._changed:
-            for name in ARRAYS:
-                values = getattr(samples, name)
+            for name, values in samples.arrays.items():
                 if name not in self._arrays:
                     shape = (self._slots, *values.shape[1:])
                     self._arrays[name] = np.empty(shape, values.dtype)
@@ -228,7 +227,7 @@ class _Ring:
     def read(self, indices: NDArray[np.int64]) -> SampleBatch:
         """Copy samples by their number in the split."""
         slots = indices % self._slots
-        return SampleBatch(*(self._arrays[name][slots] for name in ARRAYS))
+        return SampleBatch.of({name: array[slots] for name, array in self._arrays.items()})
 
     def fail(self, error: BaseException) -> None:
         """Hand an error to whoever waits for samples."""

@@ -233,9 +233,7 @@ class _Run:
 
     def _encoded(self, samples: SampleBatch) -> EncodedBatch:
         plan = self.plan
-        view_range = plan.source.scene.view_range
-        batch = encode_batch(samples, view_range, plan.size.opacity_size)
-        return batch.to(plan.device)
+        return encode_batch(samples, plan.source.scene, plan.size.opacity_size).to(plan.device)
 
     def _stop_if(self, stage: Stage, trouble: str | None) -> None:
         if trouble is not None:

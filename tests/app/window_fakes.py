@@ -14,6 +14,7 @@ from app.engines.engines import Builders, GeneratorSettings, ReferenceSettings
 from app.engines.messages import RenderRequest
 from app.engines.worker import Engine
 from model.errors import VolumeError
+from model.scene.inputs import SceneInputs
 from model.scene.scene import Scene
 from model.scene.view import View
 from model.scene.volume import Volume
@@ -22,7 +23,7 @@ PATIENCE_S = 20
 
 
 def make_request(sequence: int, live: bool = False) -> RenderRequest:
-    return RenderRequest(sequence, View(), make_tf(), 8, live)
+    return RenderRequest(sequence, SceneInputs.of(View(), make_tf()), 8, live)
 
 
 class FakeEngine:

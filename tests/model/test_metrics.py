@@ -10,7 +10,7 @@ import pytest
 import torch
 
 from model import metrics
-from model.networks.encoding import rgb_to_lab
+from model.scene.color_space import rgb_to_lab
 
 RNG = np.random.default_rng(0)
 NOISE = RNG.random((32, 32, 3))

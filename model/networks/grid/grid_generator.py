@@ -12,7 +12,7 @@ from itertools import pairwise
 import torch
 from torch import Tensor, nn
 
-from model.networks.blocks import ResidualBlock, concatenate
+from model.networks.blocks import ResidualBlock, concatenate, mlp
 from model.networks.encoding import decode_colors
 from model.networks.generator_network import GeneratorNetwork
 from model.networks.grid.frustum import Frustum
@@ -26,7 +26,9 @@ from model.networks.grid.grid_opacity import (
 )
 from model.networks.grid.points import PointNetwork, binned
 from model.networks.size import NetworkSize
+from model.scene.inputs import condition_numbers
 from model.scene.scene import Scene
+from model.scene.view import VIEW_PARAMETERS
 
 COLORS = 32
 """Scalar values that the colour of a pixel is mixed from."""
@@ -48,11 +50,14 @@ class GridColorGenerator(nn.Module):
     size : NetworkSize
     frustum : Frustum
     lit : bool
+    others : int
+        Conditions beside the view, such as the light's.
     """
 
-    def __init__(self, size: NetworkSize, frustum: Frustum, lit: bool) -> None:
+    def __init__(self, size: NetworkSize, frustum: Frustum, lit: bool, others: int = 0) -> None:
         super().__init__()
         c = size.channels
+        self.others = mlp(others, c(512), c(512)) if others else None
         self.frustum = frustum
         self.lit = lit
         self.points = PointNetwork(size.features, c(128), LOOKED_UP, FOLDED, c(512))
@@ -74,7 +79,9 @@ class GridColorGenerator(nn.Module):
         self.trust = nn.Parameter(torch.ones(1))
         start(self)
 
-    def forward(self, look: OpacityFeatures, colors: Tensor) -> Tensor:
+    def forward(
+        self, look: OpacityFeatures, colors: Tensor, others: Tensor | None = None
+    ) -> Tensor:
         """Colour images (N, 3, S, S) of a look.
 
         Parameters
@@ -82,8 +89,12 @@ class GridColorGenerator(nn.Module):
         look : OpacityFeatures
         colors : Tensor, shape (N, 3, COLORS)
             In RGB, 0..1.
+        others : Tensor, shape (N, others), or None
         """
-        folded = fold(self.points(look.samples, look.code, look.opacities), self.frustum)
+        code = look.code
+        if self.others is not None and others is not None:
+            code = code + self.others(others)
+        folded = fold(self.points(look.samples, code, look.opacities), self.frustum)
         x = self.coarse(concatenate(look.coarse, folded))
         x = self.fine(self.larger(self.narrow(x)) + look.fine)
         for i, finer in enumerate(self.finer, 1):
@@ -120,11 +131,15 @@ class GridGenerator(GeneratorNetwork):
     def __init__(self, size: NetworkSize, scene: Scene) -> None:
         super().__init__()
         self.opacity = GridOpacityGenerator(size, scene)
-        self.color = GridColorGenerator(size, self.opacity.frustum, scene.lighting != "none")
+        self._others = condition_numbers(scene) - VIEW_PARAMETERS
+        lit = scene.lighting != "none"
+        self.color = GridColorGenerator(size, self.opacity.frustum, lit, self._others)
 
-    def encode_view(self, view: Tensor) -> tuple[Tensor, ...]:
-        """What the opacity generator sees for views (N, 5)."""
-        return self.opacity.encode_view(view)
+    def encode_view(self, conditions: Tensor) -> tuple[Tensor, ...]:
+        """What the opacity generator sees for the views, then the other conditions, if any."""
+        view, others = conditions[:, :VIEW_PARAMETERS], conditions[:, VIEW_PARAMETERS:]
+        features = self.opacity.encode_view(view)
+        return (*features, others) if self._others else features
 
     def encode_color(self, color_tf: Tensor) -> Tensor:
         """Colours (N, 3, COLORS) in RGB of colour TFs (N, 3, 256)."""
@@ -136,5 +151,9 @@ class GridGenerator(GeneratorNetwork):
         self, view_features: tuple[Tensor, ...], latent: Tensor, color: Tensor
     ) -> tuple[Tensor, Tensor]:
         """Colour and opacity image from features of the view and codes of both TFs."""
+        others = None
+        if self._others:
+            *of_view, others = view_features
+            view_features = tuple(of_view)
         look = self.opacity.look(view_features, latent)
-        return self.color(look, color), look.image
+        return self.color(look, color, others), look.image

@@ -8,7 +8,6 @@ from itertools import pairwise
 from torch import Tensor, nn
 
 from model.networks.blocks import (
-    VIEW_PARAMETERS,
     ImageDiscriminator,
     ResidualBlock,
     TFEncoder,
@@ -18,8 +17,10 @@ from model.networks.blocks import (
     score_head,
     upsample,
 )
+from model.networks.encoding import EncodedInputs
 from model.networks.generator_network import OpacityNetwork
 from model.networks.size import NetworkSize
+from model.scene.view import VIEW_PARAMETERS
 
 
 class OpacityGenerator(OpacityNetwork):
@@ -66,11 +67,11 @@ class OpacityDiscriminator(nn.Module):
         self.score = score_head(3 * c(512), c(512))
         initialize(self)
 
-    def forward(self, view: Tensor, opacity_tf: Tensor, image: Tensor) -> Tensor:
+    def forward(self, inputs: EncodedInputs, image: Tensor) -> Tensor:
         """Logits (N, 1), positive for "rendered", of images (N, 1, S, S)."""
-        logits: Tensor = self.score(
-            concatenate(self.view(view), self.opacity_tf(opacity_tf[:, None]), self.image(image))
-        )
+        view = self.view(inputs.conditions[:, :VIEW_PARAMETERS])
+        opacity_tf = self.opacity_tf(inputs.opacity_tf[:, None])
+        logits: Tensor = self.score(concatenate(view, opacity_tf, self.image(image)))
         return logits
 
 

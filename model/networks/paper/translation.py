@@ -14,7 +14,6 @@ from torch import Tensor, nn
 
 from model.networks.blocks import (
     LEAK,
-    VIEW_PARAMETERS,
     ImageDiscriminator,
     Modulation,
     ResidualBlock,
@@ -25,7 +24,9 @@ from model.networks.blocks import (
     score_head,
     upsample,
 )
+from model.networks.encoding import EncodedInputs
 from model.networks.size import NetworkSize
+from model.scene.view import VIEW_PARAMETERS
 
 FUSION_SIZE = 8
 """Pixels along an edge where the image meets the codes of view and TFs."""
@@ -69,12 +70,19 @@ class BottleneckBlock(nn.Module):
 
 
 class TranslationGenerator(nn.Module):
-    """Paints the opacity image: encoder, fusion with the codes, decoder with skips."""
+    """Paints the opacity image: encoder, fusion with the codes, decoder with skips.
 
-    def __init__(self, size: NetworkSize) -> None:
+    Parameters
+    ----------
+    size : NetworkSize
+    conditions : int
+        Numbers that images depend on beside the TFs; the paper's are the view's.
+    """
+
+    def __init__(self, size: NetworkSize, conditions: int = VIEW_PARAMETERS) -> None:
         super().__init__()
         c = size.channels
-        self.view = mlp(VIEW_PARAMETERS, c(256), c(256))
+        self.view = mlp(conditions, c(256), c(256))
         self.latent = mlp(size.latent_dim, c(256))
         self.color_tf = color_encoder(size)
         # Channels of the opacity image's encoding, from the first halving down to 8 x 8 pixels.
@@ -108,12 +116,14 @@ class TranslationGenerator(nn.Module):
             # From small weights, red, green and blue start alike and long stay grey.
             nn.init.kaiming_normal_(color.weight)
 
-    def forward(self, view: Tensor, latent: Tensor, color_tf: Tensor, opacity: Tensor) -> Tensor:
+    def forward(
+        self, conditions: Tensor, latent: Tensor, color_tf: Tensor, opacity: Tensor
+    ) -> Tensor:
         """Render colour images.
 
         Parameters
         ----------
-        view : Tensor, shape (N, 5)
+        conditions : Tensor, shape (N, C)
         latent : Tensor, shape (N, latent_dim)
             Code of the opacity TF from the opacity generator's encoder.
         color_tf : Tensor, shape (N, 3, 256)
@@ -125,7 +135,7 @@ class TranslationGenerator(nn.Module):
         -------
         Tensor, shape (N, 3, S, S), in [-1, 1]
         """
-        return self.decode(self.view(view), latent, self.color_tf(color_tf), opacity)
+        return self.decode(self.view(conditions), latent, self.color_tf(color_tf), opacity)
 
     def decode(self, view: Tensor, latent: Tensor, color: Tensor, opacity: Tensor) -> Tensor:
         """Render from codes of views and colour TFs, each (N, channels)."""
@@ -146,26 +156,33 @@ class TranslationGenerator(nn.Module):
 
 
 class TranslationDiscriminator(nn.Module):
-    """Tells rendered colour images from generated ones, given view and both TFs."""
+    """Tells rendered colour images from generated ones, given conditions and both TFs.
 
-    def __init__(self, size: NetworkSize) -> None:
+    Parameters
+    ----------
+    size : NetworkSize
+    conditions : int
+        Numbers that images depend on beside the TFs.
+    """
+
+    def __init__(self, size: NetworkSize, conditions: int = VIEW_PARAMETERS) -> None:
         super().__init__()
         c = size.channels
         tf_channels = [c(16), c(32), c(64), c(128), c(128)]
-        self.view = mlp(VIEW_PARAMETERS, c(256), c(256))
+        self.view = mlp(conditions, c(256), c(256))
         self.opacity_tf = TFEncoder([1, *tf_channels], c(256))
         self.color_tf = TFEncoder([3, *tf_channels], c(256))
         self.image = ImageDiscriminator([3, *color_discriminator_channels(size)], c(512))
         self.score = score_head(3 * c(256) + c(512), c(512))
         initialize(self)
 
-    def forward(self, view: Tensor, opacity_tf: Tensor, color_tf: Tensor, image: Tensor) -> Tensor:
+    def forward(self, inputs: EncodedInputs, image: Tensor) -> Tensor:
         """Logits (N, 1), positive for "rendered", of images (N, 3, S, S)."""
         logits: Tensor = self.score(
             concatenate(
-                self.view(view),
-                self.opacity_tf(opacity_tf[:, None]),
-                self.color_tf(color_tf),
+                self.view(inputs.conditions),
+                self.opacity_tf(inputs.opacity_tf[:, None]),
+                self.color_tf(inputs.color_tf),
                 self.image(image),
             )
         )

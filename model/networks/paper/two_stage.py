@@ -8,6 +8,7 @@ from model.networks.generator_network import GeneratorNetwork, OpacityNetwork
 from model.networks.paper.opacity import OpacityGenerator
 from model.networks.paper.translation import TranslationGenerator
 from model.networks.size import NetworkSize
+from model.scene.view import VIEW_PARAMETERS
 
 
 class TwoStageGenerator(GeneratorNetwork):
@@ -34,9 +35,10 @@ class TwoStageGenerator(GeneratorNetwork):
         self.opacity = opacity or OpacityGenerator(size)
         self.translation = translation or TranslationGenerator(size)
 
-    def encode_view(self, view: Tensor) -> tuple[Tensor, ...]:
-        """What the opacity generator sees, and the translation's code of the view."""
-        return *self.opacity.encode_view(view), self.translation.view(view)
+    def encode_view(self, conditions: Tensor) -> tuple[Tensor, ...]:
+        """The opacity generator's features of the view, and the translation's of all."""
+        view = conditions[:, :VIEW_PARAMETERS]
+        return *self.opacity.encode_view(view), self.translation.view(conditions)
 
     def encode_color(self, color_tf: Tensor) -> Tensor:
         """Codes (N, channels) of colour TFs (N, 3, 256)."""

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from model.compilation import compiled
 from model.rendering.opacity_correction import NEARLY_OPAQUE
 from model.rendering.raycast.shading import Light, LightGrid
-from model.scene.scene import LightDirection
+from model.scene.light import LightDirection
 from model.scene.transfer_function import OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume

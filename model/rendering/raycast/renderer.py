@@ -26,9 +26,10 @@ from model.rendering.raycast.tables import (
     preintegrated_table,
 )
 from model.rendering.scalars import renderable_scalars
-from model.scene.scene import LightDirection, Lighting
-from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF
-from model.scene.view import View
+from model.scene.inputs import SceneInputs
+from model.scene.light import LightDirection
+from model.scene.scene import Lighting
+from model.scene.transfer_function import TF_SAMPLES, OpacityTF
 from model.scene.volume import Volume
 
 NATIVE_TYPES = (np.uint8, np.uint16, np.int16, np.float32)
@@ -73,8 +74,7 @@ class RaycastRenderer:
     light : LightDirection, optional
         Direction of the distant light relative to the view; ignored when unlit.
     sample_distance : float
-        Distance between samples along a ray, in voxels; may be changed between
-        images through the attribute of the same name.
+        Distance between samples along a ray, in voxels, unless a call says otherwise.
     threads : int, optional
         CPU threads, one per processor by default.
     preintegrated : bool
@@ -131,17 +131,17 @@ class RaycastRenderer:
         self._cuda = cuda.Painter(self._voxels) if device == "cuda" else None
 
     def render(
-        self, view: View, opacity_tf: OpacityTF, color_tf: ColorTF, size: int
+        self, inputs: SceneInputs, size: int, sample_distance: float | None = None
     ) -> NDArray[np.float32]:
         """Render one image.
 
         Parameters
         ----------
-        view : View
-        opacity_tf : OpacityTF
-        color_tf : ColorTF
+        inputs : SceneInputs
         size : int
             Width and height in pixels.
+        sample_distance : float, optional
+            Instead of the renderer's own, in voxels.
 
         Returns
         -------
@@ -149,22 +149,20 @@ class RaycastRenderer:
             RGBA in [0, 1]; colour premultiplied by opacity on black; row 0 at
             the top.
         """
-        return self._draw(view, opacity_tf, color_tf, size, None)
+        return self._draw(inputs, size, sample_distance)
 
-    def frame(self, view: View, opacity_tf: OpacityTF, color_tf: ColorTF, size: int) -> Frame:
+    def frame(self, inputs: SceneInputs, size: int) -> Frame:
         """Render one image, with the depth of what is first visible in each pixel."""
         depth = np.empty((size, size), dtype=np.float32)
-        return Frame(self._draw(view, opacity_tf, color_tf, size, depth), depth)
+        return Frame(self._draw(inputs, size, depth=depth), depth)
 
-    def opacity_image(self, view: View, opacity_tf: OpacityTF, size: int) -> NDArray[np.float32]:
+    def opacity_image(self, inputs: SceneInputs, size: int) -> NDArray[np.float32]:
         """Render the opacity alone: float32 (size, size) in [0, 1], row 0 at the top."""
-        return self._draw(view, opacity_tf, None, size, None)[..., 0]
+        return self._draw(inputs, size, colored=False)[..., 0]
 
     def differentiate(
         self,
-        view: View,
-        opacity_tf: OpacityTF,
-        color_tf: ColorTF,
+        inputs: SceneInputs,
         size: int,
         windows: NDArray[np.int64],
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -172,9 +170,7 @@ class RaycastRenderer:
 
         Parameters
         ----------
-        view : View
-        opacity_tf : OpacityTF
-        color_tf : ColorTF
+        inputs : SceneInputs
         size : int
             Width and height of the image in pixels.
         windows : ndarray of int64, shape (n, 4)
@@ -199,14 +195,14 @@ class RaycastRenderer:
                 "The exact sensitivity is there for unlit scenes on the CPU, without "
                 "pre-integration; choose those."
             )
-        volume = self._volume
+        volume, opacity_tf = self._volume, inputs.opacity_tf
         scalar_range = volume.scalar_range
         step = self.sample_distance * volume.voxel_size
         arguments = (
-            *self._voxels_and_cells(opacity_tf),
+            *self._voxels_and_cells(opacity_tf, self.sample_distance),
             self._opacities(opacity_tf, self.sample_distance),
-            color_table(color_tf, scalar_range),
-            camera_array(view, volume),
+            color_table(inputs.color_tf, scalar_range),
+            camera_array(inputs.view, volume),
             step,
             size,
             int(2 * volume.radius / step) + 2,
@@ -231,22 +227,22 @@ class RaycastRenderer:
 
     def _draw(
         self,
-        view: View,
-        opacity_tf: OpacityTF,
-        color_tf: ColorTF | None,
+        inputs: SceneInputs,
         size: int,
-        depth: NDArray[np.float32] | None,
+        sample_distance: float | None = None,
+        depth: NDArray[np.float32] | None = None,
+        colored: bool = True,
     ) -> NDArray[np.float32]:
-        image = np.empty((size, size, 1 if color_tf is None else 4), dtype=np.float32)
+        distance = sample_distance or self.sample_distance
+        image = np.empty((size, size, 4 if colored else 1), dtype=np.float32)
         draw: Any = draw_rows_preintegrated if self._preintegrated else draw_rows
-        tables = self._tables(view, opacity_tf, color_tf)
         volume = self._volume
         arguments = (
-            *self._voxels_and_cells(opacity_tf),
-            *tables,
+            *self._voxels_and_cells(inputs.opacity_tf, distance),
+            *self._tables(inputs, distance, colored),
             np.float32(LARGEST_ERROR / 2 if self.terminate_early else 0),
-            camera_array(view, volume),
-            self.sample_distance * volume.voxel_size,
+            camera_array(inputs.view, volume),
+            distance * volume.voxel_size,
         )
         if self._cuda is not None:
             self._cuda.draw(arguments, image, depth)
@@ -270,30 +266,32 @@ class RaycastRenderer:
 
         list(self._executor.map(task, range(0, size, ROWS_PER_TASK)))
 
-    def _tables(
-        self, view: View, opacity_tf: OpacityTF, color_tf: ColorTF | None
-    ) -> tuple[Any, ...]:
+    def _tables(self, inputs: SceneInputs, distance: float, colored: bool) -> tuple[Any, ...]:
         """Look-up tables and light, as the functions that draw rows take them."""
         scalar_range = self._volume.scalar_range
+        opacity_tf, color_tf = inputs.opacity_tf, inputs.color_tf
         if self._preintegrated:
-            return (preintegrated_table(opacity_tf, color_tf, scalar_range, self.sample_distance),)
-        alphas = self._opacities(opacity_tf, self.sample_distance)
-        if color_tf is None:
+            table = preintegrated_table(
+                opacity_tf, color_tf if colored else None, scalar_range, distance
+            )
+            return (table,)
+        alphas = self._opacities(opacity_tf, distance)
+        if not colored:
             return alphas, None, None, None
         light = glow = None
         if self._lighting == "direct":
-            light = gradient_light(view, self._light, self._volume)
+            light = gradient_light(inputs.view, self._light, self._volume)
         if self._illumination is not None:
-            glow = self._illumination.grid(view, self._light, opacity_tf)
+            glow = self._illumination.grid(inputs.view, self._light, opacity_tf)
         return alphas, color_table(color_tf, scalar_range, alphas), light, glow
 
-    def _voxels_and_cells(self, opacity_tf: OpacityTF) -> tuple[Any, ...]:
+    def _voxels_and_cells(self, opacity_tf: OpacityTF, distance: float) -> tuple[Any, ...]:
         """What all compiled functions take first: the volume, and where it is empty."""
         return (
             self._voxels,
             self._volume.dimensions,
             self._scale,
-            self._distances(opacity_tf, self.sample_distance, self.skip_empty),
+            self._distances(opacity_tf, distance, self.skip_empty),
             self.cells.shape,
             SHIFT,
         )

@@ -16,6 +16,7 @@ from model.generator.catalog import DEFAULT_VOLUME, model_for, shipped_models, s
 from model.networks.checkpoint import load_card
 from model.rendering.vtk_renderer import VtkRenderer
 from model.samples.sample_store import SampleStore
+from model.scene.inputs import SceneInputs
 from model.scene.scene import Scene
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
 from model.scene.view import View
@@ -119,7 +120,7 @@ def test_vtk_renders_what_the_renderer_renders(
     assert (image.shape, image.dtype) == ((48, 48, 4), np.float32)
     tf = TransferFunction.load(tf_file)
     renderer = VtkRenderer(read_volume(raw_file))
-    expected = renderer.render(View(30, 20, 5, 0.8), tf.opacity, tf.color, 48)
+    expected = renderer.render(SceneInputs(View(30, 20, 5, 0.8), tf.opacity, tf.color), 48)
     renderer.close()
     np.testing.assert_array_equal(image, expected)
 
@@ -297,7 +298,7 @@ def test_the_generator_renders_its_model(trained: Path, tf_file: Path, tmp_path:
     arguments = f"render --renderer generator --model {trained} --tf {tf_file} --view 10,5"
     assert run([*arguments.split(), "--out", str(out)]) == 0
     tf = TransferFunction.load(tf_file)
-    expected = Generator.load(trained, "cpu").render(View(10, 5), tf.opacity, tf.color)
+    expected = Generator.load(trained, "cpu").render(SceneInputs.of(View(10, 5), tf))
     np.testing.assert_allclose(np.load(out), expected, atol=1e-6)
     assert run([*arguments.split(), "--size", "128", "--out", str(out)]) == 0
     assert np.load(out).shape == (128, 128, 4)

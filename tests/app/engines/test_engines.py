@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -16,11 +17,10 @@ from model.scene.scene import Scene
 
 class RecordingRenderer:
     def __init__(self) -> None:
-        self.sample_distance = 0.0
         self.calls: list[tuple[int, float]] = []
 
-    def render(self, view: object, opacity: object, color: object, size: int) -> NDArray[Any]:
-        self.calls.append((size, self.sample_distance))
+    def render(self, inputs: object, size: int, sample_distance: float) -> NDArray[Any]:
+        self.calls.append((size, sample_distance))
         return np.zeros((size, size, 4), dtype=np.float32)
 
 
@@ -30,7 +30,7 @@ def test_live_images_of_vtk_are_coarser_and_final_ones_are_not(size: int, live_s
     engine = ReferenceEngine(cast(Any, renderer), sample_distance=0.5)
     for live in (True, False):
         request = make_request(1, live)
-        engine.render(type(request)(1, request.view, request.transfer_function, size, live))
+        engine.render(replace(request, size=size))
     assert renderer.calls == [(live_size, 0.5 * LIVE_COARSENESS), (size, 0.5)]
 
 

@@ -17,9 +17,11 @@ SCENE = Scene("a", "b", (0.0, 256.0), (20.0, 200.0), 64)
 def samples(views: np.ndarray, opacity: np.ndarray) -> SampleBatch:
     n = len(views)
     return SampleBatch(
-        views,
-        opacity.astype(np.float32),
-        np.zeros((n, 256, 3), np.float32),
+        {
+            "view": views,
+            "opacity_tf": opacity.astype(np.float32),
+            "color_tf": np.zeros((n, 256, 3), np.float32),
+        },
         np.zeros((n, 4, 4, 4), np.uint8),
     )
 

@@ -49,8 +49,7 @@ def test_errors_are_those_of_the_rendered_images(generator: Generator, store: Sa
     from model.samples.sampling import draw_sample
 
     sample = draw_sample(store.scene, store.seed, "holdout", 3)
-    tf = sample.transfer_function
-    image = generator.render(sample.view, tf.opacity, tf.color)[..., :3]
+    image = generator.render(sample)[..., :3]
     truth = store.read("holdout", range(3, 4)).rgba[0, ..., :3] / 255
     assert result.generator["rmse"][3] == pytest.approx(metrics.rmse(image, truth), abs=1e-5)
     assert result.generator["emd"][3] == pytest.approx(metrics.color_emd(image, truth), abs=1e-3)

@@ -28,6 +28,7 @@ from model.networks.checkpoint import ModelCard, save_model
 from model.networks.generator_network import GeneratorNetwork
 from model.networks.size import Architecture, NetworkSize
 from model.samples.sampling import draw_sample
+from model.scene.inputs import SceneInputs
 from model.scene.scene import Scene
 
 CPU = torch.device("cpu")
@@ -239,9 +240,9 @@ def test_what_is_kept_between_images_changes_none(folder: Path, scene: Scene) ->
         (b, b, b),
         (a, b, b),
     ):
-        tfs = opacity.transfer_function.opacity, color.transfer_function.color
-        fresh = Generator.load(folder, "cpu").render(view.view, *tfs)
-        np.testing.assert_array_equal(kept.render(view.view, *tfs), fresh)
+        inputs = SceneInputs(view.view, opacity.opacity_tf, color.color_tf)
+        fresh = Generator.load(folder, "cpu").render(inputs)
+        np.testing.assert_array_equal(kept.render(inputs), fresh)
 
 
 def test_a_last_value_is_worked_out_once() -> None:

@@ -11,8 +11,10 @@ from skimage.transform import resize
 from model.errors import DeviceError
 from model.generator.generator import Generator
 from model.networks.checkpoint import ModelCard, save_model
-from model.networks.encoding import decode_unit, encode_colors, encode_unit, encode_views
+from model.networks.encoding import EncodedInputs, decode_unit, encode_unit
 from model.samples.sampling import draw_sample
+from model.scene.color_space import rgb_to_lab
+from model.scene.inputs import SceneInputs
 from model.scene.scene import Scene
 
 
@@ -31,7 +33,7 @@ def samples(scene: Scene):
 
 def test_an_image_is_rgba_like_the_renderers(generator: Generator, samples) -> None:
     s = samples[0]
-    image = generator.render(s.view, s.transfer_function.opacity, s.transfer_function.color)
+    image = generator.render(s)
     assert (image.shape, image.dtype) == ((64, 64, 4), np.float32)
     assert image.flags.c_contiguous
     assert image.min() >= 0 and image.max() <= 1
@@ -39,21 +41,23 @@ def test_an_image_is_rgba_like_the_renderers(generator: Generator, samples) -> N
 
 def test_an_image_is_what_the_network_says(generator: Generator, scene: Scene, samples) -> None:
     s = samples[0]
-    opacity, color = s.transfer_function.opacity, s.transfer_function.color
+    lab = rgb_to_lab(s.color_tf.sample(scene.scalar_range)).T[None]
     with torch.inference_mode():
         expected, opacity_image = generator.network(
-            encode_views([s.view], scene.view_range),
-            encode_unit(opacity.sample(scene.scalar_range)[None]),
-            encode_colors(color.sample(scene.scalar_range)[None]),
+            EncodedInputs(
+                torch.from_numpy(s.view.vector(scene.view_range))[None],
+                encode_unit(s.opacity_tf.sample(scene.scalar_range)[None]),
+                torch.from_numpy(lab.copy()),
+            )
         )
-    image = generator.render(s.view, opacity, color)
+    image = generator.render(s)
     np.testing.assert_allclose(
         image[..., :3], decode_unit(expected)[0].permute(1, 2, 0).numpy(), atol=1e-6
     )
     np.testing.assert_allclose(
-        generator.opacity_image(s.view, opacity), decode_unit(opacity_image)[0, 0], atol=1e-6
+        generator.opacity_image(s), decode_unit(opacity_image)[0, 0], atol=1e-6
     )
-    small = generator.opacity_image(s.view, opacity)
+    small = generator.opacity_image(s)
     enlarged = resize(small, (64, 64), order=1, mode="edge", anti_aliasing=False)
     np.testing.assert_allclose(image[..., 3], enlarged, atol=1e-5)
 
@@ -62,34 +66,39 @@ def test_a_batch_equals_single_images(generator: Generator, samples) -> None:
     views = [s.view for s in samples]
     opacities = [s.transfer_function.opacity for s in samples]
     colors = [s.transfer_function.color for s in samples]
-    batch = generator.render_batch(views, opacities, colors)
+    batch = generator.render_batch(samples)
     assert batch.shape == (3, 64, 64, 4)
     for image, v, o, c in zip(batch, views, opacities, colors, strict=True):
-        np.testing.assert_allclose(image, generator.render(v, o, c), atol=1e-5)
+        np.testing.assert_allclose(image, generator.render(SceneInputs(v, o, c)), atol=1e-5)
     # Each of the three inputs makes a difference: none may be another sample's.
     for v, o, c in (
         (views[1], opacities[0], colors[0]),
         (views[0], opacities[1], colors[0]),
         (views[0], opacities[0], colors[1]),
     ):
-        assert np.abs(generator.render(v, o, c) - batch[0]).max() > 1e-3
+        assert np.abs(generator.render(SceneInputs(v, o, c)) - batch[0]).max() > 1e-3
 
 
 def test_rendering_the_code_equals_rendering_the_tf(generator: Generator, samples) -> None:
     s = samples[1]
     opacity, color = s.transfer_function.opacity, s.transfer_function.color
-    code = generator.encode(opacity)
+    tfs = np.stack([x.opacity_tf.sample() for x in samples])
+    code = generator.encode(tfs[1])
     assert code.shape == (8,)
-    expected = generator.render(s.view, opacity, color)
-    np.testing.assert_allclose(generator.render_latent(code, s.view, color), expected, atol=1e-5)
-    several = generator.render_latent(np.stack([code, 0 * code]), s.view, color)
+    codes = generator.encode(tfs)
+    assert codes.shape == (3, 8)
+    np.testing.assert_allclose(codes[1], code, atol=1e-6)
+    np.testing.assert_allclose(generator.decode(codes)[1], generator.decode(code), atol=1e-6)
+    expected = generator.render(SceneInputs(s.view, opacity, color))
+    np.testing.assert_allclose(generator.render_latent(code, s), expected, atol=1e-5)
+    several = generator.render_latent(np.stack([code, 0 * code]), s)
     assert several.shape == (2, 64, 64, 4)
     np.testing.assert_allclose(several[0], expected, atol=1e-5)
     assert np.abs(several[1] - expected).max() > 1e-3
 
 
 def test_decoding_gives_opacities(generator: Generator, samples) -> None:
-    decoded = generator.decode(generator.encode(samples[0].transfer_function.opacity))
+    decoded = generator.decode(generator.encode(samples[0].opacity_tf.sample()))
     assert (decoded.shape, decoded.dtype) == ((256,), np.float32)
     assert decoded.min() >= 0 and decoded.max() <= 1
 
@@ -101,7 +110,8 @@ def test_a_tf_made_for_another_range_means_the_same_values(generator: Generator,
     opacity, color = s.transfer_function.opacity, s.transfer_function.color
     wider = replace(opacity, scalar_range=(-50.0, 300.0))
     np.testing.assert_array_equal(
-        generator.render(s.view, opacity, color), generator.render(s.view, wider, color)
+        generator.render(SceneInputs(s.view, opacity, color)),
+        generator.render(SceneInputs(s.view, wider, color)),
     )
 
 

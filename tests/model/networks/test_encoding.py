@@ -7,12 +7,10 @@ import torch
 from model.networks.encoding import (
     decode_colors,
     decode_unit,
-    encode_colors,
     encode_unit,
-    rgb_to_lab,
 )
 from model.samples.sample_store import SampleStore
-from model.scene.view import ViewRange
+from model.scene.color_space import rgb_to_lab
 from model.training.batch import encode_batch
 
 
@@ -50,13 +48,13 @@ def test_unit_values_go_there_and_back() -> None:
 
 def test_a_batch_keeps_shapes_ranges_and_meaning(store: SampleStore) -> None:
     samples = store.read("train", range(6))
-    batch = encode_batch(samples, ViewRange(), 32)
-    assert batch.view.shape == (6, 5)
-    assert batch.opacity_tf.shape == (6, 256)
-    assert batch.color_tf.shape == (6, 3, 256)
+    batch = encode_batch(samples, store.scene, 32)
+    assert batch.inputs.conditions.shape == (6, 5)
+    assert batch.inputs.opacity_tf.shape == (6, 256)
+    assert batch.inputs.color_tf.shape == (6, 3, 256)
     assert batch.opacity_image.shape == (6, 1, 32, 32)
     assert batch.image.shape == (6, 3, 64, 64)
-    for value in vars(batch).values():
+    for value in (*batch.inputs, batch.opacity_image, batch.image):
         assert value.dtype == torch.float32
         assert value.abs().max() <= 1 + 1e-6
     blocks = samples.rgba[..., 3].reshape(6, 32, 2, 32, 2).mean(axis=(2, 4)) / 255
@@ -66,11 +64,15 @@ def test_a_batch_keeps_shapes_ranges_and_meaning(store: SampleStore) -> None:
     )
 
 
+def encoded_colors(rgb: np.ndarray) -> torch.Tensor:
+    return torch.from_numpy(rgb_to_lab(rgb).transpose(0, 2, 1).copy())
+
+
 def test_colours_come_back_from_cielab() -> None:
     rgb = np.random.default_rng(0).random((3, 256, 3), dtype=np.float32)
     rgb[0, :4] = [[0, 0, 0], [1, 1, 1], [1, 0, 0], [0.003, 0.002, 0.001]]
-    decoded = decode_colors(encode_colors(rgb))
+    decoded = decode_colors(encoded_colors(rgb))
     np.testing.assert_allclose(decoded.permute(0, 2, 1).numpy(), rgb, atol=1e-4)
-    encoded = encode_colors(rgb).requires_grad_(True)
+    encoded = encoded_colors(rgb).requires_grad_(True)
     (slope,) = torch.autograd.grad(decode_colors(encoded).sum(), encoded)
     assert torch.isfinite(slope).all()

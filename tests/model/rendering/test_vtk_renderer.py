@@ -12,6 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 from model.rendering.vtk_renderer import VtkRenderer, per_sample
+from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume
@@ -32,9 +33,11 @@ def renderer(volume: Volume) -> Iterator[VtkRenderer]:
     renderer.close()
 
 
-def render(volume: Volume, *args, **options) -> NDArray[np.float32]:
+def render(
+    volume: Volume, view: View, opacity_tf: OpacityTF, color_tf: ColorTF, size: int, **options
+) -> NDArray[np.float32]:
     renderer = VtkRenderer(volume, **options)
-    image = renderer.render(*args)
+    image = renderer.render(SceneInputs(view, opacity_tf, color_tf), size)
     renderer.close()
     return image
 
@@ -52,18 +55,18 @@ def slab(nx: int = 33, ny: int = 9, nz: int = 33, spacing=(1.0, 1.0, 1.0)) -> Vo
 
 
 def test_an_image_is_float32_rgba(renderer: VtkRenderer) -> None:
-    image = renderer.render(VIEW, MODES, RAINBOW, SIZE)
+    image = renderer.render(SceneInputs(VIEW, MODES, RAINBOW), SIZE)
     assert (image.shape, image.dtype) == ((SIZE, SIZE, 4), np.float32)
     assert image.min() >= 0 and image.max() <= 1
     assert image[..., 3].max() > 0.5
 
 
 def test_an_empty_tf_gives_the_background(renderer: VtkRenderer) -> None:
-    assert not renderer.render(VIEW, OpacityTF(RANGE), RAINBOW, SIZE).any()
+    assert not renderer.render(SceneInputs(VIEW, OpacityTF(RANGE), RAINBOW), SIZE).any()
 
 
 def test_an_opaque_tf_is_opaque_inside_and_empty_outside(renderer: VtkRenderer) -> None:
-    alpha = renderer.render(View(0.0, 0.0), constant(1.0), WHITE, SIZE)[..., 3]
+    alpha = renderer.render(SceneInputs(View(0.0, 0.0), constant(1.0), WHITE), SIZE)[..., 3]
     assert alpha[SIZE // 2, SIZE // 2] == 1.0
     assert alpha[0, 0] == 0.0
     assert np.isin(alpha, (0.0, 1.0)).mean() > 0.9
@@ -152,21 +155,21 @@ def test_roll_turns_the_picture_clockwise(volume: Volume) -> None:
 
 def test_colour_is_premultiplied(renderer: VtkRenderer) -> None:
     color = ColorTF(RANGE, ((0.0, 0.25, 0.5, 1.0),))
-    image = renderer.render(VIEW, MODES, color, SIZE)
+    image = renderer.render(SceneInputs(VIEW, MODES, color), SIZE)
     for channel, share in enumerate((0.25, 0.5, 1.0)):
         np.testing.assert_allclose(image[..., channel], share * image[..., 3], atol=1.01 * STEP)
 
 
 def test_opacity_does_not_depend_on_colour(renderer: VtkRenderer) -> None:
-    one = renderer.render(VIEW, MODES, RAINBOW, SIZE)
-    other = renderer.render(VIEW, MODES, WHITE, SIZE)
+    one = renderer.render(SceneInputs(VIEW, MODES, RAINBOW), SIZE)
+    other = renderer.render(SceneInputs(VIEW, MODES, WHITE), SIZE)
     assert np.array_equal(one[..., 3], other[..., 3])
 
 
 def test_images_do_not_depend_on_what_was_rendered_before(renderer: VtkRenderer) -> None:
-    first = renderer.render(VIEW, MODES, RAINBOW, SIZE)
-    renderer.render(View(200.0, -60.0), constant(0.4), WHITE, 32)
-    assert np.array_equal(first, renderer.render(VIEW, MODES, RAINBOW, SIZE))
+    first = renderer.render(SceneInputs(VIEW, MODES, RAINBOW), SIZE)
+    renderer.render(SceneInputs(View(200.0, -60.0), constant(0.4), WHITE), 32)
+    assert np.array_equal(first, renderer.render(SceneInputs(VIEW, MODES, RAINBOW), SIZE))
 
 
 @pytest.mark.parametrize(
@@ -199,27 +202,32 @@ def test_extreme_ranges_give_the_same_image(volume: Volume, scale: float, offset
 
 def test_every_elevation_with_roll_gives_a_continuous_image(renderer: VtkRenderer) -> None:
     images = [
-        renderer.render(View(10.0, float(e), 5.0), MODES, RAINBOW, 32) for e in range(-90, 91, 3)
+        renderer.render(SceneInputs(View(10.0, float(e), 5.0), MODES, RAINBOW), 32)
+        for e in range(-90, 91, 3)
     ]
     changes = [np.abs(a - b).mean() for a, b in pairwise(images)]
     assert max(changes) < 5 * np.median(changes)
 
 
 def test_azimuth_0_and_360_give_the_same_bits(renderer: VtkRenderer) -> None:
-    zero = renderer.render(View(0.0, 30.0), MODES, RAINBOW, SIZE)
-    assert np.array_equal(zero, renderer.render(View(360.0, 30.0), MODES, RAINBOW, SIZE))
+    zero = renderer.render(SceneInputs(View(0.0, 30.0), MODES, RAINBOW), SIZE)
+    assert np.array_equal(
+        zero, renderer.render(SceneInputs(View(360.0, 30.0), MODES, RAINBOW), SIZE)
+    )
 
 
 @pytest.mark.parametrize("view", [View(0, 0), View(90, 0), View(180, 0), View(0, 90), View(0, -90)])
 def test_axis_aligned_rays_are_finite_and_hit(renderer: VtkRenderer, view: View) -> None:
-    image = renderer.render(view, constant(0.5), WHITE, SIZE)
+    image = renderer.render(SceneInputs(view, constant(0.5), WHITE), SIZE)
     assert np.isfinite(image).all()
     assert image[SIZE // 2, SIZE // 2, 3] > 0.9
 
 
 def test_the_whole_volume_is_in_view_at_distance_1(renderer: VtkRenderer) -> None:
     for azimuth in range(0, 360, 30):
-        alpha = renderer.render(View(azimuth, 35.0, 0.0, 1.0), constant(1.0), WHITE, SIZE)[..., 3]
+        alpha = renderer.render(
+            SceneInputs(View(azimuth, 35.0, 0.0, 1.0), constant(1.0), WHITE), SIZE
+        )[..., 3]
         edge = np.concatenate([alpha[0], alpha[-1], alpha[:, 0], alpha[:, -1]])
         assert not edge.any()
 

@@ -19,7 +19,7 @@ from model.errors import DatasetError, RenderError
 from model.samples.cluster import environment_kept
 from model.samples.cluster_worker import render_block_by_value
 from model.samples.distributed_rendering import render_store_on_cluster
-from model.samples.sample_store import ARRAYS, BLOCK, SPLITS, SampleBatch, SampleStore
+from model.samples.sample_store import BLOCK, SPLITS, SampleBatch, SampleStore
 from model.scene.scene import Scene
 from model.scene.volume import Volume
 
@@ -75,8 +75,8 @@ def assert_equal(one: SampleStore, other: SampleStore) -> None:
     for split in SPLITS:
         everything = range(other.count(split))
         batch, expected = one.read(split, everything), other.read(split, everything)
-        for name in ARRAYS:
-            np.testing.assert_array_equal(getattr(batch, name), getattr(expected, name))
+        for name, values in expected.arrays.items():
+            np.testing.assert_array_equal(batch.arrays[name], values)
 
 
 def test_a_cluster_makes_the_same_store(

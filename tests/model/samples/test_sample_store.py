@@ -13,9 +13,10 @@ import zarr
 
 from model.errors import DatasetError
 from model.samples.sample_rendering import make_renderer, render_store
-from model.samples.sample_store import ARRAYS, BLOCK, SampleBatch, SampleStore
+from model.samples.sample_store import BLOCK, SampleBatch, SampleStore
 from model.samples.sampling import Split, draw_sample
 from model.scene.scene import Scene
+from model.scene.view import View
 from model.scene.volume import Volume
 
 
@@ -24,8 +25,9 @@ def content(store: SampleStore, split: Split) -> SampleBatch:
 
 
 def assert_equal(one: SampleBatch, other: SampleBatch) -> None:
-    for name in ARRAYS:
-        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+    assert one.arrays.keys() == other.arrays.keys()
+    for name, values in one.arrays.items():
+        np.testing.assert_array_equal(values, other.arrays[name])
 
 
 def test_samples_are_what_the_sampler_and_the_renderer_say(
@@ -34,12 +36,12 @@ def test_samples_are_what_the_sampler_and_the_renderer_say(
     index = 77
     sample = draw_sample(scene, 7, "train", index)
     stored = store.read("train", range(index, index + 1))
-    assert stored.views()[0] == sample.view
+    assert View(*stored.inputs["view"][0]) == sample.view
     opacity, color = sample.transfer_function.opacity, sample.transfer_function.color
-    np.testing.assert_array_equal(stored.opacity_tf[0], opacity.sample())
-    np.testing.assert_array_equal(stored.color_tf[0], color.sample())
+    np.testing.assert_array_equal(stored.inputs["opacity_tf"][0], opacity.sample())
+    np.testing.assert_array_equal(stored.inputs["color_tf"][0], color.sample())
     renderer = make_renderer(volume, scene)
-    image = renderer.render(sample.view, opacity, color, scene.image_size)
+    image = renderer.render(sample, scene.image_size)
     renderer.close()
     np.testing.assert_allclose(stored.rgba[0] / 255, image, atol=1e-6)
 
@@ -139,7 +141,7 @@ def test_a_batch_may_be_larger_than_a_pool(
 ) -> None:
     monkeypatch.setattr("model.samples.sample_store.POOL_BLOCKS", 2)
     batch = next(store.shuffled("train", [0], 100))
-    assert len(set(batch.view[:, 0])) == 100
+    assert len(set(batch.inputs["view"][:, 0])) == 100
 
 
 @pytest.mark.parametrize("skip", [0, 1, 3, 6, 13])

@@ -5,15 +5,8 @@ import colorsys
 import numpy as np
 import pytest
 
-from model.samples.sampling import (
-    MAX_MODES,
-    draw_color_tf,
-    draw_edits,
-    draw_opacity_tf,
-    draw_opacity_tfs,
-    draw_sample,
-    sample_rng,
-)
+from model.samples.sampling import draw_edits, draw_opacity_tfs, draw_sample, sample_rng
+from model.scene.random_inputs import MAX_MODES, draw_color_tf, draw_opacity_tf
 from model.scene.scene import Scene
 from model.scene.view import ViewRange
 
@@ -26,7 +19,7 @@ def opacity_tfs() -> list:
     return [draw_opacity_tf(rng, RANGE, WINDOW) for _ in range(DRAWS)]
 
 
-def test_a_sample_depends_on_seed_stream_and_index_only(scene: Scene) -> None:
+def test_a_sample_depends_on_seed_split_and_index_only(scene: Scene) -> None:
     first = [draw_sample(scene, 3, "train", i) for i in (5, 6, 7)]
     again = [draw_sample(scene, 3, "train", i) for i in (7, 5)]
     assert (first[2], first[0]) == (again[0], again[1])
@@ -34,7 +27,7 @@ def test_a_sample_depends_on_seed_stream_and_index_only(scene: Scene) -> None:
     assert draw_sample(scene, 4, "train", 5) != first[0]
 
 
-def test_streams_never_meet() -> None:
+def test_splits_never_meet() -> None:
     bits = {
         sample_rng(seed, split, i).bit_generator.random_raw()
         for seed in (0, 1)

@@ -6,7 +6,8 @@ from dataclasses import replace
 import pytest
 
 from model.errors import TfscopeError
-from model.scene.scene import LightDirection, Scene, default_scalar_window
+from model.scene.light import LightDirection
+from model.scene.scene import Scene, default_scalar_window
 from model.scene.volume import Volume
 
 

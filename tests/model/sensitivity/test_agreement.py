@@ -15,8 +15,9 @@ from model.networks.paper.two_stage import TwoStageGenerator
 from model.networks.size import NetworkSize
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.samples.sampling import draw_sample
+from model.scene.light import LightDirection
 from model.scene.region import Region
-from model.scene.scene import LightDirection, Scene
+from model.scene.scene import Scene
 from model.scene.transfer_function import TransferFunction
 from model.scene.view import View
 from model.scene.volume import Volume

@@ -11,6 +11,7 @@ from model.errors import RenderError
 from model.rendering.opacity_correction import NEARLY_OPAQUE
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.raycast.tables import LEVELS_PER_BIN
+from model.scene.inputs import SceneInputs
 from model.scene.region import Region
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
 from model.scene.view import View
@@ -97,7 +98,7 @@ class Reference:
 
 
 def sensitivity(renderer: RaycastRenderer, opacity: Array) -> NDArray[np.float32]:
-    return region_sensitivity(renderer, VIEW, tf_of(opacity), SIZE, REGION)
+    return region_sensitivity(renderer, SceneInputs.of(VIEW, tf_of(opacity)), SIZE, REGION)
 
 
 def assert_close(found: Array, expected: Array, tolerance: float = 5e-4) -> None:
@@ -171,27 +172,31 @@ def test_a_tf_of_one_bin(at_step: RaycastRenderer) -> None:
 
 def test_a_black_region_has_none(at_step: RaycastRenderer) -> None:
     for tf in (tf_of(np.zeros(256)), tf_of(np.ones(256), ColorTF(RANGE, ((0.0, 0.0, 0.0, 0.0),)))):
-        found = region_sensitivity(at_step, VIEW, tf, SIZE, REGION)
+        found = region_sensitivity(at_step, SceneInputs.of(VIEW, tf), SIZE, REGION)
         np.testing.assert_array_equal(found, 0)
-        field = sensitivity_field(at_step, VIEW, tf, SIZE, 5)
+        field = sensitivity_field(at_step, SceneInputs.of(VIEW, tf), SIZE, 5)
         np.testing.assert_array_equal(field, 0)
 
 
 def test_a_region_beside_the_volume_has_none(at_step: RaycastRenderer) -> None:
     far = View(35.0, 25.0, 7.0, 3.0)
     corner = Region(0, 0, 2, 2)
-    assert not region_sensitivity(at_step, far, tf_of(np.ones(256)), SIZE, corner).any()
-    assert region_sensitivity(at_step, far, tf_of(np.ones(256)), SIZE, Region(0, 0, 14, 14)).any()
+    assert not region_sensitivity(
+        at_step, SceneInputs.of(far, tf_of(np.ones(256))), SIZE, corner
+    ).any()
+    assert region_sensitivity(
+        at_step, SceneInputs.of(far, tf_of(np.ones(256))), SIZE, Region(0, 0, 14, 14)
+    ).any()
 
 
 def test_brightening_a_dark_region_raises_its_norm(at_step: RaycastRenderer) -> None:
     # Black is the lowest norm there is: more opacity of a bright value is more light.
     white = ColorTF(RANGE, ((0.0, 1.0, 1.0, 1.0),))
     dark = np.full(256, 0.01)
-    found = region_sensitivity(at_step, VIEW, tf_of(dark, white), SIZE, REGION)
+    found = region_sensitivity(at_step, SceneInputs.of(VIEW, tf_of(dark, white)), SIZE, REGION)
     assert (found >= 0).all() and found.max() > 0
-    image = at_step.render(VIEW, tf_of(dark, white).opacity, white, SIZE)
-    brighter = at_step.render(VIEW, tf_of(dark + 1e-3, white).opacity, white, SIZE)
+    image = at_step.render(SceneInputs(VIEW, tf_of(dark, white).opacity, white), SIZE)
+    brighter = at_step.render(SceneInputs(VIEW, tf_of(dark + 1e-3, white).opacity, white), SIZE)
     rows, columns = slice(REGION.top, REGION.bottom), slice(REGION.left, REGION.right)
     norms = [np.linalg.norm(i[rows, columns, :3].astype(np.float64)) for i in (image, brighter)]
     assert norms[1] - norms[0] == pytest.approx(1e-3 * found.sum(), rel=0.05)
@@ -200,37 +205,41 @@ def test_brightening_a_dark_region_raises_its_norm(at_step: RaycastRenderer) -> 
 @pytest.mark.parametrize("block", [1, 4, 5, 14])
 def test_blocks_add_up_to_the_whole_image(at_step: RaycastRenderer, block: int) -> None:
     tf = tf_of(random_opacity(0.5))
-    field = sensitivity_field(at_step, VIEW, tf, SIZE, block)
+    field = sensitivity_field(at_step, SceneInputs.of(VIEW, tf), SIZE, block)
     count = -(-SIZE // block)
     assert (field.shape, field.dtype) == ((count, count, 256), np.float32)
     at_step.skip_empty = at_step.terminate_early = False
-    image = at_step.render(VIEW, tf.opacity, tf.color, SIZE)[..., :3].astype(np.float64)
+    image = at_step.render(SceneInputs(VIEW, tf.opacity, tf.color), SIZE)[..., :3].astype(
+        np.float64
+    )
     at_step.skip_empty = at_step.terminate_early = True
     total = np.zeros(256)
     for row, column in np.ndindex(count, count):
         top, left = row * block, column * block
         norm = np.linalg.norm(image[top : top + block, left : left + block])
         total += norm * field[row, column]
-    whole = region_sensitivity(at_step, VIEW, tf, SIZE, Region(0, 0, SIZE, SIZE))
+    whole = region_sensitivity(at_step, SceneInputs.of(VIEW, tf), SIZE, Region(0, 0, SIZE, SIZE))
     # Half the square's derivative is a sum over pixels; the norm divides it by itself.
     assert_close((total / np.linalg.norm(image)).astype(np.float32), whole, 1e-4)
 
 
 def test_a_block_is_a_region(at_step: RaycastRenderer) -> None:
     tf = tf_of(random_opacity(0.5))
-    field = sensitivity_field(at_step, VIEW, tf, SIZE, 5)
+    field = sensitivity_field(at_step, SceneInputs.of(VIEW, tf), SIZE, 5)
     for row, column in ((0, 1), (1, 1), (1, 2), (2, 2)):
         left, top = 5 * column, 5 * row
         region = Region(left, top, min(left + 5, SIZE), min(top + 5, SIZE))
-        expected = region_sensitivity(at_step, VIEW, tf, SIZE, region)
+        expected = region_sensitivity(at_step, SceneInputs.of(VIEW, tf), SIZE, region)
         np.testing.assert_allclose(field[row, column], expected, rtol=1e-4, atol=1e-6)
 
 
 def test_energies_are_those_of_the_image(at_step: RaycastRenderer) -> None:
     tf = TransferFunction(OpacityTF(RANGE, (GaussianMode(120.0, 40.0, 0.4),)), COLOR)
     windows = np.array([[0, 14, 0, 14], [3, 9, 2, 5], [0, 1, 0, 1]])
-    _, energies = at_step.differentiate(VIEW, tf.opacity, tf.color, SIZE, windows)
-    image = at_step.render(VIEW, tf.opacity, tf.color, SIZE)[..., :3].astype(np.float64)
+    _, energies = at_step.differentiate(SceneInputs(VIEW, tf.opacity, tf.color), SIZE, windows)
+    image = at_step.render(SceneInputs(VIEW, tf.opacity, tf.color), SIZE)[..., :3].astype(
+        np.float64
+    )
     for (top, bottom, left, right), energy in zip(windows, energies, strict=True):
         expected = (image[top:bottom, left:right] ** 2).sum()
         assert energy == pytest.approx(expected, rel=5e-3, abs=1e-5)
@@ -240,9 +249,9 @@ def test_energies_are_those_of_the_image(at_step: RaycastRenderer) -> None:
 def test_other_scenes_are_refused(options) -> None:
     renderer = RaycastRenderer(small_volume(), **options)
     with pytest.raises(RenderError, match="unlit scenes on the CPU, without pre-integration"):
-        region_sensitivity(renderer, VIEW, tf_of(np.ones(256)), SIZE, REGION)
+        region_sensitivity(renderer, SceneInputs.of(VIEW, tf_of(np.ones(256))), SIZE, REGION)
     with pytest.raises(RenderError, match="unlit scenes on the CPU, without pre-integration"):
-        sensitivity_field(renderer, VIEW, tf_of(np.ones(256)), SIZE, 4)
+        sensitivity_field(renderer, SceneInputs.of(VIEW, tf_of(np.ones(256))), SIZE, 4)
 
 
 @pytest.mark.parametrize(
@@ -260,13 +269,13 @@ def test_regions_outside_the_image_or_empty_are_refused(
     renderer: RaycastRenderer, region: Region
 ) -> None:
     with pytest.raises(RenderError, match="empty or outside the image of 14 x 14 pixels"):
-        region_sensitivity(renderer, VIEW, tf_of(np.ones(256)), SIZE, region)
+        region_sensitivity(renderer, SceneInputs.of(VIEW, tf_of(np.ones(256))), SIZE, region)
 
 
 @pytest.mark.parametrize("block", [0, -3, 15])
 def test_blocks_that_do_not_fit_are_refused(renderer: RaycastRenderer, block: int) -> None:
     with pytest.raises(RenderError, match="give 1 to 14"):
-        sensitivity_field(renderer, VIEW, tf_of(np.ones(256)), SIZE, block)
+        sensitivity_field(renderer, SceneInputs.of(VIEW, tf_of(np.ones(256))), SIZE, block)
 
 
 def test_a_region_is_read_from_text() -> None:

@@ -16,6 +16,7 @@ from model.networks.checkpoint import ModelCard
 from model.networks.encoding import decode_unit
 from model.networks.paper.two_stage import TwoStageGenerator
 from model.networks.size import NetworkSize
+from model.scene.inputs import SceneInputs
 from model.scene.region import Region
 from model.scene.scene import Scene
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
@@ -49,17 +50,17 @@ def generator(scene: Scene) -> Generator:
 
 @pytest.fixture(scope="module")
 def sensitivity(generator: Generator, tf: TransferFunction) -> Sensitivity:
-    return generator_sensitivity(generator, VIEW, tf, edit_width=0)
+    return generator_sensitivity(generator, SceneInputs.of(VIEW, tf), edit_width=0)
 
 
 def image(generator: Generator, tf: TransferFunction, change: NDArray) -> NDArray[np.float64]:
     """Colours in float64, with the opacities changed."""
     network = generator.network.double()
     try:
-        opacity = generator.opacity_input([tf.opacity]).double() + 2 * torch.from_numpy(change)
-        view, color = generator.view_input([VIEW]), generator.color_input([tf.color])
+        inputs = generator.encoded([SceneInputs.of(VIEW, tf)]).map(lambda tensor: tensor.double())
+        opacity = inputs.opacity_tf + 2 * torch.from_numpy(change)
         with torch.no_grad():
-            out = network(view.double(), opacity, color.double())[0][0]
+            out = network(inputs._replace(opacity_tf=opacity))[0][0]
         return (out / 2 + 0.5).permute(1, 2, 0).numpy()
     finally:
         network.float()
@@ -84,7 +85,7 @@ def slope(
 def test_the_image_is_the_generators(
     generator: Generator, sensitivity: Sensitivity, tf: TransferFunction
 ) -> None:
-    rgba = generator.render(VIEW, tf.opacity, tf.color)
+    rgba = generator.render(SceneInputs.of(VIEW, tf))
     np.testing.assert_allclose(sensitivity.image, rgba[..., :3], atol=1e-5)
     assert decode_unit(torch.tensor(-1.0)) == 0
 
@@ -106,7 +107,7 @@ def test_a_sensitivity_is_the_response_to_an_edit_of_its_width(
     generator: Generator, tf: TransferFunction
 ) -> None:
     region = Region(5, 9, 21, 14)
-    ours = generator_sensitivity(generator, VIEW, tf, edit_width=5.0).region(region)
+    ours = generator_sensitivity(generator, SceneInputs.of(VIEW, tf), edit_width=5.0).region(region)
     bins = np.arange(256)
     for center in (3, 90, 200):
         edit = np.exp(-((bins - center) ** 2) / 50)

@@ -45,9 +45,9 @@ def test_layers_put_out_mean_0_and_variance_1(
     seen: dict[nn.Module, torch.Tensor] = {}
     for norm in norms:
         norm.register_forward_hook(lambda m, _, output: seen.update({m: output}))
-    samples = encode_batch(store.read("train", range(SAMPLES)), store.scene.view_range, 32)
+    samples = encode_batch(store.read("train", range(SAMPLES)), store.scene, 32)
     with torch.no_grad():
-        own(samples.view, samples.opacity_tf, samples.color_tf)
+        own(samples.inputs)
     assert len(seen) == len(norms) > 10
     for norm in norms:
         plain = (seen[norm] - norm.bias[:, None, None]) / norm.weight[:, None, None]

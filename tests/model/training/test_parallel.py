@@ -36,6 +36,7 @@ STEP = """
 import sys
 import torch
 from model.training.batch import EncodedBatch
+from model.networks.encoding import EncodedInputs
 from model.networks.size import NetworkSize
 from model.networks.paper.opacity import OpacityGenerator
 from model.scene.scene import Scene
@@ -56,7 +57,7 @@ with parallel.process_group(torch.device("cpu")) as device:
     for name in ("same", "different"):
         torch.manual_seed(7 if name == "same" else 8 + rank)
         batch = EncodedBatch(
-            torch.rand(8, 5), torch.rand(8, 256), torch.rand(8, 3, 256),
+            EncodedInputs(torch.rand(8, 5), torch.rand(8, 256), torch.rand(8, 3, 256)),
             torch.rand(8, 1, 16, 16), torch.rand(8, 3, 16, 16),
         )
         stage.step(batch, 0.5)

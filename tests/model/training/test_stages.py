@@ -15,6 +15,7 @@ from torch import Tensor, nn
 from model.errors import TrainingError
 from model.networks.blocks import kaiming_init
 from model.networks.codec import LatentCodec
+from model.networks.encoding import EncodedInputs
 from model.networks.paper.opacity import OpacityGenerator
 from model.networks.size import NetworkSize
 from model.samples.sample_store import SampleStore
@@ -38,13 +39,13 @@ LOSS = CodecLoss(SCENE, replace(PLAIN, unrendered_tfs=8))
 
 @pytest.fixture(scope="module")
 def batch(store: SampleStore) -> EncodedBatch:
-    return encode_batch(store.read("train", range(24)), store.scene.view_range, 16)
+    return encode_batch(store.read("train", range(24)), store.scene, 16)
 
 
 def stages(options: TrainingOptions) -> tuple[OpacityStage, TranslationStage]:
     torch.manual_seed(0)
     opacity = OpacityStage(SIZE, options, OpacityGenerator(SIZE), CodecLoss(SCENE, PLAIN), CPU)
-    return opacity, TranslationStage(SIZE, options, opacity.average.network, CPU)
+    return opacity, TranslationStage(SIZE, options, opacity.average.network, 5, CPU)
 
 
 def test_the_adversarial_loss_is_minus_log_of_the_probability() -> None:
@@ -65,10 +66,10 @@ def test_reported_losses_are_those_of_the_networks(batch: EncodedBatch) -> None:
     # The batch-norm statistics of the batch itself are used, so a copy gives the same output.
     before = copy.deepcopy(opacity.generator)
     with torch.no_grad():
-        output = before(batch.view, batch.opacity_tf)
+        output = before(batch.inputs)
     losses = opacity.step(batch, 0.0).losses
     l1 = (output.image.float() - batch.opacity_image).abs().mean().item()
-    square = (output.decoded_tf.float() - batch.opacity_tf).square().mean().item()
+    square = (output.decoded_tf.float() - batch.inputs.opacity_tf).square().mean().item()
     assert losses["opacity_l1"] == pytest.approx(l1, rel=1e-3)
     assert losses["decoded_tf"] == pytest.approx(square, rel=1e-3)
 
@@ -80,7 +81,7 @@ def test_the_codec_also_learns_from_tfs_without_images(batch: EncodedBatch) -> N
     for count in (0, 40):
         loss = CodecLoss(SCENE, replace(PLAIN, unrendered_tfs=count, seed=3))
         with torch.no_grad():
-            decoded = stage.generator.decode(stage.generator.encode(batch.opacity_tf))
+            decoded = stage.generator.decode(stage.generator.encode(batch.inputs.opacity_tf))
             errors[count] = loss(stage.generator, decoded, batch, stage.steps).item()
     tfs = torch.from_numpy(draw_opacity_tfs(SCENE, 3, 5, 40)) * 2 - 1
     with torch.no_grad():
@@ -101,7 +102,7 @@ def test_the_codec_is_to_follow_edits_whatever_it_makes_of_the_tf(batch: Encoded
     }
     for decode, missed in share.values():
         codec = Told(decode)
-        decoded = codec.decode(batch.opacity_tf)
+        decoded = codec.decode(batch.inputs.opacity_tf)
         plain, weighted = (
             CodecLoss(SCENE, replace(PLAIN, unrendered_tfs=40, seed=3, tf_edit_weight=weight))(
                 codec, decoded, batch, 5
@@ -122,7 +123,7 @@ def test_learning_from_edits_makes_a_codec_follow_them() -> None:
         loss, optimizer = CodecLoss(SCENE, options), torch.optim.Adam(codec.parameters(), 1e-3)
         for step in range(200):
             tfs = 2 * torch.from_numpy(draw_opacity_tfs(SCENE, 9, step, 8)) - 1
-            batch = EncodedBatch(tfs, tfs, tfs, tfs, tfs)
+            batch = EncodedBatch(EncodedInputs(tfs, tfs, tfs), tfs, tfs)
             optimizer.zero_grad()
             loss(codec, codec.decode(codec.encode(tfs)), batch, step).backward()
             optimizer.step()

@@ -14,7 +14,7 @@ import pytest
 
 from model.errors import RenderError
 from model.samples.sample_rendering import make_renderer, render_samples
-from model.samples.sample_store import ARRAYS, BLOCK, SampleBatch, SampleStore
+from model.samples.sample_store import BLOCK, SampleBatch, SampleStore
 from model.samples.sampling import draw_sample
 from model.scene.scene import Scene
 from model.scene.volume import Volume
@@ -28,7 +28,7 @@ def raycast(scene: Scene) -> Scene:
 
 
 @contextmanager
-def split(volume: Volume, scene: Scene, **options: object) -> Iterator[StreamSource]:
+def stream(volume: Volume, scene: Scene, **options: object) -> Iterator[StreamSource]:
     source = StreamSource(volume, scene, seed=5, **options)  # type: ignore[arg-type]
     try:
         yield source
@@ -37,8 +37,8 @@ def split(volume: Volume, scene: Scene, **options: object) -> Iterator[StreamSou
 
 
 def assert_same(one: SampleBatch, other: SampleBatch) -> None:
-    for name in ARRAYS:
-        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+    for name, values in one.arrays.items():
+        np.testing.assert_array_equal(values, other.arrays[name])
 
 
 @cache
@@ -50,28 +50,27 @@ def numbers_of_azimuths(scene: Scene, first: int, count: int) -> dict[float, int
 
 def numbers(batch: SampleBatch, scene: Scene, first: int = 0, count: int = 4096) -> list[int]:
     known = numbers_of_azimuths(scene, first, count)
-    return [known[azimuth] for azimuth in batch.view[:, 0].tolist()]
+    return [known[azimuth] for azimuth in batch.inputs["view"][:, 0].tolist()]
 
 
 @pytest.mark.parametrize("stage", [0, 1])
 def test_a_streams_samples_are_those_of_the_scene(
     volume: Volume, raycast: Scene, stage: int
 ) -> None:
-    with split(volume, raycast, threads=2) as source:
+    with stream(volume, raycast, threads=2) as source:
         batch = next(source.batches(stage, 16, 3, 0))
     renderer = make_renderer(volume, raycast)
     for i, number in enumerate(numbers(batch, raycast, stage * STAGE_SAMPLES, FIRST_SAMPLES)):
         expected = render_samples(renderer, raycast, 5, "train", range(number, number + 1))
-        for name in ARRAYS:
-            ours = getattr(batch, name)[i]
-            np.testing.assert_array_equal(ours, getattr(expected, name)[0])
+        for name, values in expected.arrays.items():
+            np.testing.assert_array_equal(batch.arrays[name][i], values[0])
     renderer.close()
 
 
 def test_batches_do_not_depend_on_threads(volume: Volume, raycast: Scene) -> None:
     with (
-        split(volume, raycast, threads=1) as one,
-        split(volume, raycast, threads=3) as other,
+        stream(volume, raycast, threads=1) as one,
+        stream(volume, raycast, threads=3) as other,
     ):
         for a, b in zip(
             islice(one.batches(0, 16, 3, 0), 12), other.batches(0, 16, 3, 0), strict=False
@@ -81,7 +80,7 @@ def test_batches_do_not_depend_on_threads(volume: Volume, raycast: Scene) -> Non
 
 def test_a_stream_goes_on_where_it_stopped(volume: Volume, raycast: Scene) -> None:
     options = {"threads": 1, "reuse": 1.0, "ring_samples": 600}
-    with split(volume, raycast, **options) as source:
+    with stream(volume, raycast, **options) as source:
         whole = list(islice(source.batches(0, 16, 3, 0), 14))
         rest = list(islice(source.batches(0, 16, 3, 9), 5))
     for a, b in zip(whole[9:], rest, strict=True):
@@ -90,7 +89,7 @@ def test_a_stream_goes_on_where_it_stopped(volume: Volume, raycast: Scene) -> No
 
 def test_samples_are_learned_from_as_often_as_asked(volume: Volume, raycast: Scene) -> None:
     reuse, ring, batches, size = 4.0, 256, 400, 32
-    with split(volume, raycast, threads=1, reuse=reuse, ring_samples=ring) as source:
+    with stream(volume, raycast, threads=1, reuse=reuse, ring_samples=ring) as source:
         drawn = [numbers(b, raycast) for b in islice(source.batches(0, size, 3, 0), batches)]
     for number, batch in enumerate(drawn):
         newest = FIRST_SAMPLES + int(number * size / reuse)
@@ -109,14 +108,14 @@ def test_a_failing_renderer_ends_the_training(
     def fail(*_: object) -> None:
         raise RenderError("out of paint")
 
-    with split(volume, raycast, threads=2) as source:
+    with stream(volume, raycast, threads=2) as source:
         monkeypatch.setattr("model.training.streamed_samples.render_samples", fail)
         with pytest.raises(RenderError, match="out of paint"):
             next(source.batches(0, 16, 3, 0))
 
 
 def test_closing_ends_the_threads(volume: Volume, raycast: Scene) -> None:
-    with split(volume, raycast, threads=2) as source:
+    with stream(volume, raycast, threads=2) as source:
         next(source.batches(0, 16, 3, 0))
         threads = [t for t in threading.enumerate() if t.name == "samples"]
         assert len(threads) == 2
@@ -127,13 +126,13 @@ def test_closing_ends_the_threads(volume: Volume, raycast: Scene) -> None:
 
 
 def test_the_holdout_is_that_of_a_store(volume: Volume, raycast: Scene, store: SampleStore) -> None:
-    with split(volume, raycast) as source:
+    with stream(volume, raycast) as source:
         ours = source.first("holdout", BLOCK)
         again = source.first("holdout", BLOCK)
     theirs = StoredSource(store).first("holdout", BLOCK)
     np.testing.assert_array_equal(ours.rgba, again.rgba)
     assert store.seed != source.seed
     assert not np.array_equal(ours.view, theirs.view)
-    with split(volume, raycast) as source:
+    with stream(volume, raycast) as source:
         source.seed = store.seed
         np.testing.assert_array_equal(source.first("holdout", BLOCK).view, theirs.view)

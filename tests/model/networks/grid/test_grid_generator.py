@@ -13,13 +13,15 @@ from numpy.typing import NDArray
 from torch.autograd import forward_ad
 
 from model.networks.build import build_generator
-from model.networks.encoding import encode_colors
+from model.networks.encoding import EncodedInputs
 from model.networks.generator_network import GeneratorNetwork
 from model.networks.grid.grid_generator import GridGenerator
 from model.networks.grid.grid_layers import fold
 from model.networks.grid.grid_opacity import GridOpacityGenerator
 from model.networks.size import Architecture, NetworkSize
-from model.scene.scene import LightDirection, Scene
+from model.scene.color_space import rgb_to_lab
+from model.scene.light import LightDirection
+from model.scene.scene import Scene
 from model.scene.view import VIEW_ANGLE, View
 
 SIZES = [
@@ -31,13 +33,16 @@ SIZES = [
 ]
 
 
-def inputs(count: int = 2, dtype: torch.dtype = torch.float32) -> tuple[torch.Tensor, ...]:
+def inputs(count: int = 2, dtype: torch.dtype = torch.float32) -> EncodedInputs:
     torch.manual_seed(5)
     view = 2 * torch.rand(count, 5) - 1
     view[:, 1:3] /= view[:, 1:3].norm(dim=1, keepdim=True)
-    return tuple(
-        x.to(dtype) for x in (view, 2 * torch.rand(count, 256) - 1, torch.rand(count, 3, 256))
-    )
+    found = EncodedInputs(view, 2 * torch.rand(count, 256) - 1, torch.rand(count, 3, 256))
+    return found.map(lambda x: x.to(dtype))
+
+
+def encode_colors(rgb: NDArray[np.float32]) -> torch.Tensor:
+    return torch.from_numpy(rgb_to_lab(rgb).transpose(0, 2, 1).copy())
 
 
 def build(size: NetworkSize, scene: Scene) -> GeneratorNetwork:
@@ -47,8 +52,7 @@ def build(size: NetworkSize, scene: Scene) -> GeneratorNetwork:
 
 @pytest.mark.parametrize("size", SIZES)
 def test_images_have_their_sizes_and_lie_in_range(size: NetworkSize, scene: Scene) -> None:
-    view, opacity_tf, color_tf = inputs()
-    image, opacity_image = build(size, scene)(view, opacity_tf, color_tf)
+    image, opacity_image = build(size, scene)(inputs())
     assert image.shape == (2, 3, size.image_size, size.image_size)
     assert opacity_image.shape == (2, 1, size.opacity_size, size.opacity_size)
     for values in (image, opacity_image):
@@ -111,8 +115,8 @@ def test_float32_on_the_cpu_agrees_with_float64_through_torch(
     size: NetworkSize, scene: Scene
 ) -> None:
     network = build(size, scene).eval().requires_grad_(False)
-    expected, _ = network(*inputs())
-    found, _ = network.double()(*inputs(dtype=torch.float64))
+    expected, _ = network(inputs())
+    found, _ = network.double()(inputs(dtype=torch.float64))
     torch.testing.assert_close(found.float(), expected, atol=1e-3, rtol=0)
 
 
@@ -154,8 +158,8 @@ def test_folding_keeps_each_plane_at_its_pixels() -> None:
 def test_in_evaluation_a_sample_does_not_depend_on_its_batch(scene: Scene) -> None:
     network = build(SIZES[0], scene).eval()
     assert isinstance(network, GridGenerator)
-    together = network(*inputs(3))[0]
-    alone = network(*(x[1:2] for x in inputs(3)))[0]
+    together = network(inputs(3))[0]
+    alone = network(inputs(3).map(lambda x: x[1:2]))[0]
     torch.testing.assert_close(together[1:2], alone, atol=1e-5, rtol=0)
 
 
@@ -166,7 +170,7 @@ def test_one_colour_for_all_scalar_values_is_the_images_only_colour(scene: Scene
     rgb = np.array([0.9, 0.5, 0.2], np.float32)
     color_tf = encode_colors(np.broadcast_to(rgb, (3, 256, 3)))
     with torch.no_grad():
-        image = (network(view, opacity_tf, color_tf)[0] + 1) / 2
+        image = (network(EncodedInputs(view, opacity_tf, color_tf))[0] + 1) / 2
     visible = image / torch.from_numpy(rgb)[:, None, None]
     assert visible.min() > 0
     torch.testing.assert_close(visible.amax(dim=1), visible.amin(dim=1), atol=1e-3, rtol=0)
@@ -179,7 +183,7 @@ def test_only_lit_images_have_highlights(scene: Scene) -> None:
     lit = replace(scene, lighting="direct", light=LightDirection())
     for of, highlights in ((scene, False), (lit, True)):
         with torch.no_grad():
-            image = (build(size, of).eval()(view, opacity_tf, black)[0] + 1) / 2
+            image = (build(size, of).eval()(EncodedInputs(view, opacity_tf, black))[0] + 1) / 2
         assert (image.max() > 1e-4) == highlights
 
 
@@ -191,7 +195,7 @@ def test_unlit_images_are_linear_in_the_colours(scene: Scene) -> None:
 
     def image(rgb: NDArray[np.float32]) -> torch.Tensor:
         with torch.no_grad():
-            return network(view, opacity_tf, encode_colors(rgb))[0] + 1
+            return network(EncodedInputs(view, opacity_tf, encode_colors(rgb)))[0] + 1
 
     torch.testing.assert_close(
         image((one + other) / 2), (image(one) + image(other)) / 2, atol=1e-3, rtol=0

@@ -14,6 +14,7 @@ from model.networks.blocks import (
     kaiming_init,
     parameter_count,
 )
+from model.networks.encoding import EncodedInputs
 from model.networks.paper.opacity import OpacityDiscriminator, OpacityGenerator
 from model.networks.paper.translation import TranslationDiscriminator, TranslationGenerator
 from model.networks.paper.two_stage import TwoStageGenerator
@@ -50,17 +51,17 @@ SIZES = [
 
 @pytest.mark.parametrize("size", SIZES, ids=str)
 def test_shapes_follow_from_the_size(size: NetworkSize) -> None:
-    view, tf, color = torch.randn(2, 5), torch.randn(2, 256), torch.randn(2, 3, 256)
+    inputs = EncodedInputs(torch.randn(2, 5), torch.randn(2, 256), torch.randn(2, 3, 256))
     network = TwoStageGenerator(size)
-    image, opacity = network(view, tf, color)
+    image, opacity = network(inputs)
     assert image.shape == (2, 3, size.image_size, size.image_size)
     assert opacity.shape == (2, 1, size.opacity_size, size.opacity_size)
     assert image.abs().max() <= 1 and opacity.abs().max() <= 1
-    latent = network.opacity.encode(tf)
+    latent = network.opacity.encode(inputs.opacity_tf)
     assert latent.shape == (2, size.latent_dim)
     assert network.opacity.decode(latent).shape == (2, 256)
-    assert OpacityDiscriminator(size)(view, tf, opacity).shape == (2, 1)
-    assert TranslationDiscriminator(size)(view, tf, color, image).shape == (2, 1)
+    assert OpacityDiscriminator(size)(inputs, opacity).shape == (2, 1)
+    assert TranslationDiscriminator(size)(inputs, image).shape == (2, 1)
 
 
 @pytest.mark.parametrize(
@@ -111,10 +112,10 @@ def test_narrow_encoders_pass_their_signal_on() -> None:
 def test_in_evaluation_a_sample_does_not_depend_on_its_batch() -> None:
     torch.manual_seed(0)
     network = TwoStageGenerator(SIZES[0]).double().eval()
-    inputs = torch.randn(3, 5), torch.rand(3, 256), torch.rand(3, 3, 256)
-    inputs = tuple(x.double() for x in inputs)
-    together, _ = network(*inputs)
-    alone, _ = network(*(x[1:2] for x in inputs))
+    inputs = EncodedInputs(torch.randn(3, 5), torch.rand(3, 256), torch.rand(3, 3, 256))
+    inputs = inputs.map(lambda x: x.double())
+    together, _ = network(inputs)
+    alone, _ = network(inputs.map(lambda x: x[1:2]))
     torch.testing.assert_close(together[1:2], alone)
 
 
@@ -139,7 +140,7 @@ def test_the_image_has_the_whole_gradient_to_the_opacity_tf() -> None:
     weights = torch.rand(1, 3, 16, 16).double()
 
     def loss(tf: torch.Tensor) -> torch.Tensor:
-        return (network(view, tf, color)[0] * weights).sum()
+        return (network(EncodedInputs(view, tf, color))[0] * weights).sum()
 
     (gradient,) = torch.autograd.grad(loss(tf), tf)
     h = 1e-6
@@ -191,5 +192,6 @@ def test_empty_and_full_tfs_have_finite_codes_and_images(level: float) -> None:
     assert isinstance(network, TwoStageGenerator)
     tf = torch.full((1, 256), level).double()
     assert torch.isfinite(network.opacity.encode(tf)).all()
-    image, opacity = network(torch.zeros(1, 5).double(), tf, torch.zeros(1, 3, 256).double())
+    view, color = torch.zeros(1, 5).double(), torch.zeros(1, 3, 256).double()
+    image, opacity = network(EncodedInputs(view, tf, color))
     assert torch.isfinite(image).all() and torch.isfinite(opacity).all()

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.rendering.raycast.renderer import Device, RaycastRenderer
-from model.scene.scene import LightDirection
+from model.scene.inputs import SceneInputs
+from model.scene.light import LightDirection
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume
@@ -32,15 +33,15 @@ def images(device: Device, size: int) -> dict[str, NDArray[np.float32]]:
     for lighting in ("none", "direct", "global"):
         light = None if lighting == "none" else LightDirection()
         renderer = RaycastRenderer(volume(), lighting, light, device=device)
-        drawn[lighting] = renderer.render(VIEW, OPACITY, COLOR, size)
+        drawn[lighting] = renderer.render(SceneInputs(VIEW, OPACITY, COLOR), size)
         if lighting == "none":
-            frame = renderer.frame(VIEW, OPACITY, COLOR, size)
+            frame = renderer.frame(SceneInputs(VIEW, OPACITY, COLOR), size)
             drawn["frame"], drawn["depth"] = frame.rgba, frame.depth
-            drawn["opacity"] = renderer.opacity_image(VIEW, OPACITY, size)
-            drawn["empty"] = renderer.render(VIEW, OpacityTF(RANGE), COLOR, size)
+            drawn["opacity"] = renderer.opacity_image(SceneInputs(VIEW, OPACITY, COLOR), size)
+            drawn["empty"] = renderer.render(SceneInputs(VIEW, OpacityTF(RANGE), COLOR), size)
             drawn["floats"] = RaycastRenderer(
                 Volume(volume().scalars.astype(np.float32), volume().spacing), device=device
-            ).render(VIEW, OPACITY, COLOR, size)
+            ).render(SceneInputs(VIEW, OPACITY, COLOR), size)
         renderer.close()
     return drawn
 

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from reference_raycaster import render
 
 from model.rendering.raycast.renderer import RaycastRenderer
+from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume
@@ -44,7 +45,9 @@ def central(
     volume: Volume, opacity_tf: OpacityTF, color_tf: ColorTF = WHITE, **options
 ) -> NDArray[np.float32]:
     """The pixel whose ray runs straight along y."""
-    return RaycastRenderer(volume, **options).render(View(), opacity_tf, color_tf, 9)[4, 4]
+    return RaycastRenderer(volume, **options).render(SceneInputs(View(), opacity_tf, color_tf), 9)[
+        4, 4
+    ]
 
 
 def integrated(opacity_tf: OpacityTF) -> float:
@@ -108,7 +111,7 @@ def test_a_homogeneous_slab_absorbs_exponentially_to_its_last_face(
     scalars[0, 0, 0], scalars[-1, -1, -1] = 0, 255
     renderer = RaycastRenderer(Volume(scalars), sample_distance=step, preintegrated=True)
     renderer.skip_empty = False
-    alpha = renderer.render(View(), constant(opacity), WHITE, 33)[16, 16, 3]
+    alpha = renderer.render(SceneInputs(View(), constant(opacity), WHITE), 33)[16, 16, 3]
     assert alpha == pytest.approx(1 - (1 - opacity) ** 8, rel=1e-5)
 
 
@@ -133,7 +136,7 @@ def test_a_smooth_tf_gives_the_image_of_fine_steps(volume: Volume, view: View) -
     errors = []
     for step in (0.5, 0.25):
         renderer.sample_distance = step
-        errors.append(np.abs(renderer.render(view, MODES, RAINBOW, 24) - fine))
+        errors.append(np.abs(renderer.render(SceneInputs(view, MODES, RAINBOW), 24) - fine))
     assert errors[0].max() < 0.02
     assert errors[0].mean() < 1e-3
     # Half the step, a quarter of the error: values are linear between samples, in truth nearly.
@@ -148,21 +151,23 @@ def test_skipping_and_termination_change_less_than_half_a_step_of_8_bits(volume:
         renderer.sample_distance = step
         for view in (VIEW, View(200.0, -60.0, 0.0, 0.2)):
             renderer.skip_empty = renderer.terminate_early = True
-            fast = renderer.render(view, opacity_tf, RAINBOW, 24)
+            fast = renderer.render(SceneInputs(view, opacity_tf, RAINBOW), 24)
             renderer.skip_empty = renderer.terminate_early = False
-            whole = renderer.render(view, opacity_tf, RAINBOW, 24)
+            whole = renderer.render(SceneInputs(view, opacity_tf, RAINBOW), 24)
             assert np.abs(fast - whole).max() < 1 / 510
 
 
 def test_the_opacity_image_and_the_frame_are_the_same_picture(volume: Volume) -> None:
     renderer = RaycastRenderer(volume, preintegrated=True)
-    image = renderer.render(VIEW, MODES, RAINBOW, 24)
-    np.testing.assert_allclose(renderer.opacity_image(VIEW, MODES, 24), image[..., 3], atol=1e-6)
-    frame = renderer.frame(VIEW, MODES, RAINBOW, 24)
+    image = renderer.render(SceneInputs(VIEW, MODES, RAINBOW), 24)
+    np.testing.assert_allclose(
+        renderer.opacity_image(SceneInputs(VIEW, MODES, RAINBOW), 24), image[..., 3], atol=1e-6
+    )
+    frame = renderer.frame(SceneInputs(VIEW, MODES, RAINBOW), 24)
     np.testing.assert_allclose(frame.rgba, image, atol=1e-6)
     visible = np.isfinite(frame.depth)
     np.testing.assert_array_equal(visible, image[..., 3] >= 1 / 255)
-    plain = RaycastRenderer(volume).frame(VIEW, MODES, RAINBOW, 24).depth
+    plain = RaycastRenderer(volume).frame(SceneInputs(VIEW, MODES, RAINBOW), 24).depth
     both = visible & np.isfinite(plain)
     # Two samples apart at most, half a voxel of 1.2 units each.
     assert both.any()
@@ -171,6 +176,6 @@ def test_the_opacity_image_and_the_frame_are_the_same_picture(volume: Volume) ->
 
 def test_an_empty_tf_gives_the_background(volume: Volume) -> None:
     renderer = RaycastRenderer(volume, preintegrated=True)
-    assert not renderer.render(VIEW, OpacityTF(RANGE), RAINBOW, 16).any()
+    assert not renderer.render(SceneInputs(VIEW, OpacityTF(RANGE), RAINBOW), 16).any()
     renderer.skip_empty = False
-    assert not renderer.render(VIEW, OpacityTF(RANGE), RAINBOW, 16).any()
+    assert not renderer.render(SceneInputs(VIEW, OpacityTF(RANGE), RAINBOW), 16).any()

@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 from model.generator.catalog import shipped_volumes
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.vtk_renderer import VtkRenderer
-from model.samples.sampling import SceneSample, draw_sample
-from model.scene.scene import LightDirection, Lighting, Scene
+from model.samples.sampling import draw_sample
+from model.scene.inputs import SceneInputs
+from model.scene.light import LightDirection
+from model.scene.scene import Lighting, Scene
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume
@@ -31,21 +33,19 @@ def shipped(request: pytest.FixtureRequest) -> Volume:
 
 
 @pytest.fixture(scope="module")
-def samples(shipped: Volume) -> list[SceneSample]:
+def samples(shipped: Volume) -> list[SceneInputs]:
     scene = Scene.of(shipped, SIZE)
     return [draw_sample(scene, 11, "train", index) for index in range(3)]
 
 
-def errors(volume: Volume, samples: list[SceneSample], **options) -> NDArray[np.float64]:
+def errors(volume: Volume, samples: list[SceneInputs], **options) -> NDArray[np.float64]:
     """Root mean square difference of each image between the two renderers."""
     ours, vtk = RaycastRenderer(volume, **options), VtkRenderer(volume, **options)
     found = []
     for sample in samples:
-        tf = sample.transfer_function
-        arguments = (sample.view, tf.opacity, tf.color, SIZE)
-        expected = vtk.render(*arguments)
+        expected = vtk.render(sample, SIZE)
         assert expected[..., 3].max() > 0.1
-        found.append(np.sqrt(np.mean((ours.render(*arguments) - expected) ** 2)))
+        found.append(np.sqrt(np.mean((ours.render(sample, SIZE) - expected) ** 2)))
     ours.close()
     vtk.close()
     return np.array(found)
@@ -55,13 +55,13 @@ def test_there_are_volumes_to_compare() -> None:
     assert len(shipped_volumes()) >= 2
 
 
-def test_unlit_images_agree(shipped: Volume, samples: list[SceneSample]) -> None:
+def test_unlit_images_agree(shipped: Volume, samples: list[SceneInputs]) -> None:
     assert errors(shipped, samples).max() <= 0.005
 
 
 @pytest.mark.parametrize(("azimuth", "elevation"), [(-45, 45), (0, 0), (60, -20), (150, 30)])
 def test_gradient_shading_agrees(
-    shipped: Volume, samples: list[SceneSample], azimuth: float, elevation: float
+    shipped: Volume, samples: list[SceneInputs], azimuth: float, elevation: float
 ) -> None:
     light = LightDirection(azimuth, elevation)
     assert errors(shipped, samples[:2], lighting="direct", light=light).max() <= 0.01
@@ -71,9 +71,11 @@ def test_gradient_shading_agrees(
 def test_other_steps_agree(volume: Volume, step: float) -> None:
     view = View(35.0, 25.0, 7.0, 0.9)
     vtk = VtkRenderer(volume, sample_distance=step)
-    expected = vtk.render(view, MODES, RAINBOW, 64)
+    expected = vtk.render(SceneInputs(view, MODES, RAINBOW), 64)
     vtk.close()
-    image = RaycastRenderer(volume, sample_distance=step).render(view, MODES, RAINBOW, 64)
+    image = RaycastRenderer(volume, sample_distance=step).render(
+        SceneInputs(view, MODES, RAINBOW), 64
+    )
     # VTK has its samples elsewhere along the ray; that shows the more, the longer the step.
     assert np.sqrt(np.mean((image - expected) ** 2)) < 0.005 + 0.02 * step
 
@@ -85,6 +87,6 @@ def test_vtk_draws_bytes_as_it_draws_the_same_volume_in_float32(
     images = []
     for scalars in (volume.scalars, volume.scalars.astype(np.float32)):
         vtk = VtkRenderer(Volume(scalars, volume.spacing), lighting)
-        images.append(vtk.render(View(35.0, 25.0, 7.0, 0.9), MODES, RAINBOW, 64))
+        images.append(vtk.render(SceneInputs(View(35.0, 25.0, 7.0, 0.9), MODES, RAINBOW), 64))
         vtk.close()
     np.testing.assert_allclose(*images, atol=1.01 / 255)

@@ -14,6 +14,7 @@ from reference_raycaster import cast, render
 from model.rendering.raycast.camera import camera_array
 from model.rendering.raycast.marching import make_ray
 from model.rendering.raycast.renderer import RaycastRenderer
+from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume
@@ -45,7 +46,7 @@ def renderer(volume: Volume) -> RaycastRenderer:
 def test_every_elevation_with_roll_gives_a_continuous_image(renderer: RaycastRenderer) -> None:
     for roll in (0.0, 25.0):
         images = [
-            renderer.render(View(10.0, float(elevation), roll), MODES, RAINBOW, 16)
+            renderer.render(SceneInputs(View(10.0, float(elevation), roll), MODES, RAINBOW), 16)
             for elevation in range(-90, 91)
         ]
         assert np.isfinite(images).all()
@@ -55,22 +56,22 @@ def test_every_elevation_with_roll_gives_a_continuous_image(renderer: RaycastRen
 
 
 def test_azimuth_0_and_360_give_the_same_bits(renderer: RaycastRenderer) -> None:
-    image = renderer.render(View(0.0, 30.0), MODES, RAINBOW, 32)
+    image = renderer.render(SceneInputs(View(0.0, 30.0), MODES, RAINBOW), 32)
     for azimuth in (360.0, -360.0):
-        turned = renderer.render(View(azimuth, 30.0), MODES, RAINBOW, 32)
+        turned = renderer.render(SceneInputs(View(azimuth, 30.0), MODES, RAINBOW), 32)
         np.testing.assert_array_equal(turned, image)
 
 
 def test_at_the_pole_azimuth_and_roll_are_the_same_turn(renderer: RaycastRenderer) -> None:
-    one = renderer.render(View(20.0, 90.0, 0.0), MODES, RAINBOW, 32)
-    other = renderer.render(View(0.0, 90.0, 20.0), MODES, RAINBOW, 32)
+    one = renderer.render(SceneInputs(View(20.0, 90.0, 0.0), MODES, RAINBOW), 32)
+    other = renderer.render(SceneInputs(View(0.0, 90.0, 20.0), MODES, RAINBOW), 32)
     np.testing.assert_allclose(one, other, atol=2e-3)
 
 
 @pytest.mark.parametrize("view", [View(0, 0), View(90, 0), View(180, 0), View(0, 90), View(0, -90)])
 @pytest.mark.parametrize("size", [16, 17])
 def test_axis_aligned_views(renderer: RaycastRenderer, view: View, size: int) -> None:
-    image = renderer.render(view, HALF, WHITE, size)
+    image = renderer.render(SceneInputs(view, HALF, WHITE), size)
     assert np.isfinite(image).all()
     assert image[size // 2, size // 2, 3] > 0.99
     assert not image[0, 0].any()
@@ -143,7 +144,7 @@ def test_a_volume_of_2_x_2_x_2_voxels() -> None:
     volume = Volume(np.array([0, 255, 60, 90, 128, 10, 200, 30], np.uint8).reshape(2, 2, 2))
     renderer = RaycastRenderer(volume, sample_distance=0.1)
     for view in (View(), View(35.0, 25.0, 7.0, 0.3), View(0.0, 90.0, 0.0, 0.05)):
-        image = renderer.render(view, MODES, RAINBOW, 17)
+        image = renderer.render(SceneInputs(view, MODES, RAINBOW), 17)
         expected = render(volume, view, MODES.sample(RANGE), RAINBOW.sample(RANGE), 17, 0.1)
         np.testing.assert_allclose(image, expected, atol=5e-3)
         assert image[..., 3].max() > 0.02

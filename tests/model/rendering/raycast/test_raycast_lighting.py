@@ -17,7 +17,9 @@ from model.rendering.raycast import illumination
 from model.rendering.raycast.illumination import AMBIENT, DIFFUSE, DISTANT, Illumination
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.vtk_renderer import VtkRenderer
-from model.scene.scene import LightDirection, Lighting
+from model.scene.inputs import SceneInputs
+from model.scene.light import LightDirection
+from model.scene.scene import Lighting
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume
@@ -94,7 +96,7 @@ def test_a_plane_reflects_by_the_cosine_of_the_lights_angle(kind: Any, error: fl
         assert view.basis()[2] @ normal < -0.5
         renderer = kind(volume, lighting="direct", light=light, sample_distance=0.5)
         # Gloss is white, whatever the colour: the difference is diffuse light alone.
-        grey, black = (renderer.render(view, opacity_tf, c, 64) for c in (GREY, BLACK))
+        grey, black = (renderer.render(SceneInputs(view, opacity_tf, c), 64) for c in (GREY, BLACK))
         renderer.close()
         assert (grey[30:34, 30:34, 3] == 1).all()
         diffuse = 2 * (grey - black)[30:34, 30:34, :3]
@@ -112,7 +114,9 @@ def test_gloss_is_that_of_vtk_whichever_side_is_lit() -> None:
         for kind in (RaycastRenderer, VtkRenderer):
             renderer = kind(volume, lighting="direct", light=light)
             view = View(-50.0, 30.0, 0.0, 0.8)
-            images.append(renderer.render(view, opacity_tf, BLACK, 64)[20:44, 20:44, :3])
+            images.append(
+                renderer.render(SceneInputs(view, opacity_tf, BLACK), 64)[20:44, 20:44, :3]
+            )
             renderer.close()
         np.testing.assert_allclose(*images, atol=5 / 255)
 
@@ -125,7 +129,7 @@ def test_a_mirrored_headlight_is_the_gloss() -> None:
     view = View(azimuth, math.degrees(math.asin(-normal[2])), 0.0, 0.8)
     np.testing.assert_allclose(view.basis()[2], -normal, atol=1e-12)
     renderer = RaycastRenderer(volume, "direct", HEADLIGHT)
-    image = renderer.render(view, opacity_tf, BLACK, 65)
+    image = renderer.render(SceneInputs(view, opacity_tf, BLACK), 65)
     np.testing.assert_allclose(image[32, 32, :3], illumination.SPECULAR, atol=1e-3)
     # Towards the image's border by an angle t, the mirrored light passes the eye by t.
     angle = math.atan(math.tan(math.radians(15)) * 8 * 2 / 65)
@@ -135,8 +139,8 @@ def test_a_mirrored_headlight_is_the_gloss() -> None:
 
 @pytest.mark.parametrize("lighting", ["direct", "global"])
 def test_light_leaves_the_opacity_as_it_is(volume: Volume, lighting: Lighting) -> None:
-    unlit = RaycastRenderer(volume).render(VIEW, SOLID, RAINBOW, 32)
-    lit = RaycastRenderer(volume, lighting).render(VIEW, SOLID, RAINBOW, 32)
+    unlit = RaycastRenderer(volume).render(SceneInputs(VIEW, SOLID, RAINBOW), 32)
+    lit = RaycastRenderer(volume, lighting).render(SceneInputs(VIEW, SOLID, RAINBOW), 32)
     np.testing.assert_allclose(lit[..., 3], unlit[..., 3], atol=1e-5)
     assert np.abs(lit[..., :3] - unlit[..., :3]).mean() > 0.01
     assert lit.max() <= 1
@@ -145,7 +149,7 @@ def test_light_leaves_the_opacity_as_it_is(volume: Volume, lighting: Lighting) -
 @pytest.mark.parametrize("lighting", ["direct", "global"])
 @pytest.mark.parametrize("tf", [constant(0.0), constant(0.3), constant(1.0)])
 def test_homogeneous_regions_are_lit_without_nan(lighting: Lighting, tf: OpacityTF) -> None:
-    image = RaycastRenderer(homogeneous(), lighting).render(VIEW, tf, WHITE, 32)
+    image = RaycastRenderer(homogeneous(), lighting).render(SceneInputs(VIEW, tf, WHITE), 32)
     assert np.isfinite(image).all()
     inside = image[14:18, 14:18]
     if lighting == "direct":
@@ -157,19 +161,23 @@ def test_homogeneous_regions_are_lit_without_nan(lighting: Lighting, tf: Opacity
 
 @pytest.mark.parametrize("lighting", ["direct", "global"])
 def test_the_light_turns_with_the_view(volume: Volume, lighting: Lighting) -> None:
-    one = RaycastRenderer(volume, lighting).render(View(20.0, 15.0, 5.0), SOLID, RAINBOW, 32)
+    one = RaycastRenderer(volume, lighting).render(
+        SceneInputs(View(20.0, 15.0, 5.0), SOLID, RAINBOW), 32
+    )
     view = View(110.0, 15.0, 5.0)
-    other = RaycastRenderer(turned(volume), lighting).render(view, SOLID, RAINBOW, 32)
+    other = RaycastRenderer(turned(volume), lighting).render(SceneInputs(view, SOLID, RAINBOW), 32)
     np.testing.assert_allclose(other, one, atol=4e-3)
     # The light came along: a light that stays behind gives another picture.
     behind = LightDirection(135.0, 45.0)
-    third = RaycastRenderer(turned(volume), lighting, behind).render(view, SOLID, RAINBOW, 32)
+    third = RaycastRenderer(turned(volume), lighting, behind).render(
+        SceneInputs(view, SOLID, RAINBOW), 32
+    )
     assert np.abs(third - one).mean() > 0.01
 
 
 @pytest.mark.parametrize("lighting", ["direct", "global"])
 def test_by_default_light_comes_from_the_upper_left(lighting: Lighting) -> None:
-    image = RaycastRenderer(ball(), lighting).render(VIEW, BALL_TF, WHITE, 64)
+    image = RaycastRenderer(ball(), lighting).render(SceneInputs(VIEW, BALL_TF, WHITE), 64)
     bright = image[..., :3].mean(axis=-1)
     assert bright[20:32, 20:32].sum() > 1.1 * bright[32:44, 32:44].sum()
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from reference_raycaster import cast, composite, correct, depth, render
 
 from model.rendering.raycast.renderer import LARGEST_ERROR, RaycastRenderer
+from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume
@@ -87,7 +88,7 @@ def test_images_agree_with_a_ray_caster_in_float64(dtype: str, low: float, high:
     opacity = opacity_tf.sample(scalar_range).astype(np.float64)
     renderer = RaycastRenderer(volume, threads=1)
     for view in VIEWS:
-        frame = renderer.frame(view, opacity_tf, color_tf, 24)
+        frame = renderer.frame(SceneInputs(view, opacity_tf, color_tf), 24)
         assert frame.rgba.dtype == frame.depth.dtype == np.float32
         rays = cast(volume, view, 24, 0.5)
         per_sample = correct(opacity, 0.5)
@@ -110,7 +111,9 @@ def test_any_shape_spacing_step_and_view(seed: int) -> None:
     opacity_tf, color_tf = random_tf(rng, RANGE)
     elevation, distance = rng.uniform(-90, 90), float(rng.choice([0.01, 0.1, 0.6, 1.0, 2.0]))
     view = View(rng.uniform(0, 360), elevation, rng.uniform(-20, 20), distance)
-    image = RaycastRenderer(volume, sample_distance=step).render(view, opacity_tf, color_tf, 16)
+    image = RaycastRenderer(volume, sample_distance=step).render(
+        SceneInputs(view, opacity_tf, color_tf), 16
+    )
     opacity, color = opacity_tf.sample(RANGE), color_tf.sample(RANGE)
     # Noise has steep slopes: the 16 table entries of a bin show.
     expected = render(volume, view, opacity, color, 16, step)
@@ -136,9 +139,9 @@ def test_skipping_and_termination_change_less_than_half_a_step_of_8_bits(seed: i
     for distance in (0.05, 0.4, 1.0):
         view = View(rng.uniform(0, 360), rng.uniform(-90, 90), 5.0, distance)
         renderer.skip_empty = renderer.terminate_early = True
-        fast = renderer.frame(view, opacity_tf, RAINBOW, 32)
+        fast = renderer.frame(SceneInputs(view, opacity_tf, RAINBOW), 32)
         renderer.skip_empty = renderer.terminate_early = False
-        whole = renderer.frame(view, opacity_tf, RAINBOW, 32)
+        whole = renderer.frame(SceneInputs(view, opacity_tf, RAINBOW), 32)
         assert np.abs(fast.rgba - whole.rgba).max() < LARGEST_ERROR
         # A pixel may pass the threshold of visibility a sample earlier or later.
         assert (fast.depth == whole.depth).mean() > 0.99
@@ -148,7 +151,7 @@ def test_an_opaque_slab_has_opacity_1() -> None:
     renderer = RaycastRenderer(slab())
     for terminate in (True, False):
         renderer.terminate_early = terminate
-        alpha = renderer.render(VIEW, constant(1.0), WHITE, 33)[..., 3]
+        alpha = renderer.render(SceneInputs(VIEW, constant(1.0), WHITE), 33)[..., 3]
         assert alpha[16, 16] == 1.0
         assert np.isin(alpha, (0.0, 1.0)).all()
 
@@ -159,14 +162,16 @@ def test_a_homogeneous_slab_absorbs_exponentially(opacity: float, step: float) -
     renderer = RaycastRenderer(slab(), sample_distance=step)
     renderer.skip_empty = renderer.terminate_early = False
     # The central ray of an image of odd size goes straight through 8 voxels.
-    alpha = renderer.render(View(), constant(opacity), WHITE, 33)[16, 16, 3]
+    alpha = renderer.render(SceneInputs(View(), constant(opacity), WHITE), 33)[16, 16, 3]
     # A sample that lies on the face behind may be counted or not.
     exact = [-np.expm1(length * np.log1p(-opacity)) for length in (8.0, 8.0 - step)]
     assert min(abs(alpha - value) for value in exact) < 1e-5 * max(exact) + 1e-9
 
 
 def test_oblique_rays_absorb_along_their_length() -> None:
-    image = RaycastRenderer(slab(), sample_distance=0.05).render(View(), constant(0.1), WHITE, 33)
+    image = RaycastRenderer(slab(), sample_distance=0.05).render(
+        SceneInputs(View(), constant(0.1), WHITE), 33
+    )
     # One step of 2/33 of half the image to the right: the ray leaves through the far face.
     slope = np.tan(np.radians(15)) * 2 * 4 / 33
     length = 8 * np.sqrt(1 + slope**2)
@@ -178,7 +183,7 @@ def test_halving_the_step_converges(volume: Volume) -> None:
     images = []
     for step in (1.0, 0.5, 0.25, 0.125, 0.0625):
         renderer.sample_distance = step
-        images.append(renderer.render(VIEW, MODES, RAINBOW, 32))
+        images.append(renderer.render(SceneInputs(VIEW, MODES, RAINBOW), 32))
     errors = [np.sqrt(np.mean((image - images[-1]) ** 2)) for image in images[:-1]]
     assert all(fine < 0.7 * coarse for coarse, fine in pairwise(errors))
     assert errors[-1] < 2e-3
@@ -192,7 +197,9 @@ def test_an_opaque_ball_is_first_seen_on_its_surface() -> None:
     # Opaque up to 8 voxels from the centre, that is 16 units.
     opacity_tf = OpacityTF((lo, hi), points=((8.0, 1.0), (8.01, 0.0)))
     color_tf = ColorTF((lo, hi), ((lo, 1.0, 1.0, 1.0),))
-    frame = RaycastRenderer(ball, sample_distance=0.25).frame(VIEW, opacity_tf, color_tf, 41)
+    frame = RaycastRenderer(ball, sample_distance=0.25).frame(
+        SceneInputs(VIEW, opacity_tf, color_tf), 41
+    )
     eye = VIEW.camera_distance(ball.radius)
     across = ((2 * np.arange(41) + 1) / 41 - 1) * np.tan(np.radians(15))
     cosine = 1 / np.sqrt(1 + across**2 + across[:, None] ** 2)
@@ -212,33 +219,37 @@ def test_the_depth_of_thin_haze_is_where_it_adds_up_to_one_step_of_8_bits() -> N
     haze = slab(shape=(9, 101, 9))
     renderer = RaycastRenderer(haze, sample_distance=1.0)
     view = View(distance=0.5)
-    found = renderer.frame(view, constant(2e-4), WHITE, 9).depth[4, 4]
+    found = renderer.frame(SceneInputs(view, constant(2e-4), WHITE), 9).depth[4, 4]
     face = view.camera_distance(haze.radius) - 50
     samples = np.ceil(np.log(1 - 1 / 255) / np.log(1 - 2e-4))
     assert found == pytest.approx(face + samples, abs=1.01)
-    assert np.isinf(renderer.frame(view, constant(3e-5), WHITE, 9).depth).all()
+    assert np.isinf(renderer.frame(SceneInputs(view, constant(3e-5), WHITE), 9).depth).all()
 
 
 def test_the_opacity_image_is_the_alpha_channel(renderer: RaycastRenderer) -> None:
-    image = renderer.opacity_image(VIEW, MODES, 40)
+    image = renderer.opacity_image(SceneInputs(VIEW, MODES, RAINBOW), 40)
     assert (image.shape, image.dtype) == ((40, 40), np.float32)
-    np.testing.assert_allclose(image, renderer.render(VIEW, MODES, RAINBOW, 40)[..., 3], atol=1e-6)
+    np.testing.assert_allclose(
+        image, renderer.render(SceneInputs(VIEW, MODES, RAINBOW), 40)[..., 3], atol=1e-6
+    )
     assert image.max() > 0.5
 
 
 def test_a_frame_holds_the_same_image(renderer: RaycastRenderer) -> None:
-    image = renderer.render(VIEW, MODES, RAINBOW, 40)
-    np.testing.assert_allclose(renderer.frame(VIEW, MODES, RAINBOW, 40).rgba, image, atol=1e-6)
+    image = renderer.render(SceneInputs(VIEW, MODES, RAINBOW), 40)
+    np.testing.assert_allclose(
+        renderer.frame(SceneInputs(VIEW, MODES, RAINBOW), 40).rgba, image, atol=1e-6
+    )
 
 
 def test_colour_is_premultiplied(renderer: RaycastRenderer) -> None:
-    image = renderer.render(VIEW, MODES, ColorTF(RANGE, ((0.0, 0.25, 0.5, 1.0),)), 40)
+    image = renderer.render(SceneInputs(VIEW, MODES, ColorTF(RANGE, ((0.0, 0.25, 0.5, 1.0),))), 40)
     for channel, share in enumerate((0.25, 0.5, 1.0)):
         np.testing.assert_allclose(image[..., channel], share * image[..., 3], atol=1e-6)
 
 
 def test_an_empty_tf_gives_the_background(renderer: RaycastRenderer) -> None:
-    frame = renderer.frame(VIEW, OpacityTF(RANGE), RAINBOW, 24)
+    frame = renderer.frame(SceneInputs(VIEW, OpacityTF(RANGE), RAINBOW), 24)
     assert not frame.rgba.any()
     assert np.isinf(frame.depth).all()
 
@@ -246,7 +257,9 @@ def test_an_empty_tf_gives_the_background(renderer: RaycastRenderer) -> None:
 def test_a_tf_of_one_bin_shows_that_bin(volume: Volume) -> None:
     points = ((99.0, 0.0), (100.0, 0.8), (101.0, 0.0))
     opacity_tf = OpacityTF(RANGE, points=points)
-    image = RaycastRenderer(volume, sample_distance=0.05).render(VIEW, opacity_tf, RAINBOW, 24)
+    image = RaycastRenderer(volume, sample_distance=0.05).render(
+        SceneInputs(VIEW, opacity_tf, RAINBOW), 24
+    )
     expected = render(volume, VIEW, opacity_tf.sample(RANGE), RAINBOW.sample(RANGE), 24, 0.05)
     np.testing.assert_allclose(image, expected, atol=8e-3)
     assert 0.02 < image[..., 3].max() < 1
@@ -256,28 +269,30 @@ def test_a_mode_of_no_width_is_a_bin_wide() -> None:
     # Values 0, 1, 2, ... along the ray: the mode's bin is hit, however narrow it was meant.
     ramp = np.broadcast_to(np.arange(256, dtype=np.uint8)[:, None], (3, 256, 3))
     opacity_tf = OpacityTF(RANGE, (GaussianMode(100.0, 1e-300, 1.0),))
-    image = RaycastRenderer(Volume(ramp), sample_distance=1.0).render(View(), opacity_tf, WHITE, 9)
+    image = RaycastRenderer(Volume(ramp), sample_distance=1.0).render(
+        SceneInputs(View(), opacity_tf, WHITE), 9
+    )
     assert image[4, 4, 3] > 0.5
 
 
 def test_images_do_not_depend_on_threads_nor_on_what_was_rendered_before(volume: Volume) -> None:
     one, three = RaycastRenderer(volume, threads=1), RaycastRenderer(volume, threads=3)
-    image = one.render(VIEW, MODES, RAINBOW, 40)
-    three.render(View(200.0, -60.0), constant(0.4), WHITE, 32)
-    np.testing.assert_array_equal(three.render(VIEW, MODES, RAINBOW, 40), image)
+    image = one.render(SceneInputs(VIEW, MODES, RAINBOW), 40)
+    three.render(SceneInputs(View(200.0, -60.0), constant(0.4), WHITE), 32)
+    np.testing.assert_array_equal(three.render(SceneInputs(VIEW, MODES, RAINBOW), 40), image)
 
 
 def test_the_step_may_be_changed_between_images(volume: Volume) -> None:
     changed, fresh = RaycastRenderer(volume), RaycastRenderer(volume, sample_distance=2.0)
-    changed.render(VIEW, MODES, RAINBOW, 32)
+    changed.render(SceneInputs(VIEW, MODES, RAINBOW), 32)
     changed.sample_distance = 2.0
-    expected = fresh.render(VIEW, MODES, RAINBOW, 32)
-    np.testing.assert_array_equal(changed.render(VIEW, MODES, RAINBOW, 32), expected)
+    expected = fresh.render(SceneInputs(VIEW, MODES, RAINBOW), 32)
+    np.testing.assert_array_equal(changed.render(SceneInputs(VIEW, MODES, RAINBOW), 32), expected)
 
 
 def test_opacity_refers_to_a_voxel_of_any_size(volume: Volume) -> None:
     small = Volume(volume.scalars, tuple(s / 1000 for s in volume.spacing))
-    image = RaycastRenderer(volume).render(VIEW, MODES, RAINBOW, 32)
+    image = RaycastRenderer(volume).render(SceneInputs(VIEW, MODES, RAINBOW), 32)
     np.testing.assert_allclose(
-        RaycastRenderer(small).render(VIEW, MODES, RAINBOW, 32), image, atol=1e-3
+        RaycastRenderer(small).render(SceneInputs(VIEW, MODES, RAINBOW), 32), image, atol=1e-3
     )

@@ -5,17 +5,21 @@ from dataclasses import replace
 import pytest
 from ramp import make_tf, make_volume
 
+from model.scene.inputs import SceneInputs, outside_range
 from model.scene.scene import Scene
-from model.scene.training_range import outside_training_range
 from model.scene.transfer_function import OpacityTF
 from model.scene.view import View
 
 SCENE = Scene.of(make_volume(), image_size=16, scalar_window=(120.0, 180.0))
 
 
+def outside(view: View, opacity: OpacityTF) -> str:
+    return outside_range(SceneInputs(view, opacity, make_tf().color), SCENE)
+
+
 def test_inside_there_is_nothing_to_say() -> None:
     view = View(azimuth=300.0, elevation=80.0, roll=-10.0, distance=0.4)
-    assert outside_training_range(SCENE, view, make_tf(120.0, 180.0).opacity) == ""
+    assert outside(view, make_tf(120.0, 180.0).opacity) == ""
 
 
 @pytest.mark.parametrize(
@@ -28,23 +32,23 @@ def test_inside_there_is_nothing_to_say() -> None:
     ],
 )
 def test_a_view_outside_is_named(view: View, said: str) -> None:
-    text = outside_training_range(SCENE, view, make_tf().opacity)
+    text = outside(view, make_tf().opacity)
     assert said in text
     assert text.count(",") == 0
 
 
 def test_modes_outside_are_counted() -> None:
     opacity = make_tf(110.0, 190.0, 150.0).opacity
-    assert "2 modes" in outside_training_range(SCENE, View(), opacity)
+    assert "2 modes" in outside(View(), opacity)
 
 
 def test_a_free_curve_is_named() -> None:
     opacity = OpacityTF((100.0, 200.0), points=((100.0, 0.0), (200.0, 1.0)))
-    assert "free opacity curve" in outside_training_range(SCENE, View(), opacity)
+    assert "free opacity curve" in outside(View(), opacity)
 
 
 def test_several_things_make_one_line() -> None:
     view = replace(View(), elevation=90.0, roll=20.0)
-    text = outside_training_range(SCENE, view, make_tf(100.0).opacity)
+    text = outside(view, make_tf(100.0).opacity)
     assert "\n" not in text
     assert all(part in text for part in ("elevation", "roll", "a mode"))

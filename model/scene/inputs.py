@@ -1,0 +1,229 @@
+"""Scene inputs: what one image of a scene depends on, declared once.
+
+:data:`INPUT_FIELDS` says for each input how it is drawn at random, how samples store
+it, how networks see it, and what lies outside the range that a scene is modelled for.
+Sampler, store, networks and window follow the table; a new input is a field of
+:class:`SceneInputs`, an entry of the table, and what renderers and widgets make of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, fields
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.scene.color_space import rgb_to_lab
+from model.scene.random_inputs import draw_color_tf, draw_opacity_tf, draw_view
+from model.scene.scene import Scene
+from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, TransferFunction
+from model.scene.view import VIEW_PARAMETERS, View
+
+Arrays = dict[str, NDArray[Any]]
+"""Inputs of N images by name, each of shape (N, ...), as samples store them."""
+
+
+@dataclass(frozen=True)
+class SceneInputs:
+    """Everything that one image of a scene depends on.
+
+    Attributes
+    ----------
+    view : View
+    opacity_tf : OpacityTF
+    color_tf : ColorTF
+    """
+
+    view: View
+    opacity_tf: OpacityTF
+    color_tf: ColorTF
+
+    @classmethod
+    def of(cls, view: View, tf: TransferFunction, **others: Any) -> SceneInputs:
+        """Inputs with both TFs of a pair; `others` are further fields by name."""
+        return cls(view, tf.opacity, tf.color, **others)
+
+    @property
+    def transfer_function(self) -> TransferFunction:
+        """Both TFs as a pair."""
+        return TransferFunction(self.opacity_tf, self.color_tf)
+
+
+@dataclass(frozen=True)
+class InputField:
+    """One input: what sampler, store and networks need to know of it.
+
+    Attributes
+    ----------
+    name : str
+        The field of :class:`SceneInputs`, and the array of samples.
+    shape : tuple of int
+        Of one stored value.
+    dtype : str
+        Of stored values.
+    network : {"condition", "tf"}
+        Whether networks see it as some numbers among others, or as a curve of its own.
+    numbers : int
+        How many numbers networks see, of a condition.
+    varies : callable
+        Whether images of a scene differ in it; where it does not vary, it is neither
+        drawn, stored nor encoded.
+    draw : callable
+        A random value, from a random generator, the scene and what was drawn before.
+    store : callable
+        A value as an array of that shape.
+    encode : callable
+        Stored values (N, ...) as float32 in [-1, 1].
+    outside : callable
+        What of a value lies outside the scene's range, as texts; mostly none.
+    """
+
+    name: str
+    shape: tuple[int, ...]
+    dtype: str
+    network: Literal["condition", "tf"]
+    numbers: int
+    varies: Callable[[Scene], bool]
+    draw: Callable[[np.random.Generator, Scene, dict[str, Any]], Any]
+    store: Callable[[Any, Scene], NDArray[Any]]
+    encode: Callable[[NDArray[Any], Scene], NDArray[np.float32]]
+    outside: Callable[[Any, Scene], list[str]]
+
+
+def _view_outside(view: View, scene: Scene) -> list[str]:
+    trained = scene.view_range
+    found = []
+    if abs(view.elevation) > trained.max_elevation:
+        found.append(f"elevation {view.elevation:.0f}° (±{trained.max_elevation:g}°)")
+    if abs(view.roll) > trained.max_roll:
+        found.append(f"roll {view.roll:.0f}° (±{trained.max_roll:g}°)")
+    if not trained.nearest <= view.distance <= trained.farthest:
+        found.append(f"distance {view.distance:.2f} ({trained.nearest:g} to {trained.farthest:g})")
+    return found
+
+
+def _opacity_outside(opacity: OpacityTF, scene: Scene) -> list[str]:
+    lo, hi = scene.scalar_window
+    strays = sum(not lo <= mode.mean <= hi for mode in opacity.modes)
+    found = []
+    if strays:
+        what = "a mode" if strays == 1 else f"{strays} modes"
+        found.append(f"{what} beyond {lo:.4g} to {hi:.4g}")
+    if opacity.points:
+        found.append("a free opacity curve")
+    return found
+
+
+INPUT_FIELDS: tuple[InputField, ...] = (
+    InputField(
+        name="view",
+        shape=(4,),
+        dtype="float64",
+        network="condition",
+        numbers=VIEW_PARAMETERS,
+        varies=lambda scene: True,
+        draw=lambda rng, scene, drawn: draw_view(rng, scene.view_range),
+        store=lambda view, scene: np.array([*vars(view).values()]),
+        encode=lambda rows, scene: np.stack(
+            [View(*map(float, row)).vector(scene.view_range) for row in rows]
+        ),
+        outside=_view_outside,
+    ),
+    InputField(
+        name="opacity_tf",
+        shape=(TF_SAMPLES,),
+        dtype="float32",
+        network="tf",
+        numbers=0,
+        varies=lambda scene: True,
+        draw=lambda rng, scene, drawn: draw_opacity_tf(
+            rng, scene.scalar_range, scene.scalar_window
+        ),
+        store=lambda tf, scene: tf.sample(scene.scalar_range),
+        encode=lambda rows, scene: 2 * rows.astype(np.float32) - 1,
+        outside=_opacity_outside,
+    ),
+    InputField(
+        name="color_tf",
+        shape=(TF_SAMPLES, 3),
+        dtype="float32",
+        network="tf",
+        numbers=0,
+        varies=lambda scene: True,
+        draw=lambda rng, scene, drawn: draw_color_tf(rng, drawn["opacity_tf"]),
+        store=lambda tf, scene: tf.sample(scene.scalar_range),
+        # Networks take CIELAB, channels first (paper, section 6).
+        encode=lambda rows, scene: np.ascontiguousarray(rgb_to_lab(rows).transpose(0, 2, 1)),
+        outside=lambda tf, scene: [],
+    ),
+)
+"""All inputs, in the order in which they are drawn; `view` is the first condition."""
+
+
+def varying(scene: Scene) -> list[InputField]:
+    """The inputs that images of a scene differ in."""
+    return [field for field in INPUT_FIELDS if field.varies(scene)]
+
+
+def condition_numbers(scene: Scene) -> int:
+    """How many numbers networks see beside the TFs: 5 of the view, and what the scene adds."""
+    return sum(field.numbers for field in varying(scene))
+
+
+def draw_inputs(rng: np.random.Generator, scene: Scene) -> SceneInputs:
+    """Draw random inputs of a scene (paper, section 4.3.1)."""
+    drawn: dict[str, Any] = {}
+    for field in varying(scene):
+        drawn[field.name] = field.draw(rng, scene, drawn)
+    return SceneInputs(**drawn)
+
+
+def store_inputs(inputs: Sequence[SceneInputs], scene: Scene) -> Arrays:
+    """Arrays of what varies, as samples store them."""
+    return {
+        field.name: np.stack([field.store(getattr(i, field.name), scene) for i in inputs]).astype(
+            field.dtype, copy=False
+        )
+        for field in varying(scene)
+    }
+
+
+def encode_inputs(arrays: Arrays, scene: Scene) -> dict[str, NDArray[np.float32]]:
+    """Encode stored inputs for the networks.
+
+    Parameters
+    ----------
+    arrays : dict of ndarray
+        Of :func:`store_inputs`, or a part of a sample store.
+    scene : Scene
+
+    Returns
+    -------
+    dict of ndarray of float32
+        In [-1, 1] inside the scene's ranges: "conditions" (N, C), the numbers of the view
+        and of whatever else varies, and each TF under its name.
+    """
+    encoded = {f.name: f.encode(arrays[f.name], scene) for f in varying(scene)}
+    conditions = [encoded.pop(f.name) for f in varying(scene) if f.network == "condition"]
+    return {"conditions": np.concatenate(conditions, axis=1), **encoded}
+
+
+def outside_range(inputs: SceneInputs, scene: Scene) -> str:
+    """Say in one line what lies outside the range that a scene is modelled for; empty if nothing.
+
+    Parameters
+    ----------
+    inputs : SceneInputs
+    scene : Scene
+        Of a generator.
+    """
+    parts: Iterable[str] = (
+        text for f in varying(scene) for text in f.outside(getattr(inputs, f.name), scene)
+    )
+    found = ", ".join(parts)
+    return f"Outside the training range: {found}" if found else ""
+
+
+assert {f.name for f in fields(SceneInputs)} == {f.name for f in INPUT_FIELDS}
