@@ -1,15 +1,32 @@
 """The errors that a user of tfscope may meet.
 
 Each carries one plain sentence that says what was wrong, where, and what to
-do about it. The command line prints it and exits with code 2; the window
-shows it and goes on working. Anything else that escapes is a defect of ours.
+do about it, and may suggest settings by name. The command line prints it, with
+the suggestions as options, and exits with code 2; the window shows it and goes
+on working. Anything else that escapes is a defect of ours.
 """
 
 from __future__ import annotations
 
 
 class TfscopeError(Exception):
-    """Base of every error whose message is meant for the user."""
+    """Base of every error whose message is meant for the user.
+
+    Parameters
+    ----------
+    message : str
+        In words that fit the command line and the window alike.
+    **suggested : str
+        Settings that would help, by name; an empty text stands for a switch.
+
+    Attributes
+    ----------
+    suggested : dict of str
+    """
+
+    def __init__(self, message: str = "", **suggested: str) -> None:
+        super().__init__(message)
+        self.suggested = suggested
 
 
 def first_line(error: Exception) -> str:

@@ -25,7 +25,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     try:
         code = application(arguments, standalone_mode=False)
     except TfscopeError as error:
-        return _fail(str(error))
+        return _fail(f"{error} {_options(error.suggested)}")
     except KeyboardInterrupt:
         print("Interrupted.", file=sys.stderr)
         return 130
@@ -41,6 +41,14 @@ def run(arguments: Sequence[str] | None = None) -> int:
             raise
         return _fail(f"{error.format_message()} See --help.")
     return code if isinstance(code, int) else 0
+
+
+def _options(suggested: dict[str, str]) -> str:
+    """What an error suggests, as options of the command line."""
+    words = []
+    for name, value in suggested.items():
+        words += [f"--{name.replace('_', '-')}", *([value] if value else [])]
+    return f"Try: {' '.join(words)}" if words else ""
 
 
 def _fail(message: str) -> int:

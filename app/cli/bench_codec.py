@@ -13,11 +13,11 @@ from app.cli.machine import print_machine
 from app.cli.outputs import check_outputs, write_json
 from model.benchmarks.codec import LAYERS, CodecRow, measure_codec, train_codec
 from model.errors import TfscopeError
-from model.generator.catalog import DEFAULT_VOLUME
 from model.networks.checkpoint import load_model
 from model.scene.scene import Scene
 from model.training.options import PRESETS, TrainingOptions
 from model.volume_files import read_volume
+from model.volume_files.shipped import DEFAULT_VOLUME
 
 
 def measure_model(model: Path, ineffective: list[str], json_path: Path | None) -> None:

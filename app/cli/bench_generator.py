@@ -13,7 +13,6 @@ from app.cli.machine import print_machine
 from app.cli.outputs import check_outputs, write_json
 from model.benchmarks.generator import BackendRow, PartsRow, compare_backends, time_parts
 from model.devices import choose_device
-from model.generator.catalog import DEFAULT_VOLUME
 from model.networks.blocks import kaiming_init
 from model.networks.build import build_generator
 from model.networks.checkpoint import load_model
@@ -21,6 +20,7 @@ from model.networks.generator_network import GeneratorNetwork
 from model.scene.scene import Scene
 from model.training.options import PRESETS
 from model.volume_files import read_volume
+from model.volume_files.shipped import DEFAULT_VOLUME
 
 
 def bench_generator(

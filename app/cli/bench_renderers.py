@@ -12,9 +12,9 @@ from app.cli.machine import print_machine
 from app.cli.outputs import check_outputs, write_json
 from app.cli.plots import Curve, Plot, save_plots
 from model.benchmarks.renderers import RENDERERS, RendererComparison, compare_renderers
-from model.generator.catalog import shipped_volumes
 from model.scene.scene import Lighting, Scene
 from model.volume_files import read_volume
+from model.volume_files.shipped import shipped_volumes
 
 LABELS = {"vtk": "VTK", "raycast": "ray caster"}
 

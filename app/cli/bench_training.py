@@ -10,14 +10,13 @@ from rich.table import Table
 from app.cli.console import console
 from app.cli.machine import print_machine
 from app.cli.outputs import check_outputs, write_json
-from app.cli.train import size_of
 from model.benchmarks.training import TrainingRow, compare_training
 from model.devices import choose_device
-from model.generator.catalog import DEFAULT_VOLUME
 from model.networks.size import Architecture
 from model.scene.scene import Scene
-from model.training.options import TrainingOptions
+from model.training.options import TrainingOptions, preset_size
 from model.volume_files import read_volume
+from model.volume_files.shipped import DEFAULT_VOLUME
 
 
 def bench_training(
@@ -34,7 +33,7 @@ def bench_training(
     volume = read_volume(DEFAULT_VOLUME)
     results = []
     for name in presets or ["draft", "compact"]:
-        size = size_of(name, architecture)
+        size = preset_size(name, architecture)
         scene = Scene.of(volume, size.image_size)
         rows = list(compare_training(size, TrainingOptions(), scene, device, steps))
         _print(f"{name}, {size.architecture}", rows)

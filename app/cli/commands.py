@@ -5,6 +5,7 @@ Long, as each option has its name, limits and help here; there is no logic to sp
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -13,6 +14,7 @@ import typer
 from app.cli import options
 from app.cli.bench_commands import bench
 from model.errors import TfscopeError
+from model.volume_files.source import VolumeSource
 
 application = typer.Typer(
     add_completion=False,
@@ -61,7 +63,7 @@ def info(
     """Print what a volume file or a model folder holds."""
     from app.cli.info import print_info
 
-    print_info(options.VolumeSource(path, raw, component))
+    print_info(VolumeSource(path, raw, component))
 
 
 @application.command()
@@ -86,6 +88,7 @@ def render(
         options.LightingOption | None,
         typer.Option("--lighting", help="For VTK and ray caster. (default: the model's, or none)"),
     ] = None,
+    light: options.LightText = None,
     size: Annotated[
         int | None,
         typer.Option("--size", min=16, max=4096, help="Pixels. (default: the model's, or 256)"),
@@ -100,11 +103,12 @@ def render(
     render_to_file(
         RenderOrder(
             renderer=str(renderer),
-            volume=options.VolumeSource(volume, raw, component),
+            volume=VolumeSource(volume, raw, component),
             model=model,
             view=view,
             tf=tf,
             lighting=lighting,
+            light=light,
             size=size,
             device=str(device),
             backend=str(backend),
@@ -170,7 +174,7 @@ def sensitivity(
 
     save_sensitivity(
         SensitivityOrder(
-            volume=options.VolumeSource(volume, raw, component),
+            volume=VolumeSource(volume, raw, component),
             model=model,
             view=view,
             tf=tf,
@@ -204,6 +208,7 @@ def dataset(
     seed: options.Seed = 0,
     renderer: options.SampleRendererName = options.SampleRenderer.RAYCAST,
     lighting: options.LightingName = options.LightingOption.NONE,
+    movable_light: options.MovableLight = False,
     window: options.Window = None,
     holdout: Annotated[
         int | None,
@@ -221,12 +226,17 @@ def dataset(
     ] = None,
 ) -> None:
     """Render random samples into a store; run it again to go on or to add more."""
-    from app.cli.dataset import make_dataset
+    from app.cli.dataset import SceneOptions, make_dataset
 
-    source = options.VolumeSource(volume, raw, component)
-    make_dataset(
-        source, out, count, holdout, size, seed, lighting, renderer, window, workers, scheduler
+    source = VolumeSource(volume, raw, component)
+    scene = SceneOptions(
+        size,
+        options.lighting(lighting),
+        options.parse_window(window),
+        options.renderer_name(renderer),
+        movable_light,
     )
+    make_dataset(source, scene, out, count, holdout, seed, workers, scheduler)
 
 
 @application.command()
@@ -291,38 +301,67 @@ def train(
     ] = None,
     renderer: options.SampleRendererName = options.SampleRenderer.RAYCAST,
     lighting: options.LightingName = options.LightingOption.NONE,
+    movable_light: options.MovableLight = False,
     window: options.Window = None,
     seed: options.Seed = 0,
     workers: options.Workers = None,
     device: options.DeviceName = options.Device.AUTO,
     precision: options.TrainingPrecisionName = options.TrainingPrecision.AUTO,
+    job: Annotated[
+        Path | None,
+        typer.Option(
+            "--job",
+            metavar="JOB.json",
+            help="Take everything but --out and --resume from a file that --save-job has written.",
+        ),
+    ] = None,
+    save_job: Annotated[
+        Path | None,
+        typer.Option("--save-job", metavar="JOB.json", help="Write the job there; do not train."),
+    ] = None,
+    lines: Annotated[
+        bool, typer.Option("--json-lines", help="Tell the progress as JSON, an object per line.")
+    ] = False,
+    stop: Annotated[
+        bool, typer.Option("--stop", help="Ask the run in --out to save and end.")
+    ] = False,
 ) -> None:
     """Train a generator of one volume's renderings."""
-    from app.cli.train import TrainOrder, train_model
+    from app.cli.train import DEFAULT_MINUTES, stop_training, train_model
+    from model.training.job import TrainingJob
 
-    train_model(
-        TrainOrder(
-            volume=options.VolumeSource(volume, raw, component),
-            store=store,
-            preset=str(preset),
-            out=out,
-            minutes=minutes,
-            samples=samples,
-            resume=resume,
-            start=start,
-            faithful=faithful,
-            architecture=options.architecture_name(architecture),
-            settings=tuple(settings or ()),
-            lighting=options.lighting(lighting),
-            renderer=options.renderer_name(renderer),
-            reuse=reuse,
-            window=options.parse_window(window),
-            seed=seed,
-            workers=workers,
-            device=str(device),
-            precision=str(precision),
-        )
+    if stop:
+        stop_training(out)
+        return
+    if job is not None:
+        train_model(replace(TrainingJob.load(job), out=out, resume=resume), lines)
+        return
+    asked = TrainingJob(
+        out=out,
+        volume=VolumeSource(volume, raw, component),
+        store=store,
+        preset=str(preset),
+        architecture=options.architecture_name(architecture),
+        faithful=faithful,
+        settings=tuple(settings or ()),
+        minutes=DEFAULT_MINUTES if minutes is None and samples is None else minutes,
+        samples=samples,
+        lighting=options.lighting(lighting),
+        movable_light=movable_light,
+        renderer=options.renderer_name(renderer),
+        window=options.parse_window(window),
+        reuse=reuse,
+        start=start,
+        seed=seed,
+        workers=workers,
+        device=str(device),
+        precision=str(precision),
+        resume=resume,
     )
+    if save_job is not None:
+        asked.save(save_job)
+        return
+    train_model(asked, lines)
 
 
 @application.command()
@@ -367,7 +406,7 @@ def evaluate(
     """Measure a model on hold-out samples, beside the nearest training image."""
     from app.cli.evaluate import evaluate_model
 
-    source = options.VolumeSource(volume, raw, component)
+    source = VolumeSource(volume, raw, component)
     evaluate_model(
         model,
         count,
@@ -427,24 +466,20 @@ def study(
     precision: options.TrainingPrecisionName = options.TrainingPrecision.AUTO,
 ) -> None:
     """The paper's studies anew: baselines, latent-dim or l1-weight. Run again to go on."""
-    from app.cli.study import StudyOrder, study_models
+    from app.cli.study import DEFAULT_MINUTES, StudyOrder, study_models
+    from model.training.job import TrainingJob
 
-    study_models(
-        StudyOrder(
-            study=str(study),
-            volume=options.VolumeSource(volume, raw, component),
-            out=out,
-            preset=str(preset),
-            architecture=options.architecture_name(architecture),
-            minutes=minutes,
-            samples=samples,
-            images=images,
-            count=count,
-            sensitivities=sensitivities,
-            settings=tuple(settings or ()),
-            seed=seed,
-            workers=workers,
-            device=str(device),
-            precision=str(precision),
-        )
+    job = TrainingJob(
+        out=out,
+        volume=VolumeSource(volume, raw, component),
+        preset=str(preset),
+        architecture=options.architecture_name(architecture),
+        settings=tuple(settings or ()),
+        minutes=DEFAULT_MINUTES if minutes is None and samples is None else minutes,
+        samples=samples,
+        seed=seed,
+        workers=workers,
+        device=str(device),
+        precision=str(precision),
     )
+    study_models(StudyOrder(str(study), job, images, count, sensitivities))

@@ -5,29 +5,38 @@ from __future__ import annotations
 import shutil
 from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
-from app.cli import options
 from app.cli.console import console, counting
 from model.errors import DatasetError, TfscopeError
 from model.samples.sample_rendering import render_store
 from model.samples.sample_store import SampleStore
-from model.scene.scene import Scene
+from model.scene.scene import Lighting, RendererName, Scene
+from model.scene.transfer_function import Range
 from model.scene.volume import Volume
 from model.training.sources import LEAST_HOLDOUT
+from model.volume_files.source import VolumeSource
 
 MAX_HOLDOUT = 2000
 
 
+class SceneOptions(NamedTuple):
+    """What :meth:`model.scene.scene.Scene.of` is given beside the volume, in its order."""
+
+    size: int
+    lighting: Lighting
+    window: Range | None
+    renderer: RendererName
+    movable_light: bool
+
+
 def make_dataset(
-    source: options.VolumeSource,
+    source: VolumeSource,
+    options: SceneOptions,
     out: Path,
     count: int,
     holdout: int | None,
-    size: int,
     seed: int,
-    lighting: options.LightingOption,
-    renderer: options.SampleRenderer,
-    window: str | None,
     workers: int | None,
     scheduler: str | None,
 ) -> None:
@@ -38,13 +47,7 @@ def make_dataset(
             "with 'dask worker'; leave one of --workers and --scheduler out."
         )
     volume = source.read()
-    scene = Scene.of(
-        volume,
-        size,
-        options.lighting(lighting),
-        options.parse_window(window),
-        options.renderer_name(renderer),
-    )
+    scene, size = Scene.of(volume, *options), options.size
     holdout = holdout or max(LEAST_HOLDOUT, min(count // 10, MAX_HOLDOUT))
     _check_room(out, (count + holdout - _rendered(out)) * 4 * size**2)
     store = SampleStore.create(out, scene, seed, {"train": count, "holdout": holdout})

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.table import Table
 
-from app.cli import options
 from app.cli.console import console, counting
 from app.cli.outputs import check_outputs, write_json, write_text
 from model.errors import DatasetError, VolumeError
@@ -23,6 +22,7 @@ from model.samples.sample_store import SampleStore
 from model.samples.sampling import draw_sample
 from model.scene.volume import Volume
 from model.sensitivity.agreement import sensitivity_agreement
+from model.volume_files.source import VolumeSource, volume_of
 
 DEFAULT_SENSITIVITIES = 200
 
@@ -30,7 +30,7 @@ DEFAULT_SENSITIVITIES = 200
 def evaluate_model(
     folder: Path,
     count: int,
-    source: options.VolumeSource,
+    source: VolumeSource,
     store_path: Path | None,
     neighbours: int,
     json_path: Path | None,
@@ -94,12 +94,12 @@ def _render(
     generator: Generator,
     scratch: Path,
     count: int,
-    source: options.VolumeSource,
+    source: VolumeSource,
     neighbours: int,
     workers: int | None,
 ) -> SampleStore:
     scene = generator.scene
-    volume = options.volume_of(scene.volume_fingerprint, scene.volume_name, source)
+    volume = volume_of(scene.volume_fingerprint, scene.volume_name, source)
     training = generator.card.training
     neighbours = min(neighbours, int(training.get("samples_stored", neighbours)))
     seed = int(training.get("dataset_seed", 0))
@@ -129,7 +129,7 @@ def _measure(
 
 
 def _volume_to_differentiate(
-    generator: Generator, source: options.VolumeSource, count: int | None
+    generator: Generator, source: VolumeSource, count: int | None
 ) -> Volume | None:
     """The volume that sensitivities are compared on.
 
@@ -139,7 +139,7 @@ def _volume_to_differentiate(
     if count == 0 or scene.lighting != "none":
         return None
     try:
-        return options.volume_of(scene.volume_fingerprint, scene.volume_name, source)
+        return volume_of(scene.volume_fingerprint, scene.volume_name, source)
     except VolumeError:
         if count is not None:
             raise

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from app.cli import options
 from app.cli.console import print_facts
 from model.networks.blocks import parameter_count
 from model.networks.checkpoint import MODEL_FILE, ModelCard, load_model
 from model.volume_files import describe
+from model.volume_files.source import VolumeSource
 
 ARCHITECTURES = {
     "paper": "the paper's two networks",
@@ -17,7 +17,7 @@ ARCHITECTURES = {
 }
 
 
-def print_info(source: options.VolumeSource) -> None:
+def print_info(source: VolumeSource) -> None:
     """Print a model's card, or a volume's description."""
     path = source.path
     if path is not None and (path / MODEL_FILE).exists():
@@ -33,7 +33,7 @@ def _card_rows(card: ModelCard) -> list[tuple[str, str]]:
         ("volume", scene.volume_name),
         ("scalar range", "{:.10g} to {:.10g}".format(*scene.scalar_range)),
         ("scalar window", "{:.10g} to {:.10g}".format(*scene.scalar_window)),
-        ("lighting", scene.lighting),
+        ("lighting", scene.lighting + (", movable light" if scene.light_range else "")),
         ("rendered by", {"vtk": "VTK", "raycast": "the ray caster"}[scene.renderer]),
         ("preset", f"{card.preset} (width {size.width:g} of the paper's)"),
         ("architecture", ARCHITECTURES[size.architecture]),

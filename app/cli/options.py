@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
-from model.errors import TfscopeError, VolumeError
-from model.generator.catalog import DEFAULT_VOLUME, shipped_volumes
+from model.errors import TfscopeError
 from model.scene.scene import Lighting, RendererName
 from model.scene.transfer_function import Range
-from model.scene.volume import Volume
-from model.volume_files import Component, RawLayout, read_volume
 
 if TYPE_CHECKING:
     from model.networks.size import Architecture
@@ -147,6 +143,21 @@ LightingName = Annotated[
         help="Emission-absorption alone, gradient shading, or scattering with shadows.",
     ),
 ]
+LightText = Annotated[
+    str | None,
+    typer.Option(
+        "--light",
+        metavar="AZ,EL",
+        help="Direction to the light in degrees: to the right of the view and above it. "
+        "(default: the model's, or -45,45)",
+    ),
+]
+MovableLight = Annotated[
+    bool,
+    typer.Option(
+        "--movable-light", help="Draw the light's direction at random: models can follow it."
+    ),
+]
 SampleRendererName = Annotated[
     SampleRenderer,
     typer.Option(
@@ -224,65 +235,3 @@ def parse_window(text: str | None) -> Range | None:
             f"'{text}' is not a scalar window; give its lowest and highest value, such as 0.1,0.9."
         ) from None
     return lo, hi
-
-
-@dataclass(frozen=True)
-class VolumeSource:
-    """Where a volume comes from: ``--volume``, ``--raw`` and ``--component``."""
-
-    path: Path | None
-    raw: str | None = None
-    component: str | None = None
-
-    def read(self) -> Volume:
-        """Read the volume, the shipped default when none is named.
-
-        Raises
-        ------
-        VolumeError
-            When the options or the file are wrong.
-        """
-        return read_volume(
-            self.path or DEFAULT_VOLUME, raw=self._layout(), component=self._component()
-        )
-
-    def _layout(self) -> RawLayout | None:
-        if self.raw is None:
-            return None
-        layout = RawLayout.parse(self.raw)
-        if layout is None:
-            raise VolumeError(
-                f"'{self.raw}' is not the layout of a raw file; "
-                "give dimensions, type and byte order, such as 256x256x110_uint16_big."
-            )
-        return layout
-
-    def _component(self) -> Component | None:
-        if self.component is None or self.component == "magnitude":
-            return cast(Component | None, self.component)
-        if not self.component.isdecimal():
-            raise VolumeError(
-                f"'{self.component}' is not a component; give magnitude, or a number from 0."
-            )
-        return int(self.component)
-
-
-def volume_of(fingerprint: str, name: str, source: VolumeSource) -> Volume:
-    """Read the volume that a model was trained on: the one named, or the shipped one.
-
-    Raises
-    ------
-    VolumeError
-        When the named volume is another one, or none is named and none of the
-        shipped ones fits.
-    """
-    if source.path is not None:
-        volume = source.read()
-        if volume.fingerprint != fingerprint:
-            raise VolumeError(f"{source.path}: the model was trained on another volume, '{name}'.")
-        return volume
-    for candidate in shipped_volumes():
-        volume = read_volume(candidate)
-        if volume.fingerprint == fingerprint:
-            return volume
-    raise VolumeError(f"The model was trained on '{name}', which is not shipped; give --volume.")

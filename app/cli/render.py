@@ -25,6 +25,7 @@ from model.scene.scene import RendererName, Scene
 from model.scene.transfer_function import Range, TransferFunction
 from model.scene.view import View
 from model.scene.volume import Volume
+from model.volume_files.source import VolumeSource, volume_of
 
 DEFAULT_SIZE = 256
 DEFAULT_SAMPLE_DISTANCE = 0.5
@@ -35,11 +36,12 @@ class RenderOrder:
     """What to render: the command's options, see there."""
 
     renderer: str
-    volume: options.VolumeSource
+    volume: VolumeSource
     model: Path | None
     view: str
     tf: Path | None
     lighting: options.LightingOption | None
+    light: str | None
     size: int | None
     device: str
     backend: str
@@ -53,8 +55,9 @@ def render_to_file(order: RenderOrder) -> None:
         raise RenderError(f"{order.out}: the name must end in .png or .npy.")
     check_outputs(order.out)
     view = View.parse(order.view)
+    light = LightDirection.parse(order.light) if order.light else None
     by = _render_generator if order.renderer == "generator" else _render_volume
-    rgba = by(order, view)
+    rgba = by(order, view, light)
     try:
         if order.out.suffix.lower() == ".npy":
             np.save(order.out, rgba)
@@ -76,7 +79,9 @@ def load_fitted(path: Path, scalar_range: Range) -> TransferFunction:
     return fit_to_range(tf, scalar_range)
 
 
-def _render_volume(order: RenderOrder, view: View) -> NDArray[np.float32]:
+def _render_volume(
+    order: RenderOrder, view: View, direction: LightDirection | None
+) -> NDArray[np.float32]:
     from model.rendering.renderer import open_renderer
 
     scene = load_card(order.model).scene if order.model else None
@@ -91,17 +96,21 @@ def _render_volume(order: RenderOrder, view: View) -> NDArray[np.float32]:
     else:
         lighting = scene.lighting if scene else "none"
         light = scene.light if scene else None
+    if direction is not None and lighting == "none":
+        raise RenderError("An unlit image has no light to be moved.", lighting="direct")
     step = scene.sample_distance if scene else DEFAULT_SAMPLE_DISTANCE
     name = cast(RendererName, order.renderer)
     renderer = open_renderer(name, volume, lighting, light, step)
     try:
         size = order.size or (scene.image_size if scene else DEFAULT_SIZE)
-        return renderer.render(SceneInputs.of(view, tf), size)
+        return renderer.render(SceneInputs.of(view, tf, light=direction), size)
     finally:
         renderer.close()
 
 
-def _render_generator(order: RenderOrder, view: View) -> NDArray[np.float32]:
+def _render_generator(
+    order: RenderOrder, view: View, light: LightDirection | None
+) -> NDArray[np.float32]:
     from model.generator.generator import Generator
 
     folder = order.model or model_folder(None, order.volume.read())
@@ -110,13 +119,16 @@ def _render_generator(order: RenderOrder, view: View) -> NDArray[np.float32]:
     if order.lighting is not None and options.lighting(order.lighting) != scene.lighting:
         raise RenderError(
             f"The model was trained with the lighting '{scene.lighting}'; "
-            "leave --lighting out, or train a model with it."
+            "leave another one out, or train a model with it."
         )
+    if light is not None and scene.light_range is None:
+        kind = "without light" if scene.light is None else "with a fixed light"
+        raise RenderError(f"The model was trained {kind}: it cannot follow another direction.")
     if order.tf:
         tf = load_fitted(order.tf, scene.scalar_range)
     else:
         tf = default_transfer_function(_volume(order, scene))
-    rgba = generator.render(SceneInputs.of(view, tf))
+    rgba = generator.render(SceneInputs.of(view, tf, light=light))
     if order.size and order.size != scene.image_size:
         rgba = resize(rgba, (order.size, order.size), anti_aliasing=order.size < scene.image_size)
     return np.clip(rgba, 0, 1).astype(np.float32)
@@ -125,7 +137,7 @@ def _render_generator(order: RenderOrder, view: View) -> NDArray[np.float32]:
 def _volume(order: RenderOrder, scene: Scene | None) -> Volume:
     if scene is None:
         return order.volume.read()
-    return options.volume_of(scene.volume_fingerprint, scene.volume_name, order.volume)
+    return volume_of(scene.volume_fingerprint, scene.volume_name, order.volume)
 
 
 def model_folder(model: Path | None, volume: Volume) -> Path:

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 from skimage.io import imsave
 
-from app.cli import options
 from app.cli.outputs import check_outputs
 from app.cli.plots import Curve, Plot, save_plots
 from app.cli.render import DEFAULT_SIZE, load_fitted, model_folder
@@ -21,6 +20,7 @@ from model.scene.tf_perturbation import EDIT_WIDTH, response_to_edits
 from model.scene.transfer_function import TF_SAMPLES, TransferFunction
 from model.scene.view import View
 from model.scene.volume import Volume
+from model.volume_files.source import VolumeSource
 
 RISING, FALLING = np.array([1.0, 0.35, 0.1]), np.array([0.2, 0.5, 1.0])
 """Colours of a field: more opacity brightens, more opacity darkens."""
@@ -33,7 +33,7 @@ BACKDROP = 0.35
 class SensitivityOrder:
     """What to differentiate: the command's options, see there."""
 
-    volume: options.VolumeSource
+    volume: VolumeSource
     model: Path | None
     view: str
     tf: Path | None

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from model.generator.catalog import DEFAULT_VOLUME, volume_for
+from model.generator.catalog import volume_for
+from model.volume_files.shipped import DEFAULT_VOLUME
 
 
 def open_window(

@@ -1,4 +1,4 @@
-"""The volumes and models that come with tfscope."""
+"""The models that come with tfscope."""
 
 from __future__ import annotations
 
@@ -6,20 +6,12 @@ import json
 from pathlib import Path
 
 from model.volume_files import read_volume
-
-RESOURCES = Path(__file__).resolve().parents[2] / "resources"
-
-DEFAULT_VOLUME = RESOURCES / "volumes" / "reacting_jet_temperature_112x112x192_float32.nrrd"
+from model.volume_files.shipped import RESOURCES, shipped_volumes
 
 
 def shipped_models() -> list[Path]:
     """Folders of the models that are there, in alphabetical order."""
     return sorted(path.parent for path in (RESOURCES / "models").glob("*/model.json"))
-
-
-def shipped_volumes() -> list[Path]:
-    """Files of the volumes that are there, in alphabetical order."""
-    return sorted((RESOURCES / "volumes").glob("*.nrrd"))
 
 
 def volume_for(model: Path) -> Path | None:

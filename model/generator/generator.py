@@ -116,7 +116,8 @@ class Generator:
                 if backend != "auto":
                     raise DeviceError(
                         f"The backend '{candidate.name}' cannot draw this model "
-                        f"({first_line(error)}); choose --backend auto."
+                        f"({first_line(error)}); choose another.",
+                        backend="auto",
                     ) from error
                 logger.warning("%s: %s cannot draw it.", folder, candidate.name, exc_info=True)
                 continue

@@ -23,9 +23,9 @@ from model.files import write_atomically
 from model.networks.build import build_generator
 from model.networks.generator_network import GeneratorNetwork
 from model.networks.size import NetworkSize
+from model.scene.migration import FORMAT_VERSION, migrate_scene
 from model.scene.scene import Scene
 
-FORMAT_VERSION = 1
 MODEL_FILE = "model.json"
 
 
@@ -176,7 +176,7 @@ def _read_json(folder: Path) -> dict[str, Any]:
     if not path.is_file():
         raise CheckpointError(
             f"{folder}: there is no model here ({MODEL_FILE} is missing); "
-            "give a folder that 'train' has written."
+            "give the folder of a trained model."
         )
     try:
         header = json.loads(path.read_text(encoding="utf-8"))
@@ -184,12 +184,13 @@ def _read_json(folder: Path) -> dict[str, Any]:
         raise CheckpointError(f"{path}: the file is damaged ({error}).") from error
     if not isinstance(header, dict) or "tfscope_model" not in header:
         raise CheckpointError(f"{path}: the file does not describe a tfscope model.")
-    if header["tfscope_model"] != FORMAT_VERSION:
+    version = header["tfscope_model"]
+    if version not in range(1, FORMAT_VERSION + 1):
         raise CheckpointError(
-            f"{path}: the model has format {header['tfscope_model']!r}; this tfscope reads "
+            f"{path}: the model has format {version!r}; this tfscope reads 1 to "
             f"{FORMAT_VERSION}, so train the model anew or update tfscope."
         )
-    return header
+    return {**header, "scene": migrate_scene(header.get("scene"), version)}
 
 
 def _card(folder: Path, header: dict[str, Any]) -> ModelCard:

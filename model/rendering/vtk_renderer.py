@@ -73,7 +73,8 @@ class VtkRenderer:
     lighting : {"none", "direct", "global"}
         Emission-absorption; with gradient shading; with shadows and scattering.
     light : LightDirection, optional
-        Direction of the distant light relative to the view; ignored when unlit.
+        Direction of the distant light relative to the view, unless an image's inputs have
+        another; ignored when unlit.
     sample_distance : float
         Distance between samples along a ray, in voxels, unless a call says otherwise.
 
@@ -110,8 +111,10 @@ class VtkRenderer:
         actor.SetProperty(self._properties)
         self._renderer.AddVolume(actor)
         self._renderer.AutomaticLightCreationOff()
+        self._light = light or LightDirection()
+        self._lamp = _camera_light()
         if lighting != "none":
-            self._renderer.AddLight(_camera_light(light or LightDirection()))
+            self._renderer.AddLight(self._lamp)
             actor.GetShaderProperty().AddFragmentShaderReplacement(*NORMAL_CORRECTION)
         if lighting == "global":
             self._mapper.SetVolumetricScatteringBlending(SCATTERING_BLEND)
@@ -152,6 +155,7 @@ class VtkRenderer:
         # VTK's own correction leaves out opacities below 1e-4: give it none to do.
         self._properties.SetScalarOpacityUnitDistance(step)
         self._point_camera(inputs.view)
+        self._lamp.SetPosition(*(inputs.light or self._light).towards())
         self._window.SetSize(size, size)
         self._window.Render()
         pixels = vtkUnsignedCharArray()
@@ -230,12 +234,11 @@ def _image_data(volume: Volume, scalars: NDArray[Any]) -> vtkImageData:
     return image
 
 
-def _camera_light(direction: LightDirection) -> vtkLight:
+def _camera_light() -> vtkLight:
     """Build a distant white light that turns with the camera."""
     light = vtkLight()
     light.SetLightTypeToCameraLight()
     light.PositionalOff()
-    light.SetPosition(*direction.towards())
     light.SetFocalPoint(0.0, 0.0, 0.0)
     return light
 

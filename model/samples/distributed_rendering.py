@@ -149,7 +149,7 @@ class _Run:
         except (OSError, RuntimeError, AttributeError) as error:  # the last: of a closed client
             raise DatasetError(
                 "The Dask scheduler answers no longer; "
-                "start it again and run the same command to go on."
+                "start it again and start rendering again to go on."
             ) from error
         if self._threads and self._volume:
             self._last_served = monotonic()
@@ -201,18 +201,18 @@ class _Run:
                 raise self._no_workers() from error
             raise RenderError(
                 f"A Dask worker cannot render {task} ({type(error).__name__}: {error}); "
-                "see its log, and run the same command again to go on."
+                "see its log, and start again to go on."
             ) from error
 
     def _no_workers(self) -> DatasetError:
         return DatasetError(
             f"No Dask worker was there for {self._patience:g} seconds; "
-            "start some for this scheduler and run the same command again to go on."
+            "start some for this scheduler and start again to go on."
         )
 
 
 def _deadly(task: _Task) -> RenderError:
     return RenderError(
         f"Dask workers ended time and again while they had {task} (out of memory?); "
-        "give each more memory and run the same command again to go on."
+        "give each more memory and start again to go on."
     )

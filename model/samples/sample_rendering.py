@@ -128,7 +128,8 @@ def render_store(
         except BrokenProcessPool as error:
             raise RenderError(
                 "A rendering process ended unexpectedly (out of memory?); "
-                "run the command again to go on, with fewer --workers."
+                "go on with fewer processes.",
+                workers="1",
             ) from error
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)

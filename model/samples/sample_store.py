@@ -29,9 +29,9 @@ from numpy.typing import NDArray
 from model.errors import DatasetError, TfscopeError
 from model.samples.sampling import Split
 from model.scene.inputs import Arrays, varying
+from model.scene.migration import FORMAT_VERSION, migrate_scene
 from model.scene.scene import Scene
 
-FORMAT_VERSION = 1
 BLOCK = 32
 """Samples per block: the unit of work of a process and of loss after a kill."""
 
@@ -103,22 +103,24 @@ class SampleStore:
     def __init__(self, path: Path) -> None:
         self.path = path
         if not path.is_dir():
-            raise DatasetError(f"{path}: there is no data set here; make one with 'dataset'.")
+            raise DatasetError(f"{path}: there is no data set here; render one first.")
         try:
             self._root = zarr.open_group(path, mode="r+")
             header: dict[str, Any] = dict(self._root.attrs)
             version = header["tfscope_dataset"]
+            if version not in range(1, FORMAT_VERSION + 1):
+                raise DatasetError(
+                    f"{path}: the data set has format {version!r}; this tfscope reads 1 to "
+                    f"{FORMAT_VERSION}, so make it anew or update tfscope."
+                )
             self.seed = int(header["seed"])
-            self.scene = Scene.from_json(header["scene"])
+            self.scene = Scene.from_json(migrate_scene(header["scene"], version))
+        except DatasetError:
+            raise
         except (OSError, KeyError, TypeError, ValueError, TfscopeError) as error:
             raise DatasetError(
                 f"{path}: the folder is not a tfscope data set ({error})."
             ) from error
-        if version != FORMAT_VERSION:
-            raise DatasetError(
-                f"{path}: the data set has format {version}; this tfscope reads {FORMAT_VERSION}, "
-                "so make it anew."
-            )
 
     @classmethod
     def create(cls, path: Path, scene: Scene, seed: int, counts: dict[Split, int]) -> SampleStore:
@@ -176,8 +178,7 @@ class SampleStore:
         missing = self.missing_samples()
         if missing:
             raise DatasetError(
-                f"{self.path}: {missing} samples are not rendered yet; "
-                "run the same 'dataset' command again to finish it."
+                f"{self.path}: {missing} samples are not rendered yet; render it to its end first."
             )
 
     def trim(self) -> None:
@@ -210,7 +211,7 @@ class SampleStore:
         except OSError as error:
             raise DatasetError(
                 f"{self.path}: samples cannot be written ({error.strerror}); "
-                "make room and run the command again to go on."
+                "make room and start again to go on."
             ) from error
 
     def shuffled(

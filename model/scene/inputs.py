@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.scene.color_space import rgb_to_lab
-from model.scene.random_inputs import draw_color_tf, draw_opacity_tf, draw_view
+from model.scene.light import LightDirection, LightRange
+from model.scene.random_inputs import draw_color_tf, draw_light, draw_opacity_tf, draw_view
 from model.scene.scene import Scene
 from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, TransferFunction
 from model.scene.view import VIEW_PARAMETERS, View
@@ -34,11 +35,14 @@ class SceneInputs:
     view : View
     opacity_tf : OpacityTF
     color_tf : ColorTF
+    light : LightDirection or None
+        Of a lit scene; None is the scene's own.
     """
 
     view: View
     opacity_tf: OpacityTF
     color_tf: ColorTF
+    light: LightDirection | None = None
 
     @classmethod
     def of(cls, view: View, tf: TransferFunction, **others: Any) -> SceneInputs:
@@ -116,6 +120,18 @@ def _opacity_outside(opacity: OpacityTF, scene: Scene) -> list[str]:
     return found
 
 
+def _light_outside(light: LightDirection | None, scene: Scene) -> list[str]:
+    trained = scene.light_range
+    if light is None or trained is None:
+        return []
+    found = []
+    if abs(light.azimuth) > trained.max_azimuth:
+        found.append(f"light azimuth {light.azimuth:.0f}° (±{trained.max_azimuth:g}°)")
+    if abs(light.elevation) > trained.max_elevation:
+        found.append(f"light elevation {light.elevation:.0f}° (±{trained.max_elevation:g}°)")
+    return found
+
+
 INPUT_FIELDS: tuple[InputField, ...] = (
     InputField(
         name="view",
@@ -157,6 +173,20 @@ INPUT_FIELDS: tuple[InputField, ...] = (
         # Networks take CIELAB, channels first (paper, section 6).
         encode=lambda rows, scene: np.ascontiguousarray(rgb_to_lab(rows).transpose(0, 2, 1)),
         outside=lambda tf, scene: [],
+    ),
+    InputField(
+        name="light",
+        shape=(2,),
+        dtype="float64",
+        network="condition",
+        numbers=3,
+        varies=lambda scene: scene.light_range is not None,
+        draw=lambda rng, scene, drawn: draw_light(rng, scene.light_range or LightRange()),
+        store=lambda light, scene: np.array([*vars(light or scene.light).values()]),
+        encode=lambda rows, scene: np.array(
+            [LightDirection(*map(float, row)).towards() for row in rows], np.float32
+        ),
+        outside=_light_outside,
     ),
 )
 """All inputs, in the order in which they are drawn; `view` is the first condition."""

@@ -10,6 +10,7 @@ import colorsys
 
 import numpy as np
 
+from model.scene.light import LightDirection, LightRange
 from model.scene.transfer_function import TF_SAMPLES, ColorTF, GaussianMode, OpacityTF, Range
 from model.scene.view import View, ViewRange
 
@@ -25,6 +26,14 @@ def draw_view(rng: np.random.Generator, view_range: ViewRange) -> View:
         elevation=rng.uniform(-view_range.max_elevation, view_range.max_elevation),
         roll=rng.uniform(-view_range.max_roll, view_range.max_roll),
         distance=rng.uniform(view_range.nearest, view_range.farthest),
+    )
+
+
+def draw_light(rng: np.random.Generator, light_range: LightRange) -> LightDirection:
+    """Draw a light direction, both angles uniform over the range."""
+    return LightDirection(
+        azimuth=rng.uniform(-light_range.max_azimuth, light_range.max_azimuth),
+        elevation=rng.uniform(-light_range.max_elevation, light_range.max_elevation),
     )
 
 

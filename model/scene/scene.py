@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any, Literal, get_args
 
 from model.errors import TfscopeError
-from model.scene.light import LightDirection
+from model.scene.light import LightDirection, LightRange
 from model.scene.transfer_function import TF_SAMPLES, Range
 from model.scene.view import ViewRange
 from model.scene.volume import Triple, Volume
@@ -46,6 +46,8 @@ class Scene:
     lighting : {"none", "direct", "global"}
     light : LightDirection or None
         None exactly when the lighting is "none".
+    light_range : LightRange or None
+        Where the light may be moved to; None for a fixed light, or none.
     sample_distance : float
         Distance between samples along a ray, in voxels.
     view_range : ViewRange
@@ -64,6 +66,7 @@ class Scene:
     image_size: int
     lighting: Lighting = "none"
     light: LightDirection | None = None
+    light_range: LightRange | None = None
     sample_distance: float = 0.5
     view_range: ViewRange = field(default_factory=ViewRange)
     renderer: RendererName = "vtk"
@@ -80,6 +83,8 @@ class Scene:
             raise TfscopeError(f"The renderer '{self.renderer}' is unknown; choose vtk or raycast.")
         if (self.light is None) != (self.lighting == "none"):
             raise TfscopeError("A lit scene needs a light direction, and an unlit one has none.")
+        if self.light_range is not None and self.light is None:
+            raise TfscopeError("An unlit scene has no light that could be moved.")
         if not (math.isfinite(lo) and math.isfinite(hi) and lo < hi):
             raise TfscopeError(f"The scene's scalar range [{lo:g}, {hi:g}] is not increasing.")
         if not lo <= window_lo < window_hi <= hi:
@@ -116,6 +121,7 @@ class Scene:
         lighting: Lighting = "none",
         scalar_window: Range | None = None,
         renderer: RendererName = "vtk",
+        movable_light: bool = False,
     ) -> Scene:
         """The scene of a volume, with the default light and window for it."""
         return cls(
@@ -126,6 +132,7 @@ class Scene:
             image_size=image_size,
             lighting=lighting,
             light=None if lighting == "none" else LightDirection(),
+            light_range=LightRange() if movable_light else None,
             renderer=renderer,
             proportions=volume.proportions,
         )
@@ -152,6 +159,8 @@ class Scene:
             values["view_range"] = ViewRange(**values["view_range"])
             if values["light"] is not None:
                 values["light"] = LightDirection(**values["light"])
+            if values["light_range"] is not None:
+                values["light_range"] = LightRange(**values["light_range"])
             return cls(**values)
         except (KeyError, TypeError, ValueError, AttributeError) as error:
             raise TfscopeError(f"The scene is malformed near {error}.") from error

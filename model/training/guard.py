@@ -7,6 +7,7 @@ become alike, or the encoder gives all TFs the same code.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import torch
 from torch import Tensor
@@ -29,6 +30,13 @@ WARM_UP = 5000
 """Samples of a stage before which nothing is expected yet."""
 
 
+class Trouble(NamedTuple):
+    """What went wrong in a run, as a clause, and a setting of the recipe that may help."""
+
+    what: str
+    setting: str
+
+
 class CollapseGuard:
     """Judges the steps and the measurements of a run.
 
@@ -43,17 +51,20 @@ class CollapseGuard:
         self.healthy = True
         self._bad = 0
 
-    def check_step(self, stage: Stage, result: StepResult) -> str | None:
+    def check_step(self, stage: Stage, result: StepResult) -> Trouble | None:
         """What is wrong with a step, if anything; the generator is then as it was before."""
         values = {f"{name} loss": loss for name, loss in result.losses.items()}
         for name, value in {**values, "gradient": result.gradient}.items():
             if not math.isfinite(value):
-                return f"the {name} is no longer finite; {_slower(stage)}, or try another --seed"
+                what = (
+                    f"the {name} is no longer finite; lower the learning rate, or try another seed"
+                )
+                return Trouble(what, _slower(stage))
         return None
 
     def check_measurement(
         self, stage: Stage, metrics: dict[str, float], samples: int, last: bool = False
-    ) -> str | None:
+    ) -> Trouble | None:
         """What has collapsed, if anything has for :data:`PATIENCE` measurements.
 
         Parameters
@@ -106,25 +117,27 @@ def diversity(images: Tensor, truth: Tensor) -> float:
     return math.sqrt(spreads[0] / max(spreads[1], 1e-12))
 
 
-def _collapse(stage: Stage, metrics: dict[str, float]) -> str | None:
+def _collapse(stage: Stage, metrics: dict[str, float]) -> Trouble | None:
     if metrics["latent_spread"] < LEAST_SPREAD or metrics["latent_rank"] < LEAST_RANK:
-        return (
+        return Trouble(
             "the latent codes of all opacity TFs have become the same "
             f"(largest standard deviation {metrics['latent_spread']:.2g}, "
-            f"effective rank {metrics['latent_rank']:.2f}); raise the weight of the decoded TF "
-            "(--set decoded_tf_weight=4000), or try another --seed"
+            f"effective rank {metrics['latent_rank']:.2f}); raise the weight of the decoded TF, "
+            "or try another seed",
+            "decoded_tf_weight=4000",
         )
     if metrics["diversity"] < LEAST_DIVERSITY:
-        start = stage.options.adversarial_start
-        later = "let the discriminator join later (--set adversarial_start=0.8), or "
-        return (
+        early = stage.options.adversarial_start < 0.8
+        later = "let the discriminator join later, or " if early else ""
+        return Trouble(
             "all generated images have become alike "
             f"(their spread is {metrics['diversity']:.1%} of the rendered ones'); "
-            f"{later if start < 0.8 else ''}{_slower(stage)}"
+            f"{later}lower the learning rate",
+            "adversarial_start=0.8" if early else _slower(stage),
         )
     return None
 
 
 def _slower(stage: Stage) -> str:
-    rate = stage.stage.learning_rate / 4
-    return f"lower the learning rate (for example --set {stage.name}.learning_rate={rate:g})"
+    """A setting with a lower learning rate."""
+    return f"{stage.name}.learning_rate={stage.stage.learning_rate / 4:g}"

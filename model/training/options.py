@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from model.errors import TrainingError
-from model.networks.size import NetworkSize
+from model.networks.size import Architecture, NetworkSize
 
 _SMALL = NetworkSize(
     0.25, features=32, rays=True, modulation=True, deep_codec=True, architecture="grid"
@@ -20,6 +20,12 @@ PRESETS: dict[str, NetworkSize] = {
     "paper": NetworkSize(1.0, image_size=256),
 }
 """Network sizes by name: for experiments, for CPUs, and the paper's."""
+
+
+def preset_size(preset: str, architecture: Architecture | None = None) -> NetworkSize:
+    """A preset's size, with another architecture where one is named."""
+    size = PRESETS[preset]
+    return size if architecture is None else replace(size, architecture=architecture)
 
 
 @dataclass(frozen=True)

@@ -49,6 +49,11 @@ def rank() -> int:
     return distributed.get_rank() if _joined() else 0
 
 
+def rank_to_be() -> int:
+    """Number that torchrun has given this process, also before it has joined the others."""
+    return int(os.environ.get("RANK", "0"))
+
+
 def ranks() -> int:
     """Number of processes."""
     return distributed.get_world_size() if _joined() else 1

@@ -189,8 +189,8 @@ class Stage(ABC):
         if ranks() > 1 or len(batch) <= 2 * self.parts:
             raise TrainingError(
                 f"The {self.name} stage has run out of memory with batches of {len(batch)} samples "
-                f"in {self.parts} parts; choose a smaller preset, or a smaller batch with "
-                f"--set {self.name}.batch_size={max(2, len(batch) // 2)}."
+                f"in {self.parts} parts; choose a smaller preset, or smaller batches.",
+                set=f"{self.name}.batch_size={max(2, len(batch) // 2)}",
             ) from error
         self.parts *= 2
         if self.device.type == "cuda":

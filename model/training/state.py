@@ -18,9 +18,14 @@ from torch import Tensor
 
 from model.errors import TrainingError
 from model.files import write_atomically
+from model.scene.migration import migrate_scene
 from model.training.stage import Stage
 
-FORMAT_VERSION = 2
+FORMAT_VERSION = 3
+"""2 had other names for parts of stages and settings, and scenes without `light_range`."""
+
+RENAMED = {"more_tfs": "unrendered_tfs", "keep_variance": "kaiming_init"}
+"""Settings of recipes of format 2."""
 STATE_FILE = "training.json"
 
 
@@ -111,7 +116,8 @@ def load_stage(folder: Path, stage: Stage) -> None:
     try:
         with safetensors.safe_open(path, "pt") as file:
             tensors = {
-                key.removeprefix(prefix): file.get_tensor(key)
+                # Format 2 wrote "optimiser".
+                key.removeprefix(prefix).replace("optimiser", "optimizer"): file.get_tensor(key)
                 for key in file.keys()  # noqa: SIM118  (not a dict)
                 if key.startswith(prefix)
             }
@@ -133,15 +139,24 @@ def _header(folder: Path) -> dict[str, Any]:
     if not path.is_file():
         raise TrainingError(
             f"{folder}: there is no training run to resume ({STATE_FILE} is missing); "
-            "start one without --resume."
+            "start one instead."
         )
     try:
         header: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-        if header["tfscope_training"] != FORMAT_VERSION:
+        if header["tfscope_training"] == 2:
+            _migrate(header["recipe"])
+        elif header["tfscope_training"] != FORMAT_VERSION:
             raise ValueError(f"format {header['tfscope_training']}, not {FORMAT_VERSION}")
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise TrainingError(f"{path}: the run cannot be resumed ({error}).") from error
     return header
+
+
+def _migrate(recipe: dict[str, Any]) -> None:
+    """Bring a recipe of format 2 to the present one."""
+    recipe["scene"] = migrate_scene(recipe["scene"], 1)
+    options = recipe["options"]
+    recipe["options"] = {RENAMED.get(name, name): value for name, value in options.items()}
 
 
 def _networks(stage: Stage) -> dict[str, torch.nn.Module]:

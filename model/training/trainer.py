@@ -26,13 +26,13 @@ from model.samples.sample_store import SampleBatch
 from model.training import parallel
 from model.training.batch import EncodedBatch, encode_batch
 from model.training.batch_norm import BatchNormRecalibration
-from model.training.guard import CollapseGuard
-from model.training.interruption import Interruption
+from model.training.guard import CollapseGuard, Trouble
 from model.training.monitor import MEASURES, HoldoutProbe, RunLog
 from model.training.plan import TrainingPlan, TrainingReport
 from model.training.schedule import Schedule
 from model.training.stage import Losses, Stage
 from model.training.state import STATE_FILE, Progress, load_progress, load_stage, save_state
+from model.training.stopping import Interruption
 
 LOCK_FILE = "training.lock"
 
@@ -121,7 +121,7 @@ class _Run:
         # All have looked into the folder before the first one writes to it.
         parallel.wait_for_all()
         self.guard = CollapseGuard()
-        self.interruption = Interruption()
+        self.interruption = Interruption(plan.folder)
         self.log = RunLog(plan.folder, self.progress.samples)
         self.metrics = self.log.last_metrics()
         self.probe = HoldoutProbe(plan.source, plan.size, plan.device)
@@ -150,14 +150,16 @@ class _Run:
         if plan.size.image_size != image_size:
             raise TrainingError(
                 f"The samples have {image_size} pixels but the preset '{plan.preset}' draws "
-                f"{plan.size.image_size}; make a data set with --size {plan.size.image_size}."
+                f"{plan.size.image_size}; make a data set with images of that size.",
+                size=str(plan.size.image_size),
             )
         plan.source.check(max(s.stage.batch_size for s in self.schedule.stages.values()))
         if not resume:
             if (plan.folder / STATE_FILE).exists():
                 raise TrainingError(
                     f"{plan.folder}: the folder holds a training run; "
-                    "add --resume to go on with it, or choose another folder."
+                    "go on with it, or choose another folder.",
+                    resume="",
                 )
             return Progress(self.schedule.names[0])
         progress, recipe = load_progress(plan.folder)
@@ -235,13 +237,14 @@ class _Run:
         plan = self.plan
         return encode_batch(samples, plan.source.scene, plan.size.opacity_size).to(plan.device)
 
-    def _stop_if(self, stage: Stage, trouble: str | None) -> None:
+    def _stop_if(self, stage: Stage, trouble: Trouble | None) -> None:
         if trouble is not None:
             saved = (self.plan.folder / STATE_FILE).exists()
             raise CollapseError(
                 f"{self.plan.folder}: the {stage.name} stage was stopped after "
-                f"{self.progress.samples:,} samples: {trouble}. "
-                + ("The folder holds the last good state." if saved else "Nothing was saved yet.")
+                f"{self.progress.samples:,} samples: {trouble.what}. "
+                + ("The folder holds the last good state." if saved else "Nothing was saved yet."),
+                set=trouble.setting,
             )
 
     def _measure(self, recent: list[Losses]) -> dict[str, float]:

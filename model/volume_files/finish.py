@@ -70,11 +70,11 @@ def _one_component(
     count = values.shape[3] if values.ndim == 4 else 1
     last = count - 1
     if component is None and count > 1:
-        choices = "magnitude|" + "|".join(str(c) for c in range(min(count, 3)))
-        choices += f"|..|{last}" if count > 4 else "|3" if count == 4 else ""
+        choices = f"0 to {last}"
         raise VolumeError(
             f"{path}: every voxel has {count} components; "
-            f"choose one or their magnitude with --component {choices}."
+            f"choose one ({choices}) or their magnitude.",
+            component="magnitude",
         )
     if component == "magnitude" and count > 1:
         return _magnitude(values)

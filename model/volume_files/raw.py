@@ -104,8 +104,8 @@ def read_raw(path: Path, layout: RawLayout | None) -> Grid:
     if layout is None:
         raise VolumeError(
             f"{path}: a raw file does not say its dimensions and scalar type; "
-            "give them with --raw 256x256x110_uint8, or in the name, "
-            "for example engine_256x256x110_uint8.raw."
+            "give them, or put them into the name, for example engine_256x256x110_uint8.raw.",
+            raw="256x256x110_uint8",
         )
     need = check_grid(path, layout.dimensions, layout.dtype)
     present = path.stat().st_size

@@ -72,7 +72,8 @@ class RaycastRenderer:
         Emission-absorption; with gradient shading; with cast shadows and
         ambient occlusion.
     light : LightDirection, optional
-        Direction of the distant light relative to the view; ignored when unlit.
+        Direction of the distant light relative to the view, unless an image's inputs have
+        another; ignored when unlit.
     sample_distance : float
         Distance between samples along a ray, in voxels, unless a call says otherwise.
     threads : int, optional
@@ -280,9 +281,10 @@ class RaycastRenderer:
             return alphas, None, None, None
         light = glow = None
         if self._lighting == "direct":
-            light = gradient_light(inputs.view, self._light, self._volume)
+            light = gradient_light(inputs.view, inputs.light or self._light, self._volume)
         if self._illumination is not None:
-            glow = self._illumination.grid(inputs.view, self._light, opacity_tf)
+            direction = inputs.light or self._light
+            glow = self._illumination.grid(inputs.view, direction, opacity_tf)
         return alphas, color_table(color_tf, scalar_range, alphas), light, glow
 
     def _voxels_and_cells(self, opacity_tf: OpacityTF, distance: float) -> tuple[Any, ...]:

@@ -12,7 +12,7 @@ import pytest
 from skimage.io import imread
 
 from app.cli import run
-from model.generator.catalog import DEFAULT_VOLUME, model_for, shipped_models, shipped_volumes
+from model.generator.catalog import model_for, shipped_models
 from model.networks.checkpoint import load_card
 from model.rendering.vtk_renderer import VtkRenderer
 from model.samples.sample_store import SampleStore
@@ -21,6 +21,7 @@ from model.scene.scene import Scene
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
 from model.scene.view import View
 from model.volume_files import read_volume
+from model.volume_files.shipped import DEFAULT_VOLUME, shipped_volumes
 
 RANGE = (0.0, 255.0)
 

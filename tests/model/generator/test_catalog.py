@@ -8,14 +8,15 @@ import pytest
 from model.generator import catalog as shipped
 from model.networks.checkpoint import load_model
 from model.volume_files import read_volume
+from model.volume_files.shipped import DEFAULT_VOLUME, shipped_volumes
 
 
 def test_the_default_volume_is_shipped() -> None:
-    assert shipped.DEFAULT_VOLUME in shipped.shipped_volumes()
+    assert DEFAULT_VOLUME in shipped_volumes()
 
 
 def test_every_shipped_model_belongs_to_a_shipped_volume() -> None:
-    by_fingerprint = {read_volume(path).fingerprint for path in shipped.shipped_volumes()}
+    by_fingerprint = {read_volume(path).fingerprint for path in shipped_volumes()}
     assert shipped.shipped_models()
     for folder in shipped.shipped_models():
         card, _ = load_model(folder)

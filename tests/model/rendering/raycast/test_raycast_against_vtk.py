@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from model.generator.catalog import shipped_volumes
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.vtk_renderer import VtkRenderer
 from model.samples.sampling import draw_sample
@@ -19,6 +18,7 @@ from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume
 from model.volume_files import read_volume
+from model.volume_files.shipped import shipped_volumes
 
 SIZE = 128
 RANGE = (0.0, 255.0)

@@ -1,0 +1,323 @@
+"""A training job: plain data that says all about a run, and the run itself.
+
+The command line builds one from its options, the window from its panel; a
+process that is given a job's JSON file does the same run.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from model.devices import choose_device
+from model.errors import TrainingError
+from model.files import write_atomically
+from model.networks.size import Architecture, NetworkSize
+from model.rendering.raycast import cuda
+from model.samples.sample_store import SampleStore
+from model.scene.scene import Lighting, RendererName, Scene
+from model.scene.transfer_function import Range
+from model.training import parallel
+from model.training.execution import Execution
+from model.training.execution_choice import choose_execution
+from model.training.options import PRESETS, Budget, TrainingOptions, preset_size
+from model.training.plan import TrainingPlan, TrainingReport
+from model.training.sources import SampleSource, StoredSource
+from model.training.state import load_progress
+from model.training.streamed_samples import StreamSource
+from model.training.trainer import train
+from model.training.warm_start import WarmStart
+from model.volume_files.source import VolumeSource
+
+JOB_VERSION = 1
+
+
+@dataclass(frozen=True)
+class TrainingJob:
+    """What to train, on what, for how long and where to.
+
+    Attributes
+    ----------
+    out : Path
+        Folder of run and model.
+    volume : VolumeSource
+    store : Path or None
+        A stored data set; None renders samples meanwhile.
+    preset : str
+        Name of a network's size, see :data:`model.training.options.PRESETS`.
+    architecture : str or None
+        Another than the preset's.
+    faithful : bool
+        The paper's recipe, nothing added.
+    settings : tuple of str
+        Changes of the recipe, see :meth:`TrainingOptions.with_settings`.
+    minutes, samples : float or None, int or None
+        The budget: one of the two.
+    lighting, movable_light, renderer, window, reuse
+        Of samples that are rendered meanwhile; see :class:`model.scene.scene.Scene` and
+        :class:`model.training.streamed_samples.StreamSource`.
+    start : Path or None
+        A trained model to start from.
+    seed : int
+    workers : int or None
+        Rendering threads, one per processor by default.
+    device : {"auto", "cpu", "cuda"}
+    precision : {"auto", "float32", "bfloat16"}
+    resume : bool
+        Go on with the run in the folder.
+
+    Raises
+    ------
+    TrainingError
+        For settings that would have no effect.
+    """
+
+    out: Path
+    volume: VolumeSource = field(default_factory=VolumeSource)
+    store: Path | None = None
+    preset: str = "compact"
+    architecture: Architecture | None = None
+    faithful: bool = False
+    settings: tuple[str, ...] = ()
+    minutes: float | None = None
+    samples: int | None = None
+    lighting: Lighting = "none"
+    movable_light: bool = False
+    renderer: RendererName = "raycast"
+    window: Range | None = None
+    reuse: float | None = None
+    start: Path | None = None
+    seed: int = 0
+    workers: int | None = None
+    device: str = "auto"
+    precision: str = "auto"
+    resume: bool = False
+
+    def __post_init__(self) -> None:
+        if self.preset not in PRESETS:
+            raise TrainingError(
+                f"The preset '{self.preset}' is unknown; choose {', '.join(PRESETS)}."
+            )
+        without_effect = {
+            "lighting": self.lighting != "none",
+            "movable light": self.movable_light,
+            "window": self.window is not None,
+            "reuse": self.reuse is not None,
+            "renderer": self.renderer != "raycast",
+            "workers": self.workers is not None,
+        }
+        given = [name for name, is_given in without_effect.items() if is_given]
+        if self.store is not None and given:
+            raise TrainingError(
+                f"With a stored data set the {' and '.join(given)} would have no effect: it is "
+                "rendered already; leave that out, or the data set."
+            )
+        if self.movable_light and self.lighting == "none":
+            raise TrainingError(
+                "An unlit scene has no light that could be moved; choose a lighting.",
+                lighting="direct",
+            )
+        if self.start is not None and self.start.resolve() == self.out.resolve():
+            raise TrainingError(
+                f"{self.out}: training would write over the model that it starts from; "
+                "choose another folder."
+            )
+        if self.faithful and self.architecture not in (None, "paper"):
+            raise TrainingError("The paper's recipe is for its networks; leave the other one out.")
+
+    @property
+    def size(self) -> NetworkSize:
+        """Size of the networks; the paper's own have nothing that was added to them."""
+        if not self.faithful:
+            return preset_size(self.preset, self.architecture)
+        size = preset_size(self.preset, "paper")
+        return replace(size, rays=False, modulation=False, deep_codec=False)
+
+    @property
+    def options(self) -> TrainingOptions:
+        """The recipe."""
+        recipe = TrainingOptions.faithful() if self.faithful else TrainingOptions()
+        return replace(recipe, seed=self.seed).with_settings(self.settings)
+
+    @property
+    def budget(self) -> Budget:
+        """How long to train."""
+        return Budget(self.minutes, self.samples)
+
+    def to_json(self) -> dict[str, Any]:
+        """The job as plain data."""
+        return {"tfscope_job": JOB_VERSION, **_plain(asdict(self))}
+
+    @classmethod
+    def from_json(cls, data: Any) -> TrainingJob:
+        """Rebuild a job from :meth:`to_json`'s data.
+
+        Raises
+        ------
+        TrainingError
+            When the data is no job.
+        """
+        if not isinstance(data, dict) or data.get("tfscope_job") != JOB_VERSION:
+            raise TrainingError(f"It is not a training job of format {JOB_VERSION}.")
+        try:
+            values = {name: value for name, value in data.items() if name != "tfscope_job"}
+            values["volume"] = VolumeSource(
+                **{**values["volume"], "path": _path(values["volume"]["path"])}
+            )
+            for name in ("out", "store", "start"):
+                values[name] = _path(values[name])
+            values["settings"] = tuple(map(str, values["settings"]))
+            if values["window"] is not None:
+                lo, hi = values["window"]
+                values["window"] = (float(lo), float(hi))
+            return cls(**values)
+        except (KeyError, TypeError, ValueError) as error:
+            raise TrainingError(f"The training job is malformed near {error}.") from error
+
+    def save(self, path: Path) -> None:
+        """Write the job's JSON file."""
+        try:
+            write_atomically(path, (json.dumps(self.to_json(), indent=2) + "\n").encode())
+        except OSError as error:
+            raise TrainingError(
+                f"{path}: the job cannot be written ({error.strerror}); choose another place."
+            ) from error
+
+    @classmethod
+    def load(cls, path: Path) -> TrainingJob:
+        """Read a job's JSON file.
+
+        Raises
+        ------
+        TrainingError
+            When it cannot be read, or holds no job.
+        """
+        try:
+            return cls.from_json(json.loads(path.read_text(encoding="utf-8")))
+        except (OSError, ValueError) as error:
+            raise TrainingError(f"{path}: the job cannot be read ({error}).") from error
+        except TrainingError as error:
+            raise TrainingError(f"{path}: {error}") from error
+
+
+def run_job(
+    job: TrainingJob,
+    on_report: Callable[[TrainingReport], None] = lambda report: None,
+    on_execution: Callable[[Execution], None] = lambda execution: None,
+) -> None:
+    """Train; with several processes, each calls this.
+
+    Parameters
+    ----------
+    job : TrainingJob
+    on_report : callable
+        Called in the first process after each optimization step.
+    on_execution : callable
+        Called in the first process once it is known how steps are computed.
+
+    Raises
+    ------
+    TrainingError, DatasetError, VolumeError, CheckpointError, DeviceError
+        When the run cannot start; see :func:`model.training.trainer.train`.
+    KeyboardInterrupt
+        When it was stopped, and is saved.
+    """
+    budget = job.budget
+    if job.resume:
+        _check_resumption(job)
+    with parallel.process_group(choose_device(job.device)) as device:
+        source = _source(job, device.type)
+        execution = shared_execution(job, source.scene, device)
+        if not parallel.rank():
+            on_execution(execution)
+        plan = TrainingPlan(
+            source=source,
+            preset=job.preset,
+            size=job.size,
+            options=job.options,
+            budget=budget,
+            folder=job.out,
+            device=device,
+            start=None if job.start is None else WarmStart.read(job.start),
+            execution=execution,
+        )
+        if parallel.rank():
+            train(plan, job.resume)
+        else:
+            train(plan, job.resume, on_report)
+
+
+def shared_execution(job: TrainingJob, scene: Scene, device: torch.device) -> Execution:
+    """How this machine computes a job's steps fastest; the first process measures, if any does."""
+    # The others find it kept: measuring at once, they would slow each other down.
+    if parallel.rank():
+        parallel.wait_for_all()
+    with parallel.alone():
+        chosen = choose_execution(job.size, job.options, scene, device, job.precision)
+    if not parallel.rank():
+        parallel.wait_for_all()
+    return chosen
+
+
+def _source(job: TrainingJob, device: str) -> SampleSource:
+    if job.store is not None:
+        store = SampleStore(job.store)
+        if job.volume.path is not None:
+            _check_volume(job, store)
+        return StoredSource(store)
+    volume = job.volume.read()
+    scene = Scene.of(
+        volume, job.size.image_size, job.lighting, job.window, job.renderer, job.movable_light
+    )
+    on_gpu = device == "cuda" and scene.renderer == "raycast" and cuda.is_available()
+    return StreamSource(
+        volume,
+        scene,
+        job.seed,
+        job.reuse,
+        job.workers,
+        device="cuda" if on_gpu else "cpu",
+    )
+
+
+def _check_volume(job: TrainingJob, store: SampleStore) -> None:
+    volume = job.volume.read()
+    if volume.fingerprint != store.scene.volume_fingerprint:
+        raise TrainingError(
+            f"{store.path}: the data set shows '{store.scene.volume_name}', "
+            f"not {job.volume.path}; leave the volume out or name the right one."
+        )
+
+
+def _check_resumption(job: TrainingJob) -> None:
+    """Refuse with a better sentence what the run itself would refuse."""
+    progress, recipe = load_progress(job.out)
+    if job.store is None and "reuse" not in recipe:
+        raise TrainingError(
+            f"{job.out}: the run learns from a stored data set; name it.", dataset="STORE"
+        )
+    if job.store is not None and "reuse" in recipe:
+        raise TrainingError(
+            f"{job.out}: the run renders its samples itself; leave the data set out."
+        )
+    if progress.stage == "done":
+        raise TrainingError(
+            f"{job.out}: the run is finished; train longer in another folder, from this model.",
+            start_from=str(job.out),
+        )
+
+
+def _path(value: Any) -> Path | None:
+    return None if value is None else Path(value)
+
+
+def _plain(value: Any) -> Any:
+    """Data with texts for paths, as JSON wants it."""
+    if isinstance(value, dict):
+        return {name: _plain(part) for name, part in value.items()}
+    return str(value) if isinstance(value, Path) else value

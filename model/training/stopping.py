@@ -1,0 +1,84 @@
+"""Stopping a run between two steps, by Ctrl-C or by a file in its folder.
+
+A step that is torn apart cannot be resumed exactly: the discriminator may have
+moved already and the generator not. Signals differ between systems, and reach
+neither another machine nor a process without a terminal; a file does.
+"""
+
+from __future__ import annotations
+
+import signal
+import threading
+from contextlib import suppress
+from pathlib import Path
+from types import FrameType
+
+from model.errors import TrainingError
+
+STOP_FILE = "training.stop"
+
+
+def ask_to_stop(folder: Path) -> None:
+    """Ask the run in a folder to save and end, from another process.
+
+    Raises
+    ------
+    TrainingError
+        When there is no such folder, or the wish cannot be written there.
+    """
+    try:
+        (folder / STOP_FILE).touch()
+    except OSError as error:
+        raise TrainingError(
+            f"{folder}: the run cannot be asked to stop ({error.strerror}); give its folder."
+        ) from error
+
+
+class Interruption:
+    """Context manager that takes note of the first Ctrl-C instead of raising.
+
+    The second one raises :class:`KeyboardInterrupt` at once, wherever the
+    program is. Signals arrive in the main thread only, and those that somebody
+    else handles or ignores stay theirs: elsewhere only the file is heard.
+
+    Parameters
+    ----------
+    folder : Path
+        The run's. A file of an earlier wish to stop is removed at the start, and what
+        was heard at the end.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._path = folder / STOP_FILE
+        self._pressed = False
+        self._installed = False
+
+    @property
+    def asked(self) -> bool:
+        """Whether Ctrl-C has been pressed, or the file is there."""
+        return self._pressed or self._path.exists()
+
+    def __enter__(self) -> Interruption:
+        self._forget()
+        main = threading.current_thread() is threading.main_thread()
+        if main and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+            signal.signal(signal.SIGINT, self._note)
+            self._installed = True
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._release()
+        self._forget()
+
+    def _note(self, number: int, frame: FrameType | None) -> None:
+        self._pressed = True
+        self._release()
+
+    def _release(self) -> None:
+        if self._installed:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+            self._installed = False
+
+    def _forget(self) -> None:
+        with suppress(OSError):
+            self._path.unlink(missing_ok=True)
