@@ -68,3 +68,7 @@ class TrainingError(TfscopeError):
 
 class CollapseError(TrainingError):
     """A training run was stopped because nothing good can come of it any more."""
+
+
+class NotOfferedError(TfscopeError):
+    """An engine cannot answer this kind of question."""

@@ -1,4 +1,4 @@
-"""The engines behind the two images, and how each is built in its worker thread.
+"""The renderers and the generator as engines, and how each is built in its worker thread.
 
 The heavy libraries (VTK, torch) are imported only there: the window appears
 before they are loaded.
@@ -12,10 +12,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from app.engines.messages import RenderRequest
-from app.engines.worker import Engine
+from app.engines.engine import Array, Engine
+from app.engines.messages import (
+    BatchRequest,
+    ImageRequest,
+    LatentRequest,
+    RegionSensitivityRequest,
+    ValueSensitivityRequest,
+    VisibilityRequest,
+)
+from model.errors import NotOfferedError
 from model.scene.light import LightDirection
 from model.scene.scene import Lighting, RendererName, Scene
 from model.scene.volume import Volume
@@ -25,18 +32,12 @@ if TYPE_CHECKING:
     from model.generator.generator import Generator
     from model.rendering.renderer import Renderer
 
-LIVE_COARSENESS = 4.0
-"""How much farther apart a live image's samples lie along the rays."""
-
 BACKEND_NAMES: dict[BackendName, str] = {
     "eager": "",
     "compiled": "compiled",
     "openvino": "OpenVINO",
     "onnxruntime": "ONNX Runtime",
 }
-
-LIVE_MAX_SIZE = 256
-"""Largest live image, pixels; a larger one is rendered at half its size."""
 
 
 @dataclass(frozen=True)
@@ -95,8 +96,8 @@ class Builders:
     generator: Callable[[Path, GeneratorSettings], Engine]
 
 
-class ReferenceEngine:
-    """VTK or the ray caster as an engine: coarser while live."""
+class RendererEngine:
+    """VTK or the ray caster as an engine."""
 
     description = ""
     scene = None
@@ -105,12 +106,43 @@ class ReferenceEngine:
         self._renderer = renderer
         self._sample_distance = sample_distance
 
-    def render(self, request: RenderRequest) -> NDArray[np.float32]:
-        """Render at the request's size, or half of it while live."""
-        coarseness = LIVE_COARSENESS if request.live else 1.0
-        halve = request.live and request.size > LIVE_MAX_SIZE
-        size = request.size // 2 if halve else request.size
-        return self._renderer.render(request.inputs, size, self._sample_distance * coarseness)
+    def image(self, request: ImageRequest) -> Array:
+        """Render at the request's quality."""
+        quality = request.quality
+        distance = self._sample_distance * quality.coarseness
+        return self._renderer.render(request.inputs, quality.size, distance)
+
+    def images(self, request: BatchRequest) -> Array:
+        """Render one after the other."""
+        quality = request.quality
+        distance = self._sample_distance * quality.coarseness
+        wanted = (request.inputs, *request.more)
+        return np.stack([self._renderer.render(i, quality.size, distance) for i in wanted])
+
+    def region_sensitivity(self, request: RegionSensitivityRequest) -> Array:
+        """Differentiate the image exactly; the ray caster's only, unlit."""
+        from model.rendering.raycast.renderer import RaycastRenderer
+        from model.scene.tf_perturbation import response_to_edits
+        from model.sensitivity.exact import region_sensitivity
+
+        if not isinstance(self._renderer, RaycastRenderer):
+            raise NotOfferedError("VTK does not know its derivative; choose the ray caster.")
+        slopes = region_sensitivity(
+            self._renderer, request.inputs, request.quality.size, request.region
+        )
+        return response_to_edits(slopes, request.width)
+
+    def value_sensitivity(self, request: ValueSensitivityRequest) -> Array:
+        """Not offered yet."""
+        raise NotOfferedError("The renderers do not offer the sensitivity to a scalar value yet.")
+
+    def visibility(self, request: VisibilityRequest) -> Array:
+        """Not offered yet."""
+        raise NotOfferedError("The renderers do not offer the visibility of scalar values yet.")
+
+    def latent_images(self, request: LatentRequest) -> Array:
+        """Not offered: a renderer knows no codes."""
+        raise NotOfferedError("A renderer draws no latent codes; decode them to TFs first.")
 
     def close(self) -> None:
         """Free the OpenGL context, or the threads."""
@@ -118,7 +150,7 @@ class ReferenceEngine:
 
 
 class GeneratorEngine:
-    """A trained generator as an engine: the same image, live or final."""
+    """A trained generator as an engine: at its own size, live or final."""
 
     def __init__(self, generator: Generator) -> None:
         self._generator = generator
@@ -136,9 +168,32 @@ class GeneratorEngine:
         """The scene that the generator was trained for."""
         return self._generator.scene
 
-    def render(self, request: RenderRequest) -> NDArray[np.float32]:
-        """Generate the image at the size that the generator was trained for."""
+    def image(self, request: ImageRequest) -> Array:
+        """Generate one image."""
         return self._generator.render(request.inputs)
+
+    def images(self, request: BatchRequest) -> Array:
+        """Generate all images in one pass."""
+        return self._generator.render_batch([request.inputs, *request.more])
+
+    def region_sensitivity(self, request: RegionSensitivityRequest) -> Array:
+        """Differentiate the generated image; the region is in its pixels."""
+        from model.sensitivity.learned import generator_sensitivity
+
+        found = generator_sensitivity(self._generator, request.inputs, request.width)
+        return found.region(request.region)
+
+    def value_sensitivity(self, request: ValueSensitivityRequest) -> Array:
+        """Not offered yet."""
+        raise NotOfferedError("Generators do not offer the sensitivity to a scalar value yet.")
+
+    def visibility(self, request: VisibilityRequest) -> Array:
+        """Not offered: a generator has no samples along rays."""
+        raise NotOfferedError("A generator does not know which scalar values are visible.")
+
+    def latent_images(self, request: LatentRequest) -> Array:
+        """Generate images of latent codes in one pass."""
+        return self._generator.render_latent(request.codes, request.inputs)
 
     def close(self) -> None:
         """Nothing to free: the weights go with the object."""
@@ -156,7 +211,7 @@ def _reference_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
     renderer = open_renderer(
         settings.renderer, volume, settings.lighting, settings.light, settings.sample_distance
     )
-    return ReferenceEngine(renderer, settings.sample_distance)
+    return RendererEngine(renderer, settings.sample_distance)
 
 
 def _generator_engine(folder: Path, settings: GeneratorSettings) -> Engine:

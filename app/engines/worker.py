@@ -1,66 +1,54 @@
-"""One thread per engine, fed by a mailbox that holds only the newest request."""
+"""One thread per engine, fed by a mailbox that holds the newest request of each kind."""
 
 from __future__ import annotations
 
 import threading
 import time
 from collections.abc import Callable
-from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Qt, Signal, Slot
 
+from app.engines.engine import Engine, answer
 from app.engines.messages import (
     EngineFailed,
     EngineReady,
-    RenderRequest,
-    RenderResult,
+    Message,
+    Request,
+    Result,
     error_sentence,
 )
-from model.scene.scene import Scene
 
 THREAD_PREFIX = "tfscope-"
 
 
-class Engine(Protocol):
-    """What renders: built, used and closed in one and the same thread."""
-
-    @property
-    def description(self) -> str:
-        """Where it runs, in a word or two; may be empty."""
-
-    @property
-    def scene(self) -> Scene | None:
-        """The scene that a generator was trained for."""
-
-    def render(self, request: RenderRequest) -> NDArray[np.float32]:
-        """Return the image, shape (S, S, 4), as :class:`RenderResult` describes it."""
-
-    def close(self) -> None:
-        """Free what the engine holds."""
-
-
 class Mailbox:
-    """A place for one request: a newer one replaces it."""
+    """A slot for each kind of request: a newer one replaces the one of its kind, and no other."""
 
     def __init__(self) -> None:
         self._changed = threading.Condition()
-        self._request: RenderRequest | None = None
+        self._slots: dict[type[Request], Request] = {}
         self._closed = False
 
-    def put(self, request: RenderRequest) -> None:
-        """Leave a request, instead of any that was not taken yet."""
+    def put(self, request: Request) -> None:
+        """Leave a request, instead of any of its kind that was not taken yet."""
         with self._changed:
-            self._request = request
+            # A kind that waits already keeps its turn.
+            self._slots[type(request)] = request
             self._changed.notify()
 
-    def take(self) -> RenderRequest | None:
-        """Wait for a request and take it out; None once the mailbox is closed."""
+    def take(self) -> Request | None:
+        """Wait for a request and take out the one whose kind has waited longest.
+
+        Returns
+        -------
+        Request or None
+            None once the mailbox is closed.
+        """
         with self._changed:
-            self._changed.wait_for(lambda: self._closed or self._request is not None)
-            request, self._request = self._request, None
-            return None if self._closed else request
+            self._changed.wait_for(lambda: self._closed or self._slots)
+            if self._closed:
+                return None
+            return self._slots.pop(next(iter(self._slots)))
 
     def close(self) -> None:
         """Wake whoever waits; nothing can be taken any more."""
@@ -74,8 +62,8 @@ class Mailbox:
         return self._closed
 
 
-class RenderWorker(QObject):
-    """Builds an engine in a thread of its own and renders the newest request there.
+class EngineWorker(QObject):
+    """Builds an engine in a thread of its own and answers the newest requests there.
 
     All signals arrive in the thread that the worker lives in. After
     :meth:`stop` only `finished` does.
@@ -101,7 +89,7 @@ class RenderWorker(QObject):
         super().__init__(parent)
         self._factory = factory
         self._mailbox = Mailbox()
-        self._delivered = -1
+        self._delivered: dict[type[Request], int] = {}
         self._thread = threading.Thread(target=self._run, name=THREAD_PREFIX + name, daemon=True)
         self._message.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
 
@@ -109,8 +97,8 @@ class RenderWorker(QObject):
         """Start the thread, which builds the engine first."""
         self._thread.start()
 
-    def submit(self, request: RenderRequest) -> None:
-        """Ask for an image; returns at once. An older request not begun yet is forgotten."""
+    def submit(self, request: Request) -> None:
+        """Ask for something; returns at once. An older request of its kind is forgotten."""
         self._mailbox.put(request)
 
     def stop(self) -> None:
@@ -137,12 +125,12 @@ class RenderWorker(QObject):
         try:
             self._message.emit(EngineReady(engine.description, engine.scene))
             while (request := self._mailbox.take()) is not None:
-                self._message.emit(_answer(engine, request))
+                self._message.emit(_result(engine, request))
         finally:
             engine.close()
 
     @Slot(object)
-    def _deliver(self, message: EngineReady | EngineFailed | RenderResult | None) -> None:
+    def _deliver(self, message: Message) -> None:
         if message is None:
             self.finished.emit()
         elif self._mailbox.closed:
@@ -151,18 +139,17 @@ class RenderWorker(QObject):
             self.engineReady.emit(message)
         elif isinstance(message, EngineFailed):
             self.engineFailed.emit(message.error)
-        elif message.sequence > self._delivered:
-            self._delivered = message.sequence
+        elif message.request.sequence > self._delivered.get(type(message.request), -1):
+            self._delivered[type(message.request)] = message.request.sequence
             self.resultReady.emit(message)
 
 
-def _answer(engine: Engine, request: RenderRequest) -> RenderResult:
-    """Render a request; an exception becomes data."""
-    image, error = None, None
+def _result(engine: Engine, request: Request) -> Result:
+    """Answer a request; an exception becomes data."""
+    value, error = None, None
     start = time.perf_counter()
     try:
-        image = engine.render(request)
+        value = answer(engine, request)
     except Exception as exception:
         error = error_sentence(exception)
-    seconds = time.perf_counter() - start
-    return RenderResult(request.sequence, request.live, image, error, seconds)
+    return Result(request, value, error, time.perf_counter() - start)

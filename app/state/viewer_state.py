@@ -12,6 +12,7 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoCommand, QUndoStack
 
 from model.scene.inputs import SceneInputs
+from model.scene.light import LightDirection
 from model.scene.range_fitting import fit_to_range
 from model.scene.transfer_function import ColorTF, OpacityTF, Range, TransferFunction
 from model.scene.view import View
@@ -38,6 +39,8 @@ class ViewerState(QObject):
     viewChangeFinished = Signal(object)
     transferFunctionChanged = Signal(object)
     transferFunctionChangeFinished = Signal(object)
+    lightChanged = Signal(object)
+    lightChangeFinished = Signal(object)
     edited = Signal()
     """The user has changed the TF by an edit, an undo or a redo that is complete."""
 
@@ -49,6 +52,8 @@ class ViewerState(QObject):
         self._transfer_function = EMPTY_TF
         self._before_drag: TransferFunction | None = None
         self._view_moving = False
+        self._light: LightDirection | None = None
+        self._light_moving = False
 
     @property
     def view(self) -> View:
@@ -61,9 +66,14 @@ class ViewerState(QObject):
         return self._transfer_function
 
     @property
+    def light(self) -> LightDirection | None:
+        """The light's direction where it can be moved; None leaves it to the scene."""
+        return self._light
+
+    @property
     def inputs(self) -> SceneInputs:
         """What the images depend on, as it is now."""
-        return SceneInputs.of(self._view, self._transfer_function)
+        return SceneInputs.of(self._view, self._transfer_function, light=self._light)
 
     @property
     def scalar_range(self) -> Range:
@@ -72,8 +82,8 @@ class ViewerState(QObject):
 
     @property
     def live(self) -> bool:
-        """Whether a drag of the view or of the TF is under way."""
-        return self._view_moving or self._before_drag is not None
+        """Whether a drag of the view, of the light or of the TF is under way."""
+        return self._view_moving or self._light_moving or self._before_drag is not None
 
     def move_view(self, view: View) -> None:
         """Show a view while the user is still moving it."""
@@ -93,6 +103,24 @@ class ViewerState(QObject):
         self.move_view(view)
         self.finish_view()
 
+    def move_light(self, light: LightDirection | None) -> None:
+        """Show a light while the user is still moving it."""
+        if light != self._light:
+            self._light = light
+            self._light_moving = True
+            self.lightChanged.emit(light)
+
+    def finish_light(self) -> None:
+        """Say that the light has come to rest; nothing happens when it was at rest."""
+        if self._light_moving:
+            self._light_moving = False
+            self.lightChangeFinished.emit(self._light)
+
+    def set_light(self, light: LightDirection | None) -> None:
+        """Move the light at once; None leaves it to the scene."""
+        self.move_light(light)
+        self.finish_light()
+
     def start_volume(self, default: TransferFunction, current: TransferFunction | None) -> None:
         """Begin with another volume; the undo steps of the last one are forgotten.
 
@@ -107,7 +135,11 @@ class ViewerState(QObject):
         self._before_drag = None
         self.undo_stack.clear()
         self._default = default
-        self._show(fit_to_range(current or default, default.scalar_range))
+        first = fit_to_range(current or default, default.scalar_range)
+        # Also a TF that was there before is new over this volume.
+        self._transfer_function = first
+        self.transferFunctionChanged.emit(first)
+        self.transferFunctionChangeFinished.emit(first)
 
     def preview(self, transfer_function: TransferFunction) -> None:
         """Show a TF while the user is still dragging."""
@@ -189,8 +221,10 @@ class ViewerState(QObject):
         self.edited.emit()
 
     def _show(self, transfer_function: TransferFunction) -> None:
-        self._transfer_function = transfer_function
-        self.transferFunctionChanged.emit(transfer_function)
+        # The end of a drag shows nothing new: what was drawn for it stays as it is.
+        if transfer_function != self._transfer_function:
+            self._transfer_function = transfer_function
+            self.transferFunctionChanged.emit(transfer_function)
         self.transferFunctionChangeFinished.emit(transfer_function)
 
 

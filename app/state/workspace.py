@@ -9,9 +9,9 @@ from pathlib import Path
 from PySide6.QtCore import QObject, Signal
 
 from app.engines.background import BackgroundCall
+from app.engines.client import EngineClient
 from app.engines.engines import Builders, GeneratorSettings, ReferenceSettings
 from app.engines.messages import EngineReady
-from app.image_view.engine_pane import EnginePane
 from app.state.dispatcher import NO_MODEL_SIZE, Dispatcher
 from app.state.opened_volume import OpenedVolume, open_volume
 from app.state.transfer_function_store import TransferFunctionStore
@@ -22,11 +22,6 @@ from model.scene.inputs import outside_range
 from model.scene.scene import RendererName, Scene
 from model.scene.transfer_function import TransferFunction
 
-REFERENCE_TITLES: dict[RendererName, str] = {
-    "vtk": "VTK (reference)",
-    "raycast": "Ray caster (reference)",
-}
-
 
 class Workspace(QObject):
     """Opens volumes and models and keeps both images on what is open.
@@ -34,7 +29,7 @@ class Workspace(QObject):
     Parameters
     ----------
     state : ViewerState
-    generator, reference : EnginePane
+    generator, reference : EngineClient
     builders : Builders
         What reads volumes and builds engines.
     store : TransferFunctionStore or None
@@ -51,14 +46,20 @@ class Workspace(QObject):
     """One sentence that must not be overlooked."""
     news = Signal(str)
     """One sentence for the status bar."""
+    referenceChanged = Signal(str)
+    """Another renderer draws the reference; its name."""
+    hintChanged = Signal(str)
+    """What lies outside the generator's training range; empty if nothing does."""
+    lightMovable = Signal(bool)
+    """Whether the images follow a moved light."""
     settled = Signal()
     """Both images are final, or say why they are not there."""
 
     def __init__(
         self,
         state: ViewerState,
-        generator: EnginePane,
-        reference: EnginePane,
+        generator: EngineClient,
+        reference: EngineClient,
         builders: Builders,
         store: TransferFunctionStore | None,
         generator_settings: GeneratorSettings,
@@ -83,10 +84,11 @@ class Workspace(QObject):
         self._calls: list[BackgroundCall] = []
         state.viewChanged.connect(self._update_hint)
         state.transferFunctionChanged.connect(self._update_hint)
+        state.lightChanged.connect(self._update_hint)
         state.edited.connect(self._keep)
         generator.engineReady.connect(self._generator_ready)
-        for pane in (generator, reference):
-            pane.settled.connect(self._report_settled)
+        for client in (generator, reference):
+            client.settled.connect(self._report_settled)
 
     @property
     def opened(self) -> OpenedVolume | None:
@@ -96,15 +98,15 @@ class Workspace(QObject):
     @property
     def is_settled(self) -> bool:
         """Whether both images are final, or say why they are not there."""
-        panes_settled = self._generator.is_settled and self._reference.is_settled
-        return self._reading is None and panes_settled
+        engines_settled = self._generator.is_settled and self._reference.is_settled
+        return self._reading is None and engines_settled
 
     def open_volume(self, path: Path) -> None:
         """Read a volume in the background, then show it; the old one stays until then."""
         if self._reading is not None:
             self._reading.abandon()
         if self._opened is None:
-            self._reference.show_busy(f"Reading {path.name} …")
+            self._reference.wait(f"Reading {path.name} …")
         else:
             self.news.emit(f"Reading {path.name} …")
         call = BackgroundCall(partial(open_volume, path, self._builders.read_volume), "volume")
@@ -137,7 +139,7 @@ class Workspace(QObject):
     def set_reference_renderer(self, name: RendererName) -> None:
         """Choose what renders the reference image."""
         self._reference_renderer = name
-        self._reference.set_title(REFERENCE_TITLES[name])
+        self.referenceChanged.emit(name)
         self._follow_scene()
 
     def stop(self) -> None:
@@ -174,7 +176,7 @@ class Workspace(QObject):
     def _volume_failed(self, text: str) -> None:
         self._reading = None
         if self._opened is None:
-            self._reference.show_error(text)
+            self._reference.fail(text)
             self._generator.pause("Waiting for a volume: open one with File > Open volume.")
         else:
             self.news.emit("")
@@ -223,11 +225,20 @@ class Workspace(QObject):
         scene = self._scene if self._matches() else None
         size = NO_MODEL_SIZE if scene is None else scene.image_size
         self._dispatcher.size = self._reference_size or size
+        self._offer_light()
         settings = self._wanted_settings()
         if settings != self._settings:
             self._settings = settings
             self._start_reference()
             self._dispatcher.send()
+
+    def _offer_light(self) -> None:
+        """Let the light be moved where both images follow it."""
+        scene = self._scene if self._matches() else None
+        movable = scene is not None and scene.light_range is not None
+        if movable != (self._state.light is not None):
+            self._state.set_light(scene.light if scene is not None and movable else None)
+            self.lightMovable.emit(movable)
 
     def _wanted_settings(self) -> ReferenceSettings:
         settings = ReferenceSettings()
@@ -278,7 +289,7 @@ class Workspace(QObject):
         hint = ""
         if self._scene is not None and self._matches():
             hint = outside_range(self._state.inputs, self._scene)
-        self._generator.canvas.set_hint(hint)
+        self.hintChanged.emit(hint)
 
     def _report_settled(self) -> None:
         if self.is_settled:

@@ -6,19 +6,28 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QMainWindow, QSplitter, QVBoxLayout, QWidget
 
+from app.engines.client import EngineClient
 from app.engines.engines import FASTEST, REAL_BUILDERS, Builders, GeneratorSettings
 from app.image_view.engine_pane import EnginePane
 from app.image_view.gestures import ViewGestures
+from app.image_view.light_ball import LightBall
 from app.state.opened_volume import OpenedVolume
 from app.state.transfer_function_store import TransferFunctionStore
 from app.state.viewer_state import ViewerState
-from app.state.workspace import REFERENCE_TITLES, Workspace
+from app.state.workspace import Workspace
 from app.tf_editor.editor import TransferFunctionEditor
+from app.window.file_dialogs import FileDialogs
 from app.window.menus import Menus
 from app.window.notice_bar import NoticeBar
+from model.scene.scene import RendererName
 from model.scene.view import View
 
 WINDOW_SIZE = 1280, 860
+
+REFERENCE_TITLES: dict[RendererName, str] = {
+    "vtk": "VTK (reference)",
+    "raycast": "Ray caster (reference)",
+}
 
 
 class MainWindow(QMainWindow):
@@ -42,29 +51,41 @@ class MainWindow(QMainWindow):
     ) -> None:
         super().__init__()
         self.state = ViewerState(self)
-        self.generator = EnginePane("Generator", "generator")
-        self.reference = EnginePane(REFERENCE_TITLES["vtk"], "reference")
+        generator, reference = EngineClient("generator", self), EngineClient("reference", self)
+        self.generator = EnginePane("Generator", generator)
+        self.reference = EnginePane(REFERENCE_TITLES["vtk"], reference)
+        self.light = LightBall(self.state)
         self.editor = TransferFunctionEditor(self.state)
         self.notice = NoticeBar()
         self.workspace = Workspace(
-            self.state, self.generator, self.reference, builders, store, settings, self
+            self.state, generator, reference, builders, store, settings, self
         )
         self._view_label = QLabel()
         self._lay_out()
-        self._menus = Menus(self)
+        self.files = FileDialogs(self, self.state, self.workspace)
+        self._menus = Menus(
+            self, self.files, self.state, self.workspace, self.generator, self.reference
+        )
         self.state.viewChanged.connect(self._show_view)
         self.workspace.volumeOpened.connect(self._show_volume)
         # What was wrong with an earlier file is over.
         self.workspace.volumeOpened.connect(lambda _opened: self.notice.clear())
         self.workspace.volumeStarted.connect(self.editor.select_strongest)
-        self.workspace.problem.connect(self.notice.tell)
-        self.workspace.news.connect(self.statusBar().showMessage)
+        self.workspace.hintChanged.connect(self.generator.set_hint)
+        self.workspace.lightMovable.connect(self.light.setVisible)
+        self.workspace.referenceChanged.connect(
+            lambda name: self.reference.set_title(REFERENCE_TITLES[name])
+        )
+        for source in (self.workspace, self.files):
+            source.problem.connect(self.notice.tell)
+            source.news.connect(self.statusBar().showMessage)
         self._show_view(self.state.view)
 
     @property
     def errors(self) -> list[str]:
         """The errors that the two images show."""
-        return [pane.error for pane in (self.generator, self.reference) if pane.error]
+        clients = (self.generator.client, self.reference.client)
+        return [client.error for client in clients if client.error]
 
     @property
     def view_text(self) -> str:
@@ -86,6 +107,7 @@ class MainWindow(QMainWindow):
         for pane in (self.generator, self.reference):
             row.addWidget(pane, 1)
             ViewGestures(pane.canvas, self.state)
+        self.reference.add_to_header(self.light)
         splitter = QSplitter(Qt.Orientation.Vertical)
         splitter.setHandleWidth(12)
         splitter.setChildrenCollapsible(False)

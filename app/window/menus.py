@@ -5,18 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from PySide6.QtCore import QObject
 from PySide6.QtGui import QAction, QActionGroup, QKeySequence
-from PySide6.QtWidgets import QMenu, QMessageBox
+from PySide6.QtWidgets import QMainWindow, QMenu, QMessageBox
 
-from app.state.viewer_state import HOME_VIEW
+from app.image_view.engine_pane import EnginePane
+from app.state.viewer_state import HOME_VIEW, ViewerState
+from app.state.workspace import Workspace
 from app.window.file_dialogs import FileDialogs
 from model.scene.scene import RendererName
-
-if TYPE_CHECKING:
-    from app.window.main_window import MainWindow
 
 STANDARD_VIEWS = {
     "Front": (0.0, 0.0),
@@ -51,6 +50,7 @@ GESTURES = """<h3>Images</h3>
 <tr><td>Right drag, or Ctrl and drag</td><td>roll</td></tr>
 <tr><td>Wheel</td><td>come closer, move away</td></tr>
 <tr><td>Double click</td><td>return to the first view</td></tr>
+<tr><td>Drag in the ball above a lit image</td><td>move the light</td></tr>
 </table>
 <h3>Transfer function</h3>
 <table cellspacing="6">
@@ -69,13 +69,30 @@ class Menus(QObject):
 
     Parameters
     ----------
-    window : MainWindow
+    window : QMainWindow
+        Whose menu bar is filled.
+    files : FileDialogs
+    state : ViewerState
+    workspace : Workspace
+    generator, reference : EnginePane
+        Whose images can be saved.
     """
 
-    def __init__(self, window: MainWindow) -> None:
+    def __init__(
+        self,
+        window: QMainWindow,
+        files: FileDialogs,
+        state: ViewerState,
+        workspace: Workspace,
+        generator: EnginePane,
+        reference: EnginePane,
+    ) -> None:
         super().__init__(window)
         self._window = window
-        self.files = FileDialogs(window)
+        self._files = files
+        self._state = state
+        self._workspace = workspace
+        self._generator, self._reference = generator, reference
         self._build_file(self._menu("&File"))
         self._build_edit(self._menu("&Edit"))
         self._build_view(self._menu("&View"))
@@ -85,7 +102,7 @@ class Menus(QObject):
         return self._window.menuBar().addMenu(title)
 
     def _build_file(self, menu: QMenu) -> None:
-        files, window = self.files, self._window
+        files = self._files
         keys = QKeySequence.StandardKey
         _add(menu, "Open &volume…", files.open_volume, keys.Open)
         _add(menu, "Open &DICOM folder…", files.open_dicom)
@@ -94,13 +111,13 @@ class Menus(QObject):
         _add(menu, "Open &transfer function…", files.open_transfer_function, "Ctrl+T")
         _add(menu, "&Save transfer function as…", files.save_transfer_function, keys.Save)
         menu.addSeparator()
-        _add(menu, "Save &generator image…", lambda: files.save_image(window.generator))
-        _add(menu, "Save &reference image…", lambda: files.save_image(window.reference))
+        _add(menu, "Save &generator image…", lambda: files.save_image(self._generator))
+        _add(menu, "Save &reference image…", lambda: files.save_image(self._reference))
         menu.addSeparator()
-        _add(menu, "&Quit", window.close, "Ctrl+Q")
+        _add(menu, "&Quit", self._window.close, "Ctrl+Q")
 
     def _build_edit(self, menu: QMenu) -> None:
-        state = self._window.state
+        state = self._state
         stack = state.undo_stack
         self._undo = _add(menu, "&Undo", state.undo, QKeySequence.StandardKey.Undo)
         self._redo = _add(menu, "&Redo", state.redo, QKeySequence.StandardKey.Redo)
@@ -114,19 +131,19 @@ class Menus(QObject):
 
     def _name_edits(self) -> None:
         """Say in the menu what would be undone and redone."""
-        stack = self._window.state.undo_stack
+        stack = self._state.undo_stack
         self._undo.setText(f"&Undo {stack.undoText()}".rstrip())
         self._redo.setText(f"&Redo {stack.redoText()}".rstrip())
 
     def _build_view(self, menu: QMenu) -> None:
-        state = self._window.state
+        state = self._state
         _add(menu, "&Reset view", lambda: state.set_view(HOME_VIEW), "Ctrl+0")
         menu.addSeparator()
         for number, (name, (azimuth, elevation)) in enumerate(STANDARD_VIEWS.items(), start=1):
             slot = partial(self._look_from, azimuth, elevation)
             _add(menu, name, slot, f"Ctrl+{number}")
         menu.addSeparator()
-        workspace = self._window.workspace
+        workspace = self._workspace
         self._choices(
             menu.addMenu("Reference image &size"), REFERENCE_SIZES, workspace.set_reference_size
         )
@@ -148,7 +165,7 @@ class Menus(QObject):
             group.addAction(action)
 
     def _look_from(self, azimuth: float, elevation: float) -> None:
-        state = self._window.state
+        state = self._state
         state.set_view(replace(state.view, azimuth=azimuth, elevation=elevation, roll=0.0))
 
     def _build_help(self, menu: QMenu) -> None:

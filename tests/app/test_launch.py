@@ -28,7 +28,7 @@ def test_a_screenshot_shows_both_images(builders: FakeBuilders, tmp_path: Path) 
     # The fake engines paint plain red of a level that grows with each request.
     last = [engine.requests[-1] for engine in (builders.generators[0], builders.references[0])]
     assert last[0].sequence == last[1].sequence
-    assert not last[0].live
+    assert not last[0].quality.live
     for x in (320, 960):
         assert image.pixelColor(x, 300).getRgb() == (last[0].sequence, 0, 0, 255)
 

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from ramp import make_tf, make_volume
 
+from app.engines.engine import Engine
 from app.engines.engines import Builders, GeneratorSettings, ReferenceSettings
-from app.engines.messages import RenderRequest
-from app.engines.worker import Engine
-from model.errors import VolumeError
+from app.engines.messages import ImageRequest, Quality, Request, VisibilityRequest
+from model.errors import NotOfferedError, VolumeError
 from model.scene.inputs import SceneInputs
 from model.scene.scene import Scene
 from model.scene.view import View
@@ -22,8 +22,8 @@ from model.scene.volume import Volume
 PATIENCE_S = 20
 
 
-def make_request(sequence: int, live: bool = False) -> RenderRequest:
-    return RenderRequest(sequence, SceneInputs.of(View(), make_tf()), 8, live)
+def make_request(sequence: int, live: bool = False) -> ImageRequest:
+    return ImageRequest(sequence, SceneInputs.of(View(), make_tf()), Quality(8, live=live))
 
 
 class FakeEngine:
@@ -42,12 +42,13 @@ class FakeEngine:
         self.description = description
         self.gate = gate
         self.started = threading.Semaphore(0)
-        self.requests: list[RenderRequest] = []
+        self.requests: list[ImageRequest] = []
+        self.others: list[Request] = []
         self.threads = [threading.current_thread()]
         self.closed = False
         self.error: Exception | None = None
 
-    def render(self, request: RenderRequest) -> NDArray[np.float32]:
+    def image(self, request: ImageRequest) -> NDArray[np.float32]:
         self.threads.append(threading.current_thread())
         self.requests.append(request)
         self.started.release()
@@ -55,10 +56,20 @@ class FakeEngine:
             assert self.gate.acquire(timeout=PATIENCE_S)
         if self.error is not None:
             raise self.error
-        image = np.zeros((request.size, request.size, 4), dtype=np.float32)
+        image = np.zeros((request.quality.size, request.quality.size, 4), dtype=np.float32)
         image[..., 0] = request.sequence / 255
         image[..., 3] = 1.0
         return image
+
+    def visibility(self, request: VisibilityRequest) -> NDArray[np.float32]:
+        self.others.append(request)
+        return np.full(256, request.sequence, dtype=np.float32)
+
+    def _not_offered(self, request: Request) -> NDArray[np.float32]:
+        self.others.append(request)
+        raise NotOfferedError("The fake does not offer that.")
+
+    images = region_sensitivity = value_sensitivity = latent_images = _not_offered
 
     def close(self) -> None:
         self.threads.append(threading.current_thread())

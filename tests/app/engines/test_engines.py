@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from ramp import make_volume
 from window_fakes import make_request
 
-from app.engines.engines import LIVE_COARSENESS, GeneratorEngine, ReferenceEngine, ReferenceSettings
+from app.engines.engines import GeneratorEngine, ReferenceSettings, RendererEngine
+from app.state.dispatcher import LIVE_COARSENESS, quality_of
 from model.generator.backends import Backend
 from model.scene.scene import Scene
 
@@ -27,10 +28,10 @@ class RecordingRenderer:
 @pytest.mark.parametrize(("size", "live_size"), [(128, 128), (512, 256)])
 def test_live_images_of_vtk_are_coarser_and_final_ones_are_not(size: int, live_size: int) -> None:
     renderer = RecordingRenderer()
-    engine = ReferenceEngine(cast(Any, renderer), sample_distance=0.5)
+    engine = RendererEngine(cast(Any, renderer), sample_distance=0.5)
     for live in (True, False):
         request = make_request(1, live)
-        engine.render(replace(request, size=size))
+        engine.image(replace(request, quality=quality_of(size, live)))
     assert renderer.calls == [(live_size, 0.5 * LIVE_COARSENESS), (size, 0.5)]
 
 

@@ -6,9 +6,10 @@ import pytest
 from pytestqt.qtbot import QtBot
 from window_fakes import PATIENCE_S, FakeEngine, make_request
 
-from app.engines.messages import RenderResult
-from app.engines.worker import RenderWorker
+from app.engines.messages import BatchRequest, Result, VisibilityRequest
+from app.engines.worker import EngineWorker
 from model.errors import CheckpointError, RenderError
+from model.scene.region import Region
 
 
 class Harness:
@@ -16,9 +17,9 @@ class Harness:
 
     def __init__(self, qtbot: QtBot, engine: FakeEngine) -> None:
         self.engine = engine
-        self.results: list[RenderResult] = []
+        self.results: list[Result] = []
         self.receivers: list[threading.Thread] = []
-        self.worker = RenderWorker(self._build, "test")
+        self.worker = EngineWorker(self._build, "test")
         self.worker.resultReady.connect(self._receive)
         with qtbot.waitSignal(self.worker.engineReady):
             self.worker.start()
@@ -27,7 +28,7 @@ class Harness:
         self.engine.threads = [threading.current_thread()]
         return self.engine
 
-    def _receive(self, result: RenderResult) -> None:
+    def _receive(self, result: Result) -> None:
         self.results.append(result)
         self.receivers.append(threading.current_thread())
 
@@ -50,7 +51,7 @@ def test_the_newest_request_wins(qtbot: QtBot) -> None:
         harness.worker.submit(make_request(sequence))
     with qtbot.waitSignals([harness.worker.resultReady] * 2):
         gate.release(2)
-    assert [r.sequence for r in harness.results] == [1, 4]
+    assert [r.request.sequence for r in harness.results] == [1, 4]
     assert [r.sequence for r in harness.engine.requests] == [1, 4]
     harness.end(qtbot)
 
@@ -61,7 +62,10 @@ def test_a_stale_result_is_dropped(qtbot: QtBot) -> None:
         with qtbot.waitSignal(harness.worker._message):
             harness.worker.submit(make_request(sequence, live))
     qtbot.waitUntil(lambda: len(harness.results) == 2)
-    assert [(r.sequence, r.live) for r in harness.results] == [(5, False), (6, False)]
+    assert [(r.request.sequence, r.request.quality.live) for r in harness.results] == [
+        (5, False),
+        (6, False),
+    ]
     assert [r.sequence for r in harness.engine.requests] == [5, 3, 6]
     harness.end(qtbot)
 
@@ -85,10 +89,10 @@ def test_an_error_is_data_and_the_worker_goes_on(
         harness.worker.submit(make_request(2))
     failed, good = harness.results
     assert failed.error == sentence
-    assert failed.image is None
+    assert failed.value is None
     assert good.error is None
-    assert good.image is not None
-    assert good.image[0, 0, 0] == pytest.approx(2 / 255)
+    assert good.value is not None
+    assert good.value[0, 0, 0] == pytest.approx(2 / 255)
     harness.end(qtbot)
 
 
@@ -109,7 +113,7 @@ def test_an_engine_that_cannot_be_built_is_told(qtbot: QtBot) -> None:
     def build() -> FakeEngine:
         raise CheckpointError("model: the folder is missing.")
 
-    worker = RenderWorker(build, "test")
+    worker = EngineWorker(build, "test")
     errors: list[str] = []
     worker.engineFailed.connect(errors.append)
     with qtbot.waitSignals([worker.engineFailed, worker.finished], order="strict"):
@@ -141,7 +145,7 @@ def test_stopping_while_the_engine_is_built_closes_it(qtbot: QtBot) -> None:
         engines.append(FakeEngine())
         return engines[0]
 
-    worker = RenderWorker(build, "test")
+    worker = EngineWorker(build, "test")
     ready: list[object] = []
     worker.engineReady.connect(ready.append)
     worker.start()
@@ -153,3 +157,39 @@ def test_stopping_while_the_engine_is_built_closes_it(qtbot: QtBot) -> None:
     assert ready == []
     assert engines[0].closed
     assert engines[0].requests == []
+
+
+def visibility(sequence: int) -> VisibilityRequest:
+    image = make_request(sequence)
+    return VisibilityRequest(sequence, image.inputs, image.quality, Region(0, 0, 2, 2))
+
+
+def test_each_kind_has_a_slot_of_its_own_and_its_turn(qtbot: QtBot) -> None:
+    gate = threading.Semaphore(0)
+    harness = Harness(qtbot, FakeEngine(gate=gate))
+    harness.worker.submit(make_request(1))
+    wait_started(harness.engine)
+    harness.worker.submit(visibility(2))
+    harness.worker.submit(make_request(3))
+    harness.worker.submit(visibility(4))
+    harness.worker.submit(make_request(5))
+    with qtbot.waitSignals([harness.worker.resultReady] * 3):
+        gate.release(2)
+    found = [(type(r.request).__name__, r.request.sequence) for r in harness.results]
+    # The visibility came first of the two that waited, and only the newest of each was left.
+    assert found == [("ImageRequest", 1), ("VisibilityRequest", 4), ("ImageRequest", 5)]
+    value = harness.results[1].value
+    assert value is not None
+    assert value.shape == (256,)
+    harness.end(qtbot)
+
+
+def test_what_is_not_offered_is_an_error_as_data(qtbot: QtBot) -> None:
+    harness = Harness(qtbot, FakeEngine())
+    image = make_request(7)
+    request = BatchRequest(7, image.inputs, image.quality)
+    with qtbot.waitSignal(harness.worker.resultReady):
+        harness.worker.submit(request)
+    assert harness.results[0].request is request
+    assert harness.results[0].error == "The fake does not offer that."
+    harness.end(qtbot)

@@ -120,7 +120,7 @@ def test_opening_goes_to_the_workspace(
     with qtbot.waitSignal(window.workspace.volumeStarted):
         dialogs.open_volume()
     assert window.state.scalar_range == (100.0, 300.0)
-    with qtbot.waitSignal(window.generator.engineReady):
+    with qtbot.waitSignal(window.generator.client.engineReady):
         dialogs.open_model()
     assert len(builders.generators) == 2
 

@@ -65,8 +65,8 @@ def test_dragging_in_either_image_moves_both(
         assert window.state.view != before
         assert shown(window.generator) == shown(window.reference)
         for engine in (builders.generators[-1], builders.references[-1]):
-            assert engine.requests[-1].view == window.state.view
-            assert not engine.requests[-1].live
+            assert engine.requests[-1].inputs.view == window.state.view
+            assert not engine.requests[-1].quality.live
     assert f"Azimuth {window.state.view.azimuth:.0f}°" in window.view_text
 
 
@@ -80,8 +80,8 @@ def test_the_first_drag_frames_are_live_and_the_last_is_final(
     qtbot.waitUntil(lambda: len(engine.requests) > first)
     window.state.finish_view()
     settle(qtbot, window)
-    assert engine.requests[first].live
-    assert not engine.requests[-1].live
+    assert engine.requests[first].quality.live
+    assert not engine.requests[-1].quality.live
 
 
 def test_a_tf_edit_reaches_both_engines(
@@ -91,7 +91,7 @@ def test_a_tf_edit_reaches_both_engines(
     window.state.commit(make_tf(140.0), "edit")
     settle(qtbot, window)
     for engine in (builders.generators[-1], builders.references[-1]):
-        assert engine.requests[-1].transfer_function == make_tf(140.0)
+        assert engine.requests[-1].inputs.transfer_function == make_tf(140.0)
 
 
 def test_a_broken_engine_shows_its_error_and_the_other_goes_on(
@@ -117,7 +117,7 @@ def test_a_model_that_cannot_be_loaded_leaves_the_reference_working(
     assert window.generator.canvas.message == "model: the weights are truncated."
     window.state.set_view(View(azimuth=5.0))
     settle(qtbot, window)
-    assert builders.references[-1].requests[-1].view == View(azimuth=5.0)
+    assert builders.references[-1].requests[-1].inputs.view == View(azimuth=5.0)
 
 
 def test_without_a_model_the_pane_says_how_to_train_one(make_window: WindowMaker) -> None:
@@ -247,7 +247,7 @@ def test_closing_while_everything_is_at_work_ends_cleanly(
     engine = builders.references[-1]
     engine.gate = gate
     window.state.set_view(View(azimuth=1.0))
-    qtbot.waitUntil(lambda: engine.requests[-1].view == View(azimuth=1.0))
+    qtbot.waitUntil(lambda: engine.requests[-1].inputs.view == View(azimuth=1.0))
     builders.loading = loading = threading.Event()
     window.workspace.open_model(Path("another"))
     window.workspace.open_volume(Path("ramp"))
@@ -351,5 +351,5 @@ def test_an_engine_slower_than_the_mouse_is_never_queued(
         engine.gate.release()
     settle(qtbot, window)
     assert len(engine.requests) == before + 2
-    assert engine.requests[-1].view == View(azimuth=49.0)
+    assert engine.requests[-1].inputs.view == View(azimuth=49.0)
     engine.gate = None

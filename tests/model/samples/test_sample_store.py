@@ -130,8 +130,8 @@ def test_rendering_stops_when_asked_and_the_rest_is_trimmed(
 def test_a_pass_shows_each_sample_once_in_random_order(store: SampleStore) -> None:
     batches = list(islice(store.shuffled("train", [0], 16), 10))
     assert [len(b) for b in batches] == [16] * 10
-    azimuths = np.concatenate([b.view[:, 0] for b in batches])
-    expected = content(store, "train").view[:, 0]
+    azimuths = np.concatenate([b.inputs["view"][:, 0] for b in batches])
+    expected = content(store, "train").inputs["view"][:, 0]
     assert not np.array_equal(azimuths, expected)
     np.testing.assert_array_equal(np.sort(azimuths), np.sort(expected))
 

@@ -15,11 +15,10 @@ from model.networks.paper.two_stage import TwoStageGenerator
 from model.networks.size import NetworkSize
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.samples.sampling import draw_sample
+from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
 from model.scene.region import Region
 from model.scene.scene import Scene
-from model.scene.transfer_function import TransferFunction
-from model.scene.view import View
 from model.scene.volume import Volume
 from model.sensitivity.agreement import cosine, rank_correlation, sensitivity_agreement
 from model.sensitivity.exact import region_sensitivity, sensitivity_field
@@ -37,11 +36,9 @@ def own(volume: Volume, change: Callable[[np.ndarray], np.ndarray]) -> type:
     """In the place of the generator's sensitivity, the renderer's, changed somehow."""
 
     class Own:
-        def __init__(
-            self, _generator: object, view: View, tf: TransferFunction, edit_width: float
-        ) -> None:
+        def __init__(self, _generator: object, inputs: SceneInputs, edit_width: float) -> None:
             assert edit_width == 0
-            self.arguments = (RaycastRenderer(volume), view, tf, 32)
+            self.arguments = (RaycastRenderer(volume), inputs, 32)
 
         def region(self, region: Region) -> np.ndarray:
             return change(region_sensitivity(*self.arguments, region))

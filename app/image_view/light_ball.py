@@ -1,0 +1,91 @@
+"""A small ball that the light is moved on."""
+
+from __future__ import annotations
+
+import math
+
+from PySide6.QtCore import QPointF, QSize, Qt
+from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QRadialGradient
+from PySide6.QtWidgets import QWidget
+
+from app import theme
+from app.state.viewer_state import ViewerState
+from model.scene.light import LightDirection, LightRange
+
+DIAMETER = 30
+LIMITS = LightRange()
+
+
+def light_at(x: float, y: float) -> LightDirection:
+    """Light that shines straight onto a point of a ball.
+
+    Parameters
+    ----------
+    x, y : float
+        To the right and up from the ball's middle, in radii; beyond its rim counts as the
+        rim. Directions stay within :data:`LIMITS`.
+    """
+    length = max(1.0, math.hypot(x, y))
+    x, y = x / length, y / length
+    elevation = math.degrees(math.asin(min(max(y, -1.0), 1.0)))
+    azimuth = math.degrees(math.atan2(x, math.sqrt(max(0.0, 1 - x * x - y * y))))
+    return LightDirection(
+        min(max(azimuth, -LIMITS.max_azimuth), LIMITS.max_azimuth),
+        min(max(elevation, -LIMITS.max_elevation), LIMITS.max_elevation),
+    )
+
+
+class LightBall(QWidget):
+    """Shows where the light comes from; dragging in it moves the light.
+
+    Hidden at first: it belongs to images that follow the light.
+
+    Parameters
+    ----------
+    state : ViewerState
+    """
+
+    def __init__(self, state: ViewerState, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._state = state
+        self.setFixedSize(QSize(DIAMETER, DIAMETER))
+        self.setCursor(Qt.CursorShape.CrossCursor)
+        self.setToolTip("Drag to move the light; double-click for the light from the upper left")
+        state.lightChanged.connect(self.update)
+        self.hide()
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Move the light to where the mouse is."""
+        self._move(event.position())
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Let the light follow the mouse."""
+        self._move(event.position())
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """Have the final images drawn."""
+        self._state.finish_light()
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        """Return to the default direction."""
+        self._state.set_light(LightDirection())
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint a ball that is brightest where the light comes from."""
+        light = self._state.light or LightDirection()
+        right, up, _ = light.towards()
+        middle, radius = QPointF(DIAMETER / 2, DIAMETER / 2), DIAMETER / 2 - 1
+        spot = middle + QPointF(right, -up) * (0.85 * radius)
+        shade = QRadialGradient(middle, radius, spot)
+        shade.setColorAt(0.0, QColor(theme.TEXT))
+        shade.setColorAt(1.0, QColor(theme.CANVAS))
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(QColor(theme.DIM_TEXT))
+        painter.setBrush(shade)
+        painter.drawEllipse(middle, radius, radius)
+        painter.end()
+
+    def _move(self, position: QPointF) -> None:
+        radius = DIAMETER / 2
+        self._state.move_light(light_at(position.x() / radius - 1, 1 - position.y() / radius))
