@@ -1,4 +1,5 @@
 # `make run` opens tfscope, `make test` passes its tests; both set everything up first.
+# `make test-all` also runs the slow tests.
 # Arguments for the program: make run ARGS="--volume FILE". Another build of torch:
 # make clean run TORCH=torch==2.11.0 TORCH_INDEX=https://download.pytorch.org/whl/cpu
 
@@ -10,13 +11,17 @@ ARGS ?=
 BIN := .venv/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check
 
-.PHONY: run test setup lint clean
+.PHONY: run test test-all setup lint clean
 
 run: setup
 	@$(BIN)/python main.py $(ARGS)
 
 test: setup .venv/test-ready
 	@QT_QPA_PLATFORM=offscreen $(BIN)/python -m pytest
+
+# Also what is slow, and property tests on cases that no run has drawn before.
+test-all: setup .venv/test-ready
+	@QT_QPA_PLATFORM=offscreen $(BIN)/python -m pytest -m "" --hypothesis-profile=fresh
 
 setup: .venv/ready
 	@$(BIN)/python app/system_libraries.py

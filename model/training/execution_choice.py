@@ -31,7 +31,7 @@ from model.training.execution import Execution, Precision
 from model.training.options import TrainingOptions
 from model.training.schedule import Schedule
 
-RUN_SECONDS = 5.0
+RUN_SECONDS = 4.0
 """Time for all ways together, after the first step of each."""
 
 HOPELESS = 1.3

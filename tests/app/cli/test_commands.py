@@ -48,7 +48,7 @@ def tf_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def trained(raw_file: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A model folder from the real pipeline, at the smallest preset."""
     folder: Path = tmp_path_factory.mktemp("runs") / "run"
-    arguments = f"train --volume {raw_file} --preset draft --out {folder} --samples 400 --workers 1"
+    arguments = f"train --volume {raw_file} --preset draft --out {folder} --samples 160 --workers 1"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("model.training.monitor.PROBE_SAMPLES", 4)
         assert run(arguments.split()) == 0
@@ -216,6 +216,7 @@ def test_renderers_are_compared(
     assert "ball" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_backends_are_compared_on_a_model(
     trained: Path,
     tmp_path: Path,
@@ -236,6 +237,7 @@ def test_backends_are_compared_on_a_model(
     assert "compiled, float32: left out, as a C++ compiler must be installed" in printed
 
 
+@pytest.mark.slow
 def test_a_codec_is_measured(
     trained: Path, raw_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -250,6 +252,7 @@ def test_a_codec_is_measured(
     assert "--steps and --set would have no effect" in one_line(capsys)
 
 
+@pytest.mark.slow
 def test_a_study_writes_its_table_and_goes_on(
     raw_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

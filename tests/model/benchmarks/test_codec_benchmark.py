@@ -39,6 +39,7 @@ def test_edits_that_show_elsewhere_are_not_followed(scene: Scene) -> None:
     assert max(away.edit_cosine) < 0.1
 
 
+@pytest.mark.slow
 def test_a_codec_alone_learns(scene: Scene) -> None:
     options = replace(TrainingOptions(), unrendered_tfs=16)
     rows = list(train_codec(SIZE, options, scene, 200))

@@ -93,6 +93,7 @@ def test_bfloat16_is_near(name: str, scene: Scene) -> None:
     assert all(part.view > 0 for part in time_parts(network, scene, CPU, seconds=0.001))
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 def test_compiled_drawing_draws_the_same(scene: Scene) -> None:
     network = network_of("grid", scene)

@@ -108,6 +108,7 @@ def test_gradients_are_averaged_and_the_first_rank_decides(tmp_path: Path) -> No
     torchrun(str(script))
 
 
+@pytest.mark.slow
 def test_train_runs_under_torchrun(tmp_path: Path, volume: Volume) -> None:
     nz, ny, nx = volume.scalars.shape
     raw = tmp_path / f"blobs_{nx}x{ny}x{nz}_uint8.raw"

@@ -12,7 +12,7 @@ import sys
 import threading
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 import pytest
 import torch
@@ -33,7 +33,9 @@ from model.training.streamed_samples import StreamSource
 from model.training.trainer import train
 
 
-@pytest.mark.parametrize("steps", [7, 16, 30])
+@pytest.mark.parametrize(
+    "steps", [pytest.param(7, marks=pytest.mark.slow), 16, pytest.param(30, marks=pytest.mark.slow)]
+)
 def test_a_resumed_run_equals_an_uninterrupted_one(
     finished: Path, store: SampleStore, tmp_path: Path, steps: int
 ) -> None:
@@ -117,6 +119,7 @@ train(plan(store, folder), on_report=lambda r: print(r.samples, flush=True))
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
 def test_a_killed_run_loses_at_most_one_interval(
     finished: Path, store: SampleStore, tmp_path: Path
@@ -148,6 +151,7 @@ def test_a_killed_run_loses_at_most_one_interval(
     assert_same_state(folder, finished)
 
 
+@pytest.mark.slow
 def test_a_longer_budget_can_be_given_on_resuming(store: SampleStore, tmp_path: Path) -> None:
     with pytest.raises(KeyboardInterrupt):
         train(plan(store, tmp_path, samples=320), on_report=Stop(10))
@@ -183,7 +187,10 @@ def test_a_damaged_state_is_said(store: SampleStore, tmp_path: Path, damage: str
         train(plan(store, tmp_path), resume=True)
 
 
-@pytest.mark.parametrize("architecture", get_args(Architecture))
+@pytest.mark.parametrize(
+    "architecture",
+    ["paper", *(pytest.param(a, marks=pytest.mark.slow) for a in ("grid", "grid-translation"))],
+)
 def test_a_joint_stage_resumes_exactly(
     store: SampleStore, tmp_path: Path, architecture: Architecture
 ) -> None:
@@ -252,6 +259,7 @@ def streamed(volume: Volume, scene: Scene, folder: Path) -> TrainingPlan:
     )
 
 
+@pytest.mark.slow
 def test_a_run_on_fresh_samples_resumes_exactly(
     volume: Volume, scene: Scene, tmp_path: Path
 ) -> None:

@@ -114,6 +114,7 @@ def test_the_codec_is_to_follow_edits_whatever_it_makes_of_the_tf(batch: Encoded
         assert weighted - plain == pytest.approx(expected, rel=1e-3, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_learning_from_edits_makes_a_codec_follow_them() -> None:
     def trained(weight: float) -> float:
         torch.manual_seed(0)

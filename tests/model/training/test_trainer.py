@@ -54,6 +54,7 @@ def test_the_curve_in_the_card_is_the_logs(finished: Path) -> None:
     assert curve[-1]["samples"] == 640
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_run_and_another_another(
     finished: Path, store: SampleStore, tmp_path: Path
 ) -> None:

@@ -69,6 +69,7 @@ def test_the_card_remembers_the_earlier_run(
     assert card.training["samples_seen"] == 320
 
 
+@pytest.mark.slow
 def test_such_a_run_resumes_from_the_same_model_only(
     store: SampleStore, finished: Path, tmp_path: Path
 ) -> None:
