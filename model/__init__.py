@@ -1,1 +1,7 @@
-"""The science of tfscope: volumes, rendering, training, the generator. Knows no Qt."""
+"""The science: scenes, renderers, networks and everything measured on them; knows no Qt."""
+
+import sys
+
+# OpenVINO reports its import to an analytics host and writes a user id below the home folder.
+# Without this package of its own it does neither. First of all, as torch may import it, too.
+sys.modules.setdefault("openvino_telemetry", None)  # type: ignore[arg-type]
