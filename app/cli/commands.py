@@ -327,15 +327,14 @@ def train(
     ] = False,
 ) -> None:
     """Train a generator of one volume's renderings."""
-    from app.cli.train import DEFAULT_MINUTES, stop_training, train_model
     from model.training.job import TrainingJob
+    from model.training.stopping import ask_to_stop
 
     if stop:
-        stop_training(out)
+        ask_to_stop(out)
+        typer.echo(f"The run in {out} will be saved and end after its present step.")
         return
-    if job is not None:
-        train_model(replace(TrainingJob.load(job), out=out, resume=resume), lines)
-        return
+    loaded = None if job is None else TrainingJob.load(job)
     asked = TrainingJob(
         out=out,
         volume=VolumeSource(volume, raw, component),
@@ -344,7 +343,7 @@ def train(
         architecture=options.architecture_name(architecture),
         faithful=faithful,
         settings=tuple(settings or ()),
-        minutes=DEFAULT_MINUTES if minutes is None and samples is None else minutes,
+        minutes=options.minutes_of(minutes, samples, 60.0),
         samples=samples,
         lighting=options.lighting(lighting),
         movable_light=movable_light,
@@ -358,9 +357,14 @@ def train(
         precision=str(precision),
         resume=resume,
     )
+    if loaded is not None:
+        asked = replace(loaded, out=out, resume=resume)
     if save_job is not None:
         asked.save(save_job)
         return
+    # Late: with it comes all that trains.
+    from app.cli.train import train_model
+
     train_model(asked, lines)
 
 
@@ -404,6 +408,9 @@ def evaluate(
     workers: options.Workers = None,
 ) -> None:
     """Measure a model on hold-out samples, beside the nearest training image."""
+    from app.cli.outputs import check_outputs
+
+    check_outputs(json, report)
     from app.cli.evaluate import evaluate_model
 
     source = VolumeSource(volume, raw, component)
@@ -466,7 +473,6 @@ def study(
     precision: options.TrainingPrecisionName = options.TrainingPrecision.AUTO,
 ) -> None:
     """The paper's studies anew: baselines, latent-dim or l1-weight. Run again to go on."""
-    from app.cli.study import DEFAULT_MINUTES, StudyOrder, study_models
     from model.training.job import TrainingJob
 
     job = TrainingJob(
@@ -475,11 +481,13 @@ def study(
         preset=str(preset),
         architecture=options.architecture_name(architecture),
         settings=tuple(settings or ()),
-        minutes=DEFAULT_MINUTES if minutes is None and samples is None else minutes,
+        minutes=options.minutes_of(minutes, samples, 10.0),
         samples=samples,
         seed=seed,
         workers=workers,
         device=str(device),
         precision=str(precision),
     )
+    from app.cli.study import StudyOrder, study_models
+
     study_models(StudyOrder(str(study), job, images, count, sensitivities))

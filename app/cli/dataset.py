@@ -5,17 +5,17 @@ from __future__ import annotations
 import shutil
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from app.cli.console import console, counting
 from model.errors import DatasetError, TfscopeError
-from model.samples.sample_rendering import render_store
-from model.samples.sample_store import SampleStore
 from model.scene.scene import Lighting, RendererName, Scene
 from model.scene.transfer_function import Range
 from model.scene.volume import Volume
-from model.training.sources import LEAST_HOLDOUT
 from model.volume_files.source import VolumeSource
+
+if TYPE_CHECKING:
+    from model.samples.sample_store import SampleStore
 
 MAX_HOLDOUT = 2000
 
@@ -46,6 +46,10 @@ def make_dataset(
             "--workers counts processes of this machine, and those of a scheduler are started "
             "with 'dask worker'; leave one of --workers and --scheduler out."
         )
+    # Late: impossible options are refused before it.
+    from model.samples.sample_store import SampleStore
+    from model.training.sources import LEAST_HOLDOUT
+
     volume = source.read()
     scene, size = Scene.of(volume, *options), options.size
     holdout = holdout or max(LEAST_HOLDOUT, min(count // 10, MAX_HOLDOUT))
@@ -67,6 +71,8 @@ def make_dataset(
 
 def _rendered(out: Path) -> int:
     """Number of samples that are there already and need no more room."""
+    from model.samples.sample_store import SampleStore
+
     try:
         return SampleStore(out).rendered_samples()
     except DatasetError:
@@ -92,6 +98,8 @@ def _render(
     on_progress: Callable[[int], None],
 ) -> None:
     if scheduler is None:
+        from model.samples.sample_rendering import render_store
+
         render_store(store, volume, workers, on_progress)
     else:
         from model.samples.distributed_rendering import render_store_on_cluster

@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from app.cli.console import print_facts
-from model.networks.blocks import parameter_count
-from model.networks.checkpoint import MODEL_FILE, ModelCard, load_model
+from model.networks.card import MODEL_FILE, ModelCard
 from model.volume_files import describe
 from model.volume_files.source import VolumeSource
 
@@ -21,6 +20,10 @@ def print_info(source: VolumeSource) -> None:
     """Print a model's card, or a volume's description."""
     path = source.path
     if path is not None and (path / MODEL_FILE).exists():
+        # Late: a volume's description needs no networks.
+        from model.networks.blocks import parameter_count
+        from model.networks.checkpoint import load_model
+
         card, network = load_model(path)
         print_facts(str(path), [*_card_rows(card), ("parameters", f"{parameter_count(network):,}")])
     else:

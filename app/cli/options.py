@@ -235,3 +235,8 @@ def parse_window(text: str | None) -> Range | None:
             f"'{text}' is not a scalar window; give its lowest and highest value, such as 0.1,0.9."
         ) from None
     return lo, hi
+
+
+def minutes_of(minutes: float | None, samples: int | None, default: float) -> float | None:
+    """The budget in minutes: the default where no budget is given at all."""
+    return default if minutes is None and samples is None else minutes

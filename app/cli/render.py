@@ -8,15 +8,13 @@ from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
-from skimage.io import imsave
-from skimage.transform import resize
 
 from app.cli import options
 from app.cli.console import console
 from app.cli.outputs import check_outputs
 from model.errors import RenderError
 from model.generator.catalog import model_for, shipped_models
-from model.networks.checkpoint import load_card
+from model.networks.card import load_card
 from model.scene.default_tf import default_transfer_function
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
@@ -62,6 +60,8 @@ def render_to_file(order: RenderOrder) -> None:
         if order.out.suffix.lower() == ".npy":
             np.save(order.out, rgba)
         else:
+            from skimage.io import imsave
+
             pixels = np.rint(np.clip(rgba[..., :3], 0, 1) * 255).astype(np.uint8)
             imsave(order.out, pixels, check_contrast=False)
     except OSError as error:
@@ -130,6 +130,8 @@ def _render_generator(
         tf = default_transfer_function(_volume(order, scene))
     rgba = generator.render(SceneInputs.of(view, tf, light=light))
     if order.size and order.size != scene.image_size:
+        from skimage.transform import resize
+
         rgba = resize(rgba, (order.size, order.size), anti_aliasing=order.size < scene.image_size)
     return np.clip(rgba, 0, 1).astype(np.float32)
 

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from skimage.io import imsave
 
 from app.cli.outputs import check_outputs
 from app.cli.plots import Curve, Plot, save_plots
@@ -85,6 +84,8 @@ def save_sensitivity(order: SensitivityOrder) -> None:
         elif region is not None:
             _save_plot(order, result, volume, tf, region)
         else:
+            from skimage.io import imsave
+
             picture = _picture(
                 _of_value(result.sensitivity, order.value, volume), result.image, order.block
             )

@@ -19,8 +19,9 @@ from model.samples.sample_store import SampleStore
 from model.samples.sampling import Split
 from model.scene.scene import Scene
 from model.scene.volume import Volume
-from model.training.job import TrainingJob, shared_execution
+from model.training.job import TrainingJob
 from model.training.plan import TrainingPlan
+from model.training.running import shared_execution
 from model.training.sources import StoredSource
 
 
@@ -41,9 +42,6 @@ class StudyOrder:
     images: int
     count: int
     sensitivities: int
-
-
-DEFAULT_MINUTES = 10.0
 
 
 def study_models(order: StudyOrder) -> None:

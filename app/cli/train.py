@@ -7,7 +7,6 @@ import shlex
 import sys
 import time
 from dataclasses import asdict
-from pathlib import Path
 
 from rich.console import Group
 from rich.live import Live
@@ -24,12 +23,10 @@ from rich.text import Text
 from app.cli.console import console
 from model.training import parallel
 from model.training.execution import Execution
-from model.training.job import TrainingJob, run_job
+from model.training.job import TrainingJob
 from model.training.plan import TrainingReport
+from model.training.running import run_job
 from model.training.state import STATE_FILE
-from model.training.stopping import ask_to_stop
-
-DEFAULT_MINUTES = 60.0
 
 LINE_SECONDS = 0.5
 """Time between lines of machine-readable progress."""
@@ -53,12 +50,6 @@ def train_model(job: TrainingJob, lines: bool) -> None:
     volume = [] if job.volume.path is None else ["--volume", str(job.volume.path)]
     window = shlex.join(["python", "main.py", "--model", str(job.out), *volume])
     console.print(f"The model is in {job.out}; open it with: {window}")
-
-
-def stop_training(folder: Path) -> None:
-    """Ask the run in a folder to save and end; works on every system, unlike signals."""
-    ask_to_stop(folder)
-    console.print(f"The run in {folder} will be saved and end after its present step.")
 
 
 def _run_with_bar(job: TrainingJob) -> None:

@@ -22,7 +22,7 @@ from model.errors import CollapseError, TrainingError
 from model.evaluation.holdout import generator_errors, neighbour_errors
 from model.files import write_atomically
 from model.generator.generator import Generator
-from model.networks.checkpoint import MODEL_FILE
+from model.networks.card import MODEL_FILE
 from model.samples.sample_store import SampleBatch, SampleStore
 from model.samples.sampling import draw_sample
 from model.scene.volume import Volume

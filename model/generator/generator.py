@@ -20,7 +20,8 @@ from model.errors import DeviceError, first_line
 from model.generator.backends import EAGER, Backend, choose_backends, make_decode
 from model.measurements import keep, kept
 from model.networks.blocks import place
-from model.networks.checkpoint import ModelCard, load_model
+from model.networks.card import ModelCard
+from model.networks.checkpoint import load_model
 from model.networks.encoding import EncodedInputs, decode_unit, encode_unit
 from model.networks.generator_network import GeneratorNetwork
 from model.scene.inputs import SceneInputs, condition_numbers

@@ -9,55 +9,19 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
 
 import safetensors
 import safetensors.torch
 import torch
 from torch import Tensor
 
-from model.errors import CheckpointError, TfscopeError
+from model.errors import CheckpointError
 from model.files import write_atomically
 from model.networks.build import build_generator
+from model.networks.card import MODEL_FILE, ModelCard, card_of, read_header
 from model.networks.generator_network import GeneratorNetwork
-from model.networks.size import NetworkSize
-from model.scene.migration import FORMAT_VERSION, migrate_scene
-from model.scene.scene import Scene
-
-MODEL_FILE = "model.json"
-
-
-@dataclass(frozen=True)
-class ModelCard:
-    """All that is known about a trained model besides its weights.
-
-    Attributes
-    ----------
-    scene : Scene
-        What it was trained to render.
-    preset : str
-        Name of the preset that the size came from.
-    size : NetworkSize
-    training : dict
-        Options, budget and course of the training.
-    metrics : dict
-        Hold-out metrics at the end of the training.
-    versions : dict
-        Versions of the software that trained it.
-    """
-
-    scene: Scene
-    preset: str
-    size: NetworkSize
-    training: dict[str, Any] = field(default_factory=dict)
-    metrics: dict[str, Any] = field(default_factory=dict)
-    versions: dict[str, str] = field(default_factory=dict)
-
-    def to_json(self) -> dict[str, Any]:
-        """The card as plain data."""
-        return {**asdict(self), "scene": self.scene.to_json()}
+from model.scene.migration import FORMAT_VERSION
 
 
 def save_model(folder: Path, card: ModelCard, network: GeneratorNetwork) -> None:
@@ -101,28 +65,6 @@ def save_model(folder: Path, card: ModelCard, network: GeneratorNetwork) -> None
         ) from error
 
 
-def load_card(folder: Path) -> ModelCard:
-    """Read a model's card without its weights.
-
-    Raises
-    ------
-    CheckpointError
-        When the folder holds no model, or one that this version cannot read.
-    """
-    return _card(folder, _read_json(folder))
-
-
-def weights_digest(folder: Path) -> str:
-    """SHA-256 of a model's weights, as its card has it.
-
-    Raises
-    ------
-    CheckpointError
-        When the folder holds no model.
-    """
-    return str(_read_json(folder).get("sha256"))
-
-
 def load_model(folder: Path) -> tuple[ModelCard, GeneratorNetwork]:
     """Read a model folder.
 
@@ -138,8 +80,8 @@ def load_model(folder: Path) -> tuple[ModelCard, GeneratorNetwork]:
         When the folder holds no model, its weights are missing, truncated,
         altered, not finite, or do not fit its card.
     """
-    header = _read_json(folder)
-    card = _card(folder, header)
+    header = read_header(folder)
+    card = card_of(folder, header)
     path = folder / str(header.get("weights", ""))
     if path.parent != folder or not path.is_file():
         raise CheckpointError(f"{folder}: the weights '{path.name}' are missing; copy them too.")
@@ -169,50 +111,6 @@ def _half(value: Tensor) -> Tensor:
         return value
     half = value.to(torch.float16)
     return half if torch.isfinite(half).all() else value
-
-
-def _read_json(folder: Path) -> dict[str, Any]:
-    path = folder / MODEL_FILE
-    if not path.is_file():
-        raise CheckpointError(
-            f"{folder}: there is no model here ({MODEL_FILE} is missing); "
-            "give the folder of a trained model."
-        )
-    try:
-        header = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise CheckpointError(f"{path}: the file is damaged ({error}).") from error
-    if not isinstance(header, dict) or "tfscope_model" not in header:
-        raise CheckpointError(f"{path}: the file does not describe a tfscope model.")
-    version = header["tfscope_model"]
-    if version not in range(1, FORMAT_VERSION + 1):
-        raise CheckpointError(
-            f"{path}: the model has format {version!r}; this tfscope reads 1 to "
-            f"{FORMAT_VERSION}, so train the model anew or update tfscope."
-        )
-    return {**header, "scene": migrate_scene(header.get("scene"), version)}
-
-
-def _card(folder: Path, header: dict[str, Any]) -> ModelCard:
-    try:
-        card = ModelCard(
-            scene=Scene.from_json(header["scene"]),
-            preset=str(header["preset"]),
-            size=NetworkSize(**header["size"]),
-            training=dict(header["training"]),
-            metrics=dict(header["metrics"]),
-            versions=dict(header["versions"]),
-        )
-    except (KeyError, TypeError, ValueError, TfscopeError) as error:
-        raise CheckpointError(
-            f"{folder / MODEL_FILE}: the description is malformed near {error}."
-        ) from error
-    if card.size.image_size != card.scene.image_size:
-        raise CheckpointError(
-            f"{folder / MODEL_FILE}: the network draws {card.size.image_size} pixels "
-            f"but the scene has {card.scene.image_size}."
-        )
-    return card
 
 
 def _check_weights(path: Path, weights: dict[str, Tensor], expected: dict[str, Tensor]) -> None:

@@ -20,7 +20,8 @@ import numpy as np
 from filelock import FileLock, Timeout
 
 from model.errors import CollapseError, TrainingError
-from model.networks.checkpoint import ModelCard, save_model
+from model.networks.card import ModelCard
+from model.networks.checkpoint import save_model
 from model.networks.generator_network import GeneratorNetwork
 from model.samples.sample_store import SampleBatch
 from model.training import parallel

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from model.errors import TrainingError
-from model.networks.checkpoint import ModelCard, load_model, weights_digest
+from model.networks.card import ModelCard, weights_digest
+from model.networks.checkpoint import load_model
 from model.networks.generator_network import GeneratorNetwork
 from model.networks.size import NetworkSize
 from model.scene.scene import Scene

@@ -13,7 +13,7 @@ from skimage.io import imread
 
 from app.cli import run
 from model.generator.catalog import model_for, shipped_models
-from model.networks.checkpoint import load_card
+from model.networks.card import load_card
 from model.rendering.vtk_renderer import VtkRenderer
 from model.samples.sample_store import SampleStore
 from model.scene.inputs import SceneInputs

@@ -11,7 +11,7 @@ from lively import SIZE, lively_network
 from model import metrics
 from model.evaluation.holdout import evaluate, nearest_images, pictures
 from model.generator.generator import Generator
-from model.networks.checkpoint import ModelCard
+from model.networks.card import ModelCard
 from model.samples.sample_store import SampleStore
 from model.scene.scene import Scene
 

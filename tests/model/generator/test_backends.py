@@ -24,7 +24,8 @@ from model.generator.backends import (
 from model.generator.generator import Generator, LastValue
 from model.networks.blocks import place
 from model.networks.build import build_generator
-from model.networks.checkpoint import ModelCard, save_model
+from model.networks.card import ModelCard
+from model.networks.checkpoint import save_model
 from model.networks.generator_network import GeneratorNetwork
 from model.networks.size import Architecture, NetworkSize
 from model.samples.sampling import draw_sample

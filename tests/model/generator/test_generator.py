@@ -10,7 +10,8 @@ from skimage.transform import resize
 
 from model.errors import DeviceError
 from model.generator.generator import Generator
-from model.networks.checkpoint import ModelCard, save_model
+from model.networks.card import ModelCard
+from model.networks.checkpoint import save_model
 from model.networks.encoding import EncodedInputs, decode_unit, encode_unit
 from model.samples.sampling import draw_sample
 from model.scene.color_space import rgb_to_lab

@@ -11,7 +11,8 @@ import safetensors.torch
 import torch
 
 from model.errors import CheckpointError
-from model.networks.checkpoint import ModelCard, load_card, load_model, save_model
+from model.networks.card import ModelCard, load_card
+from model.networks.checkpoint import load_model, save_model
 from model.networks.paper.two_stage import TwoStageGenerator
 from model.networks.size import NetworkSize
 from model.scene.scene import Scene

@@ -10,7 +10,7 @@ from scipy.stats import spearmanr
 
 from model.errors import RenderError
 from model.generator.generator import Generator
-from model.networks.checkpoint import ModelCard
+from model.networks.card import ModelCard
 from model.networks.paper.two_stage import TwoStageGenerator
 from model.networks.size import NetworkSize
 from model.rendering.raycast.renderer import RaycastRenderer

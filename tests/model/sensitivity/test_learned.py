@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from model.errors import RenderError
 from model.generator.generator import Generator
 from model.networks.blocks import kaiming_init
-from model.networks.checkpoint import ModelCard
+from model.networks.card import ModelCard
 from model.networks.encoding import decode_unit
 from model.networks.paper.two_stage import TwoStageGenerator
 from model.networks.size import NetworkSize

@@ -12,7 +12,8 @@ import pytest
 import safetensors.torch
 import torch
 
-from model.networks.checkpoint import load_card, load_model
+from model.networks.card import load_card
+from model.networks.checkpoint import load_model
 from model.scene.volume import Volume
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="gloo under torchrun")

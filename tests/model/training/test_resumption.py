@@ -19,7 +19,8 @@ import torch
 from training_runs import RECIPE, SIZE, Stop, assert_same_state, plan
 
 from model.errors import TrainingError
-from model.networks.checkpoint import load_card, load_model
+from model.networks.card import load_card
+from model.networks.checkpoint import load_model
 from model.networks.size import Architecture
 from model.samples.sample_rendering import render_store
 from model.samples.sample_store import SampleStore

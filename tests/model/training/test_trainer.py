@@ -17,7 +17,8 @@ from skimage.io import imread
 from training_runs import RECIPE, Stop, plan
 
 from model.errors import CollapseError, DatasetError, TrainingError
-from model.networks.checkpoint import load_card, load_model
+from model.networks.card import load_card
+from model.networks.checkpoint import load_model
 from model.networks.codec import LatentCodec
 from model.samples.sample_store import SampleStore
 from model.samples.sampling import Split

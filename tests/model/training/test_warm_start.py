@@ -11,7 +11,8 @@ import torch
 from training_runs import RECIPE, Stop, assert_same_state, plan
 
 from model.errors import TrainingError
-from model.networks.checkpoint import load_card, load_model
+from model.networks.card import load_card
+from model.networks.checkpoint import load_model
 from model.samples.sample_store import SampleStore
 from model.scene.scene import Scene
 from model.training.options import StageOptions, TrainingOptions

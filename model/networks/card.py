@@ -1,0 +1,126 @@
+"""A model's card: all that is known about it besides its weights. Read without torch."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from model.errors import CheckpointError, TfscopeError
+from model.networks.size import NetworkSize
+from model.scene.migration import FORMAT_VERSION, migrate_scene
+from model.scene.scene import Scene
+
+MODEL_FILE = "model.json"
+
+
+@dataclass(frozen=True)
+class ModelCard:
+    """All that is known about a trained model besides its weights.
+
+    Attributes
+    ----------
+    scene : Scene
+        What it was trained to render.
+    preset : str
+        Name of the preset that the size came from.
+    size : NetworkSize
+    training : dict
+        Options, budget and course of the training.
+    metrics : dict
+        Hold-out metrics at the end of the training.
+    versions : dict
+        Versions of the software that trained it.
+    """
+
+    scene: Scene
+    preset: str
+    size: NetworkSize
+    training: dict[str, Any] = field(default_factory=dict)
+    metrics: dict[str, Any] = field(default_factory=dict)
+    versions: dict[str, str] = field(default_factory=dict)
+
+    def to_json(self) -> dict[str, Any]:
+        """The card as plain data."""
+        return {**asdict(self), "scene": self.scene.to_json()}
+
+
+def load_card(folder: Path) -> ModelCard:
+    """Read a model's card without its weights.
+
+    Raises
+    ------
+    CheckpointError
+        When the folder holds no model, or one that this version cannot read.
+    """
+    return card_of(folder, read_header(folder))
+
+
+def weights_digest(folder: Path) -> str:
+    """SHA-256 of a model's weights, as its card has it.
+
+    Raises
+    ------
+    CheckpointError
+        When the folder holds no model.
+    """
+    return str(read_header(folder).get("sha256"))
+
+
+def read_header(folder: Path) -> dict[str, Any]:
+    """Read a model folder's description as plain data of the present format.
+
+    Raises
+    ------
+    CheckpointError
+        When there is none, or it is not of a format that this version reads.
+    """
+    path = folder / MODEL_FILE
+    if not path.is_file():
+        raise CheckpointError(
+            f"{folder}: there is no model here ({MODEL_FILE} is missing); "
+            "give the folder of a trained model."
+        )
+    try:
+        header = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise CheckpointError(f"{path}: the file is damaged ({error}).") from error
+    if not isinstance(header, dict) or "tfscope_model" not in header:
+        raise CheckpointError(f"{path}: the file does not describe a tfscope model.")
+    version = header["tfscope_model"]
+    if version not in range(1, FORMAT_VERSION + 1):
+        raise CheckpointError(
+            f"{path}: the model has format {version!r}; this tfscope reads 1 to "
+            f"{FORMAT_VERSION}, so train the model anew or update tfscope."
+        )
+    return {**header, "scene": migrate_scene(header.get("scene"), version)}
+
+
+def card_of(folder: Path, header: dict[str, Any]) -> ModelCard:
+    """Build a card from :func:`read_header`'s data.
+
+    Raises
+    ------
+    CheckpointError
+        When the data is no card.
+    """
+    try:
+        card = ModelCard(
+            scene=Scene.from_json(header["scene"]),
+            preset=str(header["preset"]),
+            size=NetworkSize(**header["size"]),
+            training=dict(header["training"]),
+            metrics=dict(header["metrics"]),
+            versions=dict(header["versions"]),
+        )
+    except (KeyError, TypeError, ValueError, TfscopeError) as error:
+        raise CheckpointError(
+            f"{folder / MODEL_FILE}: the description is malformed near {error}."
+        ) from error
+    if card.size.image_size != card.scene.image_size:
+        raise CheckpointError(
+            f"{folder / MODEL_FILE}: the network draws {card.size.image_size} pixels "
+            f"but the scene has {card.scene.image_size}."
+        )
+    return card

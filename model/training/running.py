@@ -1,0 +1,130 @@
+"""Running a training job."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import torch
+
+from model.devices import choose_device
+from model.errors import TrainingError
+from model.rendering.raycast import cuda
+from model.samples.sample_store import SampleStore
+from model.scene.scene import Scene
+from model.training import parallel
+from model.training.execution import Execution
+from model.training.execution_choice import choose_execution
+from model.training.job import TrainingJob
+from model.training.plan import TrainingPlan, TrainingReport
+from model.training.sources import SampleSource, StoredSource
+from model.training.state import load_progress
+from model.training.streamed_samples import StreamSource
+from model.training.trainer import train
+from model.training.warm_start import WarmStart
+
+
+def run_job(
+    job: TrainingJob,
+    on_report: Callable[[TrainingReport], None] = lambda report: None,
+    on_execution: Callable[[Execution], None] = lambda execution: None,
+) -> None:
+    """Train; with several processes, each calls this.
+
+    Parameters
+    ----------
+    job : TrainingJob
+    on_report : callable
+        Called in the first process after each optimization step.
+    on_execution : callable
+        Called in the first process once it is known how steps are computed.
+
+    Raises
+    ------
+    TrainingError, DatasetError, VolumeError, CheckpointError, DeviceError
+        When the run cannot start; see :func:`model.training.trainer.train`.
+    KeyboardInterrupt
+        When it was stopped, and is saved.
+    """
+    budget = job.budget
+    if job.resume:
+        _check_resumption(job)
+    with parallel.process_group(choose_device(job.device)) as device:
+        source = _source(job, device.type)
+        execution = shared_execution(job, source.scene, device)
+        if not parallel.rank():
+            on_execution(execution)
+        plan = TrainingPlan(
+            source=source,
+            preset=job.preset,
+            size=job.size,
+            options=job.options,
+            budget=budget,
+            folder=job.out,
+            device=device,
+            start=None if job.start is None else WarmStart.read(job.start),
+            execution=execution,
+        )
+        if parallel.rank():
+            train(plan, job.resume)
+        else:
+            train(plan, job.resume, on_report)
+
+
+def shared_execution(job: TrainingJob, scene: Scene, device: torch.device) -> Execution:
+    """How this machine computes a job's steps fastest; the first process measures, if any does."""
+    # The others find it kept: measuring at once, they would slow each other down.
+    if parallel.rank():
+        parallel.wait_for_all()
+    with parallel.alone():
+        chosen = choose_execution(job.size, job.options, scene, device, job.precision)
+    if not parallel.rank():
+        parallel.wait_for_all()
+    return chosen
+
+
+def _source(job: TrainingJob, device: str) -> SampleSource:
+    if job.store is not None:
+        store = SampleStore(job.store)
+        if job.volume.path is not None:
+            _check_volume(job, store)
+        return StoredSource(store)
+    volume = job.volume.read()
+    scene = Scene.of(
+        volume, job.size.image_size, job.lighting, job.window, job.renderer, job.movable_light
+    )
+    on_gpu = device == "cuda" and scene.renderer == "raycast" and cuda.is_available()
+    return StreamSource(
+        volume,
+        scene,
+        job.seed,
+        job.reuse,
+        job.workers,
+        device="cuda" if on_gpu else "cpu",
+    )
+
+
+def _check_volume(job: TrainingJob, store: SampleStore) -> None:
+    volume = job.volume.read()
+    if volume.fingerprint != store.scene.volume_fingerprint:
+        raise TrainingError(
+            f"{store.path}: the data set shows '{store.scene.volume_name}', "
+            f"not {job.volume.path}; leave the volume out or name the right one."
+        )
+
+
+def _check_resumption(job: TrainingJob) -> None:
+    """Refuse with a better sentence what the run itself would refuse."""
+    progress, recipe = load_progress(job.out)
+    if job.store is None and "reuse" not in recipe:
+        raise TrainingError(
+            f"{job.out}: the run learns from a stored data set; name it.", dataset="STORE"
+        )
+    if job.store is not None and "reuse" in recipe:
+        raise TrainingError(
+            f"{job.out}: the run renders its samples itself; leave the data set out."
+        )
+    if progress.stage == "done":
+        raise TrainingError(
+            f"{job.out}: the run is finished; train longer in another folder, from this model.",
+            start_from=str(job.out),
+        )
