@@ -45,7 +45,8 @@ def evaluate_model(
     asked for, are rendered anew: they follow from the model's seed.
     """
     check_outputs(json_path, report_path)
-    generator = Generator.load(folder, device)
+    # By the backend that the window draws with: its images are what users see.
+    generator = Generator.load(folder, device, "auto")
     # Before anything is measured: what is missing had better be said first.
     volume = _volume_to_differentiate(generator, source, sensitivities)
     if store_path is not None:

@@ -12,7 +12,6 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-import torch
 from numpy.typing import NDArray
 from sklearn.metrics import pairwise_distances_argmin_min
 
@@ -179,11 +178,8 @@ def _render(
     for start in range(0, len(samples), RENDER_BATCH):
         part = samples[start : start + RENDER_BATCH]
         batch = encode_batch(part, generator.scene, size).to(generator.device)
-        with torch.inference_mode():
-            image, opacity = generator.network(batch.inputs)
         yield from zip(
-            decode_unit(image).permute(0, 2, 3, 1).cpu().numpy(),
-            decode_unit(opacity)[:, 0].cpu().numpy(),
+            *generator.image_pairs(batch.inputs),
             decode_unit(batch.opacity_image)[:, 0].cpu().numpy(),
             strict=True,
         )

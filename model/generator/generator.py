@@ -164,13 +164,30 @@ class Generator:
         -------
         ndarray of float32, shape (N, S, S, 4)
         """
-        return self.render_encoded(self.encoded(inputs))
+        encoded = self.encoded(inputs)
+        latent = self._encode(encoded.opacity_tf)
+        return self._render(encoded.conditions, latent, encoded.color_tf)
 
     @torch.inference_mode()
-    def render_encoded(self, inputs: EncodedInputs) -> NDArray[np.float32]:
-        """Render N images, shape (N, S, S, 4), from encoded inputs on the generator's device."""
-        latent = self._encode(inputs.opacity_tf)
-        return self._render(inputs.conditions, latent, inputs.color_tf)
+    def image_pairs(self, inputs: EncodedInputs) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Render colour and opacity images apart, as the backend draws them.
+
+        Parameters
+        ----------
+        inputs : EncodedInputs
+            Of N images, on the generator's device.
+
+        Returns
+        -------
+        colors : ndarray of float32, shape (N, S, S, 3)
+        opacities : ndarray of float32, shape (N, So, So)
+            Both in [0, 1].
+        """
+        image, opacity = self._decoded(
+            inputs.conditions, self._encode(inputs.opacity_tf), inputs.color_tf
+        )
+        colors = decode_unit(image).permute(0, 2, 3, 1).cpu().numpy()
+        return colors, decode_unit(opacity)[:, 0].cpu().numpy()
 
     @torch.inference_mode()
     def render_latent(
@@ -242,13 +259,19 @@ class Generator:
         return EncodedInputs.of(inputs, self.scene).map(lambda tensor: tensor.to(self.device))
 
     def _render(self, conditions: Tensor, latent: Tensor, color_tf: Tensor) -> NDArray[np.float32]:
-        view_features, color = self._encode_view(conditions), self._encode_color(color_tf)
-        image, opacity = self._decode(view_features, latent, color)
+        image, opacity = self._decoded(conditions, latent, color_tf)
         opacity = interpolate(
             opacity, size=image.shape[-2:], mode="bilinear", align_corners=False, antialias=False
         )
         rgba = decode_unit(torch.cat([image, opacity], dim=1))
         return np.ascontiguousarray(rgba.permute(0, 2, 3, 1).cpu().numpy())
+
+    def _decoded(
+        self, conditions: Tensor, latent: Tensor, color_tf: Tensor
+    ) -> tuple[Tensor, Tensor]:
+        """Colour and opacity images in [-1, 1], by the backend."""
+        view_features, color = self._encode_view(conditions), self._encode_color(color_tf)
+        return self._decode(view_features, latent, color)
 
 
 class LastValue(Generic[Value]):

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from model.errors import TransferFunctionError
+from model.files import write_atomically
 
 TF_SAMPLES = 256
 """Resolution at which TFs are sampled, the paper's n_t."""
@@ -238,10 +239,8 @@ class TransferFunction:
 
     def save(self, path: Path) -> None:
         """Write the file; an existing one is replaced only once the new one is complete."""
-        partial = path.with_name(path.name + ".partial")
         try:
-            partial.write_text(json.dumps(self.to_json(), indent=2) + "\n", encoding="utf-8")
-            partial.replace(path)
+            write_atomically(path, (json.dumps(self.to_json(), indent=2) + "\n").encode())
         except OSError as error:
             raise TransferFunctionError(
                 f"{path}: the TF cannot be written ({error.strerror}); choose another place."

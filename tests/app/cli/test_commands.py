@@ -495,3 +495,35 @@ def test_more_bad_input(
     for arguments, message in cases:
         assert run(arguments.split()) == 2
         assert message in one_line(capsys)
+
+
+def test_training_tells_its_progress_in_json_lines(
+    samples: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    job, out = tmp_path / "job.json", tmp_path / "run"
+    wanted = f"train --dataset {samples} --preset draft --samples 16 --out {out}"
+    assert run([*wanted.split(), "--save-job", str(job)]) == 0
+    assert not out.exists()
+    capsys.readouterr()
+    assert run(["train", "--job", str(job), "--out", str(out), "--json-lines"]) == 0
+    lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert lines[0]["kind"] == "execution"
+    assert lines[-1] == {"kind": "end", "how": "finished", "model": str(out)}
+    progress = [line for line in lines if line["kind"] == "progress"]
+    assert progress[-1]["samples"] == 16
+    assert progress[-1]["spent"] == 1
+    assert run(f"info {out}".split()) == 0
+
+
+def test_light_moves_in_lit_images_only(
+    raw_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "image.npy"
+    base = f"render --renderer raycast --volume {raw_file} --size 32 --out {out}".split()
+    images = []
+    for light in ("-60,20", "60,20"):
+        assert run([*base, "--lighting", "direct", "--light", light]) == 0
+        images.append(np.load(out))
+    assert np.abs(images[0] - images[1]).max() > 0.05
+    assert run([*base, "--light", "60,20"]) == 2
+    assert "Try: --lighting direct" in one_line(capsys)

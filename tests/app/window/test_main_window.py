@@ -21,7 +21,8 @@ from app.state.transfer_function_store import TransferFunctionStore
 from app.state.viewer_state import HOME_VIEW
 from app.window.main_window import MainWindow
 from model.errors import CheckpointError, RenderError
-from model.scene.scene import Scene
+from model.scene.light import LightDirection
+from model.scene.scene import Lighting, Scene
 from model.scene.view import View
 
 WindowMaker = Callable[..., MainWindow]
@@ -353,3 +354,30 @@ def test_an_engine_slower_than_the_mouse_is_never_queued(
     assert len(engine.requests) == before + 2
     assert engine.requests[-1].inputs.view == View(azimuth=49.0)
     engine.gate = None
+
+
+def test_the_light_is_moved_where_both_images_follow_it(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
+) -> None:
+    volume = builders.volumes["ramp"]
+    builders.scene = Scene.of(volume, 16, "direct", movable_light=True)
+    window = make_window()
+    assert window.light.isVisible()
+    assert builders.settings[-1].lighting == "direct"
+    window.state.set_light(LightDirection(20.0, 10.0))
+    settle(qtbot, window)
+    for engine in (builders.generators[-1], builders.references[-1]):
+        assert engine.requests[-1].inputs.light == LightDirection(20.0, 10.0)
+    assert shown(window.generator) == shown(window.reference)
+    window.state.set_light(LightDirection(85.0, 0.0))
+    assert "light azimuth 85°" in window.generator.canvas.hint
+
+
+@pytest.mark.parametrize("lighting", ["none", "direct"])
+def test_a_fixed_light_is_not_offered_to_be_moved(
+    make_window: WindowMaker, builders: FakeBuilders, lighting: Lighting
+) -> None:
+    builders.scene = Scene.of(builders.volumes["ramp"], 16, lighting)
+    window = make_window()
+    assert not window.light.isVisible()
+    assert builders.generators[-1].requests[-1].inputs.light is None

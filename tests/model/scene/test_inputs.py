@@ -1,11 +1,24 @@
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from ramp import make_tf, make_volume
 
-from model.scene.inputs import SceneInputs, outside_range
+from model.errors import TfscopeError
+from model.scene.inputs import (
+    SceneInputs,
+    condition_numbers,
+    draw_inputs,
+    encode_inputs,
+    outside_range,
+    store_inputs,
+    varying,
+)
+from model.scene.light import LightDirection
+from model.scene.migration import FORMAT_VERSION, migrate_scene
 from model.scene.scene import Scene
 from model.scene.transfer_function import OpacityTF
 from model.scene.view import View
@@ -52,3 +65,72 @@ def test_several_things_make_one_line() -> None:
     text = outside(view, make_tf(100.0).opacity)
     assert "\n" not in text
     assert all(part in text for part in ("elevation", "roll", "a mode"))
+
+
+FIXED = Scene.of(make_volume(), 16, "direct")
+MOVABLE = Scene.of(make_volume(), 16, "direct", movable_light=True)
+
+
+def test_a_fixed_light_is_no_input() -> None:
+    assert [f.name for f in varying(FIXED)] == ["view", "opacity_tf", "color_tf"]
+    assert condition_numbers(FIXED) == 5
+    assert draw_inputs(np.random.default_rng(0), FIXED).light is None
+
+
+def test_adding_an_input_leaves_the_draws_of_the_others_alone() -> None:
+    one, other = (draw_inputs(np.random.default_rng(3), scene) for scene in (FIXED, MOVABLE))
+    assert replace(other, light=None) == one
+
+
+def test_a_movable_light_fills_its_range_and_is_seen_as_a_direction() -> None:
+    rng = np.random.default_rng(1)
+    inputs = [draw_inputs(rng, MOVABLE) for _ in range(400)]
+    arrays = store_inputs(inputs, MOVABLE)
+    lights = arrays["light"]
+    for column, limit in ((0, 80.0), (1, 70.0)):
+        assert np.abs(lights[:, column]).max() <= limit
+        counts, _ = np.histogram(lights[:, column], bins=4, range=(-limit, limit))
+        # Four quarters of 100, standard deviation 8.7.
+        assert np.abs(counts - 100).max() < 5 * 8.7
+    conditions = encode_inputs(arrays, MOVABLE)["conditions"]
+    assert conditions.shape == (400, 8)
+    azimuth, elevation = np.radians(lights.T)
+    right, up = np.sin(azimuth) * np.cos(elevation), np.sin(elevation)
+    np.testing.assert_allclose(conditions[:, 5:7], np.stack([right, up], axis=1), atol=1e-6)
+    np.testing.assert_allclose(np.linalg.norm(conditions[:, 5:], axis=1), 1, atol=1e-6)
+    assert outside_range(inputs[0], MOVABLE) == ""
+
+
+def test_a_light_that_is_not_given_is_the_scenes() -> None:
+    inputs = SceneInputs.of(View(), make_tf())
+    np.testing.assert_array_equal(store_inputs([inputs], MOVABLE)["light"], [[-45.0, 45.0]])
+
+
+def test_a_light_outside_its_range_is_named() -> None:
+    inputs = SceneInputs.of(View(), make_tf(), light=LightDirection(85.0, -75.0))
+    text = outside_range(inputs, replace(MOVABLE, scalar_window=(120.0, 180.0)))
+    assert "light azimuth 85°" in text
+    assert "light elevation -75°" in text
+    assert outside_range(inputs, replace(FIXED, scalar_window=(120.0, 180.0))) == ""
+
+
+def test_only_lit_scenes_have_a_movable_light() -> None:
+    with pytest.raises(TfscopeError, match="no light that could be moved"):
+        Scene.of(make_volume(), 16, movable_light=True)
+
+
+def test_scenes_come_back_from_json_also_those_of_format_1() -> None:
+    for scene in (FIXED, MOVABLE):
+        data = json.loads(json.dumps(scene.to_json()))
+        assert Scene.from_json(migrate_scene(data, FORMAT_VERSION)) == scene
+    old = json.loads(json.dumps(FIXED.to_json()))
+    del old["light_range"]
+    assert Scene.from_json(migrate_scene(old, 1)) == FIXED
+    assert migrate_scene([], 1) == []
+
+
+@pytest.mark.parametrize("text", ["", "1", "1,2,3", "a,b", "nan,1"])
+def test_a_light_that_cannot_be_read_is_refused(text: str) -> None:
+    with pytest.raises(TfscopeError, match="degrees"):
+        LightDirection.parse(text)
+    assert LightDirection.parse("30, -10") == LightDirection(30.0, -10.0)

@@ -1,0 +1,128 @@
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+
+import pytest
+from pytestqt.qtbot import QtBot
+from window_fakes import PATIENCE_S, FakeEngine, make_request
+
+from app.engines.client import EngineClient
+from app.engines.messages import Result, VisibilityRequest
+from app.engines.states import SETTLED_STATES, TRANSITIONS, EngineState
+from model.errors import CheckpointError, RenderError
+from model.scene.region import Region
+
+
+class Told:
+    """A client, the states that it went through, and its results."""
+
+    def __init__(self) -> None:
+        self.client = EngineClient("test")
+        self.states: list[EngineState] = []
+        self.results: list[Result] = []
+        self.client.stateChanged.connect(self.states.append)
+        self.client.resultReady.connect(self.results.append)
+
+
+@pytest.fixture
+def told(qtbot: QtBot) -> Iterator[Told]:
+    told = Told()
+    yield told
+    told.client.stop()
+    told.client.join()
+
+
+def test_a_client_starts_empty_and_is_not_settled(told: Told) -> None:
+    assert told.client.state is EngineState.EMPTY
+    assert not told.client.is_settled
+    told.client.submit(make_request(1))
+    assert told.states == []
+
+
+def test_an_image_is_waited_for_and_settles(qtbot: QtBot, told: Told) -> None:
+    with qtbot.waitSignal(told.client.engineReady):
+        told.client.start(FakeEngine, "Loading …")
+    assert told.client.text == "Loading …"
+    with qtbot.waitSignal(told.client.settled):
+        told.client.submit(make_request(3))
+    assert told.states == [EngineState.LOADING, EngineState.WORKING, EngineState.SETTLED]
+    value = told.results[0].value
+    assert value is not None
+    assert value.dtype == "float32"
+    assert value.shape == (8, 8, 4)
+    assert told.results[0].request == make_request(3)
+
+
+def test_a_live_image_does_not_settle(qtbot: QtBot, told: Told) -> None:
+    told.client.start(FakeEngine, "Loading …")
+    with qtbot.waitSignal(told.client.resultReady):
+        told.client.submit(make_request(3, live=True))
+    assert told.client.state is EngineState.WORKING
+
+
+def test_errors_are_a_state_with_its_sentence_until_the_next_image(
+    qtbot: QtBot, told: Told
+) -> None:
+    engine = FakeEngine()
+    engine.error = RenderError("The memory is full.")
+    told.client.start(lambda: engine, "Loading …")
+    with qtbot.waitSignal(told.client.settled):
+        told.client.submit(make_request(1))
+    assert told.client.error == "The memory is full."
+    engine.error = None
+    with qtbot.waitSignal(told.client.settled):
+        told.client.submit(make_request(2))
+    assert told.client.error is None
+    assert told.states[-3:] == [EngineState.FAILED, EngineState.WORKING, EngineState.SETTLED]
+
+
+def test_an_engine_that_cannot_be_built_fails(qtbot: QtBot, told: Told) -> None:
+    def fail() -> FakeEngine:
+        raise CheckpointError("model: the folder is missing.")
+
+    with qtbot.waitSignal(told.client.settled):
+        told.client.start(fail, "Loading …")
+    assert told.states == [EngineState.LOADING, EngineState.FAILED]
+    told.client.submit(make_request(1))
+    assert told.client.error == "model: the folder is missing."
+
+
+def test_other_kinds_neither_evict_nor_settle_an_image(qtbot: QtBot, told: Told) -> None:
+    gate = threading.Semaphore(0)
+    engine = FakeEngine(gate=gate)
+    told.client.start(lambda: engine, "Loading …")
+    told.client.submit(make_request(1))
+    assert engine.started.acquire(timeout=PATIENCE_S)
+    image = make_request(2)
+    told.client.submit(image)
+    told.client.submit(VisibilityRequest(2, image.inputs, image.quality, Region(0, 0, 1, 1)))
+    gate.release(2)
+    qtbot.waitUntil(lambda: len(told.results) == 3)
+    kinds = [type(result.request).__name__ for result in told.results]
+    assert kinds == ["ImageRequest", "ImageRequest", "VisibilityRequest"]
+    assert told.client.state is EngineState.SETTLED
+
+
+def test_a_paused_client_takes_nothing_until_it_is_resumed(qtbot: QtBot, told: Told) -> None:
+    engine = FakeEngine()
+    with qtbot.waitSignal(told.client.engineReady):
+        told.client.start(lambda: engine, "Loading …")
+    told.client.pause("Not for this volume.")
+    assert told.client.is_settled
+    told.client.submit(make_request(1))
+    told.client.resume()
+    with qtbot.waitSignal(told.client.settled):
+        told.client.submit(make_request(2))
+    assert [r.sequence for r in engine.requests] == [2]
+
+
+def test_every_state_can_be_left_and_entered() -> None:
+    assert TRANSITIONS.keys() == set(EngineState)
+    entered = frozenset().union(*TRANSITIONS.values())
+    assert entered == set(EngineState)
+    for state, following in TRANSITIONS.items():
+        assert state not in following
+        # Closing and opening something else is possible at any time.
+        assert EngineState.LOADING in following or state is EngineState.LOADING
+    assert EngineState.WORKING not in SETTLED_STATES

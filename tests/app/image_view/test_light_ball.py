@@ -1,0 +1,57 @@
+from __future__ import annotations
+
+import math
+
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from pytestqt.qtbot import QtBot
+
+from app.image_view.light_ball import DIAMETER, LIMITS, LightBall, light_at
+from app.state.viewer_state import ViewerState
+from model.scene.light import LightDirection
+
+
+@pytest.mark.parametrize(("x", "y"), [(0.0, 0.0), (0.5, 0.3), (-0.6, 0.6), (0.1, -0.7)])
+def test_the_light_shines_straight_onto_the_point(x: float, y: float) -> None:
+    right, up, back = light_at(x, y).towards()
+    assert (right, up) == (pytest.approx(x, abs=1e-9), pytest.approx(y, abs=1e-9))
+    assert back == pytest.approx(math.sqrt(1 - x * x - y * y), abs=1e-9)
+
+
+@pytest.mark.parametrize(("x", "y"), [(5.0, 0.0), (0.0, -3.0), (1.0, 1.0), (-1.0, 0.0)])
+def test_beyond_the_rim_the_light_stays_in_its_range(x: float, y: float) -> None:
+    light = light_at(x, y)
+    assert abs(light.azimuth) <= LIMITS.max_azimuth
+    assert abs(light.elevation) <= LIMITS.max_elevation
+
+
+def test_dragging_moves_the_light_live_and_then_finally(qtbot: QtBot) -> None:
+    state = ViewerState()
+    state.set_light(LightDirection())
+    ball = LightBall(state)
+    qtbot.addWidget(ball)
+    ball.show()
+    middle = QPoint(DIAMETER // 2, DIAMETER // 2)
+    qtbot.mousePress(ball, Qt.MouseButton.LeftButton, pos=middle)
+    assert state.live
+    qtbot.mouseMove(ball, middle + QPoint(DIAMETER // 4, 0))
+    assert state.light is not None
+    assert state.light.azimuth == pytest.approx(30, abs=5)
+    with qtbot.waitSignal(state.lightChangeFinished):
+        qtbot.mouseRelease(ball, Qt.MouseButton.LeftButton)
+    assert not state.live
+    qtbot.mouseDClick(ball, Qt.MouseButton.LeftButton)
+    assert state.light == LightDirection()
+
+
+def test_the_ball_is_brightest_where_the_light_comes_from(qtbot: QtBot) -> None:
+    state = ViewerState()
+    ball = LightBall(state)
+    qtbot.addWidget(ball)
+    state.set_light(LightDirection(70.0, 0.0))
+    image = ball.grab().toImage()
+    row = image.height() // 2
+    left, right = (
+        image.pixelColor(int(share * image.width()), row).lightness() for share in (0.2, 0.8)
+    )
+    assert right > left + 40
