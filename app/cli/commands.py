@@ -334,7 +334,6 @@ def train(
         ask_to_stop(out)
         typer.echo(f"The run in {out} will be saved and end after its present step.")
         return
-    loaded = None if job is None else TrainingJob.load(job)
     asked = TrainingJob(
         out=out,
         volume=VolumeSource(volume, raw, component),
@@ -357,8 +356,13 @@ def train(
         precision=str(precision),
         resume=resume,
     )
-    if loaded is not None:
-        asked = replace(loaded, out=out, resume=resume)
+    if job is not None:
+        if asked != TrainingJob(out, minutes=options.minutes_of(None, None, 60.0), resume=resume):
+            raise TfscopeError(
+                "A job's file says everything but the folder, and whether to resume; "
+                "leave the other options out."
+            )
+        asked = replace(TrainingJob.load(job), out=out, resume=resume)
     if save_job is not None:
         asked.save(save_job)
         return

@@ -109,12 +109,12 @@ class TrainingDisplay:
         self._metrics: dict[str, float] = {}
 
     def __enter__(self) -> TrainingDisplay:
-        self._live.start()
         return self
 
     def __exit__(self, *exception: object) -> None:
+        started = self._live.is_started
         self._live.stop()
-        if not console.is_terminal:
+        if started and not console.is_terminal:
             # Into a file, rich leaves the cursor behind the last numbers.
             console.print()
 
@@ -125,6 +125,8 @@ class TrainingDisplay:
 
     def show(self, report: TrainingReport) -> None:
         """Show a report; a line stays for each new hold-out measurement."""
+        # Not before the first step: what cannot start is told without a bar.
+        self._live.start()
         first = self._first = self._first or report
         seconds = max(report.seconds - first.seconds, 1e-3)
         speed = (report.samples - first.samples) / seconds

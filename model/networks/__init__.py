@@ -1,1 +1,1 @@
-"""The four networks of the paper, sized by one width and the image sizes."""
+"""Networks: what they share, their sizes, cards and checkpoints; one package per architecture."""

@@ -145,7 +145,7 @@ class TrainingOptions:
         if min(weights) < 0:
             raise TrainingError("The weights of the losses must not be negative.")
         if self.unrendered_tfs < 0:
-            raise TrainingError("The number of more TFs must not be negative.")
+            raise TrainingError("The number of unrendered TFs must not be negative.")
         if not self.grid_rate > 0:
             raise TrainingError("The feature grid's learning rate must be above 0.")
         if not 0 <= self.beta2 < 1:

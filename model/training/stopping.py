@@ -16,6 +16,8 @@ from types import FrameType
 from model.errors import TrainingError
 
 STOP_FILE = "training.stop"
+LOCK_FILE = "training.lock"
+"""Of whoever trains in a folder."""
 
 
 def ask_to_stop(folder: Path) -> None:
@@ -24,13 +26,15 @@ def ask_to_stop(folder: Path) -> None:
     Raises
     ------
     TrainingError
-        When there is no such folder, or the wish cannot be written there.
+        When nobody has trained in the folder, or the wish cannot be written there.
     """
+    if not (folder / LOCK_FILE).exists():
+        raise TrainingError(f"{folder}: no run is to be stopped there; give the run's folder.")
     try:
         (folder / STOP_FILE).touch()
     except OSError as error:
         raise TrainingError(
-            f"{folder}: the run cannot be asked to stop ({error.strerror}); give its folder."
+            f"{folder}: the run cannot be asked to stop ({error.strerror})."
         ) from error
 
 

@@ -33,9 +33,7 @@ from model.training.plan import TrainingPlan, TrainingReport
 from model.training.schedule import Schedule
 from model.training.stage import Losses, Stage
 from model.training.state import STATE_FILE, Progress, load_progress, load_stage, save_state
-from model.training.stopping import Interruption
-
-LOCK_FILE = "training.lock"
+from model.training.stopping import LOCK_FILE, Interruption
 
 
 def train(

@@ -428,7 +428,7 @@ BAD_INPUT = [
     ("sensitivity --exact --value 7 --out x.png", "outside the volume's range"),
     ("bench renderers --volume none.nrrd", "no such file"),
     ("train --out x --reuse 0.5", "--reuse"),
-    ("train --out x --dataset y --lighting direct --reuse 2", "--lighting and --reuse"),
+    ("train --out x --dataset y --lighting direct --reuse 2", "lighting and reuse"),
     ("dataset --count 99999999999 --out x", "--count"),
     ("dataset --count 9999999 --size 4096 --out x", "GB"),
     ("sensitivity --exact --size 4096 --block 1 --out x.npz", "larger blocks"),
@@ -461,23 +461,23 @@ def test_more_bad_input(
     trained: Path, samples: Path, raw_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     cases = [
-        (f"train --volume {raw_file} --preset draft --out {trained} --samples 9", "add --resume"),
+        (f"train --volume {raw_file} --preset draft --out {trained} --samples 9", "Try: --resume"),
         (
             f"render --renderer generator --model {trained} --lighting direct --out x.png",
             "trained with the lighting 'none'",
         ),
-        (f"evaluate --model {trained} --count 5000", "not shipped; give --volume"),
+        (f"evaluate --model {trained} --count 5000", "Try: --volume FILE"),
         (
             f"evaluate --model {trained} --dataset {samples} --count 6 --sensitivities 2",
-            "not shipped; give --volume",
+            "Try: --volume FILE",
         ),
         (
             f"train --dataset {samples} --preset draft --workers 2 --out {tmp_path}",
-            "--workers would have no effect",
+            "the workers would have no effect",
         ),
         (
             f"train --volume {shipped_volumes()[0]} --preset draft --out {trained} --samples 9",
-            "add --resume",
+            "Try: --resume",
         ),
         (
             f"evaluate --model {trained} --volume {shipped_volumes()[0]}",
@@ -485,7 +485,7 @@ def test_more_bad_input(
         ),
         (
             f"train --dataset {samples} --preset compact --out {tmp_path}",
-            "make a data set with --size 128",
+            "Try: --size 128",
         ),
         (
             f"evaluate --model {trained} --dataset {samples} --count 5000",

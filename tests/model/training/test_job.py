@@ -140,13 +140,13 @@ def test_a_file_in_its_folder_stops_a_run(job: TrainingJob) -> None:
 
 def test_an_old_wish_to_stop_is_forgotten(job: TrainingJob) -> None:
     job.out.mkdir()
-    ask_to_stop(job.out)
+    (job.out / STOP_FILE).touch()
     run_job(job)
     assert not (job.out / STOP_FILE).exists()
 
 
 def test_a_run_that_is_not_there_cannot_be_stopped(tmp_path: Path) -> None:
-    with pytest.raises(TrainingError, match="cannot be asked to stop"):
+    with pytest.raises(TrainingError, match="no run is to be stopped"):
         ask_to_stop(tmp_path / "nowhere")
 
 

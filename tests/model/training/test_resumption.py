@@ -164,8 +164,9 @@ def test_a_longer_budget_can_be_given_on_resuming(store: SampleStore, tmp_path: 
 
 
 def test_what_cannot_be_resumed_is_said(finished: Path, store: SampleStore, tmp_path: Path) -> None:
-    with pytest.raises(TrainingError, match="add --resume"):
+    with pytest.raises(TrainingError, match="go on with it") as caught:
         train(plan(store, finished))
+    assert caught.value.suggested == {"resume": ""}
     with pytest.raises(TrainingError, match="no training run to resume"):
         train(plan(store, tmp_path), resume=True)
     with pytest.raises(TrainingError, match="is finished"):
