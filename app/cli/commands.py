@@ -416,20 +416,20 @@ def evaluate(
 
     check_outputs(json, report)
     from app.cli.evaluate import evaluate_model
+    from model.evaluation.job import EvaluationJob
 
-    source = VolumeSource(volume, raw, component)
-    evaluate_model(
-        model,
-        count,
-        source,
-        store,
-        neighbours,
-        json,
-        str(device),
-        workers,
-        sensitivities,
-        report,
+    job = EvaluationJob(
+        model=model,
+        count=count,
+        volume=VolumeSource(volume, raw, component),
+        store=store,
+        neighbours=neighbours,
+        sensitivities=sensitivities,
+        workers=workers,
+        device=str(device),
+        illustrated=report is not None,
     )
+    evaluate_model(job, json, report)
 
 
 @application.command()

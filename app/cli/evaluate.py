@@ -2,161 +2,70 @@
 
 from __future__ import annotations
 
-import tempfile
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
+from rich.progress import Progress, TaskID
 from rich.table import Table
 
 from app.cli.console import console, counting
-from app.cli.outputs import check_outputs, write_json, write_text
-from model.errors import DatasetError, VolumeError
-from model.evaluation.error_profile import Group, error_profile, to_json
-from model.evaluation.holdout import evaluate, pictures
-from model.evaluation.report import AGREEMENTS, MEASURES, extremes, html_report, picture_sheet
-from model.generator.generator import Generator
-from model.samples.sample_rendering import render_store
-from model.samples.sample_store import SampleStore
-from model.samples.sampling import draw_sample
-from model.scene.volume import Volume
-from model.sensitivity.agreement import sensitivity_agreement
-from model.volume_files.source import VolumeSource, volume_of
-
-DEFAULT_SENSITIVITIES = 200
+from app.cli.outputs import write_json, write_text
+from model.evaluation.job import EvaluationJob, EvaluationResult, run_evaluation
+from model.evaluation.report import AGREEMENTS, MEASURES, html_report
 
 
-def evaluate_model(
-    folder: Path,
-    count: int,
-    source: VolumeSource,
-    store_path: Path | None,
-    neighbours: int,
-    json_path: Path | None,
-    device: str,
-    workers: int | None,
-    sensitivities: int | None,
-    report_path: Path | None,
-) -> None:
-    """Measure the model, print a table, and write JSON and an HTML report when asked.
+def evaluate_model(job: EvaluationJob, json_path: Path | None, report_path: Path | None) -> None:
+    """Measure the model, print a table, and write JSON and an HTML report when asked."""
 
-    Without a store, the hold-out samples, and as many training samples as
-    asked for, are rendered anew: they follow from the model's seed.
-    """
-    check_outputs(json_path, report_path)
-    # By the backend that the window draws with: its images are what users see.
-    generator = Generator.load(folder, device, "auto")
-    # Before anything is measured: what is missing had better be said first.
-    volume = _volume_to_differentiate(generator, source, sensitivities)
-    if store_path is not None:
-        store = _store(generator, folder, store_path, count)
-        result, page = _measure(generator, store, count, report_path is not None)
-    else:
-        with tempfile.TemporaryDirectory() as scratch:
-            store = _render(generator, Path(scratch), count, source, neighbours, workers)
-            result, page = _measure(generator, store, count, report_path is not None)
-    _print(result)
-
-    def write() -> None:
+    def write(result: EvaluationResult) -> None:
         if json_path is not None:
-            write_json(json_path, {"model": str(folder), **result})
-        if report_path is not None and page is not None:
-            title = f"{generator.scene.volume_name}: {folder}"
-            write_text(report_path, html_report(title, result, *page))
+            write_json(json_path, {"model": str(job.model), **result.figures})
+        if report_path is not None and result.sheet is not None:
+            title = f"{result.volume_name}: {job.model}"
+            page = html_report(title, result.figures, result.profile, result.sheet)
+            write_text(report_path, page)
 
-    write()
-    if volume is not None:
-        agreement = _agreement(generator, volume, sensitivities or DEFAULT_SENSITIVITIES)
-        _print_agreement(agreement)
-        result["sensitivity_agreement"] = agreement
-        write()
+    def images_measured(result: EvaluationResult) -> None:
+        bars.end()
+        _print(result.figures)
+        write(result)
 
-
-def _store(generator: Generator, folder: Path, path: Path, count: int) -> SampleStore:
-    """The data set that the model was trained on, with enough hold-out samples."""
-    store = SampleStore(path)
-    store.require_complete()
-    seed = generator.card.training.get("dataset_seed", store.seed)
-    if store.scene != generator.scene or store.seed != seed:
-        raise DatasetError(
-            f"{path}: the data set has another scene or seed than the model {folder}; "
-            "give the one that it was trained on, or none."
-        )
-    if count > store.count("holdout"):
-        raise DatasetError(
-            f"{path}: only {store.count('holdout')} hold-out samples are there, "
-            f"not {count}; lower --count, or add some with 'dataset --holdout'."
-        )
-    return store
+    with _Bars() as bars:
+        result = run_evaluation(job, bars.show, images_measured, console.print)
+    if "sensitivity_agreement" in result.figures:
+        _print_agreement(result.figures["sensitivity_agreement"])
+        write(result)
 
 
-def _render(
-    generator: Generator,
-    scratch: Path,
-    count: int,
-    source: VolumeSource,
-    neighbours: int,
-    workers: int | None,
-) -> SampleStore:
-    scene = generator.scene
-    volume = volume_of(scene.volume_fingerprint, scene.volume_name, source)
-    training = generator.card.training
-    neighbours = min(neighbours, int(training.get("samples_stored", neighbours)))
-    seed = int(training.get("dataset_seed", 0))
-    store = SampleStore.create(
-        scratch / "samples.zarr", scene, seed, {"holdout": count, "train": neighbours}
-    )
-    with counting("rendering", count + neighbours) as (progress, task):
-        render_store(store, volume, workers, lambda new: progress.advance(task, new))
-    return store
+class _Bars:
+    """One progress bar after the other, one for each activity."""
 
+    def __init__(self) -> None:
+        self._activity = ""
+        self._stack = ExitStack()
+        self._bar: tuple[Progress, TaskID] | None = None
 
-def _measure(
-    generator: Generator, store: SampleStore, count: int, illustrated: bool
-) -> tuple[dict[str, Any], tuple[dict[str, list[Group]], NDArray[np.uint8]] | None]:
-    """The figures; and, when asked, what else the report shows: profile and picture sheet."""
-    with counting("measuring", count) as (progress, task):
-        evaluation = evaluate(
-            generator, store, count, lambda done: progress.update(task, completed=done)
-        )
-    errors = evaluation.generator["rmse"]
-    samples = store.read("holdout", range(len(errors)))
-    profile = error_profile(generator.scene, samples, errors)
-    result = {**evaluation.to_json(), "profile": to_json(profile)}
-    if not illustrated:
-        return result, None
-    return result, (profile, picture_sheet(*pictures(generator, store, extremes(errors))))
+    def __enter__(self) -> _Bars:
+        return self
 
+    def __exit__(self, *exception: object) -> None:
+        self.end()
 
-def _volume_to_differentiate(
-    generator: Generator, source: VolumeSource, count: int | None
-) -> Volume | None:
-    """The volume that sensitivities are compared on.
+    def end(self) -> None:
+        """Leave the present bar as it is."""
+        self._stack.close()
+        self._activity, self._bar = "", None
 
-    None for lit scenes and when not asked for; unasked, also where it is not at hand.
-    """
-    scene = generator.scene
-    if count == 0 or scene.lighting != "none":
-        return None
-    try:
-        return volume_of(scene.volume_fingerprint, scene.volume_name, source)
-    except VolumeError:
-        if count is not None:
-            raise
-        console.print("Give --volume to have the sensitivities compared with the renderer's own.")
-        return None
-
-
-def _agreement(generator: Generator, volume: Volume, count: int) -> dict[str, Any]:
-    """Compare sensitivities with the renderer's on the first hold-out samples."""
-    seed = int(generator.card.training.get("dataset_seed", 0))
-    samples = [draw_sample(generator.scene, seed, "holdout", i) for i in range(count)]
-    with counting("differentiating", count) as (progress, task):
-        agreement = sensitivity_agreement(
-            generator, volume, samples, lambda done: progress.update(task, completed=done)
-        )
-    return {"count": count, **agreement.to_json()}
+    def show(self, activity: str, done: int, total: int) -> None:
+        """Show the progress of an activity."""
+        if activity != self._activity:
+            self.end()
+            self._activity = activity
+            self._bar = self._stack.enter_context(counting(activity, total))
+        assert self._bar is not None
+        progress, task = self._bar
+        progress.update(task, completed=done)
 
 
 def _print_agreement(agreement: dict[str, Any]) -> None:

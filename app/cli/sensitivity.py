@@ -14,18 +14,13 @@ from app.cli.render import DEFAULT_SIZE, load_fitted, model_folder
 from model.errors import RenderError
 from model.scene.default_tf import default_transfer_function
 from model.scene.inputs import SceneInputs
-from model.scene.region import Region, block_edges
+from model.scene.region import Region
 from model.scene.tf_perturbation import EDIT_WIDTH, response_to_edits
 from model.scene.transfer_function import TF_SAMPLES, TransferFunction
 from model.scene.view import View
 from model.scene.volume import Volume
+from model.sensitivity.display import beside_overlay, field_of_value
 from model.volume_files.source import VolumeSource
-
-RISING, FALLING = np.array([1.0, 0.35, 0.1]), np.array([0.2, 0.5, 1.0])
-"""Colours of a field: more opacity brightens, more opacity darkens."""
-
-BACKDROP = 0.35
-"""Brightness of the image behind a field."""
 
 
 @dataclass(frozen=True)
@@ -86,9 +81,8 @@ def save_sensitivity(order: SensitivityOrder) -> None:
         else:
             from skimage.io import imsave
 
-            picture = _picture(
-                _of_value(result.sensitivity, order.value, volume), result.image, order.block
-            )
+            field = field_of_value(result.sensitivity, order.value, volume.scalar_range)
+            picture = beside_overlay(result.image, field, order.block)
             imsave(order.out, np.rint(picture * 255).astype(np.uint8), check_contrast=False)
     except OSError as error:
         raise RenderError(f"{order.out}: it cannot be written ({error.strerror}).") from error
@@ -183,30 +177,3 @@ def _limit(sensitivity: NDArray[np.float32]) -> float | None:
     """End of the axis: background values react a hundred times as strongly as all others."""
     limit = 1.2 * float(np.percentile(np.abs(sensitivity), 97))
     return limit or None
-
-
-def _of_value(
-    field: NDArray[np.float32], value: float | None, volume: Volume
-) -> NDArray[np.float32]:
-    """The field of one scalar value; without one, the mean of all, each by its own maximum."""
-    if value is None:
-        strength = np.abs(field)
-        return np.asarray((strength / (strength.max(axis=(0, 1)) + 1e-12)).mean(axis=-1))
-    lo, hi = volume.scalar_range
-    position = (value - lo) / (hi - lo) * (TF_SAMPLES - 1)
-    lower = min(int(position), TF_SAMPLES - 2)
-    share = position - lower
-    return np.asarray((1 - share) * field[..., lower] + share * field[..., lower + 1])
-
-
-def _picture(
-    field: NDArray[np.float32], image: NDArray[np.float32], block: int
-) -> NDArray[np.float64]:
-    """The image, and beside it the field in colour over the dimmed image."""
-    edges = np.diff(block_edges(len(image), block))
-    blocks = field.repeat(edges, axis=0).repeat(edges, axis=1)
-    strength = np.clip(blocks / (np.abs(field).max() or 1.0), -1, 1)[..., None]
-    color = np.where(strength > 0, RISING, FALLING)
-    gray = BACKDROP * image.mean(axis=-1, keepdims=True)
-    overlay = gray * (1 - np.abs(strength)) + color * np.abs(strength)
-    return np.concatenate([image, overlay], axis=1)

@@ -489,7 +489,7 @@ def test_more_bad_input(
         ),
         (
             f"evaluate --model {trained} --dataset {samples} --count 5000",
-            "lower --count",
+            "Try: --count 6",
         ),
     ]
     for arguments, message in cases:
