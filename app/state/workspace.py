@@ -14,13 +14,12 @@ from app.engines.engines import Builders, GeneratorSettings, ReferenceSettings
 from app.engines.messages import EngineReady
 from app.state.dispatcher import NO_MODEL_SIZE, Dispatcher
 from app.state.opened_volume import OpenedVolume, open_volume
+from app.state.transfer_function_keeper import TransferFunctionKeeper
 from app.state.transfer_function_store import TransferFunctionStore
 from app.state.viewer_state import ViewerState
-from model.errors import TransferFunctionError
 from model.generator.catalog import model_for
 from model.scene.inputs import outside_range
 from model.scene.scene import RendererName, Scene
-from model.scene.transfer_function import TransferFunction
 
 
 class Workspace(QObject):
@@ -70,7 +69,8 @@ class Workspace(QObject):
         self._generator = generator
         self._reference = reference
         self._builders = builders
-        self._store = store
+        self._keeper = TransferFunctionKeeper(store, self)
+        self._keeper.problem.connect(self.problem)
         self._generator_settings = generator_settings
         self._dispatcher = Dispatcher(state, (generator, reference), self)
         self._opened: OpenedVolume | None = None
@@ -150,7 +150,8 @@ class Workspace(QObject):
             call.abandon()
 
     def join(self) -> None:
-        """Wait until all threads have ended."""
+        """Wait until all threads have ended and everything is written."""
+        self._keeper.finish()
         self._generator.join()
         self._reference.join()
         for call in self._calls:
@@ -168,7 +169,7 @@ class Workspace(QObject):
         self._follow_scene()
         self.news.emit(" ".join(opened.volume.notes))
         self.volumeOpened.emit(opened)
-        kept = self._kept(opened)
+        kept = self._keeper.load(opened.fingerprint)
         # After the engines: it requests the images, which they then take up.
         self._state.start_volume(opened.default, kept)
         self.volumeStarted.emit()
@@ -262,28 +263,10 @@ class Workspace(QObject):
             f"python main.py train\n--volume {volume}\n--preset compact --out runs/model"
         )
 
-    def _kept(self, opened: OpenedVolume) -> TransferFunction | None:
-        """Return the TF that was last used with this volume."""
-        if self._store is None:
-            return None
-        try:
-            return self._store.load(opened.fingerprint)
-        except TransferFunctionError as error:
-            if self._store.path(opened.fingerprint).exists():
-                # It could not even be set aside, and must not be overwritten.
-                self._store = None
-            self.problem.emit(str(error))
-            return None
-
     def _keep(self) -> None:
         """Keep the TF for the next run after every edit, undo and redo."""
-        if self._store is None or self._opened is None:
-            return
-        try:
-            self._store.save(self._opened.fingerprint, self._state.transfer_function)
-        except TransferFunctionError as error:
-            self._store = None
-            self.problem.emit(str(error))
+        if self._opened is not None:
+            self._keeper.keep(self._opened.fingerprint, self._state.transfer_function)
 
     def _update_hint(self) -> None:
         hint = ""

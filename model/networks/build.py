@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from model.networks.generator_network import GeneratorNetwork, OpacityNetwork
-from model.networks.grid.grid_generator import GridGenerator
-from model.networks.grid.grid_opacity import GridOpacityGenerator
 from model.networks.paper.opacity import OpacityGenerator
 from model.networks.paper.translation import TranslationGenerator
 from model.networks.paper.two_stage import TwoStageGenerator
@@ -16,6 +14,9 @@ from model.scene.scene import Scene
 def build_generator(size: NetworkSize, scene: Scene) -> GeneratorNetwork:
     """The whole generator of a size's architecture, with its first weights."""
     if size.architecture == "grid":
+        # Late, as below: its kernels take Numba, which the paper's networks do without.
+        from model.networks.grid.grid_generator import GridGenerator
+
         return GridGenerator(size, scene)
     translation = TranslationGenerator(size, condition_numbers(scene))
     return TwoStageGenerator(size, build_opacity(size, scene), translation)
@@ -25,4 +26,6 @@ def build_opacity(size: NetworkSize, scene: Scene) -> OpacityNetwork:
     """The opacity generator of a size's architecture."""
     if size.architecture == "paper":
         return OpacityGenerator(size)
+    from model.networks.grid.grid_opacity import GridOpacityGenerator
+
     return GridOpacityGenerator(size, scene)

@@ -135,3 +135,17 @@ def test_a_bad_file_changes_nothing(state: ViewerState, tmp_path: Path) -> None:
         state.open_transfer_function(path)
     assert state.transfer_function == make_tf()
     assert state.undo_stack.count() == 0
+
+
+def test_the_end_of_a_drag_announces_nothing_new(state: ViewerState) -> None:
+    changed: list[TransferFunction] = []
+    finished: list[TransferFunction] = []
+    state.transferFunctionChanged.connect(changed.append)
+    state.transferFunctionChangeFinished.connect(finished.append)
+    state.preview(make_tf(140.0))
+    state.finish_preview("drag")
+    assert changed == [make_tf(140.0)]
+    assert finished == [make_tf(140.0)]
+    state.undo()
+    state.redo()
+    assert len(changed) == len(finished) == 3
