@@ -11,7 +11,7 @@ ARGS ?=
 BIN := .venv/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check
 
-.PHONY: run test test-all setup lint clean
+.PHONY: run test test-all test-slow setup lint clean
 
 run: setup
 	@$(BIN)/python main.py $(ARGS)
@@ -19,9 +19,11 @@ run: setup
 test: setup .venv/test-ready
 	@QT_QPA_PLATFORM=offscreen $(BIN)/python -m pytest
 
-# Also what is slow, and property tests on cases that no run has drawn before.
-test-all: setup .venv/test-ready
-	@QT_QPA_PLATFORM=offscreen $(BIN)/python -m pytest -m "" --hypothesis-profile=fresh
+test-all: test test-slow
+
+# What is slow, and property tests on cases that no run has drawn before.
+test-slow: setup .venv/test-ready
+	@QT_QPA_PLATFORM=offscreen $(BIN)/python -m pytest -m "slow or hypothesis" --hypothesis-profile=fresh
 
 setup: .venv/ready
 	@$(BIN)/python app/system_libraries.py
