@@ -1,1 +1,1 @@
-"""The science of tfscope: volumes, rendering, training, the generator. Knows no Qt."""
+"""Volumes, rendering, training and the generator; independent of Qt."""

@@ -1,1 +1,1 @@
-"""The four networks of the paper, sized by one width and the image sizes."""
+"""Generator and discriminator networks, model checkpoints and input encoding."""

@@ -1,4 +1,4 @@
-"""The networks of an architecture, by name."""
+"""Construction of the networks of each architecture."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from model.scene.scene import Scene
 
 
 def build_generator(size: NetworkSize, scene: Scene) -> GeneratorNetwork:
-    """The whole generator of a size's architecture, with its first weights."""
+    """Build the complete generator of a size's architecture, with initial weights."""
     if size.architecture == "grid":
         return GridGenerator(size, scene)
     translation = TranslationGenerator(size, condition_numbers(scene))
@@ -22,7 +22,7 @@ def build_generator(size: NetworkSize, scene: Scene) -> GeneratorNetwork:
 
 
 def build_opacity(size: NetworkSize, scene: Scene) -> OpacityNetwork:
-    """The opacity generator of a size's architecture."""
+    """Build the opacity generator of a size's architecture, with initial weights."""
     if size.architecture == "paper":
         return OpacityGenerator(size)
     return GridOpacityGenerator(size, scene)

@@ -1,8 +1,8 @@
 """The model folder: weights as safetensors, everything else as JSON.
 
 ``model.json`` names the weights' file and its SHA-256 and is written last, so
-a folder is either the old model or the new one, never half of each. Loading
-reads data only and executes nothing.
+a folder holds either the old model or the new one, never a mixture. Loading
+only reads data and executes no code.
 """
 
 from __future__ import annotations
@@ -31,21 +31,21 @@ MODEL_FILE = "model.json"
 
 @dataclass(frozen=True)
 class ModelCard:
-    """All that is known about a trained model besides its weights.
+    """Description of a trained model: everything except its weights.
 
     Attributes
     ----------
     scene : Scene
-        What it was trained to render.
+        The scene that it was trained on.
     preset : str
         Name of the preset that the size came from.
     size : NetworkSize
     training : dict
-        Options, budget and course of the training.
+        Options, duration and learning curve of the training.
     metrics : dict
-        Hold-out metrics at the end of the training.
-    versions : dict
-        Versions of the software that trained it.
+        Most recent hold-out metrics.
+    versions : dict of str
+        Versions of Python and libraries used for training.
     """
 
     scene: Scene
@@ -56,12 +56,12 @@ class ModelCard:
     versions: dict[str, str] = field(default_factory=dict)
 
     def to_json(self) -> dict[str, Any]:
-        """The card as plain data."""
+        """Return the card as plain data."""
         return {**asdict(self), "scene": self.scene.to_json()}
 
 
 def save_model(folder: Path, card: ModelCard, network: GeneratorNetwork) -> None:
-    """Write a model folder, replacing the model in it; weights in half precision.
+    """Write a model folder, replacing the model in it, with weights in half precision.
 
     Parameters
     ----------
@@ -107,13 +107,13 @@ def load_card(folder: Path) -> ModelCard:
     Raises
     ------
     CheckpointError
-        When the folder holds no model, or one that this version cannot read.
+        When the folder holds no model or one that this version cannot read.
     """
     return _card(folder, _read_json(folder))
 
 
 def weights_digest(folder: Path) -> str:
-    """SHA-256 of a model's weights, as its card has it.
+    """Return the SHA-256 of a model's weights as recorded in ``model.json``.
 
     Raises
     ------
@@ -135,8 +135,8 @@ def load_model(folder: Path) -> tuple[ModelCard, GeneratorNetwork]:
     Raises
     ------
     CheckpointError
-        When the folder holds no model, its weights are missing, truncated,
-        altered, not finite, or do not fit its card.
+        When the folder holds no model, or its weights are missing, truncated,
+        altered, not finite or inconsistent with its card.
     """
     header = _read_json(folder)
     card = _card(folder, header)
@@ -163,7 +163,7 @@ def load_model(folder: Path) -> tuple[ModelCard, GeneratorNetwork]:
 
 
 def _half(value: Tensor) -> Tensor:
-    """Half precision where it can hold the value."""
+    """Convert to half precision unless the tensor is not floating point or would overflow."""
     value = value.detach().cpu().contiguous()
     if not value.is_floating_point():
         return value
@@ -216,7 +216,7 @@ def _card(folder: Path, header: dict[str, Any]) -> ModelCard:
 
 
 def _check_weights(path: Path, weights: dict[str, Tensor], expected: dict[str, Tensor]) -> None:
-    """Raise :class:`CheckpointError` unless names, shapes and values fit the network."""
+    """Raise :class:`CheckpointError` unless names and shapes match and values are finite."""
     missing = sorted(expected.keys() - weights.keys())
     foreign = sorted(weights.keys() - expected.keys())
     if missing or foreign:
