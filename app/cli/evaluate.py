@@ -1,4 +1,4 @@
-"""``evaluate``: a model's hold-out errors beside those of the nearest training image."""
+"""``evaluate``: hold-out errors of a model and of the nearest training images."""
 
 from __future__ import annotations
 
@@ -39,14 +39,14 @@ def evaluate_model(
     sensitivities: int | None,
     report_path: Path | None,
 ) -> None:
-    """Measure the model, print a table, and write JSON and an HTML report when asked.
+    """Measure the model, print a table, and write JSON and an HTML report if requested.
 
-    Without a store, the hold-out samples, and as many training samples as
-    asked for, are rendered anew: they follow from the model's seed.
+    Without a store, the hold-out samples and `neighbours` training samples are
+    rendered again from the model's seed.
     """
     check_outputs(json_path, report_path)
     generator = Generator.load(folder, device)
-    # Before anything is measured: what is missing had better be said first.
+    # Before the measurements, so that a missing volume is reported early.
     volume = _volume_to_differentiate(generator, source, sensitivities)
     if store_path is not None:
         store = _store(generator, folder, store_path, count)
@@ -73,7 +73,7 @@ def evaluate_model(
 
 
 def _store(generator: Generator, folder: Path, path: Path, count: int) -> SampleStore:
-    """The data set that the model was trained on, with enough hold-out samples."""
+    """Open the model's data set and check its scene, seed and number of hold-out samples."""
     store = SampleStore(path)
     store.require_complete()
     seed = generator.card.training.get("dataset_seed", store.seed)
@@ -114,7 +114,7 @@ def _render(
 def _measure(
     generator: Generator, store: SampleStore, count: int, illustrated: bool
 ) -> tuple[dict[str, Any], tuple[dict[str, list[Group]], NDArray[np.uint8]] | None]:
-    """The figures; and, when asked, what else the report shows: profile and picture sheet."""
+    """Return the measures and, if `illustrated`, the error profile and the image sheet."""
     with counting("measuring", count) as (progress, task):
         evaluation = evaluate(
             generator, store, count, lambda done: progress.update(task, completed=done)
@@ -131,9 +131,10 @@ def _measure(
 def _volume_to_differentiate(
     generator: Generator, source: VolumeSource, count: int | None
 ) -> Volume | None:
-    """The volume that sensitivities are compared on.
+    """Return the volume for the comparison of sensitivities, or None for no comparison.
 
-    None for lit scenes and when not asked for; unasked, also where it is not at hand.
+    There is none for lit scenes, if `count` is 0, or if `count` is None and the volume
+    is not available.
     """
     scene = generator.scene
     if count == 0 or scene.lighting != "none":
@@ -148,7 +149,7 @@ def _volume_to_differentiate(
 
 
 def _agreement(generator: Generator, volume: Volume, count: int) -> dict[str, Any]:
-    """Compare sensitivities with the renderer's on the first hold-out samples."""
+    """Compare sensitivities with the renderer's on the first hold-out samples, as plain data."""
     seed = int(generator.card.training.get("dataset_seed", 0))
     samples = [draw_sample(generator.scene, seed, "holdout", i) for i in range(count)]
     with counting("differentiating", count) as (progress, task):

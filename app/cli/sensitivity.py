@@ -1,4 +1,4 @@
-"""``sensitivity``: the derivative of an image by the opacity TF, as numbers or as a picture."""
+"""``sensitivity``: the derivative of an image by the opacity TF, as numbers or as an image."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from model.scene.volume import Volume
 from model.volume_files.source import VolumeSource
 
 RISING, FALLING = np.array([1.0, 0.35, 0.1]), np.array([0.2, 0.5, 1.0])
-"""Colours of a field: more opacity brightens, more opacity darkens."""
+"""Colours of a field where more opacity increases and decreases the brightness."""
 
 BACKDROP = 0.35
 """Brightness of the image behind a field."""
@@ -31,7 +31,7 @@ BACKDROP = 0.35
 
 @dataclass(frozen=True)
 class SensitivityOrder:
-    """What to differentiate: the command's options, see there."""
+    """Options of the ``sensitivity`` command; see :func:`app.cli.commands.sensitivity`."""
 
     volume: VolumeSource
     model: Path | None
@@ -49,7 +49,7 @@ class SensitivityOrder:
 
 @dataclass(frozen=True)
 class _Differentiated:
-    """An image and its derivative.
+    """An image and its sensitivity.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class _Differentiated:
 
 
 def save_sensitivity(order: SensitivityOrder) -> None:
-    """Differentiate an image and write the result; an existing file is replaced."""
+    """Differentiate an image and write the result, replacing an existing file."""
     if order.out.suffix.lower() not in (".png", ".npz"):
         raise RenderError(f"{order.out}: the name must end in .png or .npz.")
     check_outputs(order.out)
@@ -179,7 +179,7 @@ def _save_plot(
 
 
 def _limit(sensitivity: NDArray[np.float32]) -> float | None:
-    """End of the axis: background values react a hundred times as strongly as all others."""
+    """Limit of the plot's axis; sensitivities to background values may be 100 times larger."""
     limit = 1.2 * float(np.percentile(np.abs(sensitivity), 97))
     return limit or None
 
@@ -187,7 +187,7 @@ def _limit(sensitivity: NDArray[np.float32]) -> float | None:
 def _of_value(
     field: NDArray[np.float32], value: float | None, volume: Volume
 ) -> NDArray[np.float32]:
-    """The field of one scalar value; without one, the mean of all, each by its own maximum."""
+    """Field of one scalar value or, without one, the mean of all, each divided by its maximum."""
     if value is None:
         strength = np.abs(field)
         return np.asarray((strength / (strength.max(axis=(0, 1)) + 1e-12)).mean(axis=-1))
@@ -201,7 +201,7 @@ def _of_value(
 def _picture(
     field: NDArray[np.float32], image: NDArray[np.float32], block: int
 ) -> NDArray[np.float64]:
-    """The image, and beside it the field in colour over the dimmed image."""
+    """Return the image and, to its right, the field in colour over the dimmed image."""
     edges = np.diff(block_edges(len(image), block))
     blocks = field.repeat(edges, axis=0).repeat(edges, axis=1)
     strength = np.clip(blocks / (np.abs(field).max() or 1.0), -1, 1)[..., None]

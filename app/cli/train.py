@@ -1,4 +1,4 @@
-"""``train``: a generator of one volume's renderings."""
+"""``train``: training of a generator, with progress display."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ from model.training.stopping import ask_to_stop
 DEFAULT_MINUTES = 60.0
 
 LINE_SECONDS = 0.5
-"""Time between lines of machine-readable progress."""
+"""Least time between lines of machine-readable progress."""
 
 
 def train_model(job: TrainingJob, lines: bool) -> None:
-    """Train, with a progress bar or JSON lines; Ctrl-C saves the run before it ends."""
+    """Train with a progress bar or JSON lines; Ctrl-C saves and ends the run."""
     try:
         if parallel.rank_to_be():
             run_job(job)
@@ -56,7 +56,7 @@ def train_model(job: TrainingJob, lines: bool) -> None:
 
 
 def stop_training(folder: Path) -> None:
-    """Ask the run in a folder to save and end; works on every system, unlike signals."""
+    """Ask the run in a folder to save its state and end."""
     ask_to_stop(folder)
     console.print(f"The run in {folder} will be saved and end after its present step.")
 
@@ -70,7 +70,7 @@ def _run_with_bar(job: TrainingJob) -> None:
 
 
 def _run_with_lines(job: TrainingJob) -> None:
-    """Print a JSON object per line: one of kind "execution", then "progress", then "end"."""
+    """Print a JSON object per line: kind "execution" first, then "progress", at last "end"."""
     last = 0.0
 
     def write(kind: str, **data: object) -> None:
@@ -99,7 +99,7 @@ def _say_how_to_go_on(job: TrainingJob) -> None:
 
 
 class TrainingDisplay:
-    """A bar over the budget with speed and remaining time, and the losses below it."""
+    """Progress bar over the budget with speed and remaining time, and the losses below it."""
 
     def __init__(self) -> None:
         self._progress = Progress(
@@ -124,16 +124,16 @@ class TrainingDisplay:
     def __exit__(self, *exception: object) -> None:
         self._live.stop()
         if not console.is_terminal:
-            # Into a file, rich leaves the cursor behind the last numbers.
+            # When writing to a file, rich does not end the last line.
             console.print()
 
     def begin(self, name: str) -> None:
-        """Start over, for the next of several runs."""
+        """Print the name of the next of several runs, and reset speed and metrics."""
         self._live.console.print(name)
         self._first, self._metrics = None, {}
 
     def show(self, report: TrainingReport) -> None:
-        """Show a report; a line stays for each new hold-out measurement."""
+        """Show a report, and print a line for each new hold-out measurement."""
         first = self._first = self._first or report
         seconds = max(report.seconds - first.seconds, 1e-3)
         speed = (report.samples - first.samples) / seconds
