@@ -1,9 +1,9 @@
-"""tfscope's entry: the window by default, subcommands for everything it can do."""
+"""Entry point of tfscope: opens the window by default; all other functions are subcommands."""
 
 import os
 
-# Before torch is imported: with the window, VTK and torch in one process, OpenMP's
-# spinning threads would slow each other down ten times and more.
+# Must be set before torch is imported: with the window, VTK and torch in one process,
+# OpenMP's busy-waiting threads would slow each other down by a factor of ten or more.
 os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 
 if __name__ == "__main__":
@@ -12,5 +12,5 @@ if __name__ == "__main__":
 
         raise SystemExit(run())
     except KeyboardInterrupt:
-        # Ctrl-C while the imports, which take a second, were still running.
+        # Ctrl-C during the imports, which take a second.
         raise SystemExit(130) from None

@@ -1,1 +1,1 @@
-"""The desktop application and the command line: the only place that knows Qt."""
+"""The desktop application and the command line; the only package that depends on Qt."""

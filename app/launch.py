@@ -1,4 +1,4 @@
-"""Opens the window, on the screen or for one screenshot."""
+"""Opening of the window, on the screen or off screen for a screenshot."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from app.window.main_window import MainWindow
 ICON = Path(__file__).parent.parent / "resources" / "icons" / "tfscope.png"
 
 SCREENSHOT_PATIENCE_S = 300
-"""When a screenshot is taken of what there is, even if an image is missing."""
+"""Time after which a screenshot is taken even if an image is missing."""
 
 _SIGNAL_TICK_MS = 200
 
@@ -33,7 +33,7 @@ def run_window(
     screenshot: Path | None,
     builders: Builders = REAL_BUILDERS,
 ) -> int:
-    """Open the window and stay until it is closed.
+    """Open the window and run until it is closed.
 
     Parameters
     ----------
@@ -41,17 +41,17 @@ def run_window(
     model_path : Path or None
         A model's folder.
     settings : GeneratorSettings
-        How the generator is run.
+        Device, backend and precision of the generator.
     screenshot : Path or None
-        When given, the window opens off screen, is saved there as PNG as soon
-        as both images are final, and closes.
+        If given, the window is opened off screen, saved to this PNG file once both
+        images are final, and closed.
     builders : Builders
-        What reads volumes and builds engines.
+        Functions that read volumes and build engines.
 
     Returns
     -------
     int
-        Exit code: 0; 2 when a screenshot shows an error, or without a display.
+        Exit code: 0, or 2 if a screenshot shows an error or there is no display.
     """
     if screenshot is None and not _display_is_there():
         print(
@@ -62,9 +62,9 @@ def run_window(
         return 2
     if screenshot is not None:
         os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
-        # That platform warns of every hint that it cannot pass to a window manager.
+        # The offscreen platform warns of every unsupported window-manager hint.
         os.environ.setdefault("QT_LOGGING_RULES", "default.warning=false")
-    # Torch beside other busy threads: OpenMP's spinning would slow all of them.
+    # With other busy threads, OpenMP's busy-waiting would slow down all of them.
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
     application = _application()
     store = TransferFunctionStore.of_user() if screenshot is None else None
@@ -84,7 +84,7 @@ def run_window(
 
 
 def _application() -> QApplication:
-    """Return the one application, made and styled at the first call."""
+    """Return the application, created and styled by the first call."""
     application = QApplication.instance() or QApplication(sys.argv[:1])
     assert isinstance(application, QApplication)
     application.setApplicationName("tfscope")
@@ -100,15 +100,15 @@ def _application() -> QApplication:
 
 
 def _display_is_there() -> bool:
-    """Whether Qt has somewhere to open a window; only Linux can be without."""
+    """Return True if there is a display; always on systems other than Linux."""
     if not sys.platform.startswith("linux"):
         return True
     return any(os.environ.get(v) for v in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"))
 
 
 def _take_screenshot(application: QApplication, window: MainWindow, path: Path) -> int:
-    """Wait for both images, save the window, and say what is wrong in it."""
-    # A loop of its own: quitting the application would also end the loops that come later.
+    """Wait for both images, save the window, print errors, and return the exit code."""
+    # A separate loop, as quitting the application would also end later loops.
     waiting = QEventLoop()
     window.workspace.settled.connect(waiting.quit)
     patience = QTimer(singleShot=True, interval=1000 * SCREENSHOT_PATIENCE_S)
@@ -118,7 +118,7 @@ def _take_screenshot(application: QApplication, window: MainWindow, path: Path) 
         if not window.workspace.is_settled:
             waiting.exec()
     patience.stop()
-    # What the last signal changed is laid out and painted first.
+    # Process pending layout and paint events first.
     application.processEvents()
     problems = window.errors
     if not window.workspace.is_settled:
@@ -132,9 +132,9 @@ def _take_screenshot(application: QApplication, window: MainWindow, path: Path) 
 
 @contextmanager
 def _interrupts_call(action: Callable[[], object]) -> Iterator[None]:
-    """Let Ctrl-C in the terminal call an action, instead of raising an exception in Qt."""
+    """Make Ctrl-C in the terminal call an action instead of raising an exception in Qt."""
     before = signal.signal(signal.SIGINT, lambda *_: action())
-    # Python runs signal handlers only between its own instructions: give it some.
+    # Python runs signal handlers only between bytecode instructions, so run some regularly.
     tick = QTimer(interval=_SIGNAL_TICK_MS)
     tick.timeout.connect(lambda: None)
     tick.start()

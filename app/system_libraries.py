@@ -1,8 +1,8 @@
-"""Finds the shared libraries that Qt and VTK miss on this machine, and installs them.
+"""Installation of shared libraries that Qt and VTK need and this machine lacks.
 
-The Makefile runs it as a script, before anything else of tfscope exists: it
-uses the standard library only. Where the user may, apt-get installs what is
-missing; otherwise the exact command is printed.
+The Makefile runs this module as a script before anything else is installed, so it
+uses the standard library only. Missing packages are installed with apt-get if the
+user has the rights; otherwise the exact command is printed.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ LIBRARIES = {
     "libxkbcommon-x11.so.0": "libxkbcommon-x11-0",
     "libxkbcommon.so.0": "libxkbcommon0",
 }
-"""Package of each library that the wheels expect from the system."""
+"""Debian packages of the system libraries that the wheels need."""
 
 FONTS = Path("/usr/share/fonts")
 DRIVERS = ("libEGL_mesa.so.0", "libEGL_nvidia.so.0")
 
 
 def missing_packages() -> list[str]:
-    """Debian packages of what is not there."""
+    """Return the Debian packages of missing libraries, drivers and fonts."""
     packages = [package for library, package in LIBRARIES.items() if not _loads(library)]
     if not any(map(_loads, DRIVERS)):
         packages += ["libegl-mesa0", "libgl1-mesa-dri"]
@@ -52,7 +52,7 @@ def missing_packages() -> list[str]:
 
 
 def install(packages: list[str]) -> int:
-    """Install packages with apt-get, or print how to; returns an exit code."""
+    """Install packages with apt-get, or print the command; return an exit code."""
     command = ["apt-get", "install", "--yes", "--no-install-recommends", *packages]
     rights = _administrator()
     if shutil.which("apt-get") is None:
@@ -78,7 +78,7 @@ def install(packages: list[str]) -> int:
 
 
 def check_python() -> int:
-    """Check the interpreter that is to make the virtual environment."""
+    """Check the interpreter for the virtual environment; return an exit code."""
     if sys.version_info < MINIMUM_PYTHON:
         needed = ".".join(map(str, MINIMUM_PYTHON))
         print(
@@ -104,7 +104,7 @@ def _loads(library: str) -> bool:
 
 
 def _administrator() -> list[str] | None:
-    """What to put before a command to run it as root: nothing, sudo, or None if impossible."""
+    """Return the prefix to run a command as root, which may be empty; None if impossible."""
     if os.geteuid() == 0:
         return []
     sudo = shutil.which("sudo")
@@ -117,7 +117,7 @@ def _administrator() -> list[str] | None:
 
 
 def main(arguments: list[str]) -> int:
-    """Check Python with ``--python``, the libraries otherwise; Linux only."""
+    """Check Python with ``--python``, otherwise install missing libraries on Linux."""
     if "--python" in arguments:
         return check_python()
     if sys.platform != "linux":

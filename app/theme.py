@@ -1,4 +1,4 @@
-"""The look of the window: one calm, dark palette."""
+"""The window's dark colour palette and style sheet."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ QFrame[role="notice"] {{ background: #33291a; border-radius: 6px; }}
 
 
 def apply_theme(application: QApplication) -> None:
-    """Give an application the palette and the style of tfscope."""
+    """Apply tfscope's palette and style to an application."""
     application.setStyle("Fusion")
     application.setPalette(_palette())
     application.setStyleSheet(_STYLE_SHEET)

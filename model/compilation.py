@@ -1,4 +1,4 @@
-"""How numeric kernels are compiled by Numba, and where the machine code is kept."""
+"""Compilation of numeric kernels by Numba, and the cache of their machine code."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from numba.core import config
 from model.files import cache_folder
 
 KERNELS = ("rendering/raycast", "networks/grid")
-"""Packages that hold compiled functions and what those call."""
+"""Packages that hold compiled functions and the functions they call."""
 
 F = TypeVar("F", bound=Callable[..., Any])
 
 OPTIONS: dict[str, Any] = {
     "nogil": True,
     "error_model": "numpy",
-    # All of fast math but the licence to forget NaN and infinity.
+    # All fast-math flags except those that assume no NaN and no infinity.
     "fastmath": {"contract", "reassoc", "nsz", "arcp"},
 }
 
 
 def _use_cache() -> bool:
-    """Point Numba to a folder of the user's, one for each state of the sources.
+    """Set Numba's cache folder, one per state of the sources; return False if not writable.
 
-    Numba itself notices changes only in a function's own file, not in the
+    Numba itself detects changes only in a function's own file, not in the
     functions that it calls.
     """
     digest = hashlib.sha256(numba.__version__.encode())
@@ -47,7 +47,7 @@ def _use_cache() -> bool:
 
 
 def _avoid_gathers() -> None:
-    """Load the corners of trilinear interpolation one by one: gathers are slower."""
+    """Disable gather instructions, which slow down trilinear interpolation."""
     features = llvmlite.binding.get_host_cpu_features()
     if features.get("avx2") and config.CPU_FEATURES is None:
         config.CPU_FEATURES = features.flatten() + ",+prefer-no-gather"
@@ -58,10 +58,10 @@ _CACHE = _use_cache()
 
 
 def compiled(function: F) -> F:
-    """Compile a function that runs on the CPU without the interpreter lock."""
+    """Compile a function for the CPU; it releases the interpreter lock while it runs."""
     return numba.njit(function, cache=_CACHE, **OPTIONS)
 
 
 def inlined(function: F) -> F:
-    """Compile a function into its callers, on CPU or GPU, so that loops become vector code."""
+    """Compile a function that is inlined into its callers, on CPU or GPU."""
     return numba.njit(function, forceinline=True, **OPTIONS)

@@ -8,7 +8,7 @@ from model.errors import DeviceError
 
 
 def choose_device(name: str) -> torch.device:
-    """Turn "auto", "cpu" or "cuda" into a device that is there.
+    """Return the available device for "auto", "cpu" or "cuda".
 
     Raises
     ------

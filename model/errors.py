@@ -1,9 +1,9 @@
-"""The errors that a user of tfscope may meet.
+"""Errors whose messages are meant for users.
 
-Each carries one plain sentence that says what was wrong, where, and what to
-do about it, and may suggest settings by name. The command line prints it, with
-the suggestions as options, and exits with code 2; the window shows it and goes
-on working. Anything else that escapes is a defect of ours.
+Each message is one plain sentence that says what is wrong, where, and what to
+do about it; an error may also suggest settings by name. The command line prints
+the message, with the suggestions as options, and exits with code 2; the window
+shows it and continues. Any other exception that escapes is a defect of tfscope.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ class TfscopeError(Exception):
     Parameters
     ----------
     message : str
-        In words that fit the command line and the window alike.
+        Worded for both the command line and the window.
     **suggested : str
-        Settings that would help, by name; an empty text stands for a switch.
+        Values of settings that would help, by name; an empty string stands for a switch.
 
     Attributes
     ----------
@@ -30,7 +30,7 @@ class TfscopeError(Exception):
 
 
 def first_line(error: Exception) -> str:
-    """What a library's error says first, for a sentence of ours; its type where it says nothing."""
+    """Return the first line of a library's error message, or the error's type if it has none."""
     return next(iter(str(error).splitlines()), "") or type(error).__name__
 
 
@@ -59,7 +59,7 @@ class CheckpointError(TfscopeError):
 
 
 class DeviceError(TfscopeError):
-    """The requested compute device is not there."""
+    """The requested compute device is not available."""
 
 
 class TrainingError(TfscopeError):
@@ -67,8 +67,8 @@ class TrainingError(TfscopeError):
 
 
 class CollapseError(TrainingError):
-    """A training run was stopped because nothing good can come of it any more."""
+    """A training run was stopped because the generator has collapsed."""
 
 
 class NotOfferedError(TfscopeError):
-    """An engine cannot answer this kind of question."""
+    """An engine does not support the requested kind of result."""

@@ -1,4 +1,4 @@
-"""Writing files safely, and the folder for what can be made again."""
+"""Atomic file writes, and the user's cache folder."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 
 
 def write_atomically(path: Path, content: bytes) -> None:
-    """Write a file so that it is there either whole or not at all, even after a power cut."""
+    """Write a file completely or not at all, even across a power failure."""
     partial = path.with_name(path.name + ".partial")
     with partial.open("wb") as file:
         file.write(content)
@@ -18,7 +18,7 @@ def write_atomically(path: Path, content: bytes) -> None:
 
 
 def cache_folder() -> Path:
-    """The user's folder for compiled kernels and measurements; it may not exist yet.
+    """Return the user's folder for compiled kernels and measurements; it may not exist yet.
 
     ``XDG_CACHE_HOME/tfscope``, or ``~/.cache/tfscope``; ``LOCALAPPDATA/tfscope`` on Windows.
     """

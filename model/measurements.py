@@ -1,4 +1,4 @@
-"""Choices that were measured on this machine, kept in the user's cache folder."""
+"""Results of measurements on this machine, cached in the user's cache folder."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ FILE = "measurements.json"
 
 
 def kept(name: str, about: Mapping[str, Any]) -> Any:
-    """Return what was kept on this machine; None where nothing was.
+    """Return the cached result of a measurement on this machine, or None if there is none.
 
     Parameters
     ----------
     name : str
-        Of the measurement.
+        Name of the measurement.
     about : mapping
-        All that the result depends on beside the machine, as plain data.
+        Everything that the result depends on besides the machine, as plain data.
     """
     return _read().get(_key(name, about))
 
 
 def keep(name: str, about: Mapping[str, Any], result: Any) -> None:
-    """Keep a result, plain data, for later runs; where it cannot be written, nothing is kept."""
+    """Cache a result (plain data) for later runs; do nothing if it cannot be written."""
     with suppress(OSError):
         path = cache_folder() / FILE
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -55,11 +55,11 @@ def _key(name: str, about: Mapping[str, Any]) -> str:
 
 
 def _machine() -> dict[str, Any]:
-    """What speed depends on: two machines that agree in this are taken for one."""
+    """Return the properties that speed depends on; machines equal in them share results."""
     return {
         "processor": processor_name(),
         "instructions": torch.backends.cpu.get_cpu_capability(),
-        # The same processor with some of its instructions forbidden is another one.
+        # A processor with some of its instructions disabled counts as a different one.
         "limits": {n: os.environ.get(n) for n in ("ONEDNN_MAX_CPU_ISA", "DNNL_MAX_CPU_ISA")},
         "threads": torch.get_num_threads(),
         "torch": torch.__version__,
@@ -69,7 +69,7 @@ def _machine() -> dict[str, Any]:
 
 @cache
 def processor_name() -> str:
-    """The processor's name as the system gives it."""
+    """Return the processor's name as reported by the system."""
     with suppress(OSError):
         for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
             if line.startswith("model name"):

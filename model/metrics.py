@@ -1,4 +1,4 @@
-"""Distances between images, as the paper measures them and beside it.
+"""Image metrics: the paper's and additional ones.
 
 Images are float arrays (H, W, 3) with values in [0, 1]; predictions are
 clipped to that range first.
@@ -35,7 +35,7 @@ def rmse(image: Image, truth: Image) -> float:
 
 
 def masked_rmse(image: Image, truth: Image, opacity: Image) -> float:
-    """RMSE over the pixels whose true opacity (H, W) exceeds .01; 0 when there are none."""
+    """RMSE over the pixels whose true opacity (H, W) exceeds 0.01; 0 if there are none."""
     mask = opacity > 0.01
     return rmse(image[mask], truth[mask]) if mask.any() else 0.0
 
@@ -43,7 +43,7 @@ def masked_rmse(image: Image, truth: Image, opacity: Image) -> float:
 def ssim(image: Image, truth: Image) -> float:
     """Structural similarity (Wang et al. 2004), 1 for equal images.
 
-    In windows of 7 x 7 equal weights, as scikit-image has it; the paper's are Gaussian.
+    Uses scikit-image's uniform windows of 7 x 7 pixels; the paper uses Gaussian windows.
     """
     return float(
         structural_similarity(
@@ -69,18 +69,18 @@ def color_emd(image: Image, truth: Image) -> float:
 
 
 def flip(image: Image, truth: Image) -> float:
-    """Mean difference that the eye sees when flipping between images (Andersson et al. 2020).
+    """Mean FLIP error, the perceived difference when alternating images (Andersson et al. 2020).
 
-    0 to 1, at the viewing distance that the evaluator takes for granted (67 pixels per degree).
+    Lies in [0, 1]; computed for the evaluator's default viewing distance (67 pixels per degree).
     """
     pair = [np.ascontiguousarray(np.clip(x, 0, 1), dtype=np.float32) for x in (truth, image)]
     return float(flip_evaluator.evaluate(*pair, "LDR", applyMagma=False)[1])
 
 
 def shift_tolerant_lpips(image: Image, truth: Image) -> float | None:
-    """Distance of deep features that ignores small shifts (Ghildyal and Liu 2022).
+    """Shift-tolerant LPIPS distance (Ghildyal and Liu 2022).
 
-    None where the package stlpips-pytorch is not installed.
+    None if the package stlpips-pytorch is not installed.
     """
     network = _lpips_network()
     if network is None:
@@ -94,9 +94,9 @@ def shift_tolerant_lpips(image: Image, truth: Image) -> float | None:
 def summary(
     values: Sequence[float] | NDArray[np.float64], larger_is_better: bool = False
 ) -> dict[str, Any]:
-    """Mean, median, what 95 % are better than ("p95"), and the 95 % interval of the mean.
+    """Mean, median, the value that 95 % are better than ("p95"), and the mean's 95 % interval.
 
-    The interval is the bootstrap's, from 2,000 resamples with a fixed seed.
+    The confidence interval is a bootstrap of 2,000 resamples with a fixed seed.
     """
     array = np.asarray(values, dtype=np.float64)
     drawn = np.random.default_rng(0).integers(len(array), size=(RESAMPLES, len(array)))

@@ -1,4 +1,4 @@
-"""The command line. Imports what a command needs only when it runs."""
+"""The command line. Each command's dependencies are imported only when it runs."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ BAD_INPUT = 2
 
 
 def run(arguments: Sequence[str] | None = None) -> int:
-    """Run a command; the process's arguments by default.
+    """Run the command given by arguments, by default those of the process.
 
     Returns
     -------
     int
-        Exit code: 0, 2 with one line on standard error for bad input, or 130
-        after Ctrl-C.
+        Exit code: the command's, usually 0; 2 with one line on standard error for bad
+        input; 130 after Ctrl-C; 1 if standard output is closed.
     """
     from app.cli.commands import application
 
@@ -30,11 +30,11 @@ def run(arguments: Sequence[str] | None = None) -> int:
         print("Interrupted.", file=sys.stderr)
         return 130
     except BrokenPipeError:
-        # The reader of our output has gone; keep Python from complaining at exit.
+        # The reader of standard output has ended; prevent a further error at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except Exception as error:
-        # typer's usage errors, whose class is private, know how to say themselves.
+        # typer's usage errors, whose class is private, have a method for their message.
         if not hasattr(error, "format_message"):
             if type(error).__name__ == "Abort":
                 return 130
@@ -44,7 +44,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
 
 
 def _options(suggested: dict[str, str]) -> str:
-    """What an error suggests, as options of the command line."""
+    """Format an error's suggested settings as options of the command line."""
     words = []
     for name, value in suggested.items():
         words += [f"--{name.replace('_', '-')}", *([value] if value else [])]

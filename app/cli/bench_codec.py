@@ -1,4 +1,4 @@
-"""``bench codec``: how well latent codes keep opacity TFs, without rendering any."""
+"""``bench codec``: accuracy of latent codes of opacity TFs, without rendering."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from model.volume_files.shipped import DEFAULT_VOLUME
 
 
 def measure_model(model: Path, ineffective: list[str], json_path: Path | None) -> None:
-    """Measure a trained model's codec; options that are for training one are refused."""
+    """Measure a trained model's codec; raise an error for options that apply to training only."""
     if ineffective:
         raise TfscopeError(
             f"With --model, {' and '.join(ineffective)} would have no effect: its codec is "
@@ -40,7 +40,7 @@ def train_alone(
     seed: int,
     json_path: Path | None,
 ) -> None:
-    """Train a codec and measure it on its way."""
+    """Train a codec without images, and measure it during training."""
     check_outputs(json_path)
     options = replace(TrainingOptions(), seed=seed).with_settings(settings)
     size = PRESETS[preset]
@@ -56,7 +56,7 @@ def _watched(rows: Iterator[CodecRow]) -> Iterator[CodecRow]:
 
 
 def _tell(rows: list[CodecRow], json_path: Path | None) -> None:
-    """Print a table, and write JSON when asked."""
+    """Print a table, and write JSON if a path is given."""
     machine = print_machine()
     table = Table()
     layers = (f"{n} voxels" if n > 1 else "TF" for n in LAYERS)

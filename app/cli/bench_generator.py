@@ -1,4 +1,4 @@
-"""``bench generator``: how fast images come from a generator, by backend."""
+"""``bench generator``: speed of a generator by backend."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from model.volume_files.shipped import DEFAULT_VOLUME
 def bench_generator(
     presets: list[str], model: Path | None, device_name: str, seconds: float, json_path: Path | None
 ) -> None:
-    """Measure a model, or each preset's networks; print tables, and write JSON when asked."""
+    """Measure a model or each preset's networks; print tables, and write JSON if requested."""
     check_outputs(json_path)
     device = choose_device(device_name)
     machine = print_machine(device)
@@ -47,7 +47,7 @@ def bench_generator(
 
 
 def _networks(presets: list[str], model: Path | None) -> list[tuple[str, GeneratorNetwork, Scene]]:
-    """What to measure: a model, or untrained networks, which are as fast as trained ones."""
+    """Return the networks to measure: a model's, or untrained ones, which are equally fast."""
     if model is not None:
         card, network = load_model(model)
         return [(str(model), network, card.scene)]

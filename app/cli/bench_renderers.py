@@ -1,4 +1,4 @@
-"""``bench renderers``: VTK beside the ray caster."""
+"""``bench renderers``: comparison of VTK and the ray caster."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def bench_renderers(
     json_path: Path | None,
     plot: Path | None,
 ) -> None:
-    """Compare the renderers on each volume; print tables, write JSON and a plot when asked."""
+    """Compare the renderers on each volume; print tables, write JSON and a plot if requested."""
     check_outputs(json_path, plot)
     machine = print_machine()
     comparisons = []

@@ -1,4 +1,4 @@
-"""``bench training``: how fast each preset learns, by precision, memory order and so on."""
+"""``bench training``: speed of training steps by precision, memory order and so on."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def bench_training(
     steps: int,
     json_path: Path | None,
 ) -> None:
-    """Time steps without rendering; print a table for each preset, and write JSON when asked."""
+    """Time steps without rendering; print a table per preset, and write JSON if requested."""
     check_outputs(json_path)
     device = choose_device(device_name)
     machine = print_machine(device)

@@ -1,6 +1,6 @@
-"""The commands and their options. What they do is in one module each.
+"""The commands and their options; each command is implemented in a module of its own.
 
-Long, as each option has its name, limits and help here; there is no logic to split off.
+The module is long because it holds the name, limits and help of each option, but no logic.
 """
 
 from __future__ import annotations

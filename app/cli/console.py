@@ -24,7 +24,7 @@ console = Console(markup=False, highlight=False, soft_wrap=True)
 
 
 class _SpeedColumn(ProgressColumn):
-    """Items per second."""
+    """Column with the number of items per second."""
 
     def render(self, task: Task) -> Text:
         speed = task.finished_speed or task.speed
@@ -33,7 +33,7 @@ class _SpeedColumn(ProgressColumn):
 
 @contextmanager
 def counting(description: str, total: int, done: int = 0) -> Iterator[tuple[Progress, TaskID]]:
-    """A bar that counts items, with speed and remaining time; yields it and its task."""
+    """Show a progress bar with item count, speed and remaining time; yield it and its task."""
     with Progress(
         TextColumn("{task.description}"),
         BarColumn(),

@@ -1,4 +1,4 @@
-"""``dataset``: render random samples into a store."""
+"""``dataset``: rendering of random samples into a store."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MAX_HOLDOUT = 2000
 
 
 class SceneOptions(NamedTuple):
-    """What :meth:`model.scene.scene.Scene.of` is given beside the volume, in its order."""
+    """Arguments of :meth:`model.scene.scene.Scene.of` after the volume, in order."""
 
     size: int
     lighting: Lighting
@@ -40,7 +40,7 @@ def make_dataset(
     workers: int | None,
     scheduler: str | None,
 ) -> None:
-    """Create a store, or go on with the one that is there, until it holds `count` samples."""
+    """Create or continue a store until it holds `count` training samples and its hold-out."""
     if workers and scheduler not in (None, "local"):
         raise TfscopeError(
             "--workers counts processes of this machine, and those of a scheduler are started "
@@ -80,7 +80,7 @@ def _rendered(out: Path) -> int:
 
 
 def _check_room(out: Path, image_bytes: int) -> None:
-    """Refuse what cannot fit: compressed images take a tenth of their pixels at the least."""
+    """Check the free disk space, assuming that compression is at most tenfold."""
     folder = next(p for p in out.absolute().parents if p.exists())
     free = shutil.disk_usage(folder).free
     if image_bytes / 10 > free:

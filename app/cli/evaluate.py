@@ -1,4 +1,4 @@
-"""``evaluate``: a model's hold-out errors beside those of the nearest training image."""
+"""``evaluate``: hold-out errors of a model and of the nearest training images."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``info``: what a volume file or a model folder holds."""
+"""``info``: description of a volume file or a model folder."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def _card_rows(card: ModelCard) -> list[tuple[str, str]]:
 
 
 def _course(training: dict[str, Any]) -> str:
-    """What one run of a model's training was."""
+    """Describe one training run of a model: duration, device and samples."""
     supply = "rendered meanwhile"
     if "samples_stored" in training:
         supply = f"of {training['samples_stored']:,} stored"

@@ -1,4 +1,4 @@
-"""What measurements depend on."""
+"""Description of the machine and software that measurements depend on."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from model.measurements import processor_name
 
 
 def print_machine(device: torch.device | None = None) -> dict[str, Any]:
-    """Print what a measurement depends on, and return it; with torch's threads and device."""
+    """Print and return a description of the machine; with a device, also torch's threads."""
     facts = _machine()
     if device is not None:
         facts |= {"threads": torch.get_num_threads(), "device": str(device)}

@@ -1,4 +1,4 @@
-"""Options that several commands share, and how their texts are understood."""
+"""Options shared by several commands, and the conversion of their values."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class StudyName(StrEnum):
 
 
 class Renderer(StrEnum):
-    """Who renders."""
+    """Renderers of a single image, for the command line."""
 
     VTK = "vtk"
     RAYCAST = "raycast"
@@ -41,14 +41,14 @@ class Renderer(StrEnum):
 
 
 class SampleRenderer(StrEnum):
-    """Who renders what is learned from."""
+    """Renderers of training samples, for the command line."""
 
     VTK = "vtk"
     RAYCAST = "raycast"
 
 
 class Device(StrEnum):
-    """Where the generator runs."""
+    """Devices that networks run on, for the command line."""
 
     AUTO = "auto"
     CPU = "cpu"
@@ -56,7 +56,7 @@ class Device(StrEnum):
 
 
 class BackendOption(StrEnum):
-    """What draws a generator's images."""
+    """Backends of generators, for the command line."""
 
     AUTO = "auto"
     EAGER = "eager"
@@ -66,14 +66,14 @@ class BackendOption(StrEnum):
 
 
 class PrecisionOption(StrEnum):
-    """Digits that a generator draws in."""
+    """Precisions of generators, for the command line."""
 
     FLOAT32 = "float32"
     BFLOAT16 = "bfloat16"
 
 
 class TrainingPrecision(StrEnum):
-    """Digits that training computes in."""
+    """Precisions of training, for the command line."""
 
     AUTO = "auto"
     FLOAT32 = "float32"
@@ -81,7 +81,7 @@ class TrainingPrecision(StrEnum):
 
 
 class Preset(StrEnum):
-    """Sizes of networks and images."""
+    """Presets of network and image sizes, for the command line."""
 
     DRAFT = "draft"
     COMPACT = "compact"
@@ -89,7 +89,7 @@ class Preset(StrEnum):
 
 
 class ArchitectureOption(StrEnum):
-    """Kinds of generators."""
+    """Architectures of generators, for the command line."""
 
     PAPER = "paper"
     GRID = "grid"
@@ -210,22 +210,28 @@ Seed = Annotated[
 
 
 def renderer_name(option: StrEnum) -> RendererName:
-    """The renderer of an option."""
+    """Return the renderer's name of an option."""
     return cast(RendererName, str(option))
 
 
 def architecture_name(option: ArchitectureOption | None) -> Architecture | None:
-    """The architecture of an option; None for the preset's own."""
+    """Return the architecture of an option; None for the preset's own."""
     return None if option is None else option.value
 
 
 def lighting(option: LightingOption) -> Lighting:
-    """The lighting of an option."""
+    """Return the lighting of an option."""
     return cast(Lighting, str(option))
 
 
 def parse_window(text: str | None) -> Range | None:
-    """Read ``"LO,HI"``."""
+    """Parse ``"LO,HI"``; None stays None.
+
+    Raises
+    ------
+    TfscopeError
+        When the text is not a pair of numbers.
+    """
     if text is None:
         return None
     try:

@@ -1,4 +1,4 @@
-"""Files that commands write: looked at before the work, written after it."""
+"""Output files of commands, checked before the work and written after it."""
 
 from __future__ import annotations
 
@@ -11,11 +11,12 @@ from model.errors import TfscopeError
 
 
 def check_outputs(*paths: Path | None) -> None:
-    """Refuse files that could not be written, before hours go into what they are to hold.
+    """Check that output files can be written, before a long computation.
 
     Raises
     ------
     TfscopeError
+        When one of the files could not be written.
     """
     for path in filter(None, paths):
         folder = path.absolute().parent
@@ -36,7 +37,7 @@ def write_json(path: Path, result: dict[str, Any]) -> None:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text.
+    """Write a text file.
 
     Raises
     ------

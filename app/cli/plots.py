@@ -1,4 +1,4 @@
-"""Plots as picture files, drawn off screen."""
+"""Plots as PNG files, drawn off screen."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from model.errors import RenderError
 
 COLORS = ((0, 114, 178), (213, 94, 0), (0, 158, 115), (204, 121, 167))
-"""Distinguishable without colour vision (Okabe and Ito)."""
+"""Colours distinguishable with colour blindness (Okabe and Ito)."""
 
 
 @dataclass(frozen=True)
@@ -43,9 +43,9 @@ class Plot:
     title, x_label, y_label : str
     curves : tuple of Curve
     logarithmic : bool
-        Both axes.
+        Whether both axes are logarithmic.
     y_limit : float, optional
-        The vertical axis ends at plus and minus this.
+        The vertical axis covers plus and minus this value.
     """
 
     title: str
@@ -57,7 +57,7 @@ class Plot:
 
 
 def save_plots(path: Path, plots: list[Plot], height: int = 360) -> None:
-    """Draw plots below each other into a PNG file.
+    """Draw plots below one another into a PNG file.
 
     Raises
     ------

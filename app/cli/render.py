@@ -31,7 +31,7 @@ DEFAULT_SAMPLE_DISTANCE = 0.5
 
 @dataclass(frozen=True)
 class RenderOrder:
-    """What to render: the command's options, see there."""
+    """Options of the ``render`` command; see :func:`app.cli.commands.render`."""
 
     renderer: str
     volume: VolumeSource
@@ -48,7 +48,7 @@ class RenderOrder:
 
 
 def render_to_file(order: RenderOrder) -> None:
-    """Render an image and write it; an existing file is replaced."""
+    """Render an image and write it, replacing an existing file."""
     if order.out.suffix.lower() not in (".png", ".npy"):
         raise RenderError(f"{order.out}: the name must end in .png or .npy.")
     check_outputs(order.out)
@@ -71,7 +71,7 @@ def render_to_file(order: RenderOrder) -> None:
 
 
 def load_fitted(path: Path, scalar_range: Range) -> TransferFunction:
-    """Load a TF; one that was made for another range is fitted to this, and that is said."""
+    """Load a TF; fit one made for another range to this range, and print a notice."""
     tf = TransferFunction.load(path)
     if tf.scalar_range != scalar_range:
         made, here = ("{:.6g} to {:.6g}".format(*r) for r in (tf.scalar_range, scalar_range))
@@ -143,12 +143,12 @@ def _volume(order: RenderOrder, scene: Scene | None) -> Volume:
 
 
 def model_folder(model: Path | None, volume: Volume) -> Path:
-    """The model that was named, or the one that is shipped for a volume.
+    """Return the given model's folder, or that of the model shipped for a volume.
 
     Raises
     ------
     RenderError
-        When none is named, and none is shipped for the volume.
+        When no model is given and none is shipped for the volume.
     """
     folder = model or model_for(volume.fingerprint)
     if folder is None:

@@ -1,4 +1,4 @@
-"""``sensitivity``: the derivative of an image by the opacity TF, as numbers or as a picture."""
+"""``sensitivity``: the derivative of an image by the opacity TF, as numbers or as an image."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from model.volume_files.source import VolumeSource
 
 @dataclass(frozen=True)
 class SensitivityOrder:
-    """What to differentiate: the command's options, see there."""
+    """Options of the ``sensitivity`` command; see :func:`app.cli.commands.sensitivity`."""
 
     volume: VolumeSource
     model: Path | None
@@ -43,7 +43,7 @@ class SensitivityOrder:
 
 @dataclass(frozen=True)
 class _Differentiated:
-    """An image and its derivative.
+    """An image and its sensitivity.
 
     Attributes
     ----------
@@ -56,7 +56,7 @@ class _Differentiated:
 
 
 def save_sensitivity(order: SensitivityOrder) -> None:
-    """Differentiate an image and write the result; an existing file is replaced."""
+    """Differentiate an image and write the result, replacing an existing file."""
     if order.out.suffix.lower() not in (".png", ".npz"):
         raise RenderError(f"{order.out}: the name must end in .png or .npz.")
     check_outputs(order.out)
@@ -174,6 +174,6 @@ def _save_plot(
 
 
 def _limit(sensitivity: NDArray[np.float32]) -> float | None:
-    """End of the axis: background values react a hundred times as strongly as all others."""
+    """Limit of the plot's axis; sensitivities to background values may be 100 times larger."""
     limit = 1.2 * float(np.percentile(np.abs(sensitivity), 97))
     return limit or None

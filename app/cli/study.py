@@ -1,4 +1,4 @@
-"""``study``: the paper's studies anew, at a chosen size and budget."""
+"""``study``: the paper's studies, repeated at a chosen size and budget."""
 
 from __future__ import annotations
 
@@ -27,14 +27,17 @@ from model.training.sources import StoredSource
 
 @dataclass(frozen=True)
 class StudyOrder:
-    """What to study: the command's options, see there.
+    """Options of the ``study`` command; see :func:`app.cli.commands.study`.
 
     Attributes
     ----------
     study : str
+        Name of the study.
     job : TrainingJob
-        What all variants have in common; its folder is the study's.
+        Settings common to all variants; its folder is the study's.
     images, count, sensitivities : int
+        Numbers of training samples, of hold-out samples, and of hold-out samples
+        whose sensitivities are compared.
     """
 
     study: str
@@ -45,7 +48,7 @@ class StudyOrder:
 
 
 def study_models(order: StudyOrder) -> None:
-    """Render the samples, train and measure what is missing, print and write the table."""
+    """Render missing samples, train and measure missing models, print and write the table."""
     study, job = STUDIES[order.study], order.job
     volume = job.volume.read()
     store = _store(order, volume, job.size)
@@ -71,7 +74,7 @@ def study_models(order: StudyOrder) -> None:
 
 
 def _store(order: StudyOrder, volume: Volume, size: NetworkSize) -> SampleStore:
-    """The study's samples, rendered where they are missing."""
+    """Return the study's store after rendering its missing samples."""
     scene = Scene.of(volume, size.image_size, renderer="raycast")
     counts: dict[Split, int] = {"train": order.images, "holdout": order.count}
     try:

@@ -1,4 +1,4 @@
-"""``train``: a generator of one volume's renderings."""
+"""``train``: training of a generator, with progress display."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ from model.training.running import run_job
 from model.training.state import STATE_FILE
 
 LINE_SECONDS = 0.5
-"""Time between lines of machine-readable progress."""
+"""Least time between lines of machine-readable progress."""
 
 
 def train_model(job: TrainingJob, lines: bool) -> None:
-    """Train, with a progress bar or JSON lines; Ctrl-C saves the run before it ends."""
+    """Train with a progress bar or JSON lines; Ctrl-C saves and ends the run."""
     try:
         if parallel.rank_to_be():
             run_job(job)
@@ -61,7 +61,7 @@ def _run_with_bar(job: TrainingJob) -> None:
 
 
 def _run_with_lines(job: TrainingJob) -> None:
-    """Print a JSON object per line: one of kind "execution", then "progress", then "end"."""
+    """Print a JSON object per line: kind "execution" first, then "progress", at last "end"."""
     last = 0.0
 
     def write(kind: str, **data: object) -> None:
@@ -90,7 +90,7 @@ def _say_how_to_go_on(job: TrainingJob) -> None:
 
 
 class TrainingDisplay:
-    """A bar over the budget with speed and remaining time, and the losses below it."""
+    """Progress bar over the budget with speed and remaining time, and the losses below it."""
 
     def __init__(self) -> None:
         self._progress = Progress(
@@ -119,7 +119,7 @@ class TrainingDisplay:
             console.print()
 
     def begin(self, name: str) -> None:
-        """Start over, for the next of several runs."""
+        """Print the name of the next of several runs, and reset speed and metrics."""
         self._live.console.print(name)
         self._first, self._metrics = None, {}
 

@@ -1,4 +1,4 @@
-"""The default command: open the window."""
+"""The default command, which opens the window."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def open_window(
 ) -> int:
     """Open the window and return its exit code.
 
-    Without a volume, that of the model, where it is a shipped one.
+    By default, the volume is the model's if it is shipped, and otherwise the default one.
     """
     from app.engines.engines import GeneratorSettings
     from app.launch import run_window

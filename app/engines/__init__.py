@@ -1,1 +1,1 @@
-"""What draws, in threads of its own; knows no widget."""
+"""Engines, which draw images in their own threads; independent of widgets."""

@@ -1,4 +1,4 @@
-"""A single call that runs in a thread of its own and reports back to the window."""
+"""A single call in its own thread, with its result delivered to the window."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from app.engines.worker import THREAD_PREFIX
 
 
 class BackgroundCall(QObject):
-    """Calls a function in a thread; its result or its error arrives as a signal.
+    """Calls a function in a thread and emits its result or its error as a signal.
 
     After :meth:`abandon` neither `done` nor `failed` is emitted, only
     `finished`.
@@ -21,9 +21,9 @@ class BackgroundCall(QObject):
     Parameters
     ----------
     function : callable
-        Takes no argument; called in the new thread.
+        A function without arguments; called in the new thread.
     name : str
-        Of the thread, for debuggers.
+        Name of the thread, for debuggers.
     """
 
     done = Signal(object)
@@ -46,7 +46,7 @@ class BackgroundCall(QObject):
         self._thread.start()
 
     def abandon(self) -> None:
-        """Lose interest in the result; returns at once."""
+        """Discard the result; does not wait for the thread."""
         self._abandoned = True
 
     def join(self) -> None:

@@ -1,4 +1,4 @@
-"""The window's side of an engine: its worker, its state, and its newest results. No widget."""
+"""The window's side of an engine: its worker, its state and its newest results."""
 
 from __future__ import annotations
 
@@ -13,31 +13,31 @@ from app.engines.worker import EngineWorker
 
 
 class EngineClient(QObject):
-    """Runs one engine at a time in a worker thread, and says what state it is in.
+    """Runs one engine at a time in a worker thread and tracks its state.
 
-    The state follows the images; other kinds of requests come and go beside it.
+    The state depends on image requests only; other kinds of requests do not change it.
 
     Parameters
     ----------
     name : str
-        Of the worker's thread.
+        Name of the worker's thread.
 
     Attributes
     ----------
     state : EngineState
     text : str
-        What the state is to be explained by: what is waited for, why nothing is drawn,
-        or the error. Empty while images come.
+        Explanation of the state: what the engine waits for, why it draws nothing, or
+        the error. Empty while images are drawn.
     description : str
-        Where the engine runs, in a word or two.
+        Device and backend of the engine, for display; may be empty.
     """
 
     stateChanged = Signal(object)
     engineReady = Signal(object)
     resultReady = Signal(object)
-    """A result of any kind, newer than all before it of its kind."""
+    """Emitted with each result; results of one kind arrive in order."""
     settled = Signal()
-    """The newest final image is there, or there is an error or a note instead."""
+    """Emitted when the newest final image, or an error or a note instead, is available."""
 
     def __init__(self, name: str, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -52,16 +52,16 @@ class EngineClient(QObject):
 
     @property
     def is_settled(self) -> bool:
-        """Whether nothing more is to be expected for the newest image."""
+        """True if no further result is expected for the newest image request."""
         return self.state in SETTLED_STATES
 
     @property
     def error(self) -> str | None:
-        """The error, one sentence."""
+        """The error as one sentence; None if there is none."""
         return self.text if self.state is EngineState.FAILED else None
 
     def start(self, factory: Callable[[], Engine], busy_text: str) -> None:
-        """Replace the engine by one that `factory` builds in a new worker thread."""
+        """Replace the engine by one built by `factory` in a new worker thread."""
         self.stop()
         self._takes_requests = True
         self.description = ""
@@ -75,7 +75,7 @@ class EngineClient(QObject):
         worker.start()
 
     def submit(self, request: Request) -> None:
-        """Ask the engine for something; paused or without an engine, nothing happens."""
+        """Submit a request to the engine; ignored when paused or without an engine."""
         if self._worker is None or not self._takes_requests:
             return
         if isinstance(request, ImageRequest):
@@ -85,32 +85,33 @@ class EngineClient(QObject):
         self._worker.submit(request)
 
     def wait(self, text: str) -> None:
-        """Let the engine go and say what is being waited for."""
+        """Stop the engine and enter the waiting state with an explanation."""
         self.stop()
         self._enter(EngineState.WAITING, text)
 
     def pause(self, text: str, settled: bool = True) -> None:
-        """Ignore requests and say why, when that is no error.
+        """Ignore requests from now on, for a reason that is not an error.
 
         Parameters
         ----------
         text : str
+            Explanation for the user.
         settled : bool
-            False when an image is still to come.
+            False if an image is still expected.
         """
         self._takes_requests = False
         self._enter(EngineState.PAUSED if settled else EngineState.WAITING, text)
 
     def resume(self) -> None:
-        """Take requests again after :meth:`pause`."""
+        """Accept requests again after :meth:`pause`."""
         self._takes_requests = True
 
     def fail(self, text: str) -> None:
-        """Report an error in the place of an image."""
+        """Enter the failed state with an error sentence."""
         self._enter(EngineState.FAILED, text)
 
     def stop(self) -> None:
-        """Let the engine go; returns at once, whatever it is doing."""
+        """Stop the engine; returns at once, even if it is busy."""
         if self._worker is not None:
             self._worker.stop()
             self._retired.append(self._worker)
@@ -124,7 +125,7 @@ class EngineClient(QObject):
         self._retired.clear()
 
     def _enter(self, state: EngineState, text: str = "") -> None:
-        """Go into a state, and tell it where it, or its text, is new."""
+        """Enter a state; emit `stateChanged` if the state or its text has changed."""
         assert state is self.state or state in TRANSITIONS[self.state], (self.state, state)
         changed = (state, text) != (self.state, self.text)
         self.state, self.text = state, text
@@ -138,7 +139,7 @@ class EngineClient(QObject):
         self.engineReady.emit(ready)
 
     def _engine_failed(self, error: str) -> None:
-        # Without the worker later requests end at once, and the error stays.
+        # Without a worker, later requests are ignored and the error remains.
         self.stop()
         self.fail(error)
 
@@ -152,7 +153,7 @@ class EngineClient(QObject):
             self.fail(result.error or "The engine returned no image.")
             return
         if self.state is not EngineState.WORKING:
-            # What is shown from now on is an image, no longer the text.
+            # From now on the image is shown instead of the text.
             self._enter(EngineState.WORKING)
         self.resultReady.emit(result)
         if not result.request.quality.live and result.request.sequence == self._wanted:

@@ -1,4 +1,4 @@
-"""What every engine can be asked, be it a renderer or a trained generator."""
+"""The interface of engines, which are renderers or trained generators."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ Array = NDArray[np.float32]
 
 
 class Engine(Protocol):
-    """Answers requests: built, used and closed in one and the same thread.
+    """Interface of engines; each is built, used and closed in one thread.
 
-    Each verb returns the array that its request's docstring describes, and raises
-    :class:`model.errors.NotOfferedError` where the engine cannot answer.
+    Each method returns the array described by its request's class, and raises
+    :class:`model.errors.NotOfferedError` if the engine does not support the request.
     """
 
     @property
     def description(self) -> str:
-        """Where it runs, in a word or two; may be empty."""
+        """Device and backend, for display; may be empty."""
 
     @property
     def scene(self) -> Scene | None:
-        """The scene that a generator was trained for."""
+        """Scene that a generator was trained on; None for renderers."""
 
     def image(self, request: ImageRequest) -> Array:
         """Draw one image."""
@@ -45,28 +45,28 @@ class Engine(Protocol):
         """Draw several images."""
 
     def region_sensitivity(self, request: RegionSensitivityRequest) -> Array:
-        """Say where in the TF an edit changes a region."""
+        """Compute the sensitivity of a region to edits at each scalar value."""
 
     def value_sensitivity(self, request: ValueSensitivityRequest) -> Array:
-        """Say where in the image an edit of a scalar value shows."""
+        """Compute the sensitivity of each pixel to edits at one scalar value."""
 
     def visibility(self, request: VisibilityRequest) -> Array:
-        """Say how much of each scalar value is seen in a region."""
+        """Compute the visibility of each scalar value in a region."""
 
     def latent_images(self, request: LatentRequest) -> Array:
-        """Draw images of latent codes."""
+        """Draw images from latent codes."""
 
     def close(self) -> None:
-        """Free what the engine holds."""
+        """Release the engine's resources."""
 
 
 def answer(engine: Engine, request: Request) -> Array:
-    """Have an engine answer a request of any kind.
+    """Dispatch a request of any kind to an engine's method.
 
     Raises
     ------
     NotOfferedError
-        For a kind that the engine does not answer.
+        For a kind that the engine does not support.
     """
     match request:
         case ImageRequest():

@@ -1,7 +1,7 @@
-"""The renderers and the generator as engines, and how each is built in its worker thread.
+"""Renderers and generators as engines, and their builders for worker threads.
 
-The heavy libraries (VTK, torch) are imported only there: the window appears
-before they are loaded.
+VTK and torch are imported only by the builders, so that the window appears before
+they are loaded.
 """
 
 from __future__ import annotations
@@ -42,14 +42,14 @@ BACKEND_NAMES: dict[BackendName, str] = {
 
 @dataclass(frozen=True)
 class ReferenceSettings:
-    """How the reference image is rendered.
+    """Settings of the reference renderer.
 
     Attributes
     ----------
     lighting : {"none", "direct", "global"}
     light : LightDirection or None
     sample_distance : float
-        Of the final image, in voxels.
+        Sample distance of final images, in voxels.
     renderer : {"vtk", "raycast"}
     """
 
@@ -60,20 +60,20 @@ class ReferenceSettings:
 
     @classmethod
     def of(cls, scene: Scene) -> ReferenceSettings:
-        """The lighting and sample distance that a generator's training images have."""
+        """Return lighting, light and sample distance of a generator's training images."""
         return cls(scene.lighting, scene.light, scene.sample_distance)
 
 
 @dataclass(frozen=True)
 class GeneratorSettings:
-    """How generators are run.
+    """Device, backend and precision of generators.
 
     Attributes
     ----------
     device : str
         "auto", "cpu" or "cuda".
     backend : str
-        What draws: "eager", "compiled", "openvino", "onnxruntime", or "auto"; see
+        "eager", "compiled", "openvino", "onnxruntime", or "auto"; see
         :func:`model.generator.backends.choose_backends`.
     precision : str
         "float32" or "bfloat16".
@@ -89,7 +89,7 @@ FASTEST = GeneratorSettings()
 
 @dataclass(frozen=True)
 class Builders:
-    """The three calls that do the work; tests put fakes in their place."""
+    """Functions that read volumes and build engines; tests replace them by fakes."""
 
     read_volume: Callable[[Path], Volume]
     reference: Callable[[Volume, ReferenceSettings], Engine]
@@ -113,14 +113,14 @@ class RendererEngine:
         return self._renderer.render(request.inputs, quality.size, distance)
 
     def images(self, request: BatchRequest) -> Array:
-        """Render one after the other."""
+        """Render the images one after the other."""
         quality = request.quality
         distance = self._sample_distance * quality.coarseness
         wanted = (request.inputs, *request.more)
         return np.stack([self._renderer.render(i, quality.size, distance) for i in wanted])
 
     def region_sensitivity(self, request: RegionSensitivityRequest) -> Array:
-        """Differentiate the image exactly; the ray caster's only, unlit."""
+        """Differentiate the image exactly; supported by the unlit ray caster only."""
         from model.rendering.raycast.renderer import RaycastRenderer
         from model.scene.tf_perturbation import response_to_edits
         from model.sensitivity.exact import region_sensitivity
@@ -141,23 +141,23 @@ class RendererEngine:
         raise NotOfferedError("The renderers do not offer the visibility of scalar values yet.")
 
     def latent_images(self, request: LatentRequest) -> Array:
-        """Not offered: a renderer knows no codes."""
+        """Not supported: renderers have no latent codes."""
         raise NotOfferedError("A renderer draws no latent codes; decode them to TFs first.")
 
     def close(self) -> None:
-        """Free the OpenGL context, or the threads."""
+        """Release the OpenGL context or the threads."""
         self._renderer.close()
 
 
 class GeneratorEngine:
-    """A trained generator as an engine: at its own size, live or final."""
+    """A trained generator as an engine; images always have the generator's size."""
 
     def __init__(self, generator: Generator) -> None:
         self._generator = generator
 
     @property
     def description(self) -> str:
-        """The device and the backend in people's words."""
+        """Device, backend and precision, for display."""
         device = {"cpu": "CPU", "cuda": "GPU"}.get(self._generator.device.type, "")
         name, precision = self._generator.backend
         words = [device, BACKEND_NAMES[name], "" if precision == "float32" else precision]
@@ -165,7 +165,7 @@ class GeneratorEngine:
 
     @property
     def scene(self) -> Scene:
-        """The scene that the generator was trained for."""
+        """Scene that the generator was trained on."""
         return self._generator.scene
 
     def image(self, request: ImageRequest) -> Array:
@@ -188,15 +188,15 @@ class GeneratorEngine:
         raise NotOfferedError("Generators do not offer the sensitivity to a scalar value yet.")
 
     def visibility(self, request: VisibilityRequest) -> Array:
-        """Not offered: a generator has no samples along rays."""
+        """Not supported: generators have no samples along rays."""
         raise NotOfferedError("A generator does not know which scalar values are visible.")
 
     def latent_images(self, request: LatentRequest) -> Array:
-        """Generate images of latent codes in one pass."""
+        """Generate images from latent codes in one pass."""
         return self._generator.render_latent(request.codes, request.inputs)
 
     def close(self) -> None:
-        """Nothing to free: the weights go with the object."""
+        """Do nothing: the weights are released with the object."""
 
 
 def _read_volume(path: Path) -> Volume:

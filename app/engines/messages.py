@@ -1,4 +1,4 @@
-"""What crosses the threads between the window and its engines: plain, frozen data."""
+"""Messages between the window and its engines' threads, as plain, frozen data."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from model.scene.scene import Scene
 
 @dataclass(frozen=True)
 class Quality:
-    """How fine an image is to be; a generator keeps its own.
+    """Quality of a requested image; ignored by generators.
 
     Attributes
     ----------
     size : int
         Width and height in pixels.
     coarseness : float
-        How much farther apart a renderer's samples lie along the rays.
+        Factor of a renderer's sample distance.
     live : bool
-        True while the user is still dragging: sooner matters more than finer.
+        True while the user is dragging and speed matters more than quality.
     """
 
     size: int
@@ -35,12 +35,12 @@ class Quality:
 
 @dataclass(frozen=True)
 class Request:
-    """Something wanted from an engine; each subclass is a kind with a slot of its own.
+    """Base class of requests to an engine; each subclass is a kind of request.
 
     Attributes
     ----------
     sequence : int
-        Grows with every request of the window; its result carries the same.
+        Number that increases with every request.
     inputs : SceneInputs
     quality : Quality
     """
@@ -52,19 +52,19 @@ class Request:
 
 @dataclass(frozen=True)
 class ImageRequest(Request):
-    """One image: float32 (S, S, 4), RGBA in [0, 1], premultiplied on black, row 0 at the top."""
+    """Request for one image: float32 RGBA (S, S, 4) in [0, 1], premultiplied, row 0 at the top."""
 
 
 @dataclass(frozen=True)
 class BatchRequest(Request):
-    """Several images, float32 (N, S, S, 4), of the first inputs and of `more`."""
+    """Request for several images, float32 (N, S, S, 4), of `inputs` and of `more`."""
 
     more: tuple[SceneInputs, ...] = ()
 
 
 @dataclass(frozen=True)
 class RegionSensitivityRequest(Request):
-    """Where in the TF an edit changes a region: float32 (256,).
+    """Request for a region's sensitivity to edits at each scalar value: float32 (256,).
 
     Attributes
     ----------
@@ -79,12 +79,12 @@ class RegionSensitivityRequest(Request):
 
 @dataclass(frozen=True)
 class ValueSensitivityRequest(Request):
-    """Where in the image an edit of a scalar value shows: float32 (S, S, 3).
+    """Request for each pixel's sensitivity to edits at one scalar value: float32 (S, S, 3).
 
     Attributes
     ----------
     value : float
-        In the data's units.
+        Scalar value, in the data's units.
     width : float
         Standard deviation of the edit, in bins of the TF.
     """
@@ -95,14 +95,14 @@ class ValueSensitivityRequest(Request):
 
 @dataclass(frozen=True)
 class VisibilityRequest(Request):
-    """How much of each scalar value is seen in a region: float32 (256,)."""
+    """Request for the visibility of each scalar value in a region: float32 (256,)."""
 
     region: Region
 
 
 @dataclass(frozen=True, eq=False)
 class LatentRequest(Request):
-    """Images of latent codes, float32 (N, S, S, 4), instead of the inputs' opacity TF.
+    """Request for images from latent codes instead of an opacity TF: float32 (N, S, S, 4).
 
     Attributes
     ----------
@@ -114,17 +114,17 @@ class LatentRequest(Request):
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """The answer to a request: a float array or an error, never both.
+    """Result of a request: an array or an error, never both.
 
     Attributes
     ----------
     request : Request
     value : ndarray of float32, or None
-        As the request's kind says.
+        Array of the shape given by the request's class.
     error : str or None
         One sentence for the user.
     seconds : float
-        Time that the engine took.
+        Computation time.
     """
 
     request: Request
@@ -135,14 +135,14 @@ class Result:
 
 @dataclass(frozen=True)
 class EngineReady:
-    """An engine is built and takes requests.
+    """Message that an engine is built and accepts requests.
 
     Attributes
     ----------
     description : str
-        Where it runs, in a word or two; may be empty.
+        Device and backend, for display; may be empty.
     scene : Scene or None
-        The scene that a generator was trained for.
+        Scene that a generator was trained on; None for renderers.
     """
 
     description: str
@@ -151,20 +151,20 @@ class EngineReady:
 
 @dataclass(frozen=True)
 class EngineFailed:
-    """An engine could not be built; `error` is one sentence for the user."""
+    """Message that an engine could not be built; `error` is one sentence for the user."""
 
     error: str
 
 
 Message = EngineReady | EngineFailed | Result | None
-"""What a worker's thread says; None when it has ended."""
+"""Message from a worker's thread; None when the thread has ended."""
 
 
 def error_sentence(error: BaseException) -> str:
-    """Return what to tell the user about an exception.
+    """Return an exception's message for the user.
 
-    Our own errors are sentences already. Of any other, which is a defect, the
-    type is said too.
+    tfscope's own errors are complete sentences. Other exceptions are defects, and
+    their type is included.
     """
     if isinstance(error, TfscopeError):
         return str(error)
@@ -172,6 +172,6 @@ def error_sentence(error: BaseException) -> str:
 
 
 def kind_of(request: Any) -> str:
-    """Name of a request's kind, for people: "image", "region sensitivity"."""
+    """Name of a request's kind for display, such as "image" or "region sensitivity"."""
     words = type(request).__name__.removesuffix("Request")
     return "".join(f" {c.lower()}" if c.isupper() else c for c in words).strip()

@@ -1,4 +1,4 @@
-"""The states of an engine client, and which may follow which."""
+"""The states of an engine client and their transitions."""
 
 from __future__ import annotations
 
@@ -6,23 +6,23 @@ from enum import Enum
 
 
 class EngineState(Enum):
-    """What can be expected of an engine.
+    """State of an engine client.
 
-    The values are the words that tests and logs use.
+    The values are used by tests and logs.
     """
 
     EMPTY = "empty"
     """There is no engine yet."""
     WAITING = "waiting"
-    """Something else has to come first, such as a volume."""
+    """The engine waits for something else, such as a volume."""
     LOADING = "loading"
     """The engine is being built; requests wait for it."""
     WORKING = "working"
-    """The newest image is on its way."""
+    """The newest image is being drawn."""
     SETTLED = "settled"
-    """The newest final image is there."""
+    """The newest final image is available."""
     PAUSED = "paused"
-    """The engine takes no requests, for a reason that is no error."""
+    """The engine accepts no requests, for a reason that is not an error."""
     FAILED = "failed"
     """There is an error instead of the newest image."""
 
@@ -38,7 +38,7 @@ TRANSITIONS: dict[EngineState, frozenset[EngineState]] = {
     _S.PAUSED: frozenset({_S.EMPTY, _S.WAITING, _S.LOADING, _S.WORKING, _S.FAILED}),
     _S.FAILED: frozenset({_S.EMPTY, _S.WAITING, _S.LOADING, _S.WORKING, _S.PAUSED, _S.SETTLED}),
 }
-"""The states that may follow each, beside itself."""
+"""Allowed next states of each state, besides itself."""
 
 SETTLED_STATES = frozenset({_S.SETTLED, _S.PAUSED, _S.FAILED})
-"""Those in which nothing more is to be expected."""
+"""States in which no further result is expected."""

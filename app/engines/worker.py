@@ -1,4 +1,4 @@
-"""One thread per engine, fed by a mailbox that holds the newest request of each kind."""
+"""Worker threads of engines, with a mailbox that holds the newest request of each kind."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ THREAD_PREFIX = "tfscope-"
 
 
 class Mailbox:
-    """A slot for each kind of request: a newer one replaces the one of its kind, and no other."""
+    """Thread-safe mailbox with one slot per kind of request, which a newer request replaces."""
 
     def __init__(self) -> None:
         self._changed = threading.Condition()
@@ -30,14 +30,14 @@ class Mailbox:
         self._closed = False
 
     def put(self, request: Request) -> None:
-        """Leave a request, instead of any of its kind that was not taken yet."""
+        """Put a request, replacing any of its kind that has not been taken yet."""
         with self._changed:
-            # A kind that waits already keeps its turn.
+            # A kind that is already waiting keeps its position.
             self._slots[type(request)] = request
             self._changed.notify()
 
     def take(self) -> Request | None:
-        """Wait for a request and take out the one whose kind has waited longest.
+        """Wait for a request and remove the one whose kind has waited longest.
 
         Returns
         -------
@@ -51,29 +51,29 @@ class Mailbox:
             return self._slots.pop(next(iter(self._slots)))
 
     def close(self) -> None:
-        """Wake whoever waits; nothing can be taken any more."""
+        """Close the mailbox and wake waiting threads; no request can be taken any more."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()
 
     @property
     def closed(self) -> bool:
-        """Whether :meth:`close` was called."""
+        """True after :meth:`close`."""
         return self._closed
 
 
 class EngineWorker(QObject):
-    """Builds an engine in a thread of its own and answers the newest requests there.
+    """Builds an engine in its own thread and computes the newest requests there.
 
-    All signals arrive in the thread that the worker lives in. After
-    :meth:`stop` only `finished` does.
+    All signals are delivered in the thread of this object. After :meth:`stop`,
+    only `finished` is emitted.
 
     Parameters
     ----------
     factory : callable
         Builds the engine; called in the worker thread, may take seconds.
     name : str
-        Of the thread, for debuggers.
+        Name of the thread, for debuggers.
     """
 
     engineReady = Signal(object)
@@ -98,11 +98,11 @@ class EngineWorker(QObject):
         self._thread.start()
 
     def submit(self, request: Request) -> None:
-        """Ask for something; returns at once. An older request of its kind is forgotten."""
+        """Submit a request, replacing a waiting one of its kind; returns at once."""
         self._mailbox.put(request)
 
     def stop(self) -> None:
-        """Ask the thread to end; returns at once, also while the engine is busy."""
+        """Ask the thread to end; returns at once, even if the engine is busy."""
         self._mailbox.close()
 
     def join(self) -> None:
@@ -145,7 +145,7 @@ class EngineWorker(QObject):
 
 
 def _result(engine: Engine, request: Request) -> Result:
-    """Answer a request; an exception becomes data."""
+    """Compute a request's result; exceptions are returned as error sentences."""
     value, error = None, None
     start = time.perf_counter()
     try:

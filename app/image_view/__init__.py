@@ -1,1 +1,1 @@
-"""The image panes."""
+"""The image panes, with mouse gestures and the light ball."""

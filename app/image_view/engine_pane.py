@@ -1,4 +1,4 @@
-"""One of the two images: its caption and its canvas, wired to an engine's client."""
+"""Pane of one engine's image: caption and canvas, connected to the engine's client."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from app.engines.states import EngineState
 from app.image_view.image_canvas import ImageCanvas, to_qimage
 
 WITHOUT_IMAGE = (EngineState.WAITING, EngineState.LOADING, EngineState.PAUSED)
-"""States in which what was shown before no longer holds."""
+"""States in which no image is shown."""
 
 
 class EnginePane(QWidget):
-    """Shows what one engine draws, and how long it took.
+    """Shows one engine's image and its computation time.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ class EnginePane(QWidget):
         self._title.setProperty("role", "title")
         self._detail = QLabel()
         self._detail.setProperty("role", "dim")
-        # Wide enough for any numbers: changing digits must not move the layout.
+        # Wide enough for any numbers, so that changing digits do not move the layout.
         self._detail.setMinimumWidth(240)
         self._detail.setAlignment(Qt.AlignmentFlag.AlignRight)
         self._header = QHBoxLayout()
@@ -50,25 +50,25 @@ class EnginePane(QWidget):
         self._show_state(client.state)
 
     def set_title(self, title: str) -> None:
-        """Name the engine differently."""
+        """Set the engine's title."""
         self._title.setText(title)
 
     def set_hint(self, text: str) -> None:
-        """Write a discreet hint over the image."""
+        """Show a small hint over the image."""
         self.canvas.set_hint(text)
 
     def add_to_header(self, widget: QWidget) -> None:
-        """Put a control between the title and the numbers."""
+        """Add a control between the title and the numbers."""
         self._header.insertWidget(1, widget)
 
     @property
     def title(self) -> str:
-        """The engine's name, as shown."""
+        """Title of the pane."""
         return self._title.text()
 
     @property
     def detail(self) -> str:
-        """Size, latency and place of the last image, as shown."""
+        """Displayed engine description, size and latency of the last image."""
         return self._detail.text()
 
     def _show_state(self, state: EngineState) -> None:

@@ -1,7 +1,7 @@
-"""Mouse gestures that move the view: orbit, roll and zoom.
+"""Mouse gestures that change the view: orbit, roll and zoom.
 
-The first half is arithmetic on views; the second turns a widget's mouse events
-into it.
+Pure functions compute the views; :class:`ViewGestures` applies them to a widget's
+mouse events.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from model.scene.view import View
 DEGREES_PER_PIXEL = 0.4
 ZOOM_PER_NOTCH = 0.92
 NEAREST, FARTHEST = 0.25, 1.5
-"""Limits of the distance that the wheel reaches."""
+"""Limits of the distance for zooming."""
 
 WHEEL_REST_MS = 200
-"""Pause after the last turn of the wheel that counts as its end."""
+"""Pause after a wheel event that ends a zoom gesture."""
 
 
 def orbit(view: View, dx: float, dy: float) -> View:
-    """Turn the volume with the mouse.
+    """Return the view after orbiting the volume by a mouse movement.
 
     Parameters
     ----------
@@ -47,18 +47,18 @@ def orbit(view: View, dx: float, dy: float) -> View:
 
 
 def roll(view: View, degrees: float) -> View:
-    """Turn the picture clockwise; the roll stays in -180..180."""
+    """Return the view with the image turned clockwise; the roll stays in -180..180."""
     return replace(view, roll=(view.roll + degrees + 180.0) % 360.0 - 180.0)
 
 
 def zoom(view: View, notches: float) -> View:
-    """Come closer by wheel notches, within the limits; negative moves away."""
+    """Return the view moved closer by wheel notches, within the limits; negative moves away."""
     distance = view.distance * ZOOM_PER_NOTCH**notches
     return replace(view, distance=min(max(distance, NEAREST), FARTHEST))
 
 
 class ViewGestures(QObject):
-    """Lets the mouse on a widget move a state's view.
+    """Changes a state's view by mouse events on a widget.
 
     Left drag orbits, right drag or Ctrl with left drag rolls, the wheel zooms,
     and a double click returns to the home view.
@@ -75,7 +75,7 @@ class ViewGestures(QObject):
         widget.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Handle the widget's mouse events; all others pass."""
+        """Handle the widget's mouse events; pass on all others."""
         kind = event.type()
         if kind == QEvent.Type.MouseButtonPress:
             return self._press(cast(QMouseEvent, event))
@@ -118,6 +118,6 @@ class ViewGestures(QObject):
         return True
 
     def _bearing(self, position: QPointF) -> float:
-        """Clockwise angle of a position about the widget's centre, degrees."""
+        """Clockwise angle of a position about the widget's centre, in degrees."""
         arm = position - QPointF(self._widget.rect().center())
         return math.degrees(math.atan2(arm.y(), arm.x()))

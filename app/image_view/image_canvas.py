@@ -1,4 +1,4 @@
-"""A widget that paints one rendered image, and what is to be said about it."""
+"""A widget that paints one image with a message or a hint."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ def to_qimage(rgba: NDArray[np.float32]) -> QImage:
 
 
 class ImageCanvas(QWidget):
-    """Shows an image as large as fits, a message over it, and a hint below.
+    """Shows an image as large as possible, a message over it, and a hint at its lower edge.
 
-    An error darkens the image rather than replacing it: the user still sees
-    what was last there.
+    A message dims the image instead of replacing it, so that the last image stays
+    visible.
     """
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -47,33 +47,33 @@ class ImageCanvas(QWidget):
 
     @property
     def image(self) -> QImage | None:
-        """The image that is shown, at its own size."""
+        """Displayed image, in its original size; None if there is none."""
         return self._image
 
     @property
     def message(self) -> str:
-        """The text over the image, empty when there is none."""
+        """Text over the image; empty if there is none."""
         return self._message
 
     @property
     def hint(self) -> str:
-        """The text at the lower edge, empty when there is none."""
+        """Text at the lower edge; empty if there is none."""
         return self._hint
 
     def show_image(self, image: QImage | None) -> None:
-        """Show an image, or none, without a message."""
+        """Show an image, or none, and remove the message."""
         self._image = image
         self._message = ""
         self.update()
 
     def show_message(self, text: str, color: str = theme.DIM_TEXT) -> None:
-        """Write a message over the image."""
+        """Show a message over the image."""
         self._message = text
         self._message_color = color
         self.update()
 
     def set_hint(self, text: str) -> None:
-        """Write a discreet hint at the lower edge."""
+        """Show a small hint at the lower edge."""
         if text != self._hint:
             self._hint = text
             self.update()
@@ -83,7 +83,7 @@ class ImageCanvas(QWidget):
         return QSize(480, 420)
 
     def minimumSizeHint(self) -> QSize:
-        """Return the smallest size at which the image is still of use."""
+        """Return the smallest useful size."""
         return QSize(160, 160)
 
     def paintEvent(self, _event: QPaintEvent) -> None:
@@ -103,7 +103,7 @@ class ImageCanvas(QWidget):
         flags = Qt.TextFlag.TextWordWrap
         if self._message:
             painter.setPen(QColor(self._message_color))
-            # A narrower column than the canvas: long lines are hard to read.
+            # Narrower than the canvas, as long lines are hard to read.
             column = text_rect.adjusted(text_rect.width() // 10, 0, -text_rect.width() // 10, 0)
             painter.drawText(column, Qt.AlignmentFlag.AlignCenter | flags, self._message)
         elif self._hint:
@@ -113,7 +113,7 @@ class ImageCanvas(QWidget):
         painter.end()
 
     def _image_rect(self, image: QImage) -> QRect:
-        """Largest centred rectangle of the image's shape."""
+        """Largest centred rectangle with the image's aspect ratio."""
         size = image.size().scaled(self.size(), Qt.AspectRatioMode.KeepAspectRatio)
         rect = QRect(0, 0, size.width(), size.height())
         rect.moveCenter(self.rect().center())

@@ -1,4 +1,4 @@
-"""A small ball that the light is moved on."""
+"""A small ball widget for moving the light."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ LIMITS = LightRange()
 
 
 def light_at(x: float, y: float) -> LightDirection:
-    """Light that shines straight onto a point of a ball.
+    """Return the direction of a light perpendicular to a ball's surface at a point.
 
     Parameters
     ----------
     x, y : float
-        To the right and up from the ball's middle, in radii; beyond its rim counts as the
-        rim. Directions stay within :data:`LIMITS`.
+        Offset to the right and up from the ball's centre, in radii; points outside are
+        moved to the rim. Directions are clamped to :data:`LIMITS`.
     """
     length = max(1.0, math.hypot(x, y))
     x, y = x / length, y / length
@@ -36,9 +36,9 @@ def light_at(x: float, y: float) -> LightDirection:
 
 
 class LightBall(QWidget):
-    """Shows where the light comes from; dragging in it moves the light.
+    """Shows the light's direction, which can be changed by dragging.
 
-    Hidden at first: it belongs to images that follow the light.
+    Initially hidden; shown only if the light is movable.
 
     Parameters
     ----------
@@ -55,15 +55,15 @@ class LightBall(QWidget):
         self.hide()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Move the light to where the mouse is."""
+        """Move the light to the mouse's position."""
         self._move(event.position())
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Let the light follow the mouse."""
+        """Move the light with the mouse."""
         self._move(event.position())
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """Have the final images drawn."""
+        """End the movement, which requests the final images."""
         self._state.finish_light()
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
@@ -71,7 +71,7 @@ class LightBall(QWidget):
         self._state.set_light(LightDirection())
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        """Paint a ball that is brightest where the light comes from."""
+        """Paint a ball with a highlight in the light's direction."""
         light = self._state.light or LightDirection()
         right, up, _ = light.towards()
         middle, radius = QPointF(DIAMETER / 2, DIAMETER / 2), DIAMETER / 2 - 1

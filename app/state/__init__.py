@@ -1,1 +1,1 @@
-"""What is open and edited; knows no widget."""
+"""The open volume and model and the edited state; independent of widgets."""

@@ -1,4 +1,4 @@
-"""Sends what the viewer's state shows to both engines, always together."""
+"""Dispatch of the viewer's state as image requests to both engines."""
 
 from __future__ import annotations
 
@@ -11,29 +11,29 @@ from app.engines.messages import ImageRequest, Quality
 from app.state.viewer_state import ViewerState
 
 NO_MODEL_SIZE = 512
-"""Size of the reference image while no generator sets one, pixels."""
+"""Size of the reference image without a generator, in pixels."""
 
 LIVE_COARSENESS = 4.0
-"""How much farther apart a live image's samples lie along the rays."""
+"""Factor of the sample distance in live images."""
 
 LIVE_MAX_SIZE = 256
-"""Largest live image, pixels; a larger one is rendered at half its size."""
+"""Largest size of live images in pixels; larger ones are rendered at half their size."""
 
 
 def quality_of(size: int, live: bool) -> Quality:
-    """The quality of an image of a size in pixels: coarser and, where large, smaller while live."""
+    """Return the quality for a size in pixels; live images are coarser and may be smaller."""
     if not live:
         return Quality(size)
     return Quality(size // 2 if size > LIVE_MAX_SIZE else size, LIVE_COARSENESS, live=True)
 
 
 class Dispatcher(QObject):
-    """Turns every change of the viewer's state into one request for all engines.
+    """Sends an image request to all engines at every change of the viewer's state.
 
     Attributes
     ----------
     size : int
-        Of the reference image, in pixels.
+        Size of the reference image, in pixels.
     """
 
     def __init__(
@@ -53,11 +53,11 @@ class Dispatcher(QObject):
             finished.connect(self.send)
 
     def send(self) -> None:
-        """Request the final images of what is shown now."""
+        """Request the final images of the present state."""
         self._submit(live=False)
 
     def _send_live(self) -> None:
-        # A change outside a drag is followed at once by its final request.
+        # A change outside a drag is immediately followed by its final request.
         if self._state.live:
             self._submit(live=True)
 

@@ -1,4 +1,4 @@
-"""A volume together with everything about it that takes time to compute."""
+"""A volume with its derived data that take time to compute."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from model.scene.volume import Volume
 
 @dataclass(frozen=True, eq=False)
 class OpenedVolume:
-    """What the window needs of a volume, computed before it gets there.
+    """A volume with derived data for the window, computed in the background.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class OpenedVolume:
 
 
 def open_volume(path: Path, read_volume: Callable[[Path], Volume]) -> OpenedVolume:
-    """Read a volume and compute what belongs to it; may take seconds.
+    """Read a volume and compute its derived data; may take seconds.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Keeps the last transfer function (TF) of every volume between runs."""
+"""Storage of the last transfer function (TF) of every volume between runs."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class TransferFunctionStore:
     Parameters
     ----------
     folder : Path
-        Created at the first save.
+        Created by the first save.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -26,16 +26,16 @@ class TransferFunctionStore:
 
     @classmethod
     def of_user(cls) -> TransferFunctionStore:
-        """The store in the place that the system gives an application for its data."""
+        """Return the store in the user's application data folder."""
         place = QStandardPaths.writableLocation(QStandardPaths.StandardLocation.AppDataLocation)
         return cls(Path(place) / "transfer_functions")
 
     def path(self, fingerprint: str) -> Path:
-        """Where the TF of a volume is kept."""
+        """Return the path of a volume's TF file."""
         return self._folder / f"{fingerprint[:32]}.json"
 
     def save(self, fingerprint: str, transfer_function: TransferFunction) -> None:
-        """Keep a volume's TF.
+        """Save a volume's TF.
 
         Raises
         ------
@@ -52,14 +52,13 @@ class TransferFunctionStore:
         transfer_function.save(self.path(fingerprint))
 
     def load(self, fingerprint: str) -> TransferFunction | None:
-        """Return a volume's TF, None when there is none.
+        """Return a volume's TF, or None if there is none.
 
         Raises
         ------
         TransferFunctionError
-            When the file cannot be understood; it is set aside. When it cannot
-            be read or set aside, it is still there: whoever goes on to save
-            would overwrite it.
+            When the file is invalid; it is then renamed. A file that can neither be
+            read nor renamed stays in place, and a later save would overwrite it.
         """
         path = self.path(fingerprint)
         if not path.exists():
@@ -74,6 +73,6 @@ class TransferFunctionStore:
 
 
 def _free(path: Path) -> Path:
-    """A name like that of a path that no file has yet."""
+    """Return an unused path similar to the given one."""
     names = chain([path], (path.with_suffix(f".{i}{path.suffix}") for i in count(2)))
     return next(name for name in names if not name.exists())

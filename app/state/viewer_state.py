@@ -1,7 +1,7 @@
-"""What the user is editing: one view and one transfer function (TF), with undo.
+"""The edited state: view, light and transfer function (TF), with undo for the TF.
 
-Changes are announced in pairs, as in pyqtgraph: `...Changed` at every step of a
-drag, `...ChangeFinished` once it has come to rest.
+Signals come in pairs, as in pyqtgraph: `...Changed` at every step of a drag, and
+`...ChangeFinished` at its end.
 """
 
 from __future__ import annotations
@@ -18,23 +18,23 @@ from model.scene.transfer_function import ColorTF, OpacityTF, Range, TransferFun
 from model.scene.view import View
 
 HOME_VIEW = View(azimuth=30.0, elevation=15.0, roll=0.0, distance=0.8)
-"""Where the camera stands at first, and after a reset."""
+"""Initial view, and the view after a reset."""
 
 EMPTY_TF = TransferFunction(
     OpacityTF((0.0, 1.0)), ColorTF((0.0, 1.0), ((0.0, 0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 1.0)))
 )
-"""What is edited before a volume is there."""
+"""TF before a volume is opened."""
 
 
 class ViewerState(QObject):
-    """The view and the TF that both images show.
+    """View, light and TF of both images.
 
     Every edit of the TF can be undone. A drag is previewed and becomes one
-    undo step when it is finished.
+    undo step at its end.
     """
 
     volumeStarting = Signal()
-    """Another volume comes; what is shown is still the last one's TF."""
+    """Emitted before another volume's TF replaces the present one."""
     viewChanged = Signal(object)
     viewChangeFinished = Signal(object)
     transferFunctionChanged = Signal(object)
@@ -42,7 +42,7 @@ class ViewerState(QObject):
     lightChanged = Signal(object)
     lightChangeFinished = Signal(object)
     edited = Signal()
-    """The user has changed the TF by an edit, an undo or a redo that is complete."""
+    """Emitted after a completed edit, undo or redo of the TF by the user."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -62,17 +62,17 @@ class ViewerState(QObject):
 
     @property
     def transfer_function(self) -> TransferFunction:
-        """The current TF; its scalar range is the volume's."""
+        """The current TF, over the volume's scalar range."""
         return self._transfer_function
 
     @property
     def light(self) -> LightDirection | None:
-        """The light's direction where it can be moved; None leaves it to the scene."""
+        """Direction of a movable light; None for the scene's light."""
         return self._light
 
     @property
     def inputs(self) -> SceneInputs:
-        """What the images depend on, as it is now."""
+        """Current scene inputs of the images."""
         return SceneInputs.of(self._view, self._transfer_function, light=self._light)
 
     @property
@@ -82,67 +82,67 @@ class ViewerState(QObject):
 
     @property
     def live(self) -> bool:
-        """Whether a drag of the view, of the light or of the TF is under way."""
+        """True during a drag of the view, the light or the TF."""
         return self._view_moving or self._light_moving or self._before_drag is not None
 
     def move_view(self, view: View) -> None:
-        """Show a view while the user is still moving it."""
+        """Change the view during a drag."""
         if view != self._view:
             self._view = view
             self._view_moving = True
             self.viewChanged.emit(view)
 
     def finish_view(self) -> None:
-        """Say that the view has come to rest; nothing happens when it was at rest."""
+        """End a drag of the view, if there is one."""
         if self._view_moving:
             self._view_moving = False
             self.viewChangeFinished.emit(self._view)
 
     def set_view(self, view: View) -> None:
-        """Move to a view at once."""
+        """Change the view without a drag."""
         self.move_view(view)
         self.finish_view()
 
     def move_light(self, light: LightDirection | None) -> None:
-        """Show a light while the user is still moving it."""
+        """Change the light during a drag."""
         if light != self._light:
             self._light = light
             self._light_moving = True
             self.lightChanged.emit(light)
 
     def finish_light(self) -> None:
-        """Say that the light has come to rest; nothing happens when it was at rest."""
+        """End a drag of the light, if there is one."""
         if self._light_moving:
             self._light_moving = False
             self.lightChangeFinished.emit(self._light)
 
     def set_light(self, light: LightDirection | None) -> None:
-        """Move the light at once; None leaves it to the scene."""
+        """Change the light without a drag; None for the scene's light."""
         self.move_light(light)
         self.finish_light()
 
     def start_volume(self, default: TransferFunction, current: TransferFunction | None) -> None:
-        """Begin with another volume; the undo steps of the last one are forgotten.
+        """Start editing another volume's TF, clearing the undo stack.
 
         Parameters
         ----------
         default : TransferFunction
-            What :meth:`reset_transfer_function` returns to.
+            TF that :meth:`reset_transfer_function` returns to.
         current : TransferFunction or None
-            What is shown first, the default when None.
+            Initial TF, fitted to the scalar range; None for the default.
         """
         self.volumeStarting.emit()
         self._before_drag = None
         self.undo_stack.clear()
         self._default = default
         first = fit_to_range(current or default, default.scalar_range)
-        # Also a TF that was there before is new over this volume.
+        # Emitted even for an equal TF, as the volume is new.
         self._transfer_function = first
         self.transferFunctionChanged.emit(first)
         self.transferFunctionChangeFinished.emit(first)
 
     def preview(self, transfer_function: TransferFunction) -> None:
-        """Show a TF while the user is still dragging."""
+        """Change the TF during a drag."""
         if self._before_drag is None:
             self._before_drag = self._transfer_function
         if transfer_function != self._transfer_function:
@@ -150,13 +150,13 @@ class ViewerState(QObject):
             self.transferFunctionChanged.emit(transfer_function)
 
     def finish_preview(self, text: str) -> None:
-        """Turn the drag so far into one undo step, called `text` in the menu."""
+        """End a drag, making it one undo step named `text` in the menu."""
         before, self._before_drag = self._before_drag, None
         if before is not None and before != self._transfer_function:
             self._push(_Edit(self, before, self._transfer_function, text))
 
     def cancel_preview(self) -> None:
-        """Return to the TF as it was before the drag."""
+        """Restore the TF from before the drag."""
         before, self._before_drag = self._before_drag, None
         if before is not None and before != self._transfer_function:
             self._show(before)
@@ -170,50 +170,55 @@ class ViewerState(QObject):
         ----------
         transfer_function : TransferFunction
         text : str
-            What the menu calls the edit.
+            Name of the edit in the menu.
         merge_key : str, optional
-            Edits in a row with the same key make one undo step.
+            Consecutive edits with the same key are merged into one undo step.
         """
         self.finish_preview(text)
         if transfer_function != self._transfer_function:
             self._push(_Edit(self, self._transfer_function, transfer_function, text, merge_key))
 
     def undo(self) -> None:
-        """Take back the last edit; a drag under way counts as one."""
+        """Undo the last edit; a current drag is ended and counts as one."""
         self.finish_preview("drag")
         self.undo_stack.undo()
         self.edited.emit()
 
     def redo(self) -> None:
-        """Make the edit again that was taken back last."""
+        """Redo the edit undone last."""
         self.finish_preview("drag")
         self.undo_stack.redo()
         self.edited.emit()
 
     def reset_transfer_function(self) -> None:
-        """Return to the default of the volume; it can be undone."""
+        """Restore the volume's default TF, as an edit that can be undone."""
         self.commit(self._default, "reset")
 
     def open_transfer_function(self, path: Path) -> bool:
-        """Take a TF from a file; it can be undone.
+        """Open a TF file, as an edit that can be undone.
 
         Returns
         -------
         bool
-            Whether the file was made for this scalar range; if not, it was
-            fitted to it.
+            True if the TF was made for this scalar range; otherwise it was fitted.
 
         Raises
         ------
         TransferFunctionError
-            When the file does not hold a TF; the current one stays.
+            When the file does not hold a TF; the current one is kept.
         """
         opened = TransferFunction.load(path)
         self.commit(fit_to_range(opened, self.scalar_range), f"open {path.name}")
         return opened.scalar_range == self.scalar_range
 
     def save_transfer_function(self, path: Path) -> None:
-        """Write the current TF to a file."""
+        """Write the current TF to a file.
+
+        Raises
+        ------
+        TransferFunctionError
+            When the file cannot be written.
+        """
         self._transfer_function.save(path)
 
     def _push(self, edit: QUndoCommand) -> None:
@@ -221,7 +226,7 @@ class ViewerState(QObject):
         self.edited.emit()
 
     def _show(self, transfer_function: TransferFunction) -> None:
-        # The end of a drag shows nothing new: what was drawn for it stays as it is.
+        # The end of a drag does not change the TF, so that nothing is redrawn.
         if transfer_function != self._transfer_function:
             self._transfer_function = transfer_function
             self.transferFunctionChanged.emit(transfer_function)
@@ -246,20 +251,20 @@ class _Edit(QUndoCommand):
         self._merge_key = merge_key
 
     def id(self) -> int:
-        """Qt offers only commands with the same id, other than -1, to each other for merging."""
+        """Return 1 if the edit can be merged; Qt merges only commands of equal id, not -1."""
         return -1 if self._merge_key is None else 1
 
     def mergeWith(self, other: QUndoCommand) -> bool:
-        """Take over the result of a later edit with the same key."""
+        """Merge a later edit with the same key by adopting its result."""
         if not isinstance(other, _Edit) or other._merge_key != self._merge_key:
             return False
         self._after = other._after
         return True
 
     def redo(self) -> None:
-        """Show the result of the edit."""
+        """Apply the result of the edit."""
         self._state._show(self._after)
 
     def undo(self) -> None:
-        """Show what was before the edit."""
+        """Restore the TF from before the edit."""
         self._state._show(self._before)

@@ -1,4 +1,4 @@
-"""What is open: the volume and the model, and how the two images depend on them."""
+"""The workspace: the open volume and model, and the engines of the two images."""
 
 from __future__ import annotations
 
@@ -23,36 +23,36 @@ from model.scene.scene import RendererName, Scene
 
 
 class Workspace(QObject):
-    """Opens volumes and models and keeps both images on what is open.
+    """Opens volumes and models and keeps the engines of both images up to date.
 
     Parameters
     ----------
     state : ViewerState
     generator, reference : EngineClient
     builders : Builders
-        What reads volumes and builds engines.
+        Functions that read volumes and build engines.
     store : TransferFunctionStore or None
-        Where the TF of every volume is kept between runs; None keeps nothing.
+        Storage of every volume's TF between runs; None for none.
     generator_settings : GeneratorSettings
-        How generators are run.
+        Device, backend and precision of generators.
     """
 
     volumeOpened = Signal(object)
-    """A volume was read; its TF comes next."""
+    """Emitted when a volume has been read, before its TF is set."""
     volumeStarted = Signal()
-    """Its TF is there too."""
+    """Emitted when the TF of an opened volume is set."""
     problem = Signal(str)
-    """One sentence that must not be overlooked."""
+    """Emitted with an error sentence for the notice bar."""
     news = Signal(str)
-    """One sentence for the status bar."""
+    """Emitted with a sentence for the status bar."""
     referenceChanged = Signal(str)
-    """Another renderer draws the reference; its name."""
+    """Emitted with the name of a newly chosen reference renderer."""
     hintChanged = Signal(str)
-    """What lies outside the generator's training range; empty if nothing does."""
+    """Emitted with a description of inputs outside the training range; may be empty."""
     lightMovable = Signal(bool)
-    """Whether the images follow a moved light."""
+    """Emitted with True when the light becomes movable, with False when fixed."""
     settled = Signal()
-    """Both images are final, or say why they are not there."""
+    """Emitted when both images are final or replaced by a message."""
 
     def __init__(
         self,
@@ -92,17 +92,17 @@ class Workspace(QObject):
 
     @property
     def opened(self) -> OpenedVolume | None:
-        """The volume that is shown."""
+        """The open volume; None if there is none."""
         return self._opened
 
     @property
     def is_settled(self) -> bool:
-        """Whether both images are final, or say why they are not there."""
+        """True if both images are final or replaced by a message."""
         engines_settled = self._generator.is_settled and self._reference.is_settled
         return self._reading is None and engines_settled
 
     def open_volume(self, path: Path) -> None:
-        """Read a volume in the background, then show it; the old one stays until then."""
+        """Read a volume in the background, then show it; keep the old one until then."""
         if self._reading is not None:
             self._reading.abandon()
         if self._opened is None:
@@ -118,7 +118,7 @@ class Workspace(QObject):
         call.start()
 
     def open_model(self, folder: Path | None) -> None:
-        """Load a generator in the background; None says that there is no model."""
+        """Load a generator in the background; None for no model."""
         self._scene = None
         self._model = folder
         self._model_is_shipped = False
@@ -131,13 +131,13 @@ class Workspace(QObject):
         self._follow_scene()
 
     def set_reference_size(self, size: int | None) -> None:
-        """Set the reference image's size in pixels; None takes the generator's."""
+        """Set the reference image's size in pixels; None for the generator's."""
         self._reference_size = size
         self._follow_scene()
         self._dispatcher.send()
 
     def set_reference_renderer(self, name: RendererName) -> None:
-        """Choose what renders the reference image."""
+        """Set the renderer of the reference image."""
         self._reference_renderer = name
         self.referenceChanged.emit(name)
         self._follow_scene()
@@ -191,7 +191,7 @@ class Workspace(QObject):
         self._dispatcher.send()
 
     def _match_generator(self) -> None:
-        """Let the generator work only when it was trained on this volume."""
+        """Pause the generator unless it was trained on this volume."""
         if self._model is None:
             self._generator.pause(self._no_model_text())
         elif self._scene is not None and self._opened is None:
@@ -207,7 +207,7 @@ class Workspace(QObject):
         self._update_hint()
 
     def _open_shipped_model(self, opened: OpenedVolume) -> None:
-        """Take the shipped model of a volume, unless the user has chosen a model."""
+        """Open the shipped model of a volume, unless the user has chosen a model."""
         if self._model is not None and not self._model_is_shipped:
             return
         folder = model_for(opened.fingerprint)
@@ -216,13 +216,13 @@ class Workspace(QObject):
             self._model_is_shipped = True
 
     def _matches(self) -> bool:
-        """Whether model and volume belong together."""
+        """Return True if the model was trained on the open volume."""
         if self._scene is None or self._opened is None:
             return False
         return self._scene.volume_fingerprint == self._opened.fingerprint
 
     def _follow_scene(self) -> None:
-        """Render the reference as the generator's training images were rendered."""
+        """Adapt the reference renderer's settings to the generator's training images."""
         scene = self._scene if self._matches() else None
         size = NO_MODEL_SIZE if scene is None else scene.image_size
         self._dispatcher.size = self._reference_size or size
@@ -234,7 +234,7 @@ class Workspace(QObject):
             self._dispatcher.send()
 
     def _offer_light(self) -> None:
-        """Let the light be moved where both images follow it."""
+        """Make the light movable if the model was trained with a movable light."""
         scene = self._scene if self._matches() else None
         movable = scene is not None and scene.light_range is not None
         if movable != (self._state.light is not None):

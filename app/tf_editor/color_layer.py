@@ -1,4 +1,4 @@
-"""The colour TF on its strip: the colours themselves and draggable stops."""
+"""The colour strip of the TF editor, with draggable stops."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from model.scene.transfer_function import ColorTF
 
 
 class ColorLayer(QObject):
-    """Draws the state's colour TF and turns drags and clicks into edits of it.
+    """Draws the state's colour TF and edits it by drags and clicks.
 
     Parameters
     ----------
@@ -46,11 +46,11 @@ class ColorLayer(QObject):
 
     @property
     def stops(self) -> tuple[DragHandle, ...]:
-        """The handles of the stops, in their order."""
+        """Handles of the stops, in order."""
         return tuple(self._stops)
 
     def refresh(self) -> None:
-        """Draw the state's colour TF as it is now."""
+        """Redraw the state's colour TF."""
         color = self._state.transfer_function.color
         levels = np.rint(color.sample(count=1024) * 255).astype(np.uint8)
         self._strip.setImage(levels[np.newaxis], levels=(0, 255))
@@ -78,14 +78,14 @@ class ColorLayer(QObject):
             self._commit(edits.remove_stop(color, index), "remove colour stop")
 
     def choose_color(self, index: int) -> QColorDialog:
-        """Open the colour dialog for a stop; the images follow while it is open."""
+        """Open the colour dialog for a stop, with a preview in the images."""
         _value, *rgb = self._state.transfer_function.color.stops[index]
         dialog = QColorDialog(QColor.fromRgbF(*rgb), self._area.widget)
         dialog.setWindowTitle("Colour of the stop")
         dialog.currentColorChanged.connect(lambda color: self._preview_color(index, color))
         dialog.accepted.connect(lambda: self._state.finish_preview("colour"))
         dialog.rejected.connect(self._state.cancel_preview)
-        # The stop is one of this volume's TF.
+        # The stop belongs to the present volume's TF.
         self._state.volumeStarting.connect(dialog.reject)
         dialog.finished.connect(dialog.deleteLater)
         dialog.open()

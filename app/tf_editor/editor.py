@@ -1,4 +1,4 @@
-"""The transfer-function editor: plots, numbers, and the keyboard."""
+"""The transfer-function editor: plots, number fields and keyboard shortcuts."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from model.scene.transfer_function import Range
 
 _NUDGE_HEIGHT = 0.01
 _BIG_NUDGE = 10
-"""How many small steps an arrow key makes with Shift."""
+"""Number of small steps of an arrow key with Shift."""
 
 _HINT = "Double-click adds a mode   ·   click the strip adds a colour   ·   Delete removes"
 
@@ -40,7 +40,7 @@ class TransferFunctionEditor(QFrame):
         self.setProperty("role", "panel")
         self._state = state
         self.selection = Selection(self)
-        # Before all other slots: none of them may see a selection whose handle is gone.
+        # Connected first, so that no other slot finds a selected handle that no longer exists.
         state.transferFunctionChanged.connect(self.selection.fit)
         self.area = PlotArea(self)
         self.opacity = OpacityLayer(self.area, state, self.selection)
@@ -61,16 +61,16 @@ class TransferFunctionEditor(QFrame):
         Parameters
         ----------
         counts : ndarray of int64, shape (bins,)
-            Over equal bins of the scalar range.
+            Histogram over equal bins of the scalar range.
         scalar_range : tuple of float
         units : str
-            Of the scalars, may be empty.
+            Unit of the scalars; may be empty.
         """
         self.area.set_data(counts, scalar_range, units)
         self.setEnabled(True)
 
     def select_strongest(self) -> None:
-        """Select the most opaque mode or point, so that its handles and numbers show."""
+        """Select the most opaque mode or point."""
         handles = edits.opacity_handles(self._state.transfer_function.opacity)
         if handles:
             self.selection.select("opacity", max(range(len(handles)), key=lambda i: handles[i][1]))
@@ -117,7 +117,7 @@ class TransferFunctionEditor(QFrame):
             )
 
     def _shortcut(self, keys: QKeySequence, slot: object) -> None:
-        """Bind keys that act only while the plots have the focus."""
+        """Bind keys that are active only while the plots have the focus."""
         shortcut = QShortcut(keys, self.area.widget)
         shortcut.setContext(Qt.ShortcutContext.WidgetShortcut)
         shortcut.activated.connect(slot)

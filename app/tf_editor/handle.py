@@ -1,4 +1,4 @@
-"""A small mark on a plot that the mouse can take and drag."""
+"""A small draggable mark on a plot."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ Shape = Literal["circle", "square", "pin"]
 
 _RADIUS = {"circle": 6.5, "square": 4.5, "pin": 7.0}
 _REACH = 11.0
-"""Half the edge of the square that the mouse hits, in pixels: larger than the mark."""
+"""Half the edge of the square that reacts to the mouse, in pixels; larger than the mark."""
 
 
 class DragHandle(QGraphicsObject):
-    """A mark of constant size in pixels, placed in the plot's coordinates.
+    """A draggable mark of constant size in pixels, placed in the plot's coordinates.
 
-    It does not move by itself: it says where the mouse wants it, and whoever
-    owns it decides.
+    It does not move by itself: it emits the position it is dragged to, and its
+    owner moves it.
     """
 
     pressed = Signal()
@@ -50,7 +50,7 @@ class DragHandle(QGraphicsObject):
         self._grip: QPointF | None = None
 
     def set_look(self, fill: QColor, selected: bool) -> None:
-        """Set the colour inside, and whether to stand out as the selected one."""
+        """Set the fill colour, and highlight the handle if it is selected."""
         self._fill = fill
         self._selected = selected
         self.setZValue(101 if selected else 100)
@@ -58,11 +58,11 @@ class DragHandle(QGraphicsObject):
 
     @property
     def is_selected_look(self) -> bool:
-        """Whether the handle stands out as the selected one."""
+        """True if the handle is highlighted as the selected one."""
         return self._selected
 
     def boundingRect(self) -> QRectF:
-        """Return the area that is painted and that the mouse hits, in pixels."""
+        """Return the area that is painted and reacts to the mouse, in pixels."""
         return QRectF(-_REACH, -_REACH, 2 * _REACH, 2 * _REACH)
 
     def paint(
@@ -95,12 +95,12 @@ class DragHandle(QGraphicsObject):
         """Select, and begin a drag with the left button."""
         self.pressed.emit()
         if event.button() == Qt.MouseButton.LeftButton:
-            # The distance between mouse and mark stays: nothing jumps at the press.
+            # Keep the offset between mouse and mark, so that the mark does not jump.
             self._grip = self.pos() - self._plot_position(event)
         event.accept()
 
     def mouseMoveEvent(self, event: QGraphicsSceneMouseEvent) -> None:
-        """Say where the mouse wants the mark."""
+        """Emit the position that the mark is dragged to."""
         if self._grip is not None:
             wanted = self._plot_position(event) + self._grip
             self.dragged.emit(wanted.x(), wanted.y())
@@ -112,22 +112,22 @@ class DragHandle(QGraphicsObject):
             self.released.emit()
 
     def mouseDoubleClickEvent(self, event: QGraphicsSceneMouseEvent) -> None:
-        """Say that the mark was double-clicked."""
+        """Emit the double click."""
         event.accept()
         self.doubleClicked.emit()
 
     def contextMenuEvent(self, event: QGraphicsSceneContextMenuEvent) -> None:
-        """Ask for the mark's menu."""
+        """Request the mark's menu."""
         event.accept()
         self.menuRequested.emit(event.screenPos())
 
     def hoverEnterEvent(self, _event: QGraphicsSceneHoverEvent) -> None:
-        """Grow a little under the mouse."""
+        """Enlarge the mark slightly under the mouse."""
         self._hovered = True
         self.update()
 
     def hoverLeaveEvent(self, _event: QGraphicsSceneHoverEvent) -> None:
-        """Shrink again."""
+        """Restore the mark's size."""
         self._hovered = False
         self.update()
 

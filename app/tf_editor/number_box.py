@@ -1,4 +1,4 @@
-"""A spin box for numbers of any magnitude, shown with six significant digits of their range."""
+"""A spin box for numbers of any magnitude, shown with enough digits for their range."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ _MAX_DECIMALS = 320
 
 
 class NumberBox(QDoubleSpinBox):
-    """Takes 1e-9 and 3e12 as well as 0.5; a typed number counts at Enter or on leaving.
+    """Spin box for numbers such as 1e-9, 0.5 and 3e12; typed numbers apply on Enter or focus loss.
 
-    Setting a value from outside is silent: `valueChanged` means the user.
+    `valueChanged` is emitted only for changes by the user; see :meth:`show_value`.
     """
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -24,11 +24,11 @@ class NumberBox(QDoubleSpinBox):
         self.set_limits(0.0, 1.0)
 
     def set_limits(self, lo: float, hi: float) -> None:
-        """Set the range, and a step of a two-hundredth of it."""
+        """Set the range, and a step of 1/200 of it."""
         self.blockSignals(True)
         digits = 9 - math.floor(math.log10(hi - lo))
         self.setDecimals(min(max(digits, 0), _MAX_DECIMALS))
-        # Between 1,000,000 and 1,000,001 the first six digits tell nothing.
+        # Leading digits shared by both limits, as in 1,000,000 and 1,000,001, do not count.
         common = math.log10(max(abs(lo), abs(hi), hi - lo) / (hi - lo))
         self._digits = min(6 + math.ceil(common), 17)
         self.setRange(lo, hi)
@@ -37,23 +37,23 @@ class NumberBox(QDoubleSpinBox):
         self.blockSignals(False)
 
     def show_value(self, value: float) -> None:
-        """Show a value without telling anyone."""
+        """Show a value without emitting a signal."""
         self.blockSignals(True)
         self.setValue(value)
         self.blockSignals(False)
 
     def textFromValue(self, value: float) -> str:
-        """Return six digits that matter; a minus sign never stands before a bare zero."""
+        """Format a value with six relevant digits, and never as "-0"."""
         return f"{value + 0.0:.{self._digits}g}"
 
     def valueFromText(self, text: str) -> float:
-        """Return the number; the text as it was shown means the value as it was."""
+        """Parse a number; an unchanged text keeps the exact value."""
         if text == self.textFromValue(self.value()):
             return self.value()
         return float(text.replace(",", "."))
 
     def validate(self, text: str, position: int) -> tuple[QValidator.State, str, int]:
-        """Accept what Python reads as a finite number, in the C notation."""
+        """Accept numbers within the range, with a decimal point or comma."""
         try:
             number = float(text.replace(",", "."))
         except ValueError:
@@ -65,7 +65,7 @@ class NumberBox(QDoubleSpinBox):
         return state, text, position
 
     def fixup(self, text: str) -> str:
-        """Bring a number outside the range to its nearer end, and show the range."""
+        """Clamp a number to the range, and show the range if it was outside."""
         try:
             number = float(text.replace(",", "."))
         except ValueError:

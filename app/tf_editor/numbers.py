@@ -1,4 +1,4 @@
-"""The selected handle as exact numbers that can be typed."""
+"""Number fields of the selected handle."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ PANEL_WIDTH = 216
 
 
 class NumbersPanel(QWidget):
-    """Position, width and height of the selected mode, point or colour stop."""
+    """Panel with position, width, opacity and colour of the selected handle."""
 
     addRequested = Signal()
     removeRequested = Signal()
@@ -78,7 +78,7 @@ class NumbersPanel(QWidget):
         layout.addWidget(self.add_button)
 
     def refresh(self) -> None:
-        """Show the selected handle's numbers as they are now."""
+        """Show the present numbers of the selected handle."""
         tf = self._state.transfer_function
         mode_or_point = self._selection.index("opacity")
         stop = self._selection.index("color")
@@ -159,5 +159,5 @@ class NumbersPanel(QWidget):
         tf = self._state.transfer_function
         index = self._selection.index("opacity")
         self._state.commit(replace(tf, opacity=edit(tf.opacity)), f"set {what}", f"{what} {index}")
-        # Also when the edit changed nothing: a number outside the limits must not stay.
+        # Even if the edit changed nothing, so that a number outside the limits is replaced.
         self.refresh()

@@ -1,4 +1,4 @@
-"""The opacity TF on its plot: curves, draggable peaks and widths."""
+"""The opacity plot of the TF editor: curves, and handles for peaks and widths."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ from model.scene import tf_editing as edits
 from model.scene.transfer_function import OpacityTF, TransferFunction
 
 _FLANK = math.exp(-1.0)
-"""Height of a mode one width away from its mean, as a share of its amplitude."""
+"""Height of a mode one width away from its mean, as a fraction of its amplitude."""
 
 _VISIBLE_WIDTHS = 2.2
-"""How far from its mean a mode is worth drawing."""
+"""Distance from the mean, in widths, up to which a mode's curve is drawn."""
 
 _CURVE_SAMPLES = 513
 _PLACES = np.linspace(0.0, 1.0, _CURVE_SAMPLES)
 
 
 class OpacityLayer(QObject):
-    """Draws the state's opacity TF and turns drags into edits of it.
+    """Draws the state's opacity TF and edits it by drags.
 
     Parameters
     ----------
@@ -64,16 +64,16 @@ class OpacityLayer(QObject):
 
     @property
     def peaks(self) -> tuple[DragHandle, ...]:
-        """The handles of the modes or points, in their order."""
+        """Handles of the modes or points, in order."""
         return tuple(self._peaks)
 
     @property
     def flanks(self) -> tuple[DragHandle, ...]:
-        """The two handles for the selected mode's width, left and right."""
+        """Left and right handle of the selected mode's width."""
         return tuple(self._flanks)
 
     def refresh(self) -> None:
-        """Draw the state's TF as it is now."""
+        """Redraw the state's TF."""
         tf = self._state.transfer_function
         heights = tf.opacity.sample(count=_CURVE_SAMPLES)
         self._curve.setData(_PLACES, heights)
@@ -191,7 +191,7 @@ class OpacityLayer(QObject):
 
 
 def handle_name(opacity: OpacityTF) -> str:
-    """Return what a handle of this TF is called."""
+    """Return the name of this TF's handles, "mode" or "point"."""
     return "point" if opacity.points else "mode"
 
 
@@ -205,7 +205,7 @@ def _area_below(heights: NDArray[np.float32]) -> QPainterPath:
 
 
 def _gradient(tf: TransferFunction) -> QBrush:
-    """Fill for the area under the curve: the colour TF along the scalar axis."""
+    """Brush for the area under the curve, with the colour TF along the scalar axis."""
     gradient = QLinearGradient(QPointF(0.0, 0.0), QPointF(1.0, 0.0))
     for value, red, green, blue in tf.color.stops:
         place = min(max(to_unit(value, tf.scalar_range), 0.0), 1.0)

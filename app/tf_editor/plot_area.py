@@ -1,4 +1,4 @@
-"""The two plots of the editor, one above the other over the same scalar axis."""
+"""The two plots of the editor, stacked over a common scalar axis."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ STRIP_HEIGHT = 44
 AXIS_WIDTH = 44
 _READOUT_GAP = 18
 _SIDE_ROOM = 0.015
-"""Empty share of the axis at either side: room for the handles at the ends."""
+"""Margin at either end of the axis, as a fraction of it, for the handles at the ends."""
 
 
 class PlotArea(QObject):
-    """Builds the plots and translates clicks beside the handles into values.
+    """Builds the plots and emits the scalar values of clicks beside the handles.
 
     The plots' horizontal axis is the scalar range mapped to 0..1.
 
     Attributes
     ----------
     widget : pyqtgraph.GraphicsLayoutWidget
-        What to put into a layout.
+        The widget with both plots, for a layout.
     opacity, strip : pyqtgraph.ViewBox
         The opacity plot above and the colour strip below.
     """
@@ -85,7 +85,7 @@ class PlotArea(QObject):
 
     @property
     def readout(self) -> str:
-        """The numbers shown beside the mouse, empty when nothing is dragged."""
+        """Numbers shown beside the mouse during a drag; empty otherwise."""
         return "" if self._readout.isHidden() else self._readout.text()
 
     def show_readout(self, plot: Any, value: float, height: float, text: str) -> None:
@@ -106,10 +106,10 @@ class PlotArea(QObject):
         self._readout.hide()
 
     def _add_view(self, row: int) -> Any:
-        """Add a plot that neither pans nor zooms and has no menu of its own."""
+        """Add a plot without panning, zooming and context menu."""
         view = pg.ViewBox(enableMouse=False, enableMenu=False, defaultPadding=0)
         view.disableAutoRange()
-        # Qt clips handles of constant size in the wrong units: they could hardly be hit.
+        # Qt would clip handles of constant size in the wrong units, making them hard to hit.
         view.setFlag(QGraphicsItem.GraphicsItemFlag.ItemClipsChildrenToShape, False)
         self.widget.addItem(view, row=row, col=1)
         return view
@@ -122,7 +122,7 @@ class PlotArea(QObject):
         return axis
 
     def _clicked(self, event: Any) -> None:
-        """Tell clicks on the two plots apart; those on handles never come here."""
+        """Emit the signal for a click on one of the plots; handles accept their own clicks."""
         position: QPointF = event.scenePos()
         left = event.button() == Qt.MouseButton.LeftButton
         if self.opacity.sceneBoundingRect().contains(position):

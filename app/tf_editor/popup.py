@@ -1,4 +1,4 @@
-"""Context menus that block nothing: the images go on while one is open."""
+"""Non-blocking context menus."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def pop_up(
     parent : QWidget
     point : QPoint
     *entries : tuple
-        Text, what to call, and whether it can be chosen.
+        Text, function to call, and True if the entry is enabled.
     """
     menu = QMenu(parent)
     for text, call, enabled in entries:

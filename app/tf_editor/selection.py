@@ -1,4 +1,4 @@
-"""Which handle of the editor is selected: one, or none."""
+"""Selection of at most one handle in the editor."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ Kind = Literal["opacity", "color"]
 
 @dataclass(frozen=True)
 class Selected:
-    """A handle of the opacity TF or of the colour TF, by its index."""
+    """A handle of the opacity TF or of the colour TF, identified by its index."""
 
     kind: Kind
     index: int
 
 
 class Selection(QObject):
-    """Holds the selected handle and says when it changes."""
+    """Holds the selected handle and emits `changed`."""
 
     changed = Signal()
 
@@ -31,24 +31,24 @@ class Selection(QObject):
 
     @property
     def selected(self) -> Selected | None:
-        """The selected handle."""
+        """The selected handle; None if there is none."""
         return self._selected
 
     def index(self, kind: Kind) -> int | None:
-        """Index of the selected handle when it is of this kind."""
+        """Return the index of the selected handle if it is of this kind, or None."""
         selected = self._selected
         return selected.index if selected is not None and selected.kind == kind else None
 
     def select(self, kind: Kind, index: int) -> None:
-        """Select a handle instead of any other."""
+        """Select a handle."""
         self._set(Selected(kind, index))
 
     def clear(self) -> None:
-        """Select nothing."""
+        """Clear the selection."""
         self._set(None)
 
     def fit(self, transfer_function: TransferFunction) -> None:
-        """Drop the selection when its handle is gone."""
+        """Clear the selection if its handle no longer exists."""
         opacity, color = transfer_function.opacity, transfer_function.color
         counts = {"opacity": len(opacity.points or opacity.modes), "color": len(color.stops)}
         if self._selected is not None and self._selected.index >= counts[self._selected.kind]:

@@ -1,1 +1,1 @@
-"""The main window with its menus and dialogs."""
+"""The main window, with its menus and dialogs."""

@@ -1,4 +1,4 @@
-"""The file dialogs of the window and what follows them."""
+"""The file dialogs of the window and their actions."""
 
 from __future__ import annotations
 
@@ -20,25 +20,25 @@ IMAGE_FILTER = "PNG images (*.png)"
 
 
 def image_formats() -> set[str]:
-    """Endings of the image files that Qt can write."""
+    """Return the suffixes of the image files that Qt can write."""
     return {bytes(ending.data()).decode() for ending in QImageWriter.supportedImageFormats()}
 
 
 class FileDialogs(QObject):
-    """Asks for files and hands them on.
+    """Shows file dialogs and opens or saves the chosen files.
 
     Parameters
     ----------
     parent : QWidget
-        The dialogs' window.
+        Parent of the dialogs.
     state : ViewerState
     workspace : Workspace
     """
 
     problem = Signal(str)
-    """One sentence that must not be overlooked."""
+    """Emitted with an error sentence for the notice bar."""
     news = Signal(str)
-    """One sentence for the status bar."""
+    """Emitted with a sentence for the status bar."""
 
     def __init__(self, parent: QWidget, state: ViewerState, workspace: Workspace) -> None:
         super().__init__(parent)
@@ -65,13 +65,13 @@ class FileDialogs(QObject):
             self._workspace.open_model(Path(name))
 
     def open_transfer_function(self) -> None:
-        """Ask for a TF file and take it over; it can be undone."""
+        """Ask for a TF file and open it, as an edit that can be undone."""
         name, _ = QFileDialog.getOpenFileName(self._parent, "Open TF", "", TF_FILTER)
         if name:
             self.take_transfer_function(Path(name))
 
     def take_transfer_function(self, path: Path) -> None:
-        """Take over a TF file."""
+        """Open a TF file and report the outcome."""
         try:
             same_range = self._state.open_transfer_function(path)
         except TransferFunctionError as error:
@@ -81,7 +81,7 @@ class FileDialogs(QObject):
         self.news.emit(f"Opened {path.name}{fitted}.")
 
     def save_transfer_function(self) -> None:
-        """Ask for a place and write the TF there."""
+        """Ask for a file and write the TF to it."""
         name, _ = QFileDialog.getSaveFileName(self._parent, "Save TF", "tf.json", TF_FILTER)
         if not name:
             return
@@ -94,7 +94,7 @@ class FileDialogs(QObject):
             self.news.emit(f"Saved {path.name}.")
 
     def save_image(self, pane: EnginePane) -> None:
-        """Ask for a place and write a pane's image there, at its own size."""
+        """Ask for a file and write a pane's image to it, in its original size."""
         image = pane.canvas.image
         if image is None:
             self.problem.emit("There is no image to save yet.")
@@ -104,7 +104,7 @@ class FileDialogs(QObject):
             return
         path = Path(name)
         if path.suffix.lower().lstrip(".") not in image_formats():
-            # Qt's dialog does not add the ending by itself, and the format follows it.
+            # Qt's dialog does not add the suffix, which determines the format.
             path = path.with_name(path.name + ".png")
             if path.exists():
                 self.problem.emit(

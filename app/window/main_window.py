@@ -1,4 +1,4 @@
-"""The window: two images in step and the transfer-function editor below."""
+"""The main window: two synchronized images and the transfer-function editor below."""
 
 from __future__ import annotations
 
@@ -31,16 +31,16 @@ REFERENCE_TITLES: dict[RendererName, str] = {
 
 
 class MainWindow(QMainWindow):
-    """Shows a generator's image beside VTK's while the user edits view and TF.
+    """Shows a generator's image beside the reference while the user edits view and TF.
 
     Parameters
     ----------
     builders : Builders
-        What reads volumes and builds engines.
+        Functions that read volumes and build engines.
     store : TransferFunctionStore or None
-        Where the TF of every volume is kept between runs; None keeps nothing.
+        Storage of every volume's TF between runs; None for none.
     settings : GeneratorSettings
-        How generators are run.
+        Device, backend and precision of generators.
     """
 
     def __init__(
@@ -68,7 +68,7 @@ class MainWindow(QMainWindow):
         )
         self.state.viewChanged.connect(self._show_view)
         self.workspace.volumeOpened.connect(self._show_volume)
-        # What was wrong with an earlier file is over.
+        # Errors of an earlier file no longer apply.
         self.workspace.volumeOpened.connect(lambda _opened: self.notice.clear())
         self.workspace.volumeStarted.connect(self.editor.select_strongest)
         self.workspace.hintChanged.connect(self.generator.set_hint)
@@ -83,17 +83,17 @@ class MainWindow(QMainWindow):
 
     @property
     def errors(self) -> list[str]:
-        """The errors that the two images show."""
+        """Errors shown by the two images."""
         clients = (self.generator.client, self.reference.client)
         return [client.error for client in clients if client.error]
 
     @property
     def view_text(self) -> str:
-        """The view's numbers, as shown."""
+        """Displayed text of the view's numbers."""
         return self._view_label.text()
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Disappear at once, then wait for the threads to end."""
+        """Hide the window at once, then wait for the threads to end."""
         self.workspace.stop()
         self.hide()
         self.workspace.join()

@@ -25,7 +25,7 @@ STANDARD_VIEWS = {
     "Top": (0.0, 90.0),
     "Bottom": (0.0, -90.0),
 }
-"""Azimuth and elevation of each; left and right are the viewer's."""
+"""Azimuth and elevation of each view; left and right are the viewer's."""
 
 REFERENCE_SIZES = {
     "As the generator": None,
@@ -65,17 +65,17 @@ GESTURES = """<h3>Images</h3>
 
 
 class Menus(QObject):
-    """Builds the menus and carries out what they offer.
+    """Builds the menus and performs their actions.
 
     Parameters
     ----------
     window : QMainWindow
-        Whose menu bar is filled.
+        The window of the menu bar.
     files : FileDialogs
     state : ViewerState
     workspace : Workspace
     generator, reference : EnginePane
-        Whose images can be saved.
+        Panes with the images to save.
     """
 
     def __init__(
@@ -130,7 +130,7 @@ class Menus(QObject):
         _add(menu, "Reset &transfer function", state.reset_transfer_function)
 
     def _name_edits(self) -> None:
-        """Say in the menu what would be undone and redone."""
+        """Update the menu with the names of the edits to undo and redo."""
         stack = self._state.undo_stack
         self._undo.setText(f"&Undo {stack.undoText()}".rstrip())
         self._redo.setText(f"&Redo {stack.redoText()}".rstrip())
@@ -156,7 +156,7 @@ class Menus(QObject):
     def _choices(
         self, menu: QMenu, choices: dict[str, Any], choose: Callable[[Any], object]
     ) -> None:
-        """Offer choices of which one holds, at first the first."""
+        """Add exclusive choices to a menu, with the first one checked."""
         group = QActionGroup(self)
         for number, (name, choice) in enumerate(choices.items()):
             action = _add(menu, name, partial(choose, choice))
@@ -186,7 +186,7 @@ def _add(
     slot: Callable[[], object],
     keys: QKeySequence.StandardKey | str | None = None,
 ) -> QAction:
-    """Add an entry; the slot is called without Qt's checked flag."""
+    """Add a menu entry whose slot is called without Qt's `checked` argument."""
     action = menu.addAction(text)
     action.triggered.connect(lambda _checked=False: slot())
     if keys is not None:

@@ -1,4 +1,4 @@
-"""A line at the top of the window for what must not be overlooked."""
+"""A bar at the top of the window for errors and important notices."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ class NoticeBar(QFrame):
 
     @property
     def text(self) -> str:
-        """The sentence that is shown, empty when there is none."""
+        """The displayed sentence; empty if there is none."""
         return self._label.text()
 
     def tell(self, text: str) -> None:
-        """Show a sentence instead of any other."""
+        """Show a sentence, replacing the present one."""
         self._label.setText(text)
         self.show()
 
     def clear(self) -> None:
-        """Show nothing."""
+        """Clear and hide the bar."""
         self._label.clear()
         self.hide()

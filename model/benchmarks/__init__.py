@@ -1,1 +1,1 @@
-"""How fast and how exact the parts of tfscope are on this machine."""
+"""Benchmarks of speed and accuracy on this machine."""

@@ -1,8 +1,7 @@
-"""How well a latent codec keeps opacity TFs, and how well it follows edits of them.
+"""Accuracy of a latent codec's decoded opacity TFs and of their response to edits.
 
-What the rest of the generator can show, and how true its derivatives are, ends
-where the codec does. A codec alone needs no images: it is trained and measured
-in minutes.
+The codec limits the generator's accuracy and that of its derivatives. A codec
+alone needs no images and is trained and measured in minutes.
 """
 
 from __future__ import annotations
@@ -33,7 +32,7 @@ LAYERS = (1, 4, 16, 64)
 """Thicknesses in voxels of the layers whose opacity is compared."""
 
 CHECKED_SEED = 0x7F5C0DEC
-"""Of the TFs that codecs are measured on; far from any that one trains with."""
+"""Seed of the TFs that codecs are measured on, unlikely to be used for training."""
 
 CHECKED_TFS = 400
 CHECKED_DERIVATIVES = 80
@@ -42,18 +41,18 @@ REPORTS = 4
 
 @dataclass(frozen=True)
 class CodecRow:
-    """A codec's errors on random TFs that it has not learned from.
+    """A codec's errors on random TFs not used for training.
 
     Attributes
     ----------
     steps : int
-        That it has learned for here; 0 for one that came trained.
+        Number of training steps in this benchmark; 0 for a model's codec.
     layer_rmse : dict of int to float
-        By thickness in voxels: error of the opacity of a layer of one scalar
-        value, over TFs and values, 0..1. At one voxel it is that of the TF.
+        RMSE of the opacity (0..1) of homogeneous layers over TFs and scalar values,
+        by thickness in voxels; at one voxel it is the RMSE of the TF.
     edit_cosine : tuple of float
-        Worst tenth, lower quartile and median over TFs of the cosine between
-        what smooth edits make of the decoded TF and the edits themselves.
+        First decile, lower quartile and median over TFs of the cosine similarity
+        between changes of the decoded TF and the smooth edits that cause them.
     """
 
     steps: int
@@ -64,27 +63,27 @@ class CodecRow:
 def train_codec(
     size: NetworkSize, options: TrainingOptions, scene: Scene, steps: int
 ) -> Iterator[CodecRow]:
-    """Train a codec by the decoded-TF loss alone.
+    """Train a codec with the decoded-TF loss alone.
 
     Parameters
     ----------
     size : NetworkSize
-        Of the generator whose codec it is.
+        Size of the codec's generator.
     options : TrainingOptions
-        Its `unrendered_tfs` TFs a step, and the learning rate of its `joint`.
+        Each step uses `unrendered_tfs` TFs and the learning rate of `joint`.
     scene : Scene
-        Says where random modes lie.
+        Determines the distribution of random TFs.
     steps : int
 
     Yields
     ------
     CodecRow
-        Four, the last one at the end.
+        Measurements after each quarter of the steps.
 
     Raises
     ------
     TrainingError
-        If there are no TFs to learn from.
+        If `unrendered_tfs` is 0.
     """
     if not options.unrendered_tfs:
         raise TrainingError("A codec alone learns from 'unrendered_tfs' only: set it above 0.")
@@ -125,7 +124,7 @@ def _layer_rmse(decoded: Tensor, true: Tensor, voxels: int) -> float:
 
 
 def _edit_cosines(codec: LatentCodec, tfs: Tensor, scene: Scene) -> list[float]:
-    """Of each TF: cosine of what edits around each value of the window do, and of those edits."""
+    """Cosine similarity, for each TF, of the decoded and true edits in the scalar window."""
     inside = scene.window_samples
     edits = response_to_edits(np.eye(TF_SAMPLES, dtype=np.float32), EDIT_WIDTH)[:, inside]
     cosines = []

@@ -1,4 +1,4 @@
-"""How fast a generator draws by each backend, and how far from torch in float32."""
+"""Speed of a generator with each backend, and differences from torch in float32."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from model.samples.sampling import draw_sample
 from model.scene.scene import Scene
 
 BATCHES = (1, 16)
-"""The window's image, and the latent browser's grid."""
+"""Batch sizes: the window's image, and the latent browser's grid."""
 
 SECONDS = 2.0
-"""Time that each measurement gets, at least."""
+"""Least duration of each measurement."""
 
 
 @dataclass(frozen=True)
 class BackendRow:
-    """One backend at one batch size.
+    """Measurements of one backend at one batch size.
 
     Attributes
     ----------
@@ -35,13 +35,13 @@ class BackendRow:
     precision : str
     batch : int
     seconds : float or None
-        Median time of a batch; None where the backend cannot be used here.
+        Median time per batch; None if the backend cannot be used here.
     speedup : float or None
-        Over torch in float32.
+        Speedup over torch in float32.
     difference : float or None
-        Largest difference from its images, in steps of 1/255.
+        Largest difference from torch's images in float32, in steps of 1/255.
     obstacle : str or None
-        Why it cannot be used.
+        Reason that the backend cannot be used.
     """
 
     backend: str
@@ -55,15 +55,15 @@ class BackendRow:
 
 @dataclass(frozen=True)
 class PartsRow:
-    """Median seconds of what is kept between images.
+    """Median times, in seconds, of the encoders whose results are cached between images.
 
     Attributes
     ----------
     batch : int
     view : float
-        What the view alone decides; kept while TFs are edited.
+        Features of the conditions; cached while TFs are edited.
     opacity_tf, color_tf : float
-        Codes of the TFs; kept while the view moves.
+        Codes of the TFs; cached while the view changes.
     """
 
     batch: int
@@ -86,12 +86,12 @@ def compare_backends(
     ----------
     network : GeneratorNetwork
     scene : Scene
-        Views and TFs are its first hold-out samples.
+        Views and TFs are those of its first hold-out samples.
     device : torch.device
     seconds : float
-        Least time of a measurement.
+        Least duration of a measurement.
     names : sequence of str
-        Backends to time beside torch.
+        Backends to time besides torch.
 
     Yields
     ------
@@ -112,7 +112,7 @@ def compare_backends(
                 continue
             try:
                 decode = make_decode(network, backend, device)
-                # Libraries read the network when they first draw: that is not timed.
+                # Libraries convert the network for the first image, which is not timed.
                 found = [part.clone() for part in decode(view_features, latent, color)]
             except Exception as error:
                 if backend == EAGER:
@@ -129,7 +129,7 @@ def compare_backends(
 def time_parts(
     network: GeneratorNetwork, scene: Scene, device: torch.device, seconds: float = SECONDS
 ) -> list[PartsRow]:
-    """Time what the generator keeps between images, at each batch size."""
+    """Time the encoders whose results are cached between images, at each batch size."""
     network = place(network, device).eval()
     rows = []
     for batch in BATCHES:
@@ -149,13 +149,13 @@ def _backends(names: Sequence[BackendName]) -> list[Backend]:
 
 
 def _inputs(batch: int, scene: Scene, device: torch.device) -> EncodedInputs:
-    """The first hold-out samples' inputs."""
+    """Inputs of the first hold-out samples."""
     samples = [draw_sample(scene, 0, "holdout", i) for i in range(batch)]
     return EncodedInputs.of(samples, scene).map(lambda tensor: tensor.to(device))
 
 
 def _time(function: Callable[..., Any], arguments: tuple[Any, ...], seconds: float) -> float:
-    """Median time of a call."""
+    """Median duration of a call in seconds."""
     timer = Timer(
         "function(*arguments)",
         globals={"function": function, "arguments": arguments},
@@ -165,5 +165,5 @@ def _time(function: Callable[..., Any], arguments: tuple[Any, ...], seconds: flo
 
 
 def _difference(image: Tensor, truth: Tensor) -> float:
-    """Largest difference of images in [-1, 1], in steps of 8 bits."""
+    """Largest difference of images in [-1, 1], in steps of 1/255."""
     return float((image - truth).abs().max()) * 255 / 2

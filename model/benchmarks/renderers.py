@@ -1,4 +1,4 @@
-"""Speed against accuracy of the renderers, measured side by side on this machine."""
+"""Speed and accuracy of the renderers, measured side by side on this machine."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ from model.scene.volume import Volume
 from model.sensitivity.exact import sensitivity_field
 
 SAMPLE_DISTANCES = (0.25, 0.5, 1.0, 2.0, 4.0)
-"""In voxels."""
+"""Sample distances to compare, in voxels."""
 
 REFERENCE_DISTANCE: dict[Lighting, float] = {"none": 1 / 16, "direct": 1 / 16, "global": 1 / 4}
-"""Sample distance of VTK's images that the errors are measured against; its scattering is slow."""
+"""Sample distance of VTK's reference images, in voxels; larger for VTK's slow scattering."""
 
 RENDERERS: tuple[RendererName, ...] = ("vtk", "raycast")
 
 FIELD_BLOCK = 16
-"""Block size of the sensitivity field that is timed."""
+"""Block size in pixels of the sensitivity field that is timed."""
 
 
 @dataclass(frozen=True)
 class RendererRow:
-    """Both renderers at one sample distance, means over the same views and TFs.
+    """Measurements of both renderers at one sample distance, averaged over views and TFs.
 
     Attributes
     ----------
@@ -43,8 +43,8 @@ class RendererRow:
     images_per_second : dict of float
         By renderer.
     error : dict of float
-        Image RMSE against VTK at the reference distance, by renderer; 8 bits alone
-        give .001.
+        Image RMSE against VTK at the reference distance, by renderer; rounding to
+        8 bits alone gives 0.001.
     difference, worst_difference : float
         Image RMSE between the two renderers: mean and largest.
     """
@@ -57,13 +57,13 @@ class RendererRow:
 
     @property
     def speedup(self) -> float:
-        """Images per second of the ray caster over those of VTK."""
+        """Ratio of the ray caster's images per second to VTK's."""
         return self.images_per_second["raycast"] / self.images_per_second["vtk"]
 
 
 @dataclass(frozen=True)
 class RendererComparison:
-    """The measurements on one volume.
+    """Comparison of the renderers on one volume.
 
     Attributes
     ----------
@@ -71,15 +71,15 @@ class RendererComparison:
     dimensions : tuple of int
     lighting : str
     count, size : int
-        Number of views and TFs; pixels.
+        Number of views and TFs; width and height of images in pixels.
     rows : tuple of RendererRow
     field_cost : float or None
-        Time of an exact sensitivity field of 16 x 16 blocks over that of an
-        image, at the scene's sample distance; None in lit scenes.
+        Time of an exact sensitivity field with blocks of 16 x 16 pixels, relative to
+        that of an image, at the scene's sample distance; None in lit scenes.
     reference_distance : float
-        Sample distance of VTK's images that errors are measured against.
+        Sample distance of VTK's reference images, in voxels.
     cells_share : float
-        Memory of the min-max cells over that of the volume.
+        Memory of the min-max cells, relative to that of the volume.
     """
 
     volume: str
@@ -93,7 +93,7 @@ class RendererComparison:
     cells_share: float
 
     def to_json(self) -> dict[str, Any]:
-        """The measurements as plain data."""
+        """Return the measurements as plain data."""
         data = asdict(self)
         for row, plain in zip(self.rows, data["rows"], strict=True):
             plain["speedup"] = row.speedup
@@ -109,22 +109,22 @@ def compare_renderers(
     reference_distance: float | None = None,
     on_progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> RendererComparison:
-    """Time both renderers, one after the other for each image, and measure their errors.
+    """Time both renderers alternately on the same images and measure their errors.
 
     Parameters
     ----------
     volume : Volume
     scene : Scene
-        Its image size and lighting; views and TFs are drawn as for training.
+        Gives image size and lighting; views and TFs are drawn as for training.
     count : int
     seed : int
     distances : sequence of float, optional
-        Sample distances in voxels; by default those of :data:`SAMPLE_DISTANCES` above that
-        of the reference.
+        Sample distances in voxels; by default those of :data:`SAMPLE_DISTANCES` above
+        the reference distance.
     reference_distance : float, optional
-        Of VTK's images that errors are measured against, in voxels.
+        Sample distance of VTK's reference images, in voxels.
     on_progress : callable
-        Called with the number of images done and wanted.
+        Called with the numbers of images done and in total.
     """
     samples = [draw_sample(scene, seed, "holdout", i) for i in range(count)]
     renderers = {
@@ -148,7 +148,7 @@ def compare_renderers(
 
     try:
         for renderer in renderers.values():
-            # The first image takes the compilation of shaders and kernels.
+            # The first image includes the compilation of shaders and kernels.
             _timed(renderer, samples[0], scene.sample_distance, scene.image_size)
         references = [draw("vtk", sample, reference_distance)[0] for sample in samples]
         rows = tuple(_measure(draw, samples, references, distance) for distance in distances)
@@ -173,7 +173,7 @@ def compare_renderers(
 def _timed(
     renderer: Renderer, sample: SceneInputs, distance: float, size: int
 ) -> tuple[NDArray[np.float32], float]:
-    """An image and the seconds that it took."""
+    """Return an image's colours (S, S, 3) and its rendering time in seconds."""
     renderer.sample_distance = distance
     start = time.perf_counter()
     image = renderer.render(sample, size)
@@ -206,7 +206,7 @@ def _measure(
 
 
 def _field_cost(renderer: RaycastRenderer, samples: list[SceneInputs], scene: Scene) -> float:
-    """Time of sensitivity fields over that of images."""
+    """Return the time of sensitivity fields relative to that of images."""
     size, distance = scene.image_size, scene.sample_distance
     rendering = differentiating = 0.0
     for number, sample in enumerate([samples[0], *samples]):
@@ -214,7 +214,7 @@ def _field_cost(renderer: RaycastRenderer, samples: list[SceneInputs], scene: Sc
         start = time.perf_counter()
         sensitivity_field(renderer, sample, size, FIELD_BLOCK)
         if number:
-            # The first one takes the compilation.
+            # The first one includes compilation and is not counted.
             rendering += taken
             differentiating += time.perf_counter() - start
     return differentiating / rendering

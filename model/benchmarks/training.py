@@ -1,4 +1,4 @@
-"""How fast a stage of training learns, by precision, memory order, optimizer and compilation."""
+"""Speed of training steps by precision, memory order, optimizer and compilation."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ WARM_UP_STEPS = 3
 
 @dataclass(frozen=True)
 class TrainingRow:
-    """One way to do the same steps.
+    """Measurements of one choice of execution settings.
 
     Attributes
     ----------
     stage : str
     execution : Execution
     chosen : bool
-        Whether ``train`` takes this way on this machine.
+        Whether ``train`` uses these settings on this machine.
     batch_size : int
     seconds : float
-        Median time of a step.
+        Median time per step.
     speedup : float
-        Over the first way of that stage.
+        Speedup over the first settings of that stage.
     """
 
     stage: str
@@ -58,13 +58,13 @@ def compare_training(
     scene : Scene
     device : torch.device
     steps : int
-        That are timed, after a few that are not.
+        Number of steps that are timed, after a few that are not.
 
     Yields
     ------
     TrainingRow
-        For each stage, the plainest way first; compiled ones where there is a
-        C++ compiler.
+        For each stage, the plainest settings first; with ``torch.compile`` on GPUs,
+        or if there is a C++ compiler.
     """
     chosen = choose_execution(size, options, scene, device)
     for name in Schedule(size, options, scene, device).names:

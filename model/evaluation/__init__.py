@@ -1,1 +1,1 @@
-"""How good a trained generator is."""
+"""Evaluation of trained generators."""

@@ -1,4 +1,4 @@
-"""Which views and which scalar values a model draws poorly."""
+"""Errors of a model by view and by scalar value."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from model.samples.sample_store import SampleBatch
 from model.scene.scene import Scene
 
 AZIMUTHS, ELEVATIONS, DISTANCES, SCALARS = 8, 5, 4, 16
-"""Groups of equal width."""
+"""Number of groups of equal width."""
 
 
 @dataclass(frozen=True)
 class Group:
-    """Samples that have something in common.
+    """Samples in one interval of azimuth, elevation, distance or scalar value.
 
     Attributes
     ----------
     low, high : float
-        Limits, in degrees, distances or scalar values.
+        Limits of the interval, in degrees, units of distance or scalar values.
     count : float
-        Number of samples; for scalar values, the sum of their opacities there.
+        Number of samples; for scalar values, the sum of their mean opacities there.
     error : float
-        Mean error; for scalar values, each sample's counted by its opacity there.
+        Mean error; for scalar values, weighted by the samples' opacities there.
     """
 
     low: float
@@ -35,26 +35,26 @@ class Group:
     error: float
 
     def to_json(self) -> dict[str, float]:
-        """The group as plain data."""
+        """Return the group as plain data."""
         return dict(vars(self))
 
 
 def error_profile(
     scene: Scene, samples: SampleBatch, errors: NDArray[np.float64]
 ) -> dict[str, list[Group]]:
-    """Errors by azimuth, elevation, distance and scalar value.
+    """Group errors by azimuth, elevation, distance and scalar value.
 
     Parameters
     ----------
     scene : Scene
     samples : SampleBatch
     errors : ndarray of float64, shape (N,)
+        Error of each sample.
 
     Returns
     -------
     dict of list of Group
-        "azimuth", "elevation", "distance" and "scalar"; groups without
-        samples are left out.
+        "azimuth", "elevation", "distance" and "scalar", without empty groups.
     """
     view_range, view = scene.view_range, samples.inputs["view"]
     limits = {
@@ -106,5 +106,5 @@ def _by_scalar(
 
 
 def to_json(profile: dict[str, list[Group]]) -> dict[str, Any]:
-    """A profile as plain data."""
+    """Return a profile as plain data."""
     return {name: [group.to_json() for group in groups] for name, groups in profile.items()}

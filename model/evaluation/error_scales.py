@@ -1,4 +1,4 @@
-"""How coarse or fine the details are that a model draws poorly."""
+"""Errors of a model by the scale of image details."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from skimage.measure import block_reduce
 
 @dataclass(frozen=True)
 class ErrorScale:
-    """Details of one size: what block means over so many pixels add to those over twice as many.
+    """Details of one scale: differences between means over blocks of one and of twice the size.
 
     Attributes
     ----------
     pixels : int
-        Edge of the blocks; the image's for its mean.
+        Width of the smaller blocks in pixels; the image's width for the image mean.
     error : float
-        Mean square, over all samples, of the error's details.
+        Mean square, over all samples, of the details of the error.
     truth : float
-        The same of the true images' details.
+        Mean square, over all samples, of the details of the true images.
     """
 
     pixels: int
@@ -29,9 +29,9 @@ class ErrorScale:
 
 
 class ErrorScales:
-    """Sums up the details of errors, image by image.
+    """Accumulates the mean squares of error details, image by image.
 
-    The details of different sizes are orthogonal (Haar 1910): their mean
+    Details of different scales are orthogonal (Haar 1910), so that their mean
     squares add up to that of the error.
     """
 
@@ -40,14 +40,14 @@ class ErrorScales:
         self._truths: dict[int, list[float]] = {}
 
     def add(self, image: NDArray[np.floating], truth: NDArray[np.floating]) -> None:
-        """Count an image (S, S, channels), S a power of two, and the true one."""
+        """Add an image (S, S, channels) and its ground truth; S must be a power of two."""
         difference = image.astype(np.float64) - truth
         for sums, values in ((self._errors, difference), (self._truths, truth)):
             for pixels, square in _mean_squares(values).items():
                 sums.setdefault(pixels, []).append(square)
 
     def scales(self) -> list[ErrorScale]:
-        """The finest details first, the images' means last."""
+        """Return all scales, from the finest details to the images' means."""
         return [
             ErrorScale(pixels, float(np.mean(errors)), float(np.mean(self._truths[pixels])))
             for pixels, errors in self._errors.items()
@@ -55,7 +55,7 @@ class ErrorScales:
 
 
 def _mean_squares(image: NDArray[np.floating]) -> dict[int, float]:
-    """Mean square of an image's details, by their size in pixels."""
+    """Mean square of an image's details, by block width in pixels."""
     found = {}
     pixels = 1
     while len(image) > 1:

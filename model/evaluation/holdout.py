@@ -1,8 +1,7 @@
-"""A model's errors on hold-out samples, beside those of the nearest training image.
+"""Errors of a model and of a nearest-neighbour baseline on the hold-out split.
 
-The nearest neighbour is the baseline that tells generalising from memorising
-(paper, section 6.3.1): for each true image, the training image with the
-smallest RMSE to it.
+The baseline distinguishes generalization from memorization (paper, section
+6.3.1): for each true image, it is the training image with the smallest RMSE.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ Images = NDArray[np.uint8]
 
 
 LARGER_IS_BETTER = ("ssim",)
-"""Measures that are no errors."""
+"""Measures for which larger values are better."""
 
 
 @dataclass(frozen=True)
@@ -39,13 +38,13 @@ class Evaluation:
     ----------
     generator : dict of ndarray
         ``rmse``, ``emd``, ``ssim``, ``flip``, ``masked_rmse`` and ``opacity_rmse``;
-        ``st_lpips`` where it is installed.
+        also ``st_lpips`` if its package is installed.
     nearest_neighbour : dict of ndarray
-        The same but for ``opacity_rmse``.
+        The same without ``opacity_rmse``.
     neighbours : int
         Number of training images that were searched.
     scales : list of ErrorScale
-        Of the generator's colour images.
+        Errors of the generator's colour images by scale.
     """
 
     generator: dict[str, NDArray[np.float64]]
@@ -59,7 +58,7 @@ class Evaluation:
         return len(self.generator["rmse"])
 
     def to_json(self) -> dict[str, Any]:
-        """A summary of each measure, as plain data; see :func:`model.metrics.summary`."""
+        """Return a summary of each measure (:func:`model.metrics.summary`) as plain data."""
         return {
             "count": self.count,
             **_summaries(self.generator),
@@ -102,12 +101,12 @@ def evaluate(
 
 
 def generator_errors(generator: Generator, samples: SampleBatch) -> dict[str, NDArray[np.float64]]:
-    """The generator's part of an :class:`Evaluation`."""
+    """Return the generator's errors; see :class:`Evaluation`."""
     return _columns(list(_generator_rows(generator, samples)))
 
 
 def neighbour_errors(samples: SampleBatch, store: SampleStore) -> dict[str, NDArray[np.float64]]:
-    """The nearest training images' part of an :class:`Evaluation`."""
+    """Return the errors of the nearest training images; see :class:`Evaluation`."""
     return _columns(list(_neighbour_rows(samples, store)))
 
 
@@ -135,14 +134,14 @@ def _neighbour_rows(samples: SampleBatch, store: SampleStore) -> Iterator[dict[s
 def pictures(
     generator: Generator, store: SampleStore, indices: NDArray[np.intp]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """True and generated images (N, S, S, 3) of chosen hold-out samples."""
+    """Return true and generated images (N, S, S, 3), in [0, 1], of chosen hold-out samples."""
     samples = store.read("holdout", range(int(indices.max()) + 1))[indices]
     images = [image for image, _, _ in _render(generator, samples)]
     return samples.rgba[..., :3] / 255, np.stack(images).astype(np.float64)
 
 
 def nearest_images(queries: Images, store: SampleStore) -> Images:
-    """The training image nearest to each query, by RMSE over RGB.
+    """Find the training image nearest to each query, by RMSE over RGB.
 
     Parameters
     ----------

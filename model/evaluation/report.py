@@ -1,4 +1,4 @@
-"""An evaluation as one HTML page: figures, profiles, and a sheet of samples."""
+"""HTML report of an evaluation: measures, profiles and a sheet of samples."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from model.evaluation.error_profile import Group
 
 PICTURES = 6
-"""Samples of each kind on the sheet: worst, median, best."""
+"""Number of samples of each kind on the sheet: worst, median and best."""
 
 STYLE = """
 body { font: 15px/1.45 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem;
@@ -49,9 +49,9 @@ PROFILES = {
 
 
 def extremes(errors: NDArray[np.float64], count: int = PICTURES) -> NDArray[np.intp]:
-    """Indices of the worst, the median and the best samples, `count` of each, worst first.
+    """Return indices of the worst, the median and the best samples, worst first.
 
-    All samples where there are not as many; none comes twice.
+    There are `count` of each, without repetition; all samples if there are fewer.
     """
     order = np.argsort(-errors, kind="stable")
     if len(order) <= 3 * count:
@@ -61,7 +61,7 @@ def extremes(errors: NDArray[np.float64], count: int = PICTURES) -> NDArray[np.i
 
 
 def picture_sheet(truth: NDArray[np.floating], images: NDArray[np.floating]) -> NDArray[np.uint8]:
-    """True image, generated image and their difference below each other, samples side by side.
+    """Arrange true images, generated images and their differences in rows.
 
     Parameters
     ----------
@@ -70,8 +70,8 @@ def picture_sheet(truth: NDArray[np.floating], images: NDArray[np.floating]) -> 
 
     Returns
     -------
-    ndarray of uint8, shape (3 S per row of samples, S times samples in a row, 3)
-        A row for each :data:`PICTURES` samples.
+    ndarray of uint8, shape (3 S R, S C, 3)
+        R rows of C samples each, at most :data:`PICTURES`, side by side.
     """
     images = np.clip(images, 0, 1)
     rows = []
@@ -90,17 +90,17 @@ def html_report(
     profile: dict[str, list[Group]],
     sheet: NDArray[np.uint8],
 ) -> str:
-    """The page.
+    """Return the report as one HTML page with embedded images.
 
     Parameters
     ----------
     title : str
     result : dict
-        :meth:`model.evaluation.holdout.Evaluation.to_json`'s, with "sensitivity_agreement" where
-        that was measured.
+        Result of :meth:`model.evaluation.holdout.Evaluation.to_json`, with
+        "sensitivity_agreement" if that was measured.
     profile : dict of list of Group
     sheet : ndarray of uint8
-        Of :func:`picture_sheet`.
+        Result of :func:`picture_sheet`.
     """
     picture = base64.b64encode(imwrite("<bytes>", sheet, extension=".png")).decode()
     parts = [
@@ -187,7 +187,7 @@ def _scales(scales: list[dict[str, float]]) -> str:
 
 
 def _bar(share: float) -> str:
-    """A cell with a bar as long as a share, 0..1, of the longest."""
+    """Return a table cell with a bar of a fraction, 0..1, of the longest bar's length."""
     bar = f'<span class="bar" style="width:{20 * share:.1f}rem"></span>'
     return f'<td style="text-align:left">{bar}</td>'
 

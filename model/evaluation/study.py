@@ -1,11 +1,11 @@
-"""The paper's studies (section 6.3) anew: which loss, which latent dimension, which weight.
+"""The paper's studies (section 6.3) of losses, latent dimensions and loss weights.
 
-A study trains one model for each of its variants, on the same stored samples
-and for as long, and measures all on the same hold-out samples. Each variant
-has a folder of its own: what is finished is not trained again, what was
-stopped is resumed; what two studies in one folder have in common is trained
-once. A variant that collapses is a result, too: it is measured in its last
-good state, and the study goes on.
+A study trains one model per variant, on the same stored samples and with the same
+budget, and measures all on the same hold-out samples. Each variant has its own
+folder: finished variants are not trained again, stopped ones are resumed, and
+variants shared by two studies in one folder are trained once. A collapsed variant
+also counts as a result: it is measured in its last good state, and the study
+continues.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from model.training.trainer import train
 
 MEASURES = ("rmse", "emd", "ssim", "opacity_rmse")
 OUTCOME_FILE = "outcome.json"
-"""For how long a variant was to be trained, and whether it has collapsed."""
+"""File with a variant's budget and recipe, and its error message if it has collapsed."""
 
 RESULT_FILE = "result.json"
 
@@ -45,13 +45,13 @@ class Variant:
     Attributes
     ----------
     name : str
-        Of its folder.
+        Name of its folder.
     label : str
-        For the table.
+        Label in the table.
     settings : tuple of str
-        What is changed of the recipe; see :meth:`TrainingOptions.with_settings`.
+        Changes of the recipe; see :meth:`TrainingOptions.with_settings`.
     latent_dim : int or None
-        Instead of the size's.
+        Latent dimension; None for the size's.
     paper : tuple of 2 float or None
         The paper's image RMSE and colour EMD.
     """
@@ -65,16 +65,16 @@ class Variant:
 
 @dataclass(frozen=True)
 class Study:
-    """A question and its variants.
+    """A study and its variants.
 
     Attributes
     ----------
     title : str
     paper : str
-        What the paper's numbers stand for.
+        Description of the paper's numbers.
     variants : tuple of Variant
     neighbour : tuple of 2 float or None
-        The paper's errors of the nearest training image.
+        The paper's image RMSE and colour EMD of the nearest training image.
     """
 
     title: str
@@ -115,28 +115,28 @@ STUDIES: dict[str, Study] = {
         ),
     ),
 }
-"""By the name that the command line gives them."""
+"""Studies by their names on the command line."""
 
 
 @dataclass(frozen=True)
 class StudyPlan:
-    """On what, and for how long, each variant is trained and measured.
+    """Data, training plan and measurements of a study.
 
     Attributes
     ----------
     store : SampleStore
-        Complete; its hold-out samples measure, its training images are also
-        searched for nearest neighbours.
+        A complete store; its hold-out samples are used for measuring, and its
+        training images are also searched for nearest neighbours.
     volume : Volume
-        For the agreement of sensitivities.
+        Used to compare sensitivities.
     base : TrainingPlan
-        On that store. Each variant changes its options or size, and has a
-        folder in its folder.
+        Training plan on that store. Each variant changes its options or size, and
+        has a subfolder of its folder.
     count : int
-        Hold-out samples that are measured.
+        Number of hold-out samples to measure.
     sensitivities : int
-        Hold-out samples whose sensitivities are compared with the renderer's;
-        0 leaves that out.
+        Number of hold-out samples whose sensitivities are compared with the
+        renderer's; 0 for none.
     """
 
     store: SampleStore
@@ -146,7 +146,7 @@ class StudyPlan:
     sensitivities: int
 
     def training(self, variant: Variant) -> TrainingPlan:
-        """The training run of a variant."""
+        """Return the training plan of a variant."""
         size = self.base.size
         if variant.latent_dim is not None:
             size = replace(size, latent_dim=variant.latent_dim)
@@ -164,7 +164,7 @@ def run_study(
     on_variant: Callable[[Variant], None] = lambda variant: None,
     on_report: Callable[[TrainingReport], None] = lambda report: None,
 ) -> dict[str, Any]:
-    """Train and measure whatever is not there yet.
+    """Train and measure all variants that are not finished yet.
 
     Parameters
     ----------
@@ -179,7 +179,7 @@ def run_study(
     -------
     dict
         Plain data: "variants" with mean errors by name, "nearest_neighbour",
-        and what the study was run with.
+        and the study's settings.
 
     Raises
     ------
@@ -217,7 +217,7 @@ def _row(
     samples: SampleBatch,
     on_report: Callable[[TrainingReport], None],
 ) -> dict[str, Any]:
-    """What a variant has come to; trained and measured where that is not on disk."""
+    """Return a variant's result from disk, or train and measure it."""
     training = plan.training(variant)
     outcome = _trained(training, on_report)
     path = training.folder / RESULT_FILE
@@ -236,7 +236,7 @@ def _row(
 
 
 def _trained(training: TrainingPlan, on_report: Callable[[TrainingReport], None]) -> dict[str, Any]:
-    """Train what is not trained yet; "collapsed" says how it ended, where it did not end well."""
+    """Train unless finished; the result has an error message "collapsed" if training collapsed."""
     path = training.folder / OUTCOME_FILE
     outcome: dict[str, Any] = {"budget": asdict(training.budget), "recipe": training.recipe()}
     if path.is_file():
@@ -270,7 +270,7 @@ def _means(errors: dict[str, NDArray[np.float64]]) -> dict[str, float]:
 
 
 def _agreement(generator: Generator, plan: StudyPlan) -> dict[str, float]:
-    """Median cosines with the renderer's sensitivities, of whole images and of blocks."""
+    """Median cosine similarities to the renderer's sensitivities, of images and of blocks."""
     if not plan.sensitivities:
         return {}
     scene, seed = plan.store.scene, plan.store.seed

@@ -1,4 +1,4 @@
-"""A study's result as a table beside the paper's numbers."""
+"""Tables of a study's results and the paper's numbers."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from model.evaluation.study import MEASURES, Study
 
 
 def study_table(study: Study, result: dict[str, Any]) -> list[list[str]]:
-    """The result as rows of cells, the heading first, the paper's numbers beside ours."""
+    """Return the results and the paper's numbers as rows of cells, the heading first."""
     heading = ["", "samples", "RMSE", "EMD", "SSIM", "opacity RMSE", "cosine image", "blocks"]
     rows = [[*heading, "paper's RMSE", "EMD"]]
     neighbour = result["nearest_neighbour"]
@@ -24,7 +24,7 @@ def study_table(study: Study, result: dict[str, Any]) -> list[list[str]]:
 
 
 def markdown(study: Study, result: dict[str, Any]) -> str:
-    """The table, with what it was made with, for a document."""
+    """Return the table in Markdown, with the study's settings."""
     heading, *rows = study_table(study, result)
     budget = (
         f"{result['minutes']:g} minutes"
@@ -47,7 +47,7 @@ def markdown(study: Study, result: dict[str, Any]) -> str:
 
 
 def _cells(row: dict[str, Any]) -> list[str]:
-    """A row's errors and cosines; empty where one was not measured."""
+    """Cells of a row's errors and cosines; empty if not measured."""
     return [
         *(_number(row.get(name), 4 if name == "emd" else 3) for name in MEASURES),
         *(_number(row.get(name), 2) for name in ("image_cosine", "block_cosine")),

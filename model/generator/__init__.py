@@ -1,1 +1,1 @@
-"""Trained generators, what runs them, and those that ship."""
+"""Trained generators, their backends, and the models shipped with tfscope."""

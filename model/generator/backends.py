@@ -1,8 +1,8 @@
-"""Ways to run a generator's drawing: torch itself, compiled, or an inference library.
+"""Backends for a generator's decoder: torch, compiled torch, or an inference library.
 
-What the view alone decides and the codes of the TFs come from torch and can be
-kept; a backend turns them into images. Those of libraries are made for one
-batch size at a time, when it first comes.
+Torch computes the features of the view and the codes of the TFs, which can be
+cached; a backend decodes them into images. Inference libraries build a model for
+each batch size when it first occurs.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ Precision = Literal["float32", "bfloat16"]
 BACKENDS: tuple[BackendName, ...] = get_args(BackendName)
 
 Decode = Callable[[tuple[Tensor, ...], Tensor, Tensor], tuple[Tensor, Tensor]]
-"""Like :meth:`GeneratorNetwork.decode`."""
+"""A function with the signature of :meth:`GeneratorNetwork.decode`."""
 
 MODULES = {"openvino": ("openvino",), "onnxruntime": ("onnxruntime", "onnx", "onnxscript")}
 
 
 class Backend(NamedTuple):
-    """What draws, and in how many digits.
+    """Library that decodes images, and its precision.
 
     Attributes
     ----------
@@ -49,11 +49,11 @@ class Backend(NamedTuple):
 
 
 EAGER = Backend("eager")
-"""torch itself: always there, and what the others are compared with."""
+"""Torch in float32, always available, and the reference for the others."""
 
 
 def obstacle(backend: Backend, device: torch.device) -> str | None:
-    """Why a backend cannot be used here, as a clause; None when it can."""
+    """Return the reason that a backend cannot be used here, as a clause, or None."""
     missing = [m for m in MODULES.get(backend.name, ()) if importlib.util.find_spec(m) is None]
     if missing:
         return f"{' and '.join(missing)} must be installed for it"
@@ -73,11 +73,11 @@ def obstacle(backend: Backend, device: torch.device) -> str | None:
 
 @cache
 def _openvino_core() -> Any:
-    """The one core of this process.
+    """Return the single OpenVINO core of this process.
 
-    Each core gives its thread another stack for signals and takes it away in
-    the end. After two that end in the order in which they came, the thread is
-    left with one that is gone, and Ctrl-C would be a segmentation fault.
+    Each core installs an alternate signal stack in its thread and restores the
+    previous one when it ends. If two cores end in the order of their creation, the
+    thread keeps a freed stack, and Ctrl-C causes a segmentation fault.
     """
     import openvino
 
@@ -90,21 +90,21 @@ def _knows_bfloat16() -> bool:
 
 
 def choose_backends(name: str, precision: str, device: torch.device) -> list[Backend]:
-    """Turn names into the backends that may be meant: one, or for "auto" all worth timing here.
+    """Return the backend of a name, or for "auto" all candidates worth timing here.
 
     Compilation takes most of a minute and has not been faster than the libraries
-    (``python main.py bench generator``), so "auto" leaves it out; on GPUs nothing has been
-    measured yet, and torch itself draws.
+    (``python main.py bench generator``), so "auto" excludes it; on GPUs nothing has been
+    measured yet, and torch is used.
 
     Returns
     -------
     list of Backend
-        At least one; torch itself last.
+        At least one; for "auto", torch last.
 
     Raises
     ------
     DeviceError
-        When a name is unknown.
+        When the backend or the precision is unknown.
     """
     if precision not in get_args(Precision):
         names = ", ".join(get_args(Precision))
@@ -121,7 +121,7 @@ def choose_backends(name: str, precision: str, device: torch.device) -> list[Bac
 
 
 def make_decode(network: GeneratorNetwork, backend: Backend, device: torch.device) -> Decode:
-    """A function that draws as the network does.
+    """Return a function equivalent to the network's `decode` that uses a backend.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ def make_decode(network: GeneratorNetwork, backend: Backend, device: torch.devic
 
 
 class _Decoding(nn.Module):
-    """Drawing as a module of plain tensors, for libraries to read."""
+    """The decoder as a module of plain tensors, for conversion by libraries."""
 
     def __init__(self, network: GeneratorNetwork) -> None:
         super().__init__()
@@ -165,7 +165,7 @@ class _Decoding(nn.Module):
 
 
 class _ForEachSize:
-    """Draws by a library's model, made anew for each batch size."""
+    """Decoder that builds a library's model for each batch size."""
 
     def __init__(self, make: Callable[..., Callable[..., list[Any]]]) -> None:
         self._make = make
@@ -179,16 +179,16 @@ class _ForEachSize:
         if count not in self._models:
             self._models[count] = self._make(*inputs)
         image, opacity = self._models[count](*(x.contiguous().numpy() for x in inputs))
-        # The library may use its memory again.
+        # The library may reuse its memory.
         return torch.from_numpy(image.copy()), torch.from_numpy(opacity.copy())
 
 
 @contextmanager
 def _reading() -> Iterator[None]:
-    """For libraries that read a network: no derivatives, and none of their warnings.
+    """Context for conversion of a network by libraries, without gradients and warnings.
 
-    They warn of torch's older ways, which they use, and of sizes that become
-    constants, which they are here.
+    The libraries warn of deprecated torch functions, which they use themselves, and
+    of sizes that become constants, which is intended.
     """
     torch_log = logging.getLogger("torch.onnx")
     level = torch_log.level
@@ -209,7 +209,7 @@ def _openvino(
 
     with _reading():
         example = tuple(x.clone() for x in inputs)
-        # By hand: openvino.convert_model would report its use over the network.
+        # Manually: openvino.convert_model would send telemetry.
         decoder = TorchScriptPythonDecoder(_Decoding(network).eval(), example_input=example)
         reader = FrontEndManager().load_by_framework("pytorch")
         model = reader.convert(reader.load(decoder))
@@ -249,7 +249,7 @@ def _onnxruntime(network: GeneratorNetwork, inputs: tuple[Tensor, ...]) -> Calla
 
 
 def _rounded(decode: Decode, device: torch.device) -> Decode:
-    """Drawing in bfloat16 where that is enough, by torch's own rules."""
+    """Return a decoder that runs under torch's autocast to bfloat16."""
 
     def rounded(
         view_features: tuple[Tensor, ...], latent: Tensor, color: Tensor

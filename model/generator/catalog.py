@@ -1,4 +1,4 @@
-"""The models that come with tfscope."""
+"""The models shipped with tfscope."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from model.volume_files.shipped import RESOURCES, shipped_volumes
 
 
 def shipped_models() -> list[Path]:
-    """Folders of the models that are there, in alphabetical order."""
+    """Return the folders of the shipped models, in alphabetical order."""
     return sorted(path.parent for path in (RESOURCES / "models").glob("*/model.json"))
 
 
 def volume_for(model: Path) -> Path | None:
-    """The shipped volume that a model was trained on, if it is one of those."""
+    """Return the shipped volume that a model was trained on, or None if it is not shipped."""
     fingerprint = _fingerprint(model)
     if fingerprint is None:
         return None
@@ -24,15 +24,15 @@ def volume_for(model: Path) -> Path | None:
 
 
 def model_for(volume_fingerprint: str) -> Path | None:
-    """The shipped model of a volume, if there is one."""
+    """Return the shipped model of a volume, or None if there is none."""
     folders = (f for f in shipped_models() if _fingerprint(f) == volume_fingerprint)
     return next(folders, None)
 
 
 def _fingerprint(model: Path) -> str | None:
-    """The volume's that a model was trained on; None where its description cannot be read.
+    """Return the fingerprint of a model's volume; None if its description cannot be read.
 
-    Reads it as plain JSON: torch, which takes seconds to import, is not needed for that.
+    The description is read as plain JSON, to avoid importing torch, which takes seconds.
     """
     try:
         description = json.loads((model / "model.json").read_text(encoding="utf-8"))

@@ -36,7 +36,7 @@ TIMED_IMAGES = 4
 
 
 class Generator:
-    """Renders images of the scene that its model was trained for.
+    """Generates images of the scene that its model was trained on.
 
     Images are float32 RGBA like the reference renderer's: colour premultiplied
     on black, row 0 at the top, values in [0, 1]. The opacity channel is the
@@ -47,14 +47,14 @@ class Generator:
     card : ModelCard
     device : torch.device
     network : GeneratorNetwork
-        For derivatives: a differentiable function of encoded inputs.
+        The differentiable network, a function of encoded inputs.
     backend : Backend
-        What draws the images.
+        Backend that decodes images.
 
     Notes
     -----
-    What the last views alone decided is kept while TFs are edited, and the
-    codes of the last TFs while the view moves. One thread at a time.
+    The features of the last views are cached while TFs are edited, and the codes
+    of the last TFs while the view changes. Not thread-safe.
     """
 
     def __init__(
@@ -87,10 +87,10 @@ class Generator:
         ----------
         folder : Path
         device : {"auto", "cpu", "cuda"}
-            "auto" takes the GPU where there is one.
+            "auto" uses the GPU if there is one.
         backend : {"eager", "compiled", "openvino", "onnxruntime", "auto"}
-            What draws. "auto" takes the fastest on this machine: it is timed when a
-            network of this size is first loaded, and then remembered.
+            "auto" chooses the fastest on this machine, which is measured when a
+            network of this size is first loaded, and then cached.
         precision : {"float32", "bfloat16"}
 
         Raises
@@ -98,7 +98,7 @@ class Generator:
         CheckpointError
             When the folder holds no valid model.
         DeviceError
-            When the device or the backend is unknown or not there.
+            When the device or the backend is unknown or unavailable.
         """
         chosen = choose_device(device)
         card, network = load_model(folder)
@@ -130,7 +130,7 @@ class Generator:
 
     @torch.inference_mode()
     def _time_drawing(self) -> float:
-        """Seconds of the quickest of a few images, after a first, at which libraries read."""
+        """Return the least time of a few images in seconds, after a first one for preparation."""
         views, opacities, colors = (
             torch.zeros(1, *shape, device=self.device)
             for shape in ((condition_numbers(self.scene),), (TF_SAMPLES,), (3, TF_SAMPLES))
@@ -149,16 +149,16 @@ class Generator:
 
     @property
     def scene(self) -> Scene:
-        """The scene that the model was trained for."""
+        """Scene that the model was trained on."""
         return self.card.scene
 
     def render(self, inputs: SceneInputs) -> NDArray[np.float32]:
-        """Render one image of shape (S, S, 4)."""
+        """Generate one image of shape (S, S, 4)."""
         return self.render_batch([inputs])[0]
 
     @torch.inference_mode()
     def render_batch(self, inputs: Sequence[SceneInputs]) -> NDArray[np.float32]:
-        """Render N images in one pass.
+        """Generate N images in one pass.
 
         Returns
         -------
@@ -193,7 +193,7 @@ class Generator:
     def render_latent(
         self, latent: NDArray[np.float32], inputs: SceneInputs
     ) -> NDArray[np.float32]:
-        """Render from latent codes instead of an opacity TF.
+        """Generate images from latent codes instead of an opacity TF.
 
         Parameters
         ----------
@@ -214,7 +214,7 @@ class Generator:
 
     @torch.inference_mode()
     def opacity_image(self, inputs: SceneInputs) -> NDArray[np.float32]:
-        """Render the opacity image alone, shape (So, So), in [0, 1]."""
+        """Generate the opacity image only, shape (So, So), in [0, 1]."""
         encoded = self.encoded([inputs])
         latent = self.network.opacity.encode(encoded.opacity_tf)
         image = self.network.opacity.render_latent(encoded.conditions, latent)
@@ -222,7 +222,7 @@ class Generator:
 
     @torch.inference_mode()
     def encode(self, opacities: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Latent codes of opacity TFs.
+        """Encode opacity TFs as latent codes.
 
         Parameters
         ----------
@@ -239,7 +239,7 @@ class Generator:
 
     @torch.inference_mode()
     def decode(self, latent: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Opacity TFs of latent codes.
+        """Decode latent codes into opacity TFs.
 
         Parameters
         ----------
@@ -255,7 +255,7 @@ class Generator:
         return tfs if np.ndim(latent) == 2 else tfs[0]
 
     def encoded(self, inputs: Sequence[SceneInputs]) -> EncodedInputs:
-        """Inputs of N images as the networks see them, on the generator's device."""
+        """Encode the inputs of N images for the network, on the generator's device."""
         return EncodedInputs.of(inputs, self.scene).map(lambda tensor: tensor.to(self.device))
 
     def _render(self, conditions: Tensor, latent: Tensor, color_tf: Tensor) -> NDArray[np.float32]:
@@ -275,14 +275,14 @@ class Generator:
 
 
 class LastValue(Generic[Value]):
-    """A function of one tensor that keeps its last value, for when it is asked again."""
+    """Function of one tensor that caches its last value."""
 
     def __init__(self, function: Callable[[Tensor], Value]) -> None:
         self._function = function
         self._last: tuple[Tensor, Value] | None = None
 
     def __call__(self, argument: Tensor) -> Value:
-        """The function's value for an argument."""
+        """Return the function's value for an argument."""
         if self._last is None or not torch.equal(self._last[0], argument):
             self._last = (argument.clone(), self._function(argument))
         return self._last[1]

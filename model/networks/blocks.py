@@ -1,8 +1,8 @@
-"""Layers that the networks share.
+"""Layers shared by the networks.
 
-All networks work on values in [-1, 1]. Generators use ReLU inside residual
-blocks; linear layers, 1-D convolutions and discriminators use LeakyReLU(0.2)
-(paper, section 4.1).
+All network inputs and images lie in [-1, 1]. Generators use ReLU inside
+residual blocks; linear layers, 1-D convolutions and discriminators use
+LeakyReLU(0.2) (paper, section 4.1).
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ LEAK = 0.2
 
 
 class ResidualBlock(nn.Module):
-    """Two convolutions and a shortcut (He et al. 2016).
+    """Residual block of two convolutions and a shortcut (He et al. 2016).
 
-    The first convolution keeps the number of channels, the second changes it;
-    where it does, the shortcut is a convolution with kernel 1.
+    The first convolution keeps the number of channels, the second changes it.
+    If the number changes, the shortcut is a convolution with kernel size 1.
 
     Parameters
     ----------
     channels_in, channels_out : int
     kernel : int
-        1 or 3.
+        Kernel size, 1 or 3.
     last : bool
-        The network's last block: no batch norm on its output and no ReLU, so
-        that the tanh that follows sees the convolution itself.
+        Whether this is the network's last block: its output then has neither
+        batch norm nor ReLU, as a tanh follows.
     """
 
     def __init__(
@@ -64,15 +64,17 @@ class ResidualBlock(nn.Module):
 
 
 class TFEncoder(nn.Sequential):
-    """1-D convolutions from a TF of 256 samples to one feature vector.
+    """1-D convolutions that encode a TF of 256 samples as one feature vector.
+
+    Maps (N, channels[0], 256) to (N, features).
 
     Parameters
     ----------
     channels : list of int
-        Six numbers: of the input and after each of five convolutions of
-        kernel 5 and stride 2, which shorten 256 samples to 8.
+        Six channel counts: of the input and after each of five convolutions of
+        kernel size 5 and stride 2, which reduce 256 samples to 8.
     features : int
-        Length of the output; a convolution over all 8 remaining samples.
+        Length of the output, from a last convolution over all 8 samples.
     bias : bool
         Whether the convolutions add a bias.
     """
@@ -90,15 +92,15 @@ class TFEncoder(nn.Sequential):
 
 
 class ImageDiscriminator(nn.Sequential):
-    """Strided convolutions from an image to one feature vector.
+    """Strided convolutions that encode an image as one feature vector.
 
     Parameters
     ----------
     channels : list of int
-        Of the input and after each convolution of kernel 4 and stride 2; as
-        many as it takes to come down to 4 x 4 pixels.
+        Channel counts of the input and after each convolution of kernel size 4
+        and stride 2; as many as are needed to reduce the image to 4 x 4 pixels.
     features : int
-        Length of the output; a convolution over the last 4 x 4 pixels.
+        Length of the output, from a last convolution over the 4 x 4 pixels.
     """
 
     def __init__(self, channels: list[int], features: int) -> None:
@@ -113,7 +115,7 @@ class ImageDiscriminator(nn.Sequential):
 
 
 class Modulation(nn.Module):
-    """Scales and shifts features by linear functions of a code; little at first.
+    """Scale and shift of features by linear functions of a code; initially near the identity.
 
     Parameters
     ----------
@@ -128,12 +130,12 @@ class Modulation(nn.Module):
         self.linear = nn.Linear(code, 2 * channels)
 
     def start(self) -> None:
-        """Begin near the identity; to be called after the other weights are drawn."""
+        """Initialize near the identity; to be called after all other weights are initialized."""
         nn.init.normal_(self.linear.weight, 0.0, 0.05)
         nn.init.zeros_(self.linear.bias)
 
     def factors(self, code: Tensor) -> tuple[Tensor, Tensor]:
-        """Scales, to be added to 1, and shifts, each (N, channels), of codes (N, code)."""
+        """Return scales minus 1 and shifts, each (N, channels), for codes (N, code)."""
         scale, shift = self.linear(code).chunk(2, dim=1)
         return scale, shift
 
@@ -144,7 +146,7 @@ class Modulation(nn.Module):
 
 
 def mlp(*features: int) -> nn.Sequential:
-    """Linear layers, each followed by LeakyReLU."""
+    """Return linear layers between these feature counts, each followed by LeakyReLU."""
     layers: list[nn.Module] = []
     for a, b in pairwise(features):
         layers += [nn.Linear(a, b), nn.LeakyReLU(LEAK)]
@@ -152,17 +154,17 @@ def mlp(*features: int) -> nn.Sequential:
 
 
 def score_head(features_in: int, features: int) -> nn.Sequential:
-    """Merge concatenated features into one logit."""
+    """Return layers that map concatenated features to one logit."""
     return nn.Sequential(mlp(features_in, features, features), nn.Linear(features, 1))
 
 
 def upsample() -> nn.Upsample:
-    """Double the number of pixels along both axes."""
+    """Return a layer that doubles the pixels along both axes by nearest neighbour."""
     return nn.Upsample(scale_factor=2, mode="nearest")
 
 
 def initialize(module: nn.Module) -> None:
-    """Draw the first weights as the paper's code does: N(0, .02), batch norms N(1, .02)."""
+    """Initialize weights as the paper's code does: N(0, 0.02), batch norms N(1, 0.02)."""
     for layer in module.modules():
         if isinstance(layer, nn.Conv1d | nn.Conv2d | nn.Linear):
             nn.init.normal_(layer.weight, 0.0, 0.02)
@@ -175,11 +177,11 @@ def initialize(module: nn.Module) -> None:
 
 
 def kaiming_init(module: nn.Module) -> None:
-    """Draw the weights of layers without batch norm anew, by their fan-in (He et al. 2015).
+    """Apply Kaiming initialization to layers without batch norm (He et al. 2015).
 
-    With N(0, .02) a narrow 1-D convolution passes on an eighth of its input,
-    and after six of them nothing is left of a TF: a generator of quarter
-    width then learns to ignore colours.
+    With N(0, 0.02) a narrow 1-D convolution attenuates its input to an eighth,
+    and six of them suppress the TF altogether: a generator of quarter width
+    then learns to ignore colours.
     """
     for layer in module.modules():
         if isinstance(layer, nn.Conv1d | nn.Linear):
@@ -194,10 +196,10 @@ def _start_modulations(module: nn.Module) -> None:
 
 
 def place(network: Network, device: torch.device, channels_last: bool = True) -> Network:
-    """Move a network to a device, its convolutions in channels-last order or not.
+    """Move a network to a device, with convolution weights channels-last or contiguous.
 
-    That order is what the convolutions of tensor cores want; on CPUs it depends
-    on the processor (``python main.py bench training``).
+    Tensor cores are fastest with channels-last memory; for CPUs the faster order
+    depends on the processor (``python main.py bench training``).
     """
     network.to(device)
     order = torch.channels_last if channels_last else torch.contiguous_format
@@ -206,10 +208,10 @@ def place(network: Network, device: torch.device, channels_last: bool = True) ->
 
 
 def parameter_count(module: nn.Module) -> int:
-    """Number of trained parameters."""
+    """Return the number of parameters."""
     return sum(p.numel() for p in module.parameters())
 
 
 def concatenate(*features: Tensor) -> Tensor:
-    """Join features along the channel axis."""
+    """Concatenate features along the channel axis."""
     return torch.cat(features, dim=1)

@@ -1,4 +1,4 @@
-"""The networks of an architecture, by name."""
+"""Construction of the networks of each architecture."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from model.scene.scene import Scene
 
 
 def build_generator(size: NetworkSize, scene: Scene) -> GeneratorNetwork:
-    """The whole generator of a size's architecture, with its first weights."""
+    """Build the complete generator of a size's architecture, with initial weights."""
     if size.architecture == "grid":
         # Late, as below: its kernels take Numba, which the paper's networks do without.
         from model.networks.grid.grid_generator import GridGenerator
@@ -23,7 +23,7 @@ def build_generator(size: NetworkSize, scene: Scene) -> GeneratorNetwork:
 
 
 def build_opacity(size: NetworkSize, scene: Scene) -> OpacityNetwork:
-    """The opacity generator of a size's architecture."""
+    """Build the opacity generator of a size's architecture, with initial weights."""
     if size.architecture == "paper":
         return OpacityGenerator(size)
     from model.networks.grid.grid_opacity import GridOpacityGenerator

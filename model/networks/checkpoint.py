@@ -1,8 +1,8 @@
 """The model folder: weights as safetensors, everything else as JSON.
 
 ``model.json`` names the weights' file and its SHA-256 and is written last, so
-a folder is either the old model or the new one, never half of each. Loading
-reads data only and executes nothing.
+a folder holds either the old model or the new one, never a mixture. Loading
+only reads data and executes no code.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from model.scene.migration import FORMAT_VERSION
 
 
 def save_model(folder: Path, card: ModelCard, network: GeneratorNetwork) -> None:
-    """Write a model folder, replacing the model in it; weights in half precision.
+    """Write a model folder, replacing the model in it, with weights in half precision.
 
     Parameters
     ----------
@@ -77,8 +77,8 @@ def load_model(folder: Path) -> tuple[ModelCard, GeneratorNetwork]:
     Raises
     ------
     CheckpointError
-        When the folder holds no model, its weights are missing, truncated,
-        altered, not finite, or do not fit its card.
+        When the folder holds no model, or its weights are missing, truncated,
+        altered, not finite or inconsistent with its card.
     """
     header = read_header(folder)
     card = card_of(folder, header)
@@ -105,7 +105,7 @@ def load_model(folder: Path) -> tuple[ModelCard, GeneratorNetwork]:
 
 
 def _half(value: Tensor) -> Tensor:
-    """Half precision where it can hold the value."""
+    """Convert to half precision unless the tensor is not floating point or would overflow."""
     value = value.detach().cpu().contiguous()
     if not value.is_floating_point():
         return value
@@ -114,7 +114,7 @@ def _half(value: Tensor) -> Tensor:
 
 
 def _check_weights(path: Path, weights: dict[str, Tensor], expected: dict[str, Tensor]) -> None:
-    """Raise :class:`CheckpointError` unless names, shapes and values fit the network."""
+    """Raise :class:`CheckpointError` unless names and shapes match and values are finite."""
     missing = sorted(expected.keys() - weights.keys())
     foreign = sorted(weights.keys() - expected.keys())
     if missing or foreign:

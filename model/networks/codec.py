@@ -10,7 +10,7 @@ from model.scene.transfer_function import TF_SAMPLES
 
 
 class LatentCodec(nn.Module):
-    """The latent code of an opacity TF, and the TF that it stands for."""
+    """Encoder of opacity TFs into latent codes, and decoder of codes into opacity TFs."""
 
     def __init__(self, size: NetworkSize) -> None:
         super().__init__()
@@ -26,11 +26,11 @@ class LatentCodec(nn.Module):
         )
 
     def encode(self, opacity_tf: Tensor) -> Tensor:
-        """Latent codes (N, latent_dim) of opacity TFs (N, 256)."""
+        """Encode opacity TFs (N, 256) in [-1, 1] as latent codes (N, latent_dim)."""
         z: Tensor = self.encoder(opacity_tf[:, None])
         return z
 
     def decode(self, latent: Tensor) -> Tensor:
-        """Opacity TFs (N, 256) of latent codes (N, latent_dim)."""
+        """Decode latent codes (N, latent_dim) into opacity TFs (N, 256) in [-1, 1]."""
         tf: Tensor = self.tf_decoder(latent)
         return tf

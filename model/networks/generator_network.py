@@ -1,4 +1,4 @@
-"""What every network can do that draws images from view and transfer functions."""
+"""Interfaces of the networks that generate images from view and transfer functions."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from model.scene.view import VIEW_PARAMETERS
 
 
 class OpacityOutput(NamedTuple):
-    """What the opacity generator makes of a view and an opacity TF.
+    """Output of the opacity generator for N views and opacity TFs.
 
     Attributes
     ----------
     image : Tensor, shape (N, 1, S, S)
         Opacity image, in [-1, 1].
     decoded_tf : Tensor, shape (N, 256)
-        The opacity TF reconstructed from the latent code, in [-1, 1].
+        The opacity TF decoded from the latent code, in [-1, 1].
     latent : Tensor, shape (N, latent_dim)
     """
 
@@ -30,25 +30,25 @@ class OpacityOutput(NamedTuple):
 
 
 class OpacityNetwork(LatentCodec, ABC):
-    """What every opacity generator can do."""
+    """Interface of opacity generators: a latent codec and a decoder of opacity images."""
 
     def forward(self, inputs: EncodedInputs) -> OpacityOutput:
-        """Render from scene inputs; of the conditions the view alone decides about opacity."""
+        """Generate opacity images; of the conditions, only the view parameters are used."""
         latent = self.encode(inputs.opacity_tf)
         image = self.render_latent(inputs.conditions, latent)
         return OpacityOutput(image, self.decode(latent), latent)
 
     def render_latent(self, conditions: Tensor, latent: Tensor) -> Tensor:
-        """Opacity images (N, 1, S, S) in [-1, 1] from conditions (N, C) and latent codes."""
+        """Opacity images (N, 1, S, S) in [-1, 1] for conditions (N, C) and latent codes."""
         return self.decode_image(self.encode_view(conditions[:, :VIEW_PARAMETERS]), latent)
 
     @abstractmethod
     def encode_view(self, view: Tensor) -> tuple[Tensor, ...]:
-        """Features of views (N, 5); for all latent codes the same."""
+        """Features of views (N, 5), independent of the latent codes."""
 
     @abstractmethod
     def decode_image(self, view_features: tuple[Tensor, ...], latent: Tensor) -> Tensor:
-        """Opacity images (N, 1, S, S) from what :meth:`encode_view` gave and latent codes."""
+        """Opacity images (N, 1, S, S) from the features of :meth:`encode_view` and latent codes."""
 
 
 class GeneratorNetwork(nn.Module, ABC):
@@ -63,7 +63,7 @@ class GeneratorNetwork(nn.Module, ABC):
     opacity: OpacityNetwork
 
     def forward(self, inputs: EncodedInputs) -> tuple[Tensor, Tensor]:
-        """Render from scene inputs.
+        """Generate colour and opacity images from scene inputs.
 
         Returns
         -------
@@ -77,19 +77,19 @@ class GeneratorNetwork(nn.Module, ABC):
     def render_latent(
         self, conditions: Tensor, latent: Tensor, color_tf: Tensor
     ) -> tuple[Tensor, Tensor]:
-        """Render from latent codes (N, latent_dim) instead of opacity TFs."""
+        """Generate from latent codes (N, latent_dim) instead of opacity TFs."""
         return self.decode(self.encode_view(conditions), latent, self.encode_color(color_tf))
 
     @abstractmethod
     def encode_view(self, conditions: Tensor) -> tuple[Tensor, ...]:
-        """Features of conditions (N, C): they can be kept while TFs are edited."""
+        """Features of conditions (N, C); they can be cached while TFs are edited."""
 
     @abstractmethod
     def encode_color(self, color_tf: Tensor) -> Tensor:
-        """Codes of colour TFs (N, 3, 256): they can be kept while the view moves."""
+        """Codes of colour TFs (N, 3, 256); they can be cached while the view changes."""
 
     @abstractmethod
     def decode(
         self, view_features: tuple[Tensor, ...], latent: Tensor, color: Tensor
     ) -> tuple[Tensor, Tensor]:
-        """Render from what :meth:`encode_view` gave, latent codes and codes of colour TFs."""
+        """Generate from features of :meth:`encode_view`, latent codes and codes of colour TFs."""

@@ -1,4 +1,4 @@
-"""What the size of every network follows from."""
+"""Architecture and size of the networks."""
 
 from __future__ import annotations
 
@@ -12,39 +12,37 @@ Architecture = Literal["paper", "grid", "grid-translation"]
 
 @dataclass(frozen=True)
 class NetworkSize:
-    """What the size of every network follows from.
+    """Architecture and size of the networks.
 
     Attributes
     ----------
     width : float
-        Share of the paper's number of channels; 1 is the paper's network.
+        Number of channels as a fraction of the paper's, above 0 and up to 4.
     opacity_size : int
         Width and height of the opacity image, a power of two from 16.
     image_size : int
-        Width and height of the colour image: the opacity image's size times
-        1, 2, 4 or more powers of two.
+        Width and height of the colour image, a power of two from `opacity_size`.
     latent_dim : int
         Length of the latent code of an opacity TF.
     architecture : {"paper", "grid", "grid-translation"}
         The paper's two networks; both images from a feature grid; or the feature
-        grid's opacity image in front of the paper's translation.
+        grid's opacity image followed by the paper's translation.
     features : int
-        Numbers at each node of the feature grid, where there is one.
+        Number of features at each node of the feature grid, if there is one.
     rays : bool
-        Whether a feature grid is accompanied by a finer one that is summed up
-        along each pixel's line of sight.
+        Whether a feature grid is complemented by a finer one whose features are
+        summed along each pixel's viewing ray.
     modulation : bool
         Whether the codes of view and TFs also scale and shift the translation
         decoder's features at every resolution. The paper's network has only
-        the tiled codes; small networks then take very long to heed colours.
+        the tiled codes; small networks then learn colours very slowly.
     deep_codec : bool
-        Whether two layers decode the latent code to an opacity TF, instead of
-        the paper's one.
+        Whether the latent decoder has two hidden layers instead of the paper's one.
 
     Raises
     ------
     TfscopeError
-        For sizes that the networks cannot be built for.
+        For values that no network can be built from.
     """
 
     width: float = 1.0
@@ -80,5 +78,5 @@ class NetworkSize:
             raise TfscopeError(f"The network's width {self.width} is not in 0..4.")
 
     def channels(self, full: int) -> int:
-        """Scale a number of channels of the paper's network to this width, in steps of 8."""
+        """Scale a number of channels of the paper's network by the width, in multiples of 8."""
         return max(8, 8 * round(full * self.width / 8))

@@ -1,1 +1,1 @@
-"""Renderers: the ground truth that the generator learns from."""
+"""Renderers, which provide ground truth and training images."""

@@ -1,4 +1,4 @@
-"""Opacity of a sample from the opacity of a voxel's length, and its derivative."""
+"""Opacity correction for the sample distance, and its derivative."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 NEARLY_OPAQUE = 1 - 1 / 510
-"""Where the derivative is cut off: the last opacity that 8 bits tell from 1."""
+"""Opacity above which the derivative is clamped: half an 8-bit step below 1."""
 
 
 def per_sample(opacity: NDArray[np.floating], sample_distance: float) -> NDArray[np.float64]:
@@ -15,11 +15,11 @@ def per_sample(opacity: NDArray[np.floating], sample_distance: float) -> NDArray
     Parameters
     ----------
     opacity : ndarray, any shape
-        Opacity a of a voxel's length, in [0, 1].
+        Opacity a per voxel length, in [0, 1].
     sample_distance : float
-        Length s of the sample, in voxels.
+        Sample distance s, in voxels.
     """
-    # By logarithms, which keep all digits of small opacities; exact at 0 and at 1.
+    # Logarithms keep full precision for small opacities, and are exact at 0 and at 1.
     with np.errstate(divide="ignore"):
         return -np.expm1(sample_distance * np.log1p(-opacity.astype(np.float64)))
 
@@ -29,9 +29,8 @@ def per_sample_derivative(
 ) -> NDArray[np.float64]:
     """Derivative s (1 - a)^(s - 1) of :func:`per_sample` by the opacity.
 
-    For s < 1 it grows beyond all bounds towards a = 1; above
-    :data:`NEARLY_OPAQUE` it keeps the value there, so that it is finite and
-    an edit of an opaque TF still has an effect.
+    For s < 1 it diverges at a = 1; above :data:`NEARLY_OPAQUE` it is clamped to
+    the value there, so that it is finite and edits of an opaque TF have an effect.
     """
     transparency = 1 - opacity.astype(np.float64)
     if sample_distance < 1:

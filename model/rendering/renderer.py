@@ -1,4 +1,4 @@
-"""What every renderer does, and the one that a scene asks for."""
+"""The interface of renderers, and their creation by name."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Renderer(Protocol):
     Attributes
     ----------
     sample_distance : float
-        Distance between samples along a ray, in voxels.
+        Default distance between samples along a ray, in voxels.
     """
 
     sample_distance: float
@@ -35,11 +35,11 @@ class Renderer(Protocol):
         size : int
             Width and height in pixels.
         sample_distance : float, optional
-            Instead of the renderer's own.
+            In voxels; the renderer's own by default.
         """
 
     def close(self) -> None:
-        """Free what the renderer holds."""
+        """Release the renderer's threads and memory; it cannot be used afterwards."""
 
 
 def open_renderer(
@@ -51,7 +51,7 @@ def open_renderer(
     threads: int | None = None,
     device: Literal["cpu", "cuda"] = "cpu",
 ) -> Renderer:
-    """Open a renderer by its name; only the libraries that it needs are loaded.
+    """Create a renderer by name, importing only the libraries that it needs.
 
     Parameters
     ----------
@@ -59,15 +59,15 @@ def open_renderer(
     volume, lighting, light, sample_distance
         See :class:`model.scene.scene.Scene`.
     threads : int, optional
-        CPU threads of the ray caster, one per processor by default; VTK takes
-        what OpenGL gives it.
+        Number of the ray caster's CPU threads, one per processor by default;
+        ignored by VTK.
     device : {"cpu", "cuda"}
-        Where the ray caster runs.
+        Device of the ray caster; ignored by VTK.
 
     Raises
     ------
     RenderError
-        When the machine cannot run it.
+        When the renderer cannot run on this machine.
     """
     if name == "vtk":
         from model.rendering.vtk_renderer import VtkRenderer

@@ -1,4 +1,4 @@
-"""The volume's scalars in a type that a renderer takes, without loss."""
+"""Conversion of the volume's scalars to a type that a renderer supports."""
 
 from __future__ import annotations
 
@@ -11,33 +11,34 @@ from model.scene.transfer_function import Range
 from model.scene.volume import Volume
 
 WELL_CONDITIONED = 256.0
-"""Largest ratio of the values' size to their range that float32 holds as it is.
+"""Largest ratio of absolute values to their range for which float32 is used unchanged.
 
-At this ratio rounding is 1/256 of a TF bin.
+At this ratio rounding errors are 1/256 of a TF bin.
 """
 
 NARROWEST, WIDEST = 1e-30, 1e30
-"""Ranges between which float32 has room for differences and reciprocals of the values."""
+"""Limits of the range of values for which float32 can hold differences and reciprocals."""
 
 
 def renderable_scalars(
     volume: Volume, native: tuple[type[np.generic], ...]
 ) -> tuple[NDArray[Any], Range]:
-    """Scalars for a renderer, and the range that they span there.
+    """Return scalars for a renderer, and their range.
 
     Parameters
     ----------
     volume : Volume
     native : tuple of scalar types
-        Those that the renderer takes as they are.
+        Types that the renderer supports directly.
 
     Returns
     -------
     scalars : ndarray, shape (nz, ny, nx)
-        The volume's own array where its type is native; otherwise a float32
-        copy mapped to [0, 1], for which a small range far from zero does not
-        lose its digits.
+        The volume's values unchanged if their type is native (and, for floats, well
+        conditioned); otherwise a float32 copy mapped to [0, 1], so that a small
+        range far from zero keeps its precision.
     scalar_range : tuple of float
+        Smallest and largest of these scalars.
     """
     lo, hi = volume.scalar_range
     well_conditioned = max(abs(lo), abs(hi)) / WELL_CONDITIONED <= hi - lo

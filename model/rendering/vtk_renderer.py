@@ -1,11 +1,11 @@
 """The reference renderer: VTK's ray caster, off screen.
 
-It needs no display: the picture is drawn through EGL, or through OSMesa where
-EGL is missing. The ray caster composites front to back (paper, Eqs. 2 and 3)
-and corrects each opacity for the sample distance, so that a homogeneous slab
-of length l has opacity 1 - (1 - a)^(l / voxel size).
+It needs no display: images are drawn through EGL, or through OSMesa if EGL is
+missing. The ray caster composites front to back (paper, Eqs. 2 and 3) and
+corrects each opacity for the sample distance, so that a homogeneous slab of
+length l has opacity 1 - (1 - a)^(l / voxel size).
 
-An OpenGL context belongs to the thread that made it: create, use and close a
+An OpenGL context belongs to the thread that created it: create, use and close a
 renderer in one thread.
 """
 
@@ -40,7 +40,7 @@ from model.scene.view import VIEW_ANGLE, View
 from model.scene.volume import Volume
 
 AMBIENT, DIFFUSE, SPECULAR, SPECULAR_POWER = 0.4, 0.9, 0.2, 20.0
-"""Gradient shading of lit scenes."""
+"""Coefficients of gradient shading in lit scenes."""
 
 NORMAL_CORRECTION = (
     "in_textureToEye[0] * vec4(shading_gradient.xyz, 0.0)",
@@ -48,20 +48,22 @@ NORMAL_CORRECTION = (
     "in_modelViewMatrix * in_volumeMatrix[0] * vec4(shading_gradient.xyz, 0.0)",
     False,
 )
-"""VTK stretches surface normals by the volume's extents, along the axes of the view.
+"""Shader replacement that corrects surface normals.
 
-With this replacement in its shader (text, before VTK's own substitutions or
-after, new text, every occurrence) they are turned only.
+VTK scales normals by the volume's extents along the axes of the view; with this
+replacement they are only rotated. The items are the text to replace, whether to
+do so before VTK's own replacements, the new text, and whether to replace every
+occurrence.
 """
 
 SCATTERING_BLEND, GLOBAL_REACH = 1.0, 0.5
-"""Global lighting: gradient shading and scattering in equal parts, rays of half the volume."""
+"""Global lighting: equal parts of gradient shading and scattering, rays of half the volume."""
 
 NATIVE_TYPES = (np.uint16, np.int16)
-"""Scalars that go to the ray caster as they are."""
+"""Scalar types that are rendered without conversion."""
 
 TABLE_ENTRIES = 1024
-"""Length of VTK's look-up tables on the graphics card."""
+"""Length of VTK's look-up tables on the GPU."""
 
 
 class VtkRenderer:
@@ -71,17 +73,17 @@ class VtkRenderer:
     ----------
     volume : Volume
     lighting : {"none", "direct", "global"}
-        Emission-absorption; with gradient shading; with shadows and scattering.
+        Emission-absorption only, with gradient shading, or with shadows and scattering.
     light : LightDirection, optional
-        Direction of the distant light relative to the view, unless an image's inputs have
-        another; ignored when unlit.
+        Default direction of the distant light relative to the view, for inputs
+        without a light; ignored when unlit.
     sample_distance : float
-        Distance between samples along a ray, in voxels, unless a call says otherwise.
+        Default distance between samples along a ray, in voxels.
 
     Raises
     ------
     RenderError
-        When the machine offers no OpenGL to draw with.
+        When OpenGL is not available.
     """
 
     def __init__(
@@ -133,7 +135,7 @@ class VtkRenderer:
         size : int
             Width and height in pixels.
         sample_distance : float, optional
-            Instead of the renderer's own, in voxels.
+            In voxels; the renderer's own by default.
 
         Returns
         -------
@@ -152,7 +154,7 @@ class VtkRenderer:
         )
         step = distance * self._volume.voxel_size
         self._mapper.SetSampleDistance(step)
-        # VTK's own correction leaves out opacities below 1e-4: give it none to do.
+        # VTK's own opacity correction ignores opacities below 1e-4, so it is made an identity.
         self._properties.SetScalarOpacityUnitDistance(step)
         self._point_camera(inputs.view)
         self._lamp.SetPosition(*(inputs.light or self._light).towards())
@@ -169,7 +171,7 @@ class VtkRenderer:
         return np.ascontiguousarray(bottom_up[::-1]).astype(np.float32) / np.float32(255)
 
     def close(self) -> None:
-        """Free the OpenGL context; the renderer cannot be used afterwards."""
+        """Release the OpenGL context; the renderer cannot be used afterwards."""
         self._renderer.RemoveAllViewProps()
         self._window.Finalize()
 
@@ -198,15 +200,15 @@ class VtkRenderer:
         camera.SetPosition(*(center + distance * back))
         camera.SetViewUp(*up)
         camera.SetViewAngle(VIEW_ANGLE)
-        # The whole bounding sphere, with a little room.
+        # The whole bounding sphere, with a small margin.
         camera.SetClippingRange(view.near_distance(radius), distance + 1.01 * radius)
 
 
 def _texture_scalars(volume: Volume) -> tuple[NDArray[Any], Range]:
-    """Scalars as the ray caster stores them without loss, and their range.
+    """Return scalars of a type that VTK renders without conversion, and their range.
 
-    Bytes are widened: Mesa interpolates 8-bit textures with 8 bits, which
-    moves the values by up to half a TF bin.
+    Bytes are widened to 16 bits: Mesa interpolates 8-bit textures with 8 bits,
+    which shifts values by up to half a TF bin.
     """
     if volume.scalars.dtype == np.uint8:
         return volume.scalars.astype(np.uint16), volume.scalar_range
@@ -214,10 +216,11 @@ def _texture_scalars(volume: Volume) -> tuple[NDArray[Any], Range]:
 
 
 def _table_range(scalar_range: Range) -> Range:
-    """Range over which a TF is handed to VTK.
+    """Return the range over which TFs are passed to VTK.
 
-    VTK samples it at both ends of the scalar range and in between, and then
-    reads entry i at (i + 1/2) / TABLE_ENTRIES: half an entry too far out.
+    VTK samples a TF from end to end of the scalar range, but then reads entry i
+    at (i + 1/2) / TABLE_ENTRIES; widening the range by half an entry at each end
+    compensates for this.
     """
     lo, hi = scalar_range
     half_entry = (hi - lo) / (2 * (TABLE_ENTRIES - 1))
@@ -225,7 +228,7 @@ def _table_range(scalar_range: Range) -> Range:
 
 
 def _image_data(volume: Volume, scalars: NDArray[Any]) -> vtkImageData:
-    """Wrap the scalars, without a copy, as VTK's regular grid."""
+    """Wrap the scalars in a vtkImageData without copying."""
     image = vtkImageData()
     image.SetDimensions(*volume.dimensions)
     image.SetSpacing(*volume.spacing)
@@ -235,7 +238,7 @@ def _image_data(volume: Volume, scalars: NDArray[Any]) -> vtkImageData:
 
 
 def _camera_light() -> vtkLight:
-    """Build a distant white light that turns with the camera."""
+    """Create a distant white light that moves with the camera."""
     light = vtkLight()
     light.SetLightTypeToCameraLight()
     light.PositionalOff()
@@ -244,7 +247,13 @@ def _camera_light() -> vtkLight:
 
 
 def _offscreen_window() -> vtkRenderWindow:
-    """Open the first off-screen window that this machine can draw in."""
+    """Open an off-screen window by the first method that works on this machine.
+
+    Raises
+    ------
+    RenderError
+        When OpenGL is not available.
+    """
     for name in ("vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow", "vtkRenderWindow"):
         kind = getattr(vtkRenderingOpenGL2, name, vtkRenderWindow)
         window = kind()

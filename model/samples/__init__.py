@@ -1,1 +1,1 @@
-"""Rendered samples: drawn at random, stored, and rendered in parallel."""
+"""Rendered samples: random inputs, stores, and parallel rendering."""

@@ -1,4 +1,4 @@
-"""The way to a Dask scheduler: one that runs somewhere, or a cluster of our own processes."""
+"""Connections to a Dask scheduler, or to a local cluster of processes."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from distributed import Client, LocalCluster, Security, rpc
 from model.errors import DatasetError
 
 LOCAL = "local"
-"""In place of a scheduler's address: a cluster of processes on this machine."""
+"""Stands for a cluster of processes on this machine, instead of a scheduler's address."""
 
 CONNECT_SECONDS = 10.0
-"""How long a scheduler may take to answer."""
+"""Timeout for a scheduler's answer."""
 
 
 @contextmanager
 def connected(scheduler: str, workers: int) -> Iterator[Client]:
-    """Connect to a scheduler, or start a cluster of processes here.
+    """Connect to a scheduler, or start a local cluster of processes.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def connected(scheduler: str, workers: int) -> Iterator[Client]:
     try:
         asyncio.run(asyncio.wait_for(_identify(scheduler), CONNECT_SECONDS))
         client = Client(scheduler, timeout=CONNECT_SECONDS, set_as_default=False)
-    except Exception as error:  # whatever a foreign server's answers lead to
+    except Exception as error:  # a foreign server's answers may cause any error
         raise DatasetError(
             f"No Dask scheduler answers at '{scheduler}'; start one with 'dask scheduler' "
             "and give the address that it prints, such as tcp://host:8786."
@@ -68,7 +68,7 @@ def _local_cluster(workers: int) -> LocalCluster:
             threads_per_worker=1,
             memory_limit=None,
             dashboard_address=None,
-            # Else it asks for port 8787, which another cluster may have.
+            # By default it uses port 8787, which may be occupied by another cluster.
             scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},
             silence_logs=logging.CRITICAL,
         )
@@ -76,7 +76,7 @@ def _local_cluster(workers: int) -> LocalCluster:
 
 @contextmanager
 def environment_kept() -> Iterator[None]:
-    """Undo what Dask leaves in this process: one thread for each numerical library."""
+    """Restore the environment variables afterwards; Dask limits numerical libraries' threads."""
     before = dict(os.environ)
     try:
         yield
@@ -87,13 +87,13 @@ def environment_kept() -> Iterator[None]:
 
 @contextmanager
 def _interrupts_held_back() -> Iterator[None]:
-    """Keep Ctrl-C from the cluster's processes, which inherit the mask: closing it is for us."""
+    """Block SIGINT in processes started in this context, so that only this process handles it."""
     if sys.platform == "win32":
         yield
         return
     from multiprocessing import resource_tracker  # not on Windows
 
-    # Multiprocessing starts it with the first process, and lifts the mask on the way.
+    # Otherwise multiprocessing starts it with the first process, and unblocks the signal.
     resource_tracker.ensure_running()
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
@@ -103,7 +103,7 @@ def _interrupts_held_back() -> Iterator[None]:
 
 
 async def _identify(address: str) -> None:
-    """Raise unless a scheduler is there: a client would wait for it without end."""
+    """Raise an error unless there is a scheduler; a client would wait for it endlessly."""
     arguments = Security().get_connection_args("client")
     async with rpc(address, timeout=CONNECT_SECONDS, connection_args=arguments) as server:
         identity = await server.identity()

@@ -1,4 +1,4 @@
-"""What a worker of a cluster does: it renders one block and returns the samples."""
+"""Rendering of one block of samples by a cluster's worker."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from model.scene.volume import Volume
 
 
 class _Kept(threading.local):
-    """What a worker's thread keeps between blocks: an OpenGL context belongs to its thread."""
+    """Renderer kept between blocks, one per thread, as OpenGL contexts belong to threads."""
 
     made_for: tuple[Scene, str] | None = None
     renderer: Any = None
@@ -39,9 +39,9 @@ def render_block(
     data : tuple
         The fields of the volume, in order.
     fingerprint : str
-        The volume's, which tells it from others without a look at its voxels.
+        The volume's fingerprint, to compare volumes without reading their voxels.
     scene_json : dict
-        Of :meth:`model.scene.scene.Scene.to_json`.
+        Result of :meth:`model.scene.scene.Scene.to_json`.
     seed : int
     split : {"train", "holdout"}
     block : range
@@ -51,7 +51,7 @@ def render_block(
         if _kept.renderer is not None:
             _kept.renderer.close()
         _kept.made_for, _kept.renderer = None, None
-        # Each thread is one worker: Mesa's own threads would only compete with the others.
+        # Each thread renders its own blocks; Mesa's threads would compete with them.
         os.environ.setdefault("LP_NUM_THREADS", "1")
         _kept.renderer = make_renderer(Volume(*data), scene)
         _kept.made_for = scene, fingerprint
@@ -59,10 +59,11 @@ def render_block(
 
 
 def render_block_by_value() -> Callable[..., SampleBatch]:
-    """What workers are sent: it pickles whole, so that tfscope is looked for in the task only.
+    """Return :func:`render_block` as a function that is pickled by value.
 
-    A module that is missing then comes back as an error of the task. Dask
-    would otherwise fail, and end the worker, before there is a task.
+    Workers then import tfscope only within the task, so that a missing module is
+    reported as the task's error. Otherwise unpickling would fail and end the worker
+    before the task begins.
     """
 
     def render_on_worker(*arguments: Any) -> SampleBatch:

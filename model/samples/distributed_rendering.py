@@ -1,10 +1,9 @@
-"""Rendering a whole store on a cluster, through Dask distributed.
+"""Rendering of a store on a cluster, with Dask distributed.
 
-Workers need no file system in common with us: they return the samples of one
-block, and this process writes them. The volume is sent once, as data that Dask
-copies from worker to worker, so that those that join later are served too.
-Dask repeats the tasks of a lost worker elsewhere; when all holders of the
-volume are lost, it is sent again.
+Workers need no shared file system: they return the samples of one block, and this
+process writes them. The volume is sent once and copied by Dask from worker to
+worker, also to workers that join later. Dask repeats the tasks of a lost worker on
+others; if all workers with the volume are lost, it is sent again.
 """
 
 from __future__ import annotations
@@ -29,16 +28,16 @@ from model.samples.sampling import Split
 from model.scene.volume import Volume
 
 POLL_SECONDS = 1.0
-"""How often the workers are counted."""
+"""Interval of counting the workers."""
 
 TASKS_PER_THREAD = 3
-"""Blocks under way per worker thread: one in work, one behind it, one at the scheduler."""
+"""Submitted blocks per worker thread: one running, one queued, one at the scheduler."""
 
 RETRIES = 2
-"""How often a block that fails is tried again: another machine may do better."""
+"""Number of retries of a failed block, possibly on other machines."""
 
 MAX_LOSSES = 3
-"""How often a block may be lost together with the volume: it may be what ends the workers."""
+"""Number of times a block may be lost with the volume, before it is blamed for it."""
 
 Block = tuple[Split, range]
 
@@ -51,9 +50,9 @@ def render_store_on_cluster(
     on_progress: Callable[[int], None] = lambda count: None,
     patience: float = 300.0,
 ) -> None:
-    """Render what a store still misses, on the workers of a Dask scheduler.
+    """Render a store's missing samples on the workers of a Dask scheduler.
 
-    The store is the same, sample for sample, as from one process.
+    The samples are the same as those rendered by one process.
 
     Parameters
     ----------
@@ -67,16 +66,16 @@ def render_store_on_cluster(
     on_progress : callable
         Called with the number of new samples after each block.
     patience : float
-        Seconds without a worker after which rendering is given up.
+        Seconds without a worker after which rendering fails.
 
     Raises
     ------
     DatasetError
-        When no scheduler answers, no worker comes, or one lacks tfscope.
+        When no scheduler answers, no worker joins, or a worker lacks tfscope.
     RenderError
-        When a block ends worker after worker.
+        When workers end repeatedly while rendering a block.
     TfscopeError
-        Whatever a block fails of, time and again.
+        The error of a block that fails repeatedly.
     """
     waiting = deque((split, b) for split in SPLITS for b in store.missing_blocks(split))
     if not waiting:
@@ -90,7 +89,7 @@ def render_store_on_cluster(
 
 @dataclass(frozen=True)
 class _Task:
-    """A block under way, and the copy of the volume that it was sent with."""
+    """A submitted block, and the volume that it was submitted with."""
 
     block: Block
     future: Future
@@ -102,7 +101,7 @@ class _Task:
 
 
 class _Run:
-    """One store on its way through a cluster: what waits and what is under way."""
+    """Rendering of one store on a cluster: its waiting and its submitted blocks."""
 
     def __init__(
         self,
@@ -125,7 +124,7 @@ class _Run:
         self._last_served = monotonic()
 
     def batches(self) -> Iterator[tuple[Block, SampleBatch]]:
-        """Yield each block once it is rendered, in any order."""
+        """Yield each block with its samples once it is rendered, in any order."""
         last_count = -inf
         while self._waiting or self._running:
             if monotonic() - last_count >= POLL_SECONDS:
@@ -146,7 +145,7 @@ class _Run:
     def _count_workers(self) -> None:
         try:
             self._threads = sum(self._client.nthreads().values())
-        except (OSError, RuntimeError, AttributeError) as error:  # the last: of a closed client
+        except (OSError, RuntimeError, AttributeError) as error:  # the last by a closed client
             raise DatasetError(
                 "The Dask scheduler answers no longer; "
                 "start it again and start rendering again to go on."
@@ -157,9 +156,9 @@ class _Run:
             raise self._no_workers()
 
     def _submit(self) -> None:
-        """Keep every worker busy, but no more than that under way."""
+        """Submit enough blocks to keep all workers busy, sending the volume if necessary."""
         if self._threads and not self._volume:
-            # No worker any more meanwhile: the next round tries again.
+            # If all workers have been lost meanwhile, the next round tries again.
             with suppress(OSError):
                 [self._volume] = self._client.scatter(
                     [self._data], broadcast=True, hash=False, timeout=POLL_SECONDS
@@ -175,7 +174,7 @@ class _Run:
             room -= 1
 
     def _put_back(self, task: _Task) -> None:
-        """Let a block wait again that was lost with the last holder of its volume."""
+        """Return a block to the queue that was lost with the last copy of the volume."""
         self._losses[task.block] += 1
         if self._losses[task.block] > MAX_LOSSES:
             raise _deadly(task)
@@ -197,7 +196,7 @@ class _Run:
             ) from error
         except Exception as error:
             if task.future.status != "error":
-                # The samples were there, but gone again with their worker, and no other came.
+                # The samples were lost with their worker after rendering, and no other joined.
                 raise self._no_workers() from error
             raise RenderError(
                 f"A Dask worker cannot render {task} ({type(error).__name__}: {error}); "

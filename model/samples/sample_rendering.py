@@ -1,4 +1,4 @@
-"""Rendering samples: one by one, or a whole store in parallel processes."""
+"""Rendering of samples, singly or a whole store in parallel processes."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ def render_samples(
     Parameters
     ----------
     renderer : Renderer
-        Of the scene's volume and lighting.
+        Renderer of the scene's volume and lighting.
     scene : Scene
     seed : int
     split : {"train", "holdout"}
     indices : range
-        Which samples of the split.
+        Indices of the samples in the split.
     """
     samples = [draw_sample(scene, seed, split, i) for i in indices]
     images = np.stack([renderer.render(inputs, scene.image_size) for inputs in samples])
@@ -48,17 +48,17 @@ def make_renderer(
     threads: int | None = 1,
     device: Literal["cpu", "cuda"] = "cpu",
 ) -> Renderer:
-    """The renderer of a scene.
+    """Create the renderer of a scene.
 
     Parameters
     ----------
     volume : Volume
     scene : Scene
     threads : int, optional
-        Of the ray caster: by default one, for processes or threads that each
-        render samples of their own; None for one per processor.
+        Number of the ray caster's threads; one by default, for parallel renderers;
+        None for one per processor.
     device : {"cpu", "cuda"}
-        Where the ray caster runs.
+        Device of the ray caster.
 
     Raises
     ------
@@ -78,7 +78,7 @@ def make_renderer(
 
 
 def check_volume(volume: Volume, scene: Scene) -> None:
-    """Raise :class:`DatasetError` when the volume is not the scene's."""
+    """Raise :class:`DatasetError` unless the volume is the scene's."""
     if volume.fingerprint != scene.volume_fingerprint:
         raise DatasetError(
             f"The volume '{volume.name}' is not the one that the scene was made for "
@@ -93,7 +93,7 @@ def render_store(
     on_progress: Callable[[int], None] = lambda count: None,
     until: Callable[[], bool] = lambda: False,
 ) -> None:
-    """Render what a store still misses, in parallel processes.
+    """Render a store's missing samples in parallel processes.
 
     Parameters
     ----------
@@ -104,13 +104,20 @@ def render_store(
     on_progress : callable
         Called with the number of new samples after each block.
     until : callable
-        Asked before each block; rendering stops once it is true.
+        Called before each block; rendering stops once it returns True.
+
+    Raises
+    ------
+    RenderError
+        When a rendering process ends unexpectedly.
+    DatasetError
+        When the volume is not the scene's, or samples cannot be written.
     """
     tasks = [(s, block) for s in SPLITS for block in store.missing_blocks(s)]
     if not tasks:
         return
     workers = min(workers or os.cpu_count() or 1, len(tasks))
-    # "spawn": a fork would copy torch's and OpenGL's threads into the child half alive.
+    # "spawn", as torch's and OpenGL's threads do not survive a fork.
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(
         workers, context, initializer=_start_worker, initargs=(store.path, volume)
@@ -144,7 +151,7 @@ def _drain(running: set[Future[int]], on_progress: Callable[[int], None]) -> set
 
 
 class _Worker:
-    """What a rendering process keeps between blocks."""
+    """State that a rendering process keeps between blocks."""
 
     path: Path
     volume: Volume
@@ -153,9 +160,9 @@ class _Worker:
 
 
 def _start_worker(path: Path, volume: Volume) -> None:
-    # Each process is one worker: Mesa's own threads would only compete with the others.
+    # Each process renders its own blocks; Mesa's threads would compete with them.
     os.environ.setdefault("LP_NUM_THREADS", "1")
-    # Ctrl-C is the parent's to handle: it stops the pool.
+    # The parent process handles Ctrl-C and stops the pool.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     _Worker.path, _Worker.volume = path, volume
 
@@ -163,7 +170,7 @@ def _start_worker(path: Path, volume: Volume) -> None:
 def _render_block(split: Split, block: range) -> int:
     store = _Worker.store
     if store is None:
-        # Here and not when the process starts, so that errors reach the parent as data.
+        # Not at the start of the process, so that errors reach the parent process.
         store = SampleStore(_Worker.path)
         _Worker.renderer = make_renderer(_Worker.volume, store.scene)
         _Worker.store = store

@@ -3,15 +3,15 @@
 A store has one group per split, ``train`` and ``holdout``, each with arrays
 of equal length N:
 
-- what the images depend on, as :mod:`model.scene.inputs` declares it: ``view``
-  (N, 4) float64 (azimuth, elevation, roll, distance), ``opacity_tf`` (N, 256) and
-  ``color_tf`` (N, 256, 3) float32 (over the scalar range), and what the scene adds;
+- the scene inputs declared in :mod:`model.scene.inputs`: ``view`` (N, 4) float64
+  (azimuth, elevation, roll, distance), ``opacity_tf`` (N, 256) and ``color_tf``
+  (N, 256, 3) float32 (over the scalar range), and the scene's other varying inputs;
 - ``rgba`` (N, S, S, 4) uint8: the image, premultiplied, row 0 at the top.
 
-Sample i of a split depends only on the scene, the seed and i, so a store is
-the same whatever the number of processes. Samples are written in blocks of
-one Zarr chunk; ``complete`` marks a block after all of its arrays are on
-disk. A killed run loses the blocks in work, which the next run renders anew.
+Sample i of a split depends only on the scene, the seed and i, so that a store does
+not depend on the number of processes. Samples are written in blocks of one Zarr
+chunk; a block is marked in ``complete`` once all of its arrays are on disk. A
+killed run loses unfinished blocks, which the next run renders again.
 """
 
 from __future__ import annotations
@@ -33,23 +33,23 @@ from model.scene.migration import FORMAT_VERSION, migrate_scene
 from model.scene.scene import Scene
 
 BLOCK = 32
-"""Samples per block: the unit of work of a process and of loss after a kill."""
+"""Number of samples per block, the unit of rendering and writing."""
 
 SPLITS: tuple[Split, ...] = ("holdout", "train")
-"""In the order in which they are rendered."""
+"""The splits, in rendering order."""
 
 POOL_BLOCKS = 64
-"""Blocks that are shuffled together when a split is read in random order."""
+"""Number of blocks that are shuffled together when a split is read in random order."""
 
 
 @dataclass(frozen=True)
 class SampleBatch:
-    """Samples side by side, as the store holds them.
+    """A batch of N samples in stored form.
 
     Attributes
     ----------
     inputs : dict of ndarray, each of shape (N, ...)
-        What the images depend on, see :func:`model.scene.inputs.store_inputs`.
+        Scene inputs, see :func:`model.scene.inputs.store_inputs`.
     rgba : ndarray of uint8, shape (N, S, S, 4)
         Premultiplied by opacity, row 0 at the top.
     """
@@ -71,19 +71,19 @@ class SampleBatch:
 
     @classmethod
     def of(cls, arrays: Arrays) -> SampleBatch:
-        """Samples of :attr:`arrays`."""
+        """Build a batch from :attr:`arrays`."""
         return cls({name: a for name, a in arrays.items() if name != IMAGES}, arrays[IMAGES])
 
     @classmethod
     def concatenate(cls, batches: list[SampleBatch]) -> SampleBatch:
-        """Join batches in order."""
+        """Concatenate batches in order."""
         names = batches[0].arrays
         return cls.of({n: np.concatenate([b.arrays[n] for b in batches]) for n in names})
 
 
 IMAGES = "rgba"
 COUNTED = "view"
-"""The array whose length says how many samples there are meant to be."""
+"""Array whose length is the intended number of samples."""
 
 
 class SampleStore:
@@ -97,7 +97,7 @@ class SampleStore:
     Raises
     ------
     DatasetError
-        When the folder is no sample store, or one of another version.
+        When the folder is not a sample store, or one of an unknown version.
     """
 
     def __init__(self, path: Path) -> None:
@@ -124,7 +124,7 @@ class SampleStore:
 
     @classmethod
     def create(cls, path: Path, scene: Scene, seed: int, counts: dict[Split, int]) -> SampleStore:
-        """Create a store, or open the one that is there to go on with it.
+        """Create a store, or open an existing one to continue it.
 
         Parameters
         ----------
@@ -156,25 +156,25 @@ class SampleStore:
         return store
 
     def count(self, split: Split) -> int:
-        """Number of samples that the split is meant to hold."""
+        """Return the intended number of samples of a split."""
         return int(self._array(split, COUNTED).shape[0])
 
     def missing_blocks(self, split: Split) -> list[range]:
-        """The blocks that are not complete, as ranges of sample indices."""
+        """Return the incomplete blocks, as ranges of sample indices."""
         blocks = _blocks(self.count(split))
         complete = np.asarray(self._array(split, "complete")[: len(blocks)])
         return [b for b, flag in zip(blocks, complete, strict=True) if flag != len(b)]
 
     def missing_samples(self) -> int:
-        """Number of samples, in both splits, that are not rendered yet."""
+        """Return the number of samples, in both splits, not rendered yet."""
         return sum(len(b) for split in SPLITS for b in self.missing_blocks(split))
 
     def rendered_samples(self) -> int:
-        """Number of samples, in both splits, that are there."""
+        """Return the number of samples, in both splits, already rendered."""
         return sum(self.count(split) for split in SPLITS) - self.missing_samples()
 
     def require_complete(self) -> None:
-        """Raise :class:`DatasetError` unless every sample is there."""
+        """Raise :class:`DatasetError` unless all samples are rendered."""
         missing = self.missing_samples()
         if missing:
             raise DatasetError(
@@ -182,14 +182,20 @@ class SampleStore:
             )
 
     def trim(self) -> None:
-        """Cut each split off before the first sample that is missing."""
+        """Truncate each split before its first incomplete block."""
         for split in SPLITS:
             missing = self.missing_blocks(split)
             if missing:
                 self._resize(split, missing[0].start)
 
     def read(self, split: Split, indices: range) -> SampleBatch:
-        """Read consecutive samples."""
+        """Read consecutive samples.
+
+        Raises
+        ------
+        DatasetError
+            When they cannot be read.
+        """
         span = slice(indices.start, indices.stop)
         try:
             return SampleBatch.of(
@@ -202,7 +208,13 @@ class SampleStore:
             ) from error
 
     def write_block(self, split: Split, block: range, batch: SampleBatch) -> None:
-        """Write one block and then mark it complete."""
+        """Write one block and then mark it complete.
+
+        Raises
+        ------
+        DatasetError
+            When it cannot be written.
+        """
         span = slice(block.start, block.stop)
         try:
             for name, values in batch.arrays.items():
@@ -217,21 +229,21 @@ class SampleStore:
     def shuffled(
         self, split: Split, seed: list[int], batch_size: int, skip: int = 0
     ) -> Iterator[SampleBatch]:
-        """Yield a split in random order, pass after pass, without holding it in memory.
+        """Yield a split in random order, endlessly, without holding it in memory.
 
-        Blocks are read in random order; batches are drawn at random from a
-        pool of them. What does not fill a pool's last batch is left out of
-        this pass: batch normalization needs more than a few samples.
+        Blocks are read in random order; batches are drawn at random from a pool of
+        them. Samples that do not fill a pool's last batch are left out of the pass,
+        as batch normalization needs more than a few samples.
 
         Parameters
         ----------
         split : {"train", "holdout"}
         seed : list of int
-            Equal seeds give the same order.
+            Seed of the order.
         batch_size : int
             At most the number of samples.
         skip : int
-            Number of batches to leave out at the start.
+            Number of batches to skip at the start.
         """
         all_blocks = _blocks(self.count(split))
         pool_blocks = max(POOL_BLOCKS, -(-batch_size // BLOCK))
@@ -259,7 +271,7 @@ class SampleStore:
         return array
 
     def _resize(self, split: Split, count: int) -> None:
-        # A kill in between must not let the array that counts claim more than there is.
+        # If killed in between, the counted array must not be longer than the others.
         others = [name for name in _shapes(self.scene) if name != COUNTED]
         names = ["complete", *others, COUNTED]
         for name in names if count > self.count(split) else reversed(names):
@@ -273,7 +285,7 @@ def _blocks(count: int) -> list[range]:
 
 
 def _create_store(path: Path, scene: Scene, seed: int) -> None:
-    """Make an empty store beside its place and then move it there, whole."""
+    """Create an empty store atomically, by renaming a temporary folder."""
     partial = path.with_name(path.name + ".partial")
     try:
         root = zarr.open_group(partial, mode="w")
@@ -300,5 +312,5 @@ def _shapes(scene: Scene) -> dict[str, tuple[tuple[int, ...], str]]:
 def _create_arrays(group: zarr.Group, scene: Scene) -> None:
     for name, (shape, dtype) in _shapes(scene).items():
         group.create_array(name, shape=(0, *shape), chunks=(BLOCK, *shape), dtype=dtype)
-    # One flag per chunk: two processes never write the same file.
+    # One flag per chunk, so that two processes never write the same file.
     group.create_array("complete", shape=(0,), chunks=(1,), dtype="uint8")

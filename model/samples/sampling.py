@@ -1,7 +1,7 @@
-"""Random samples of a scene, each a function of seed, split and number.
+"""Random samples of a scene, each a function of seed, split and index.
 
-:func:`sample_rng` gives each sample of each split random numbers of its own:
-sample 17 is the same whichever process draws it, and in whatever order.
+:func:`sample_rng` gives each sample its own random generator, so that samples do
+not depend on the process or the order in which they are drawn.
 """
 
 from __future__ import annotations
@@ -18,20 +18,20 @@ from model.scene.tf_perturbation import EDIT_WIDTH
 from model.scene.transfer_function import TF_SAMPLES
 
 Split = Literal["train", "holdout"]
-"""Which samples: those to learn from, or those that no training ever sees."""
+"""Split of the samples: for training, or held out for evaluation."""
 
 TF_STREAM = 3
-"""Tells the random numbers of opacity TFs on their own from all others."""
+"""Seed component of random opacity TFs without images, distinct from all splits'."""
 
 EDIT_STREAM = 4
-"""The same for edits of opacity TFs."""
+"""Seed component of random edits of opacity TFs."""
 
 EDIT_HEIGHT = 0.1
-"""Opacity that random edits add or take away where they are highest."""
+"""Maximum opacity that random edits add or subtract."""
 
 
 def sample_rng(seed: int, split: Split, index: int) -> np.random.Generator:
-    """The random generator of one sample: a function of its arguments only."""
+    """Return the random generator of one sample, which depends on the arguments only."""
     return np.random.default_rng([seed, get_args(Split).index(split), index])
 
 
@@ -41,9 +41,12 @@ def draw_sample(scene: Scene, seed: int, split: Split, index: int) -> SceneInput
 
 
 def draw_opacity_tfs(scene: Scene, seed: int, index: int, count: int) -> NDArray[np.float32]:
-    """Draw opacity TFs on their own, sampled over the scalar range: (count, 256), in 0..1.
+    """Draw a batch of opacity TFs without images, which depends on the arguments only.
 
-    Batch `index` is a function of the arguments only, like a sample.
+    Returns
+    -------
+    ndarray of float32, shape (count, 256)
+        Opacities in [0, 1], sampled over the scalar range.
     """
     rng = np.random.default_rng([seed, TF_STREAM, index])
     tfs = [draw_opacity_tf(rng, scene.scalar_range, scene.scalar_window) for _ in range(count)]
@@ -51,17 +54,15 @@ def draw_opacity_tfs(scene: Scene, seed: int, index: int, count: int) -> NDArray
 
 
 def draw_edits(scene: Scene, seed: int, index: int, count: int) -> NDArray[np.float32]:
-    """Draw smooth edits of opacity TFs, sampled over the scalar range: (count, 256).
-
-    Batch `index` is a function of the arguments only, like a sample.
+    """Draw a batch of smooth edits of opacity TFs, which depends on the arguments only.
 
     Returns
     -------
     ndarray of float32, shape (count, 256)
-        Bumps of a height of :data:`EDIT_HEIGHT`, up or down, to be added to a
-        TF's opacities: Gaussians with means uniform in the scalar window and
-        standard deviations from half to four times those that sensitivities
-        stand for (:data:`model.scene.tf_perturbation.EDIT_WIDTH`), on a logarithmic scale.
+        Differences of opacity over the scalar range: Gaussians of height
+        :data:`EDIT_HEIGHT`, positive or negative, with means uniform in the scalar
+        window, and standard deviations log-uniform from half to four times those of
+        sensitivities (:data:`model.scene.tf_perturbation.EDIT_WIDTH`).
     """
     rng = np.random.default_rng([seed, EDIT_STREAM, index])
     lo, hi = scene.scalar_range

@@ -1,1 +1,1 @@
-"""The scene: volume, view, transfer functions, and what an image of it depends on."""
+"""The scene: volume, view, transfer functions and light."""

@@ -17,16 +17,15 @@ XYZ_TO_RGB = (
     (-0.9692549500, 1.8759900015, 0.0415559266),
     (0.0556466391, -0.2040413384, 1.0573110696),
 )
-"""Linear sRGB of CIE XYZ."""
+"""Matrix from CIE XYZ to linear sRGB."""
 
 
 def rgb_to_lab(rgb: NDArray[np.float32]) -> NDArray[np.float32]:
-    """CIELAB of RGB (..., 3), each channel scaled so that the RGB cube fills [-1, 1].
+    """Convert sRGB (..., 3) to CIELAB, each channel scaled so that the RGB cube fills [-1, 1].
 
-    Values outside [0, 1] are clipped first: CIELAB has no meaning there, and
-    its roots would give NaN.
+    Values outside [0, 1] are clipped first: CIELAB is undefined there.
     """
-    # Imported here: it takes most of a second, and few commands want it.
+    # Imported here: it takes most of a second, and few commands need it.
     from skimage.color import rgb2lab
 
     lab = rgb2lab(np.clip(rgb, 0.0, 1.0))

@@ -1,4 +1,4 @@
-"""A good first transfer function (TF), read off the volume's histogram."""
+"""A default transfer function (TF), derived from the volume's histogram."""
 
 from __future__ import annotations
 
@@ -10,26 +10,25 @@ from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, Tran
 from model.scene.volume import Volume
 
 MODE_AMPLITUDES = (0.04, 0.12, 0.4)
-"""Opacities of modes that hold a typical share of the voxels, lowest value first."""
+"""Opacities of modes that cover a typical fraction of the voxels, lowest value first."""
 
 TYPICAL_SHARE = 0.1
-"""Of the voxels in the scalar window, how many lie within a width of a typical mode's mean."""
+"""Fraction of the scalar window's voxels within one width of a typical mode's mean."""
 
 MODE_COLORS = ((0.42, 0.68, 0.93), (0.97, 0.86, 0.55), (0.98, 0.58, 0.36))
-"""Light blue, sand and orange: they stay apart in every common colour blindness."""
+"""Light blue, sand and orange, distinguishable with all common colour blindnesses."""
 
 END_COLORS = ((0.03, 0.07, 0.2), (0.3, 0.05, 0.04))
-"""Dark, as the ends of the random TFs are that generators are trained with."""
+"""Dark colours, like those at the ends of the random TFs used for training."""
 
 
 def default_transfer_function(volume: Volume) -> TransferFunction:
-    """Three modes over the part of the scalar range where structure lies.
+    """Return a TF of three modes over the scalar window, with a light colour at each mode.
 
-    The means divide the scalar window into parts that hold equal shares of the
-    histogram, counted logarithmically so that rare values have their say.
-    Opacity grows with the value and falls with the number of voxels that have
-    it: what fills the volume must not hide the rest. A light colour sits at
-    every mode.
+    The means divide the scalar window by equal fractions of the log-scaled
+    histogram, so that rare values count as well. Opacity increases with the
+    value and decreases with the number of voxels near it, so that frequent
+    values do not hide the others.
 
     Parameters
     ----------
@@ -38,7 +37,7 @@ def default_transfer_function(volume: Volume) -> TransferFunction:
     Returns
     -------
     TransferFunction
-        Over the volume's scalar range.
+        Defined over the volume's scalar range.
     """
     lo, hi = volume.scalar_range
     counts, edges = volume.histogram(256)
@@ -58,8 +57,8 @@ def default_transfer_function(volume: Volume) -> TransferFunction:
 
 
 def _balanced_means(counts: NDArray[np.int64], centers: NDArray[np.float64]) -> list[float]:
-    """Values with equal shares of log counts between them, one per mode."""
-    # One more than each log count: an empty bin must not make the shares ambiguous.
+    """Return values, one per mode, that are spaced evenly in the cumulative log counts."""
+    # Adding 1 keeps the cumulative counts strictly increasing across empty bins.
     shares = np.cumsum(np.log1p(counts) + 1.0)
     number = len(MODE_AMPLITUDES)
     targets = shares[-1] * (np.arange(number) + 0.5) / number
@@ -69,11 +68,11 @@ def _balanced_means(counts: NDArray[np.int64], centers: NDArray[np.float64]) -> 
 def _share(
     counts: NDArray[np.int64], centers: NDArray[np.float64], mean: float, width: float
 ) -> float:
-    """Share of the counted voxels that lie within a width of the mean."""
+    """Fraction of the counted voxels within one width of the mean."""
     return float(counts[np.abs(centers - mean) <= width].sum() / max(counts.sum(), 1))
 
 
 def _amplitude(base: float, share: float) -> float:
-    """Opacity of a mode: rarer values are shown more, between 0.02 and 0.7."""
+    """Opacity of a mode, higher for rarer values, between 0.02 and 0.7."""
     rarity = TYPICAL_SHARE / max(share, 1e-6)
     return round(min(max(base * rarity**0.5, 0.02), 0.7), 3)

@@ -1,9 +1,9 @@
-"""Scene inputs: what one image of a scene depends on, declared once.
+"""Scene inputs: the variables that one image of a scene depends on, declared once.
 
-:data:`INPUT_FIELDS` says for each input how it is drawn at random, how samples store
-it, how networks see it, and what lies outside the range that a scene is modelled for.
-Sampler, store, networks and window follow the table; a new input is a field of
-:class:`SceneInputs`, an entry of the table, and what renderers and widgets make of it.
+:data:`INPUT_FIELDS` defines for each input its random distribution, its stored form,
+its encoding for networks, and the check against the scene's training range. Sampler,
+store, networks and window follow this table; a new input needs a field of
+:class:`SceneInputs`, an entry of the table, and support by renderers and widgets.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, Transf
 from model.scene.view import VIEW_PARAMETERS, View
 
 Arrays = dict[str, NDArray[Any]]
-"""Inputs of N images by name, each of shape (N, ...), as samples store them."""
+"""Stored inputs of N images by name, each of shape (N, ...)."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class SceneInputs:
     opacity_tf : OpacityTF
     color_tf : ColorTF
     light : LightDirection or None
-        Of a lit scene; None is the scene's own.
+        Light direction of a lit scene; None is the scene's fixed light.
     """
 
     view: View
@@ -46,7 +46,7 @@ class SceneInputs:
 
     @classmethod
     def of(cls, view: View, tf: TransferFunction, **others: Any) -> SceneInputs:
-        """Inputs with both TFs of a pair; `others` are further fields by name."""
+        """Build inputs from a view and a pair of TFs; `others` are further fields by name."""
         return cls(view, tf.opacity, tf.color, **others)
 
     @property
@@ -57,31 +57,31 @@ class SceneInputs:
 
 @dataclass(frozen=True)
 class InputField:
-    """One input: what sampler, store and networks need to know of it.
+    """Definition of one scene input for sampler, store and networks.
 
     Attributes
     ----------
     name : str
-        The field of :class:`SceneInputs`, and the array of samples.
+        Name of the field of :class:`SceneInputs` and of the stored array.
     shape : tuple of int
-        Of one stored value.
+        Shape of one stored value.
     dtype : str
-        Of stored values.
+        Data type of stored values.
     network : {"condition", "tf"}
-        Whether networks see it as some numbers among others, or as a curve of its own.
+        Whether networks receive it as part of the condition vector or as a TF.
     numbers : int
-        How many numbers networks see, of a condition.
+        Length of its part of the condition vector; 0 for TFs.
     varies : callable
-        Whether images of a scene differ in it; where it does not vary, it is neither
-        drawn, stored nor encoded.
+        Returns True if the input varies among images of a scene; otherwise it is
+        neither drawn, stored nor encoded.
     draw : callable
-        A random value, from a random generator, the scene and what was drawn before.
+        Draws a value, given a random generator, the scene and the inputs drawn before.
     store : callable
-        A value as an array of that shape.
+        Converts a value to an array of `shape`.
     encode : callable
-        Stored values (N, ...) as float32 in [-1, 1].
+        Encodes stored values (N, ...) as float32, in [-1, 1] inside the scene's ranges.
     outside : callable
-        What of a value lies outside the scene's range, as texts; mostly none.
+        Describes the parts of a value outside the training range, as a list of strings.
     """
 
     name: str
@@ -189,16 +189,16 @@ INPUT_FIELDS: tuple[InputField, ...] = (
         outside=_light_outside,
     ),
 )
-"""All inputs, in the order in which they are drawn; `view` is the first condition."""
+"""All inputs, in drawing order; `view` is the first condition."""
 
 
 def varying(scene: Scene) -> list[InputField]:
-    """The inputs that images of a scene differ in."""
+    """Return the inputs that vary among images of a scene."""
     return [field for field in INPUT_FIELDS if field.varies(scene)]
 
 
 def condition_numbers(scene: Scene) -> int:
-    """How many numbers networks see beside the TFs: 5 of the view, and what the scene adds."""
+    """Return the length of the condition vector: 5 for the view, and any other conditions."""
     return sum(field.numbers for field in varying(scene))
 
 
@@ -211,7 +211,7 @@ def draw_inputs(rng: np.random.Generator, scene: Scene) -> SceneInputs:
 
 
 def store_inputs(inputs: Sequence[SceneInputs], scene: Scene) -> Arrays:
-    """Arrays of what varies, as samples store them."""
+    """Convert the varying inputs of N images to stored arrays (N, ...)."""
     return {
         field.name: np.stack([field.store(getattr(i, field.name), scene) for i in inputs]).astype(
             field.dtype, copy=False
@@ -226,14 +226,14 @@ def encode_inputs(arrays: Arrays, scene: Scene) -> dict[str, NDArray[np.float32]
     Parameters
     ----------
     arrays : dict of ndarray
-        Of :func:`store_inputs`, or a part of a sample store.
+        Result of :func:`store_inputs`, or part of a sample store.
     scene : Scene
 
     Returns
     -------
     dict of ndarray of float32
-        In [-1, 1] inside the scene's ranges: "conditions" (N, C), the numbers of the view
-        and of whatever else varies, and each TF under its name.
+        In [-1, 1] inside the scene's ranges: "conditions" (N, C), the view parameters
+        followed by other conditions, and each TF under its name.
     """
     encoded = {f.name: f.encode(arrays[f.name], scene) for f in varying(scene)}
     conditions = [encoded.pop(f.name) for f in varying(scene) if f.network == "condition"]
@@ -241,13 +241,13 @@ def encode_inputs(arrays: Arrays, scene: Scene) -> dict[str, NDArray[np.float32]
 
 
 def outside_range(inputs: SceneInputs, scene: Scene) -> str:
-    """Say in one line what lies outside the range that a scene is modelled for; empty if nothing.
+    """Describe the inputs outside a generator's training range in one line; empty if none.
 
     Parameters
     ----------
     inputs : SceneInputs
     scene : Scene
-        Of a generator.
+        The scene that the generator was trained on.
     """
     parts: Iterable[str] = (
         text for f in varying(scene) for text in f.outside(getattr(inputs, f.name), scene)

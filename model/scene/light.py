@@ -12,8 +12,13 @@ from model.errors import TfscopeError
 class LightDirection:
     """Direction to the distant light, relative to the view, in degrees.
 
-    Azimuth turns it to the viewer's right, elevation lifts it; (0, 0) is a
-    headlight.
+    Positive azimuth is to the viewer's right, positive elevation upwards;
+    (0, 0) is a headlight.
+
+    Raises
+    ------
+    TfscopeError
+        For angles that are not finite numbers.
     """
 
     azimuth: float = -45.0
@@ -31,7 +36,7 @@ class LightDirection:
         Raises
         ------
         TfscopeError
-            When the text is no pair of finite numbers.
+            When the text is not a pair of finite numbers.
         """
         try:
             azimuth, elevation = (float(part) for part in text.split(","))
@@ -43,7 +48,7 @@ class LightDirection:
         return cls(azimuth, elevation)
 
     def towards(self) -> tuple[float, float, float]:
-        """Direction to the light, of length 1, along the view's right, up and back."""
+        """Unit vector to the light, with components along the view's right, up and back."""
         azimuth, elevation = math.radians(self.azimuth), math.radians(self.elevation)
         return (
             math.sin(azimuth) * math.cos(elevation),
@@ -54,12 +59,18 @@ class LightDirection:
 
 @dataclass(frozen=True)
 class LightRange:
-    """The light directions that a scene with a movable light is modelled for, in degrees.
+    """Training range of the light direction in a scene with a movable light, in degrees.
 
     Attributes
     ----------
     max_azimuth, max_elevation : float
-        Both angles run over +- these, 0..90: the light stays on the viewer's side.
+        Limits of the angles' absolute values, above 0 and up to 90, so that the
+        light stays on the viewer's side.
+
+    Raises
+    ------
+    TfscopeError
+        For limits outside that range.
     """
 
     max_azimuth: float = 80.0

@@ -1,4 +1,4 @@
-"""Scenes of stores and models of older formats, step by step as this version has them."""
+"""Migration of scenes in stores and models of older formats to the present format."""
 
 from __future__ import annotations
 
@@ -6,20 +6,20 @@ from collections.abc import Callable
 from typing import Any
 
 FORMAT_VERSION = 2
-"""Of the scene in stores and models; each has its own version beside it."""
+"""Version of the scene's format in stores and models."""
 
 
 def _with_light_range(scene: dict[str, Any]) -> dict[str, Any]:
-    """1 to 2: the light of older scenes is fixed."""
+    """Convert format 1 to 2: older scenes have a fixed light."""
     return {"light_range": None, **scene}
 
 
 STEPS: tuple[Callable[[dict[str, Any]], dict[str, Any]], ...] = (_with_light_range,)
-"""The first leads from format 1 to 2, and so on."""
+"""Conversions between successive formats, from 1 to 2 onwards."""
 
 
 def migrate_scene(scene: Any, version: int) -> Any:
-    """Bring a scene's data of an older format to the present one; what is no scene stays."""
+    """Convert a scene's data from an older format to the present one; keep other data."""
     if isinstance(scene, dict):
         for step in STEPS[version - 1 :]:
             scene = step(scene)

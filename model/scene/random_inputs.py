@@ -1,4 +1,4 @@
-"""Random views and transfer functions, drawn as in the paper (section 4.3.1).
+"""Random views and transfer functions, drawn as in the paper (section 4.3.1), and lights.
 
 Every draw takes an explicit :class:`numpy.random.Generator` and is a function
 of its arguments only.
@@ -16,7 +16,7 @@ from model.scene.view import View, ViewRange
 
 MAX_MODES = 5
 MIN_WIDTH_BINS = 2.0
-"""Narrowest random mode, in bins; without a floor, modes near the ends would become spikes."""
+"""Least width of random modes, in bins, so that modes near the ends are not spikes."""
 
 
 def draw_view(rng: np.random.Generator, view_range: ViewRange) -> View:
@@ -30,7 +30,7 @@ def draw_view(rng: np.random.Generator, view_range: ViewRange) -> View:
 
 
 def draw_light(rng: np.random.Generator, light_range: LightRange) -> LightDirection:
-    """Draw a light direction, both angles uniform over the range."""
+    """Draw a light direction with both angles uniform over the range."""
     return LightDirection(
         azimuth=rng.uniform(-light_range.max_azimuth, light_range.max_azimuth),
         elevation=rng.uniform(-light_range.max_elevation, light_range.max_elevation),
@@ -48,7 +48,7 @@ def draw_opacity_tf(
     scalar_range : tuple of float
         The volume's scalar range.
     scalar_window : tuple of float
-        Where the means may lie; outside it a rendering is all opaque or empty.
+        Range of the means; outside it, renderings are opaque or empty throughout.
 
     Returns
     -------
@@ -77,8 +77,8 @@ def draw_color_tf(rng: np.random.Generator, opacity: OpacityTF) -> ColorTF:
     """Draw a colour per opacity mode and one for each end of the range.
 
     The colours at the modes are light (HSL lightness above 0.6) and those at
-    the ends dark (below 0.4), so that what the opacity TF brings out is also
-    what shines; in between colour is linear in RGB.
+    the ends dark (below 0.4), so that values with high opacity are also bright;
+    colours are interpolated linearly in RGB.
     """
     lo, hi = opacity.scalar_range
     values = [lo, *sorted(mode.mean for mode in opacity.modes), hi]

@@ -10,13 +10,13 @@ from model.scene.transfer_function import ColorTF, OpacityTF, Range, TransferFun
 
 
 def fit_to_range(transfer_function: TransferFunction, scalar_range: Range) -> TransferFunction:
-    """Make a TF of a volume's scalar range out of one made for any range.
+    """Convert a TF made for any scalar range to one over a volume's scalar range.
 
-    Values stay where they are in the data's units, so that a TF made for one
-    CT shows the same tissue in another. Only when the two ranges have no value
-    in common is the TF stretched linearly from its range to the new one.
-    Colour stops, and the points of a free curve, then span the range exactly;
-    inside it the TF is unchanged.
+    Values keep their positions in the data's units, so that a TF made for one CT
+    shows the same tissue in another. Only if the two ranges are disjoint is the TF
+    mapped linearly from its range to the new one. Colour stops, and the points of a
+    free curve, are cut or extended to span the range exactly; inside it the TF is
+    unchanged.
     """
     lo, hi = scalar_range
     own_lo, own_hi = transfer_function.scalar_range
@@ -35,7 +35,7 @@ def fit_to_range(transfer_function: TransferFunction, scalar_range: Range) -> Tr
 
 
 def _stop(color: ColorTF, value: float) -> tuple[float, float, float, float]:
-    """Return a stop that changes no colour."""
+    """Return a stop with the present colour at a value."""
     red, green, blue = color(value)
     return value, float(red), float(green), float(blue)
 

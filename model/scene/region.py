@@ -1,4 +1,4 @@
-"""Regions of an image: the rectangles that sensitivities are taken over."""
+"""Rectangular image regions, over which sensitivities are computed."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from model.errors import RenderError
 
 @dataclass(frozen=True)
 class Region:
-    """A rectangle of pixels: left and top inside it, right and bottom just outside."""
+    """Rectangle of pixels; left and top are inclusive, right and bottom exclusive."""
 
     left: int
     top: int
@@ -18,7 +18,13 @@ class Region:
 
     @classmethod
     def parse(cls, text: str) -> Region:
-        """Read ``"LEFT,TOP,RIGHT,BOTTOM"``."""
+        """Parse ``"LEFT,TOP,RIGHT,BOTTOM"`` in pixels.
+
+        Raises
+        ------
+        RenderError
+            When the text is not four integers.
+        """
         try:
             return cls(*(int(part) for part in text.split(",")))
         except (ValueError, TypeError):
@@ -37,7 +43,7 @@ class Region:
 
 
 def block_edges(size: int, block: int) -> list[int]:
-    """Where the blocks of an image begin, and its end; the last block may be smaller.
+    """Return the blocks' first pixels along an axis, and `size`; the last block may be smaller.
 
     Raises
     ------

@@ -1,7 +1,7 @@
-"""The scene: what is modelled, and nothing else.
+"""The scene: everything that is fixed for one generator.
 
-Samplers, networks, training and the window read it from here; a checkpoint
-carries the scene that it was trained for.
+Samplers, networks, training and the window share it; a checkpoint stores the
+scene that it was trained on.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from model.scene.view import ViewRange
 from model.scene.volume import Triple, Volume
 
 Lighting = Literal["none", "direct", "global"]
-"""Emission-absorption alone, gradient shading, or volumetric scattering with shadows."""
+"""Emission-absorption only, gradient shading, or global illumination with shadows."""
 
 RendererName = Literal["vtk", "raycast"]
-"""VTK, the reference; or the own ray caster, which is several times faster.
+"""VTK, the reference, or tfscope's ray caster, which is several times faster.
 
-Unlit and under direct lighting their images are the same; global lighting is
+Their images agree without lighting and with direct lighting; global lighting is
 scattering in VTK, and shadows with ambient occlusion in the ray caster.
 """
 
@@ -34,29 +34,34 @@ class Scene:
     Attributes
     ----------
     volume_name : str
-        For people; the fingerprint tells volumes apart.
+        Display name; volumes are identified by the fingerprint.
     volume_fingerprint : str
         :attr:`model.scene.volume.Volume.fingerprint` of the volume.
     scalar_range : tuple of float
         The volume's smallest and largest value, in its own units.
     scalar_window : tuple of float
-        Where the means of random opacity modes lie, in the data's units.
+        Range of the means of random opacity modes, in the data's units.
     image_size : int
-        Width and height of the colour image, pixels.
+        Width and height of the colour image in pixels, 16 to 4096.
     lighting : {"none", "direct", "global"}
     light : LightDirection or None
         None exactly when the lighting is "none".
     light_range : LightRange or None
-        Where the light may be moved to; None for a fixed light, or none.
+        Range of a movable light; None for a fixed light or no light.
     sample_distance : float
-        Distance between samples along a ray, in voxels.
+        Distance between samples along a ray in voxels, 0.01 to 10.
     view_range : ViewRange
     renderer : {"vtk", "raycast"}
-        What renders the images that are learned from.
+        Renderer of the training images.
     proportions : tuple of float
-        The volume's lengths along x, y and z over the diameter of its bounding
-        sphere. Scenes of earlier versions do not say it; then the volume may be
-        anywhere in the sphere.
+        Lengths of the volume along x, y and z, relative to the diameter of its
+        bounding sphere. Scenes of earlier versions lack them and take the
+        sphere's bounding cube.
+
+    Raises
+    ------
+    TfscopeError
+        For values that are out of range or inconsistent.
     """
 
     volume_name: str = field(compare=False)
@@ -108,7 +113,7 @@ class Scene:
 
     @property
     def window_samples(self) -> slice:
-        """Which of a TF's 256 samples over the scalar range lie inside the scalar window."""
+        """Slice of the 256 TF samples over the scalar range that lie inside the scalar window."""
         lo, hi = self.scalar_range
         first, last = ((value - lo) / (hi - lo) * (TF_SAMPLES - 1) for value in self.scalar_window)
         return slice(math.ceil(first), math.floor(last) + 1)
@@ -123,7 +128,7 @@ class Scene:
         renderer: RendererName = "vtk",
         movable_light: bool = False,
     ) -> Scene:
-        """The scene of a volume, with the default light and window for it."""
+        """Create the scene of a volume, with defaults for the scalar window and the light."""
         return cls(
             volume_name=volume.name,
             volume_fingerprint=volume.fingerprint,
@@ -138,7 +143,7 @@ class Scene:
         )
 
     def to_json(self) -> dict[str, Any]:
-        """The scene as plain data."""
+        """Return the scene as plain data."""
         return asdict(self)
 
     @classmethod
@@ -167,12 +172,11 @@ class Scene:
 
 
 def default_scalar_window(volume: Volume) -> Range:
-    """The part of the scalar range where opacity modes show structure.
+    """Return the default scalar window: the range where opacity modes show structure.
 
-    The paper adjusts it by hand per volume. Here it leaves out an eighth of
-    the range at the top, where few voxels are left, and at the bottom as many
-    values as the most frequent one (air, background) reaches, an eighth at
-    least and a quarter at most.
+    The paper adjusts it by hand per volume. Here it excludes the top eighth of the
+    range, which has few voxels, and the bottom up to slightly above the most
+    frequent value (air, background), an eighth at least and a quarter at most.
     """
     lo, hi = volume.scalar_range
     counts, _ = volume.histogram(256)

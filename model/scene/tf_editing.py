@@ -1,7 +1,7 @@
-"""Edits of transfer functions (TFs) as plain functions: a TF in, a TF out.
+"""Edits of transfer functions (TFs) as pure functions from TFs to TFs.
 
 The handles of an opacity TF are its modes' peaks, or the points of a free
-curve; those of a colour TF are its stops. Handles are named by their index.
+curve; those of a colour TF are its stops. Handles are identified by index.
 """
 
 from __future__ import annotations
@@ -14,20 +14,20 @@ from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
 _Item = TypeVar("_Item")
 
 NEW_MODE_WIDTH = 1 / 25
-"""Width of an added mode, as a share of the scalar range."""
+"""Width of an added mode, as a fraction of the scalar range."""
 
 
 def opacity_handles(opacity: OpacityTF) -> list[tuple[float, float]]:
-    """Value and opacity of every handle."""
+    """Return the scalar value and opacity of every handle."""
     if opacity.points:
         return list(opacity.points)
     return [(mode.mean, mode.amplitude) for mode in opacity.modes]
 
 
 def move_opacity_handle(opacity: OpacityTF, index: int, value: float, height: float) -> OpacityTF:
-    """Move a handle; it stays in the range, and a point stays between its neighbours.
+    """Move a handle within the scalar range, and a point between its neighbours only.
 
-    A mode that lies outside, as one made for another volume may, goes no farther.
+    A mode outside the range, made for another volume, cannot move farther away.
     """
     height = _clamp(height, 0.0, 1.0)
     if opacity.points:
@@ -61,12 +61,12 @@ def add_opacity_handle(opacity: OpacityTF, value: float, height: float) -> tuple
 
 
 def can_remove_opacity_handle(opacity: OpacityTF, index: int) -> bool:
-    """Whether a handle may go: every mode may, but not the two ends of a free curve."""
+    """Return True unless the handle is one of the two ends of a free curve."""
     return not opacity.points or 0 < index < len(opacity.points) - 1
 
 
 def remove_opacity_handle(opacity: OpacityTF, index: int) -> OpacityTF:
-    """Remove a mode or a point; the ends of a free curve stay."""
+    """Remove a mode or a point; keep the ends of a free curve."""
     if not can_remove_opacity_handle(opacity, index):
         return opacity
     if opacity.points:
@@ -75,12 +75,12 @@ def remove_opacity_handle(opacity: OpacityTF, index: int) -> OpacityTF:
 
 
 def is_end_stop(color: ColorTF, index: int) -> bool:
-    """Whether a stop is one of the two that stay at the ends of the range."""
+    """Return True if a stop is one of the two fixed ones at the ends of the range."""
     return index in (0, len(color.stops) - 1)
 
 
 def move_stop(color: ColorTF, index: int, value: float) -> ColorTF:
-    """Move a stop between its neighbours; the end stops stay where they are."""
+    """Move a stop between its neighbours; the end stops are fixed."""
     if is_end_stop(color, index):
         return color
     limits = _room([s[0] for s in color.stops], index)
@@ -90,14 +90,14 @@ def move_stop(color: ColorTF, index: int, value: float) -> ColorTF:
 
 
 def recolor_stop(color: ColorTF, index: int, rgb: tuple[float, float, float]) -> ColorTF:
-    """Give a stop another colour, components in 0..1."""
+    """Set a stop's colour, components in 0..1."""
     stops = list(color.stops)
     stops[index] = (stops[index][0], *rgb)
     return replace(color, stops=tuple(stops))
 
 
 def add_stop(color: ColorTF, value: float) -> tuple[ColorTF, int]:
-    """Add a stop that changes no colour yet; return the TF and the new stop's index."""
+    """Add a stop with the present colour at a value; return the TF and the stop's index."""
     value = _clamp(value, *color.scalar_range)
     index = min(max(sum(s[0] <= value for s in color.stops), 1), len(color.stops) - 1)
     red, green, blue = (float(c) for c in color(value))
@@ -106,7 +106,7 @@ def add_stop(color: ColorTF, value: float) -> tuple[ColorTF, int]:
 
 
 def remove_stop(color: ColorTF, index: int) -> ColorTF:
-    """Remove a stop; the end stops stay."""
+    """Remove a stop; keep the end stops."""
     if is_end_stop(color, index):
         return color
     return replace(color, stops=_without(color.stops, index))
@@ -123,7 +123,7 @@ def _without(items: tuple[_Item, ...], index: int) -> tuple[_Item, ...]:
 
 
 def _room(values: list[float], index: int) -> tuple[float, float]:
-    """Limits within which a value stays in order; the first and the last cannot move."""
+    """Limits between which values stay sorted; the first and the last value are fixed."""
     if index in (0, len(values) - 1):
         return values[index], values[index]
     return values[index - 1], values[index + 1]

@@ -1,9 +1,9 @@
-"""Edits of the opacity TF that a sensitivity stands for: smooth ones, not single bins.
+"""Smooth edits of the opacity TF, for which sensitivities are given.
 
-A derivative by the 256 samples of an opacity TF says what a change of a single
-bin would do. Nobody edits a single bin, and a network has only seen smooth
-TFs: what it makes of one is noise of its encoder. Both the generator's and
-the renderer's sensitivity are therefore given for bumps of some width.
+A derivative by one of an opacity TF's 256 samples is the effect of changing a
+single bin. Users do not edit single bins, and networks are trained on smooth TFs
+only, so that such derivatives are dominated by the encoder's noise. Generator and
+renderer therefore both give sensitivities to Gaussian edits of some width.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from scipy.ndimage import gaussian_filter1d
 EDIT_WIDTH = 6.0
 """Standard deviation of edits, in bins of the TF.
 
-Against the renderer's derivative by single bins, the median cosine for blocks of a
-feature grid's images rose from .19 to .61 with edits as wide as this.
+With edits of this width, the median cosine similarity to the renderer's sensitivities,
+for blocks of a feature grid's images, rose from 0.19 for single bins to 0.61.
 """
 
 
 def response_to_edits(slopes: NDArray[np.float32], width: float) -> NDArray[np.float32]:
-    """Response to edits around each scalar value, from that to edits of single bins.
+    """Convert derivatives by single bins to responses to smooth edits around each value.
 
     Parameters
     ----------
@@ -33,8 +33,8 @@ def response_to_edits(slopes: NDArray[np.float32], width: float) -> NDArray[np.f
     Returns
     -------
     ndarray of float32, shape (..., 256)
-        Per unit of opacity: an edit's opacities add up to 1. Edits end where
-        the TF does.
+        Responses to edits whose opacities add up to 1. Edits are cut off at the
+        ends of the TF.
     """
     if width == 0:
         return slopes

@@ -1,4 +1,4 @@
-"""Opacity and colour transfer functions (TFs) and the file that holds a pair.
+"""Opacity and colour transfer functions (TFs), and the file format of a pair.
 
 All scalar values are in the data's own units. For a renderer or a network a
 TF is sampled at 256 values spread evenly over the volume's scalar range, both
@@ -30,7 +30,7 @@ Range = tuple[float, float]
 
 @dataclass(frozen=True)
 class GaussianMode:
-    """One bump of an opacity TF: ``amplitude * exp(-(s - mean)^2 / width^2)``.
+    """Gaussian mode of an opacity TF: ``amplitude * exp(-(s - mean)^2 / width^2)``.
 
     Attributes
     ----------
@@ -66,11 +66,11 @@ class OpacityTF:
     scalar_range : tuple of float
         The range the TF was made for, lowest first.
     modes : tuple of GaussianMode
-        Opacity is ``min(1, sum of the modes)``. Narrower modes than one bin
-        (1/256 of the range) are widened to a bin, so that none is missed.
+        Opacity is ``min(1, sum of the modes)``. Modes narrower than one bin
+        (1/256 of the range) are widened to a bin, so that sampling misses none.
     points : tuple of (value, opacity)
         A free curve, linear between the points and constant outside them;
-        used instead of the modes when not empty.
+        used instead of modes if not empty.
 
     Raises
     ------
@@ -103,7 +103,7 @@ class OpacityTF:
 
     @property
     def bin_width(self) -> float:
-        """Width of one of the 256 bins of the scalar range: the narrowest mode."""
+        """Width of one of the 256 bins of the scalar range, the least width of modes."""
         return (self.scalar_range[1] - self.scalar_range[0]) / TF_SAMPLES
 
     def __call__(self, values: ArrayLike) -> NDArray[np.float64]:
@@ -187,11 +187,11 @@ class TransferFunction:
 
     @property
     def scalar_range(self) -> Range:
-        """The scalar range that both were made for."""
+        """Scalar range of both TFs."""
         return self.opacity.scalar_range
 
     def to_json(self) -> dict[str, Any]:
-        """The file's content as plain data."""
+        """Return the file's content as plain data."""
         if self.opacity.points:
             opacity: dict[str, Any] = {"points": [list(p) for p in self.opacity.points]}
         else:

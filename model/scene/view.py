@@ -1,8 +1,8 @@
-"""The view: four numbers, one camera basis, and the network's 5-vector.
+"""The view: four numbers, their camera basis, and the networks' 5-vector.
 
-Every renderer takes its camera from :meth:`View.basis`, which is built in
-closed form: there is no cross product with an "up" vector, so nothing
-degenerates at the poles.
+Every renderer takes its camera from :meth:`View.basis`, which is computed in
+closed form, without a cross product with an "up" vector, and is therefore not
+degenerate at the poles.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from model.errors import ViewError
 
 VIEW_PARAMETERS = 5
-"""Numbers that networks see of a view, see :meth:`View.vector`."""
+"""Number of view parameters in network inputs, see :meth:`View.vector`."""
 
 VIEW_ANGLE = 30.0
 """Full vertical angle of the perspective camera, in degrees."""
@@ -25,13 +25,13 @@ FAR_DISTANCE_RADII = 1.0 / math.sin(math.radians(VIEW_ANGLE / 2))
 """Camera distance, in bounding-sphere radii, at which the sphere just fills the image.
 
 View distances are given in this unit: at distance 1 the whole volume is in
-view whatever the direction.
+view from every direction.
 """
 
 
 @dataclass(frozen=True)
 class ViewRange:
-    """The views that a scene is modelled for.
+    """Range of views that generators are trained for.
 
     Attributes
     ----------
@@ -40,7 +40,12 @@ class ViewRange:
     max_roll : float
         Rolls run over +- this angle, in degrees.
     nearest, farthest : float
-        Limits of the distance; 1 has the whole volume in view.
+        Limits of the distance; at 1 the whole volume is in view.
+
+    Raises
+    ------
+    ViewError
+        For limits that are not positive and finite, or inconsistent.
     """
 
     max_elevation: float = 80.0
@@ -61,10 +66,10 @@ class ViewRange:
 
 @dataclass(frozen=True)
 class View:
-    """A camera that looks at the volume's centre.
+    """Position and roll of a camera that looks at the volume's centre.
 
-    At azimuth 0 and elevation 0 it stands on the negative y axis with z up
-    (for a CT in patient coordinates: it faces the patient).
+    At azimuth 0 and elevation 0 the camera is on the negative y axis with z up
+    (for a CT in patient coordinates, it faces the patient).
 
     Attributes
     ----------
@@ -74,10 +79,15 @@ class View:
         Angle above the xy plane, degrees, -90..90.
     roll : float
         Rotation about the line of sight, degrees; positive turns the camera
-        counter-clockwise, so the picture turns clockwise.
+        counter-clockwise, so that the image turns clockwise.
     distance : float
         Distance to the centre in units of the distance at which the volume's
         bounding sphere just fills the image; > 0.
+
+    Raises
+    ------
+    ViewError
+        For values that are not finite or out of range.
     """
 
     azimuth: float = 0.0
@@ -101,7 +111,13 @@ class View:
 
     @classmethod
     def parse(cls, text: str) -> View:
-        """Read ``"AZ,EL,ROLL,DIST"``; missing numbers at the end keep their defaults."""
+        """Parse ``"AZ,EL,ROLL,DIST"``; trailing numbers may be left out for their defaults.
+
+        Raises
+        ------
+        ViewError
+            When the text is not a view.
+        """
         try:
             numbers = [float(part) for part in text.split(",")]
         except ValueError:
@@ -135,9 +151,9 @@ class View:
         return self.distance * FAR_DISTANCE_RADII * radius
 
     def near_distance(self, radius: float) -> float:
-        """Distance from the camera to the plane in front of which nothing is drawn.
+        """Distance from the camera to the near clipping plane.
 
-        Just before the bounding sphere; close by for a camera inside it.
+        It lies just in front of the bounding sphere, or close to a camera inside it.
         """
         return max(self.camera_distance(radius) - 1.01 * radius, 0.01 * radius)
 
@@ -166,6 +182,6 @@ class View:
 
 
 def _sin_cos(degrees: float) -> tuple[float, float]:
-    """Sine and cosine of an angle in degrees, the same bits for angles 360 degrees apart."""
+    """Sine and cosine of an angle in degrees, bitwise equal for angles 360 degrees apart."""
     angle = math.radians(degrees % 360.0)
     return math.sin(angle), math.cos(angle)

@@ -1,4 +1,4 @@
-"""The volume: a scalar field on a regular grid, and the facts read off it."""
+"""The volume: a scalar field on a regular grid, and quantities derived from it."""
 
 from __future__ import annotations
 
@@ -28,18 +28,17 @@ class Volume:
     origin : tuple of float
         Position of the centre of voxel (0, 0, 0).
     name : str
-        What the user calls it, usually the file's stem.
+        Display name, usually the file's stem.
     units : str
         Unit of the scalars, empty when unknown.
     notes : tuple of str
-        What the reader had to change, each a sentence for the user.
+        Changes made by the file reader, each a sentence for the user.
 
     Raises
     ------
     VolumeError
-        When the array cannot be a volume: not 3-D, an axis shorter than two
-        voxels, not numeric, not finite, constant, or a spacing that is not
-        positive.
+        When the array is not 3-D, has an axis shorter than two voxels, is not
+        numeric, not finite or constant, or when the spacing is not positive.
     """
 
     scalars: NDArray[np.generic]
@@ -99,7 +98,7 @@ class Volume:
 
     @property
     def center(self) -> Triple:
-        """Midpoint of the grid: what every view looks at."""
+        """Midpoint of the grid, at which every view is aimed."""
         x, y, z = (o + e / 2 for o, e in zip(self.origin, self.extent, strict=True))
         return x, y, z
 
@@ -110,16 +109,16 @@ class Volume:
 
     @property
     def proportions(self) -> Triple:
-        """Lengths along x, y and z over the diameter of the bounding sphere."""
+        """Lengths along x, y and z relative to the diameter of the bounding sphere."""
         x, y, z = (length / (2 * self.radius) for length in self.extent)
         return x, y, z
 
     @property
     def voxel_size(self) -> float:
-        """Edge of the cube that has a voxel's volume (geometric mean of the spacing).
+        """Geometric mean of the spacing: the edge of a cube with a voxel's volume.
 
-        It is the unit of the sample distance and the length to which the
-        opacities of a transfer function refer.
+        It is the unit of the sample distance and the reference length of a
+        transfer function's opacities.
         """
         return math.prod(self.spacing) ** (1 / 3)
 
@@ -137,7 +136,7 @@ class Volume:
         edges : ndarray of float64, shape (bins + 1,)
             In the data's own units.
         """
-        # Slice by slice: `np.histogram` would otherwise copy the volume to float64 whole.
+        # Slice by slice: `np.histogram` would otherwise copy the whole volume to float64.
         edges = np.linspace(*self.scalar_range, bins + 1)
         counts = np.zeros(bins, dtype=np.int64)
         for plane in self.scalars:
@@ -146,7 +145,7 @@ class Volume:
 
     @cached_property
     def fingerprint(self) -> str:
-        """SHA-256 of the voxels, their type, shape and spacing: two equal volumes share it."""
+        """SHA-256 of the voxels, their type, shape and spacing."""
         digest = hashlib.sha256()
         little = self.scalars.dtype.newbyteorder("<")
         spacing = [float(s) for s in self.spacing]

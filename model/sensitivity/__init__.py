@@ -1,1 +1,1 @@
-"""Where in the transfer function an edit changes an image, and where in the image it shows."""
+"""Sensitivities of images to edits of the opacity transfer function."""

@@ -1,10 +1,10 @@
-"""How far a generator's sensitivities can be trusted: held against the renderer's own.
+"""Agreement of a generator's sensitivities with the renderer's exact ones.
 
-A sharp image is not yet a true derivative. For hold-out samples of an unlit
-scene, the generator's sensitivity to the opacity TF is compared with the exact
-one, for the whole image and for each of 8 x 8 blocks, both for the same edits.
-Those stay inside the scalar window: no TF that was learned from has its modes
-elsewhere, and what background reacts with would drown all else.
+Accurate images do not imply accurate derivatives. For hold-out samples of an unlit
+scene, the generator's sensitivity to the opacity TF is compared with the exact one,
+for the whole image and for each of 8 x 8 blocks, with respect to the same edits.
+Edits outside the scalar window are excluded: training TFs have no modes there, and
+the response of the background would dominate the comparison.
 """
 
 from __future__ import annotations
@@ -26,20 +26,20 @@ from model.sensitivity.exact import region_sensitivity, sensitivity_field
 from model.sensitivity.learned import generator_sensitivity
 
 BLOCKS = 8
-"""Blocks along each side of the image."""
+"""Number of blocks along each side of the image."""
 
 
 @dataclass(frozen=True)
 class Agreement:
-    """Likeness of learned and exact sensitivities per sample, arrays of shape (N,).
+    """Similarity of learned and exact sensitivities per sample, arrays of shape (N,).
 
     Attributes
     ----------
     image_cosine, image_rank : ndarray
-        Of the sensitivity of the whole image: cosine, and rank correlation
-        (Spearman), over the scalar values; -1 to 1.
+        Cosine similarity and Spearman's rank correlation, -1 to 1, of the whole
+        image's sensitivities, over scalar values.
     block_cosine, block_rank : ndarray
-        Of the sensitivities of all blocks, over blocks and scalar values.
+        The same for the sensitivities of all blocks, over blocks and scalar values.
     """
 
     image_cosine: NDArray[np.float64]
@@ -48,7 +48,7 @@ class Agreement:
     block_rank: NDArray[np.float64]
 
     def to_json(self) -> dict[str, dict[str, float]]:
-        """Median and quartiles of each, as plain data."""
+        """Return median and quartiles of each measure as plain data."""
         return {
             name: {
                 "median": float(np.median(values)),
@@ -70,11 +70,11 @@ def sensitivity_agreement(
     Parameters
     ----------
     generator : Generator
-        Of an unlit scene.
+        Generator of an unlit scene.
     volume : Volume
-        The scene's.
+        The scene's volume.
     samples : sequence of SceneInputs
-        Views and TFs that the generator has not learned from.
+        Views and TFs that were not used for training.
     on_progress : callable
         Called with the number of samples compared so far.
 
@@ -108,13 +108,13 @@ def sensitivity_agreement(
 
 
 def cosine(one: NDArray[np.floating], other: NDArray[np.floating]) -> float:
-    """Cosine of the angle between two vectors; 0 where either is 0."""
+    """Cosine similarity of two vectors; 0 if either is zero."""
     a, b = one.astype(np.float64), other.astype(np.float64)
     norms = np.linalg.norm(a) * np.linalg.norm(b)
     return float(a @ b / norms) if norms > 0 else 0.0
 
 
 def rank_correlation(one: NDArray[np.floating], other: NDArray[np.floating]) -> float:
-    """Spearman's correlation of two vectors; 0 where either is constant."""
+    """Spearman's rank correlation of two vectors; 0 if either is constant."""
     a, b = rankdata(one), rankdata(other)
     return cosine(a - a.mean(), b - b.mean())

@@ -1,8 +1,8 @@
-"""The renderer's own sensitivity to the opacity TF: what a network's can be held against.
+"""Exact sensitivity of rendered images to the opacity TF, a reference for generators.
 
 Sensitivity is the derivative of the l2 norm of an image region's colours by
-the 256 values of the opacity TF (paper, Eq. 9, with the renderer in the place
-of the network).
+the 256 values of the opacity TF (paper, Eq. 9, with the renderer in place of
+the network).
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from model.scene.region import Region, block_edges
 from model.scene.transfer_function import TF_SAMPLES
 
 MAX_NUMBERS = 1 << 28
-"""Largest sensitivity field: 1024 x 1024 blocks, which take 2 GB while they are summed up."""
+"""Largest sensitivity field: 1024 x 1024 blocks, which need 2 GiB during summation."""
 
 BAND = 8
-"""Rows of a region that one thread differentiates."""
+"""Number of rows of a region that are differentiated at a time by one thread."""
 
 
 def region_sensitivity(
     renderer: RaycastRenderer, inputs: SceneInputs, size: int, region: Region
 ) -> NDArray[np.float32]:
-    """Sensitivity of one region: where in the TF an edit changes it.
+    """Sensitivity of one region to edits at each scalar value of the TF.
 
     Parameters
     ----------
@@ -42,10 +42,9 @@ def region_sensitivity(
     Returns
     -------
     ndarray of float32, shape (256,)
-        Per unit of opacity, at scalar values from one end of the range to the
-        other; 0 for a black region, whose norm has no derivative. Where the
-        sample distance is below one voxel, opacities above 1 - 1/510 count as
-        that: the derivative grows beyond all bounds towards 1.
+        Per unit of opacity, at scalar values evenly spaced over the range; 0 for a
+        black region, whose norm has no derivative. With sample distances below one
+        voxel, opacities are clamped to 1 - 1/510, as the derivative diverges at 1.
 
     Raises
     ------
@@ -62,7 +61,7 @@ def region_sensitivity(
 def sensitivity_field(
     renderer: RaycastRenderer, inputs: SceneInputs, size: int, block: int
 ) -> NDArray[np.float32]:
-    """Sensitivity of each block of the image: where an edit of a scalar value shows.
+    """Sensitivity of each block of the image to edits at each scalar value of the TF.
 
     Parameters
     ----------
@@ -78,7 +77,7 @@ def sensitivity_field(
     Returns
     -------
     ndarray of float32, shape (n, n, 256)
-        Rows and columns of blocks from the upper left; see
+        Rows and columns of blocks from the upper left corner; see
         :func:`region_sensitivity`.
 
     Raises
@@ -102,7 +101,7 @@ def sensitivity_field(
 def _sensitivity(
     gradients: NDArray[np.float64], energies: NDArray[np.float64]
 ) -> NDArray[np.float32]:
-    """Derivative of the norm from that of half its square; 0 where the norm is 0."""
+    """Convert derivatives of half the squared norm to those of the norm; 0 if the norm is 0."""
     norms = np.sqrt(energies)[:, None]
     return np.divide(gradients, norms, out=np.zeros_like(gradients), where=norms > 0).astype(
         np.float32

@@ -2,8 +2,8 @@
 
 The image depends on the opacity TF only through the latent code, so its
 derivative by the TF is a product of two small factors: image by code, and
-code by TF. Their ranks are those of the code, 8. Both are kept; the
-sensitivity of any region follows from sums over it.
+code by TF, whose rank is at most the code's length (8 by default). Both are
+stored; the sensitivity of any region follows from sums over it.
 """
 
 from __future__ import annotations
@@ -26,17 +26,17 @@ from model.scene.tf_perturbation import EDIT_WIDTH, response_to_edits
 
 @dataclass(frozen=True, eq=False)
 class Sensitivity:
-    """The derivative of an image by the opacity TF, in two factors.
+    """Derivative of an image by the opacity TF, as two factors.
 
     Attributes
     ----------
     image : ndarray of float32, shape (S, S, 3)
         Colours in [0, 1], row 0 at the top.
     image_by_latent : ndarray of float32, shape (latent_dim, S, S, 3)
+        Derivative of the image by the latent code.
     latent_by_tf : ndarray of float32, shape (latent_dim, 256)
-        Per unit of opacity, over the scene's scalar range: the response to an
-        edit around each scalar value, as wide as asked for, whose opacities
-        add up to 1.
+        Response of the latent code to an edit around each value of the scene's
+        scalar range, per unit of opacity: the edit's opacities add up to 1.
     """
 
     image: NDArray[np.float32]
@@ -44,7 +44,7 @@ class Sensitivity:
     latent_by_tf: NDArray[np.float32]
 
     def region(self, region: Region) -> NDArray[np.float32]:
-        """Sensitivity of one region: where in the TF an edit changes it.
+        """Sensitivity of one region to edits at each scalar value of the TF.
 
         Returns
         -------
@@ -62,7 +62,7 @@ class Sensitivity:
         return self._of_blocks(rows, columns)[0, 0]
 
     def field(self, block: int) -> NDArray[np.float32]:
-        """Sensitivity of each block of the image: where an edit of a scalar value shows.
+        """Sensitivity of each block of the image to edits at each scalar value of the TF.
 
         Parameters
         ----------
@@ -76,7 +76,7 @@ class Sensitivity:
         Raises
         ------
         RenderError
-            For a block size that does not fit.
+            For a block size outside 1 to the image's size.
         """
         edges = np.array(block_edges(len(self.image), block))
         return self._of_blocks(edges, edges)
@@ -93,7 +93,7 @@ class Sensitivity:
     def _of_blocks(
         self, rows: NDArray[np.int64], columns: NDArray[np.int64]
     ) -> NDArray[np.float32]:
-        """Sensitivities of the blocks between edges."""
+        """Sensitivities (rows - 1, columns - 1, 256) of the blocks between edges."""
         corners = self._sums[:, rows][:, :, columns]
         blocks = np.diff(np.diff(corners, axis=1), axis=2)
         norms = np.sqrt(np.maximum(blocks[-1], 0))
@@ -106,15 +106,15 @@ def generator_sensitivity(
 ) -> Sensitivity:
     """Differentiate a generator's image by the opacity TF.
 
-    Forward-mode derivatives along the axes of the latent code: one pass with
-    as many rows as the code has numbers.
+    Uses forward-mode differentiation along the axes of the latent code, in one
+    pass with a batch of latent_dim images.
 
     Parameters
     ----------
     generator : Generator
     inputs : SceneInputs
     edit_width : float
-        Standard deviation of the edits in bins; 0 for those of single bins.
+        Standard deviation of the edits in bins; 0 for single bins.
     """
     network = generator.network
     conditions, opacity, color_tf = generator.encoded([inputs])
@@ -131,7 +131,7 @@ def generator_sensitivity(
         image, slopes = decode_unit(dual.primal[0]), dual.tangent
     return Sensitivity(
         image=image.permute(1, 2, 0).cpu().numpy(),
-        # Networks speak in [-1, 1]: an image value changes half as much, an opacity twice as much.
+        # Networks use [-1, 1]: factors 1/2 for image values in [0, 1], and 2 for opacities.
         image_by_latent=(slopes / 2).permute(0, 2, 3, 1).contiguous().cpu().numpy(),
         latent_by_tf=response_to_edits(2 * latent_by_tf.cpu().numpy(), edit_width),
     )

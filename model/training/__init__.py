@@ -1,1 +1,1 @@
-"""Training in one resumable run."""
+"""Training of generators in one resumable run."""

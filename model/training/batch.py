@@ -1,4 +1,4 @@
-"""Training samples as the networks see them."""
+"""Training samples encoded as network inputs and targets."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ class EncodedBatch:
     image: Tensor
 
     def to(self, device: torch.device) -> EncodedBatch:
-        """The same batch on a device."""
+        """Return the batch on a device."""
         return self._map(lambda tensor: tensor.to(device))
 
     def __len__(self) -> int:
         return len(self.image)
 
     def parts(self, count: int) -> list[EncodedBatch]:
-        """The batch in about as many parts; only the last may have an odd number of samples."""
+        """Split into about `count` parts; only the last may have an odd number of samples."""
         size = 2 * -(-len(self) // (2 * count))
         slices = [slice(start, start + size) for start in range(0, len(self), size)]
         return [self._map(itemgetter(part)) for part in slices]

@@ -1,10 +1,10 @@
-"""Batch-norm statistics of averaged weights.
+"""Batch-norm recalibration of averaged weights.
 
-While a network learns, its weights waver about their average, and what they
-waver adds to the variance within its layers. The averaged network lacks that
-part, but an average of the statistics has it: its layers' outputs are scaled
-down too far, the more so the higher the learning rate. So the statistics of an
-averaged network are taken anew, from training samples that it draws.
+During training the weights fluctuate about their average, and the fluctuation
+adds to the variance of layer outputs. The averaged network lacks this variance,
+but averaged batch-norm statistics include it and scale its layers' outputs down
+too far, the more so the higher the learning rate. The statistics of an averaged
+network are therefore recomputed on training samples.
 """
 
 from __future__ import annotations
@@ -21,18 +21,18 @@ from model.training.batch import EncodedBatch, encode_batch
 from model.training.sources import SampleSource
 
 SAMPLES = 64
-"""Training samples: each has thousands of pixels; more made no difference."""
+"""Number of training samples; with thousands of pixels each, more made no difference."""
 
 BATCH = 16
 
 
 class BatchNormRecalibration:
-    """Gives networks the batch-norm statistics of their own layers.
+    """Recomputes a generator's batch-norm statistics on a fixed set of training samples.
 
     Parameters
     ----------
     source : SampleSource
-        Its first training samples are drawn.
+        Provides the first :data:`SAMPLES` training samples.
     size : NetworkSize
     device : torch.device
     """
@@ -43,14 +43,14 @@ class BatchNormRecalibration:
         self._batches = batch.parts(-(-len(batch) // BATCH))
 
     def of(self, generator: GeneratorNetwork) -> GeneratorNetwork:
-        """A copy of a generator, in evaluation mode, that differs in its statistics only."""
+        """Return a recalibrated copy of a generator, in evaluation mode."""
         own = copy.deepcopy(generator)
         update_bn(self._batches, _Decoding(own))
         return own.eval()
 
 
 class _Decoding(nn.Module):
-    """A generator that takes a batch, as :func:`update_bn` calls it."""
+    """Adapter that calls a generator with a whole batch, as :func:`update_bn` does."""
 
     def __init__(self, generator: GeneratorNetwork) -> None:
         super().__init__()

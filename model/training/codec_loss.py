@@ -1,9 +1,9 @@
-"""What the codec of opacity TFs is trained by: how far decoded TFs are from what was encoded.
+"""Loss of the opacity TF codec: differences of decoded TFs from encoded ones.
 
-A TF has more degrees of freedom than its code has numbers. Left alone, a codec
-learns to tell TFs apart by folding them into the code ever more finely, until
-a small edit of a TF moves the decoded one anywhere; images improve by that,
-but not their derivatives. So edits of TFs are learned from, too.
+A TF has more degrees of freedom than its latent code. Trained on reconstruction
+alone, the codec folds TFs ever more finely into the code, until a small edit of
+a TF changes the decoded TF arbitrarily; images improve, but their derivatives
+get worse. The loss therefore also covers edits of TFs.
 """
 
 from __future__ import annotations
@@ -22,18 +22,18 @@ from model.training.options import TrainingOptions
 from model.training.parallel import rank, ranks
 
 LAYER = 32
-"""Thickness in voxels of the layers whose opacity counts, too."""
+"""Thickness in voxels of the layers whose opacity the loss includes."""
 
 
 class CodecLoss:
-    """The decoded-TF loss (paper, Eq. 7), also over TFs that have not been rendered.
+    """Decoded-TF loss (paper, Eq. 7), optionally also over TFs without rendered images.
 
     Parameters
     ----------
     scene : Scene
-        Says where random modes lie.
+        Determines the distribution of random TFs.
     options : TrainingOptions
-        Its `unrendered_tfs`, `thick_layer_weight`, `tf_edit_weight` and `seed`.
+        Uses `unrendered_tfs`, `thick_layer_weight`, `tf_edit_weight` and `seed`.
     """
 
     def __init__(self, scene: Scene, options: TrainingOptions) -> None:
@@ -43,26 +43,26 @@ class CodecLoss:
     def __call__(
         self, codec: LatentCodec, decoded: Tensor, batch: EncodedBatch, step: int
     ) -> Tensor:
-        """The loss of a batch's decoded TFs and of this step's others.
+        """Return the loss of a batch's decoded TFs and of this step's random TFs.
 
         Parameters
         ----------
         codec : LatentCodec
         decoded : Tensor, shape (N, 256)
-            The batch's decoded TFs.
+            The batch's decoded TFs, in [-1, 1].
         batch : EncodedBatch
         step : int
-            The same step has the same TFs, so that resumed runs repeat; ranks
-            have different ones.
+            Determines the random TFs, together with the rank, so that resumed
+            runs are reproducible.
         """
         error = decoded_tf_error(decoded, batch.inputs.opacity_tf, self._options.thick_layer_weight)
         if not self._options.unrendered_tfs:
             return error
-        # Half and half, whatever the batch: parts of one then add up to the whole.
+        # Equal weights for any batch size, so that a batch's parts add up to the whole.
         return (error + self.without_images(codec, step, decoded.device)) / 2
 
     def without_images(self, codec: LatentCodec, step: int, device: torch.device) -> Tensor:
-        """The loss of this step's random TFs alone; there must be some (`unrendered_tfs`)."""
+        """Return the loss of this step's random TFs alone; `unrendered_tfs` must not be 0."""
         options = self._options
         index = step * ranks() + rank()
         drawn = draw_opacity_tfs(self._scene, options.seed, index, options.unrendered_tfs)
@@ -77,26 +77,27 @@ class CodecLoss:
     def _edited(
         self, codec: LatentCodec, drawn: NDArray[np.float32], tfs: Tensor, index: int
     ) -> tuple[Tensor, Tensor]:
-        """Decoded TFs, and how far they are from following a random edit of each."""
+        """Return decoded TFs (N, 256), and the error of decoding a random edit of each."""
         edits = draw_edits(self._scene, self._options.seed, index, len(drawn))
         edited = encode_unit((drawn + edits).clip(0, 1)).to(tfs.device)
         with torch.autocast(tfs.device.type, enabled=False):
-            # The difference of two TFs that are alike needs float32's digits.
+            # The difference of two similar TFs needs float32 precision.
             twice = codec.decode(codec.encode(torch.cat([tfs, edited])))
         before, after = twice.chunk(2)
         return before, edit_error(after - before, edited - tfs)
 
 
 def decoded_tf_error(decoded: Tensor, opacity_tf: Tensor, thick: float) -> Tensor:
-    """How far decoded opacity TFs are from true ones, both (N, 256) in [-1, 1].
+    """Return the mean squared error of decoded opacity TFs.
 
     Parameters
     ----------
-    decoded, opacity_tf : Tensor
+    decoded, opacity_tf : Tensor, shape (N, 256)
+        Decoded and true TFs, in [-1, 1].
     thick : float
-        Weight of the squared error of :func:`layer_opacity`, beside that of
-        the TFs themselves. A faint mode is hardly seen in the curve, but well
-        where the volume has a wide region of its values.
+        Weight of the squared error of :func:`layer_opacity`, relative to that of
+        the TFs. A faint mode contributes little to the TF's error, but is clearly
+        visible in images of a thick region of its scalar values.
     """
     decoded = decoded.float()
     error = (decoded - opacity_tf).square().mean()
@@ -107,21 +108,21 @@ def decoded_tf_error(decoded: Tensor, opacity_tf: Tensor, thick: float) -> Tenso
 
 
 def edit_error(decoded: Tensor, edits: Tensor) -> Tensor:
-    """How far changes of decoded TFs are from the edits that caused them.
+    """Return the mean squared difference between changes of decoded TFs and their edits.
 
     Parameters
     ----------
     decoded, edits : Tensor, shape (N, 256)
-        Differences of TFs in [-1, 1].
+        Differences between TFs in [-1, 1], decoded and true.
 
     Returns
     -------
     Tensor
-        Mean squared difference, in units of an edit's height.
+        Scalar, in units of an edit's squared height.
     """
     return ((decoded - edits) / (2 * EDIT_HEIGHT)).square().mean()
 
 
 def layer_opacity(opacity_tf: Tensor, voxels: int = LAYER) -> Tensor:
-    """Opacity in [0, 1] of a layer as thick as that, for TFs in [-1, 1]."""
+    """Opacity in [0, 1] of homogeneous layers of this thickness, for TFs in [-1, 1]."""
     return 1 - (1 - decode_unit(opacity_tf)) ** voxels

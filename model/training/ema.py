@@ -1,4 +1,4 @@
-"""An exponential moving average of a network's weights."""
+"""Exponential moving average (EMA) of a network's weights."""
 
 from __future__ import annotations
 
@@ -11,15 +11,20 @@ from model.networks.blocks import Network
 
 
 class EMA(Generic[Network]):
-    """Follows a network; its average is what is evaluated and shipped.
+    """Exponential moving average (EMA) of a network, used for evaluation and saved models.
 
     Parameters
     ----------
     network : torch.nn.Module
-        The network to follow.
+        The network that is averaged; a copy is made.
     decay : float
-        Weight of the past per update, from 0 (no averaging) to below 1. The
-        first updates use less, so that the first weights are soon forgotten.
+        Weight of the previous average per update, in [0, 1); 0 disables averaging.
+        The first updates use a smaller decay, to forget the initial weights soon.
+
+    Attributes
+    ----------
+    network : torch.nn.Module
+        The averaged network, in evaluation mode, without gradients.
     """
 
     def __init__(self, network: Network, decay: float) -> None:
@@ -28,7 +33,14 @@ class EMA(Generic[Network]):
 
     @torch.no_grad()
     def update(self, network: Network, step: int) -> None:
-        """Take in the network's weights and batch-norm statistics after a step (from 0)."""
+        """Update the average with a network's weights and batch-norm statistics.
+
+        Parameters
+        ----------
+        network : torch.nn.Module
+        step : int
+            Number of the optimization step just done, from 0.
+        """
         decay = min(self.decay, (1 + step) / (10 + step))
         ours = self.network.state_dict()
         for name, value in network.state_dict().items():

@@ -1,4 +1,4 @@
-"""How training steps are computed: precision, order in memory, optimizer, compilation."""
+"""Execution settings of training steps: precision, memory order, optimizer, compilation."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ Precision = Literal["float32", "bfloat16"]
 
 @dataclass(frozen=True)
 class Execution:
-    """How optimization steps are computed.
+    """Execution settings of optimization steps.
 
     Attributes
     ----------
     precision : {"float32", "bfloat16"}
-        Of the layers that allow for fewer digits; weights are float32.
+        Precision of the layers under autocast; weights are float32.
     channels_last : bool
-        Order of images and convolution weights in memory.
+        Whether convolution weights and images are stored channels-last.
     fused : bool
-        Whether the optimizer moves all weights in one go.
+        Whether the optimizer is fused.
     compiled : bool
-        Whether the generator is compiled by torch.
+        Whether the generator is compiled by ``torch.compile``.
     """
 
     precision: Precision = "float32"
@@ -33,7 +33,7 @@ class Execution:
 
     @property
     def dtype(self) -> torch.dtype:
-        """The precision as torch names it."""
+        """The precision as a torch dtype."""
         return {"float32": torch.float32, "bfloat16": torch.bfloat16}[self.precision]
 
     def __str__(self) -> str:
@@ -43,4 +43,4 @@ class Execution:
 
 
 STANDARD = Execution()
-"""What is fast everywhere, if not the fastest."""
+"""Default settings: fast on all machines, though not always the fastest."""

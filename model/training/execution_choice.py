@@ -1,8 +1,8 @@
-"""Choice of the fastest way to compute training steps, by measuring on the machine at hand.
+"""Choice of the fastest execution settings for training, by measuring on this machine.
 
-No way is the fastest everywhere. On processors with bfloat16 instructions its steps take
-.6 of float32's time, on those without eight times as long; the order of channels in memory
-matters on some and not on others.
+No settings are fastest everywhere. On processors with bfloat16 instructions, bfloat16
+steps take 0.6 of float32's time, on those without eight times as long; the memory order
+of channels matters on some processors only.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ RUN_SECONDS = 4.0
 """Time for all ways together, after the first step of each."""
 
 HOPELESS = 1.3
-"""A way that takes so many times the fastest's time is not timed further."""
+"""A candidate that is slower than the fastest by this factor is not measured further."""
 
 ALIKE = 1.03
-"""Ways that differ by less are not told apart."""
+"""Candidates whose step times differ by less than this factor count as equally fast."""
 
 NAME = "training"
 
@@ -50,7 +50,7 @@ def choose_execution(
     device: torch.device,
     precision: str = "auto",
 ) -> Execution:
-    """Return the fastest execution on this machine, measured once and then kept.
+    """Return the fastest execution settings on this machine, measured once and then cached.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def choose_execution(
     }
     found = kept(NAME, about)
     if found is not None:
-        with suppress(TypeError):  # Another version may have kept something else.
+        with suppress(TypeError):  # Another version may have cached other fields.
             return Execution(**found)
     fastest = _fastest(partial(step_seconds, size, options, scene, device), device, precision)
     keep(NAME, about, asdict(fastest))
@@ -94,7 +94,7 @@ def step_seconds(
     execution: Execution,
     stage: str | None = None,
 ) -> Iterator[float]:
-    """Do steps on random images without end, and yield how long each took.
+    """Run optimization steps on random images endlessly and yield each one's duration.
 
     Parameters
     ----------
@@ -105,20 +105,25 @@ def step_seconds(
     execution : Execution
     stage : str, optional
         Name of the stage that is timed; the first by default.
+
+    Yields
+    ------
+    float
+        Seconds.
     """
     stages = Schedule(size, options, scene, device, execution).stages
     timed = stages[stage or next(iter(stages))]
     batch = _noise(timed.stage.batch_size, size, condition_numbers(scene)).to(device)
     while True:
         start = time.perf_counter()
-        # At the end of the stage, when the discriminator has joined; it ends with a number
-        # on the CPU: a GPU has finished then.
+        # At the end of the stage, when the discriminator has joined. The step returns numbers
+        # on the CPU, so a GPU has finished by then.
         timed.step(batch, 0.999)
         yield time.perf_counter() - start
 
 
 def _noise(count: int, size: NetworkSize, conditions: int) -> EncodedBatch:
-    """A batch of random numbers: they take as long as images."""
+    """Return a batch of random numbers, which take as long to process as images."""
     random = torch.Generator().manual_seed(0)
 
     def draw(*shape: int) -> torch.Tensor:
@@ -134,14 +139,14 @@ def _noise(count: int, size: NetworkSize, conditions: int) -> EncodedBatch:
 def _fastest(
     steps_of: Callable[[Execution], Iterator[float]], device: torch.device, precision: str
 ) -> Execution:
-    """Time steps of all ways in turn, so that a busy moment slows all of them down."""
+    """Time steps of all candidates in turn, so that other load affects all of them alike."""
     running: dict[Execution, Iterator[float]] = {}
     for way in _ways(device, precision):
         steps = steps_of(way)
         try:
             next(steps)
         except Exception:
-            # torch.compile fails in many ways where something is missing.
+            # torch.compile raises many kinds of errors if a dependency is missing.
             if not way.compiled:
                 raise
         else:
@@ -154,12 +159,12 @@ def _fastest(
             quickest[way] = min(quickest[way], next(steps))
         best = min(quickest.values())
         running = {w: steps for w, steps in running.items() if quickest[w] < HOPELESS * best}
-    # Of those that are alike, always the same one.
+    # Among equally fast candidates, the first in order of preference.
     return next(way for way in quickest if quickest[way] <= ALIKE * min(quickest.values()))
 
 
 def _ways(device: torch.device, precision: str) -> list[Execution]:
-    """All that may be the fastest here, in order of preference."""
+    """Return candidate settings for a device, in order of preference."""
     precisions: list[Precision] = ["bfloat16", "float32"]
     if precision != "auto":
         precisions = [p for p in precisions if p == precision]
@@ -174,9 +179,10 @@ def _ways(device: torch.device, precision: str) -> list[Execution]:
 
 
 def bfloat16_is_slow(device: torch.device) -> bool:
-    """Whether a convolution in bfloat16 takes longer here than in float32.
+    """Return True if a convolution takes longer in bfloat16 than in float32 on a device.
 
-    Takes some 50 ms, where a whole step in emulated bfloat16 would take seconds.
+    Takes some 50 ms; a whole step in emulated bfloat16 would take seconds. On GPUs
+    nothing is timed: bfloat16 counts as slow if it is unsupported.
     """
     if device.type == "cuda":
         return not torch.cuda.is_bf16_supported()

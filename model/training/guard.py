@@ -1,4 +1,4 @@
-"""Watches a run for collapse, and says what happened and what to try.
+"""Detection of collapsed training runs, with advice for the user.
 
 GANs fail in known ways: a loss or a gradient is no longer finite, all images
 become alike, or the encoder gives all TFs the same code.
@@ -15,35 +15,35 @@ from torch import Tensor
 from model.training.stage import Stage, StepResult
 
 LEAST_DIVERSITY = 0.1
-"""Spread of generated images over that of the rendered ones, below which they are all alike."""
+"""Ratio of the spreads of generated and rendered images below which images have collapsed."""
 
 LEAST_RANK = 1.05
-"""Effective rank of the latent codes below which they hold a single number."""
+"""Effective rank of the latent codes below which they vary in one dimension only."""
 
 LEAST_SPREAD = 1e-4
-"""Standard deviation of the liveliest latent dimension below which all TFs look the same."""
+"""Largest standard deviation of a latent dimension below which all codes count as equal."""
 
 PATIENCE = 2
-"""Unhealthy measurements, one after the other, that end a run."""
+"""Number of consecutive collapsed measurements that end a run."""
 
 WARM_UP = 5000
-"""Samples of a stage before which nothing is expected yet."""
+"""Number of samples of a stage before which measurements are not checked."""
 
 
 class Trouble(NamedTuple):
-    """What went wrong in a run, as a clause, and a setting of the recipe that may help."""
+    """Description of a failure, as a clause, and a setting of the recipe that may help."""
 
     what: str
     setting: str
 
 
 class CollapseGuard:
-    """Judges the steps and the measurements of a run.
+    """Checks the steps and measurements of a run for collapse.
 
     Attributes
     ----------
     healthy : bool
-        Whether the last measurement was; a checkpoint that is not must not
+        Whether the last measurement showed no collapse; otherwise no checkpoint may
         replace an earlier one.
     """
 
@@ -52,7 +52,7 @@ class CollapseGuard:
         self._bad = 0
 
     def check_step(self, stage: Stage, result: StepResult) -> Trouble | None:
-        """What is wrong with a step, if anything; the generator is then as it was before."""
+        """Return the failure of a step with a loss or gradient that is not finite, or None."""
         values = {f"{name} loss": loss for name, loss in result.losses.items()}
         for name, value in {**values, "gradient": result.gradient}.items():
             if not math.isfinite(value):
@@ -65,17 +65,17 @@ class CollapseGuard:
     def check_measurement(
         self, stage: Stage, metrics: dict[str, float], samples: int, last: bool = False
     ) -> Trouble | None:
-        """What has collapsed, if anything has for :data:`PATIENCE` measurements.
+        """Return the collapse that lasted for :data:`PATIENCE` measurements, or None.
 
         Parameters
         ----------
         stage : Stage
         metrics : dict of float
-            "latent_rank", "latent_spread" and "diversity" as the probe measures them.
+            "latent_rank", "latent_spread" and "diversity" as measured by the probe.
         samples : int
-            Seen in this stage.
+            Number of samples seen in this stage.
         last : bool
-            Whether the stage is over: then one is enough.
+            Whether the stage is over; a single collapsed measurement then suffices.
         """
         found = None if samples < WARM_UP else _collapse(stage, metrics)
         self.healthy = found is None
@@ -84,7 +84,7 @@ class CollapseGuard:
 
 
 def latent_health(latent: Tensor) -> dict[str, float]:
-    """How much the latent codes of different TFs differ.
+    """Return statistics of the variation among latent codes of different TFs.
 
     Parameters
     ----------
@@ -95,8 +95,8 @@ def latent_health(latent: Tensor) -> dict[str, float]:
     dict of float
         "latent_spread", the largest standard deviation of a dimension;
         "latent_least", the smallest; and "latent_rank", the effective rank of
-        the codes' covariance (Roy and Vetterli 2007): e to the entropy of its
-        normalized eigenvalues, 1 to latent_dim.
+        the codes' covariance (Roy and Vetterli 2007): the exponential of the
+        entropy of its normalized eigenvalues, 1 to latent_dim.
     """
     latent = latent.double()
     deviations = latent.std(dim=0)
@@ -112,7 +112,7 @@ def latent_health(latent: Tensor) -> dict[str, float]:
 
 
 def diversity(images: Tensor, truth: Tensor) -> float:
-    """Spread of images (N, C, H, W) about their mean, over that of the rendered ones."""
+    """Standard deviation of images (N, C, H, W) about their mean, relative to the true ones'."""
     spreads = [float((x.float() - x.float().mean(dim=0)).square().mean()) for x in (images, truth)]
     return math.sqrt(spreads[0] / max(spreads[1], 1e-12))
 
@@ -139,5 +139,5 @@ def _collapse(stage: Stage, metrics: dict[str, float]) -> Trouble | None:
 
 
 def _slower(stage: Stage) -> str:
-    """A setting with a lower learning rate."""
+    """Return a setting of the recipe with a quarter of the stage's learning rate."""
     return f"{stage.name}.learning_rate={stage.stage.learning_rate / 4:g}"

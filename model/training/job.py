@@ -25,42 +25,44 @@ JOB_VERSION = 1
 
 @dataclass(frozen=True)
 class TrainingJob:
-    """What to train, on what, for how long and where to.
+    """Description of a training run: data, networks, recipe, budget and output folder.
 
     Attributes
     ----------
     out : Path
-        Folder of run and model.
+        Folder of the run and its model.
     volume : VolumeSource
     store : Path or None
-        A stored data set; None renders samples meanwhile.
+        A stored data set; None renders samples during training.
     preset : str
-        Name of a network's size, see :data:`model.training.options.PRESETS`.
+        Name of a network size, see :data:`model.training.options.PRESETS`.
     architecture : str or None
-        Another than the preset's.
+        Architecture to use instead of the preset's.
     faithful : bool
-        The paper's recipe, nothing added.
+        Whether to use the paper's recipe without additions.
     settings : tuple of str
         Changes of the recipe, see :meth:`TrainingOptions.with_settings`.
-    minutes, samples : float or None, int or None
-        The budget: one of the two.
+    minutes : float or None
+    samples : int or None
+        The budget; exactly one of the two is given.
     lighting, movable_light, renderer, window, reuse
-        Of samples that are rendered meanwhile; see :class:`model.scene.scene.Scene` and
+        Options of samples that are rendered during training; see
+        :class:`model.scene.scene.Scene` and
         :class:`model.training.streamed_samples.StreamSource`.
     start : Path or None
-        A trained model to start from.
+        Folder of a trained model to start from.
     seed : int
     workers : int or None
-        Rendering threads, one per processor by default.
+        Number of rendering threads, one per processor by default.
     device : {"auto", "cpu", "cuda"}
     precision : {"auto", "float32", "bfloat16"}
     resume : bool
-        Go on with the run in the folder.
+        Whether to resume the run in the folder.
 
     Raises
     ------
     TrainingError
-        For settings that would have no effect.
+        For unknown presets, and for settings that contradict each other or have no effect.
     """
 
     out: Path
@@ -120,7 +122,7 @@ class TrainingJob:
 
     @property
     def size(self) -> NetworkSize:
-        """Size of the networks; the paper's own have nothing that was added to them."""
+        """Size of the networks; without additions to the paper's if `faithful`."""
         if not self.faithful:
             return preset_size(self.preset, self.architecture)
         size = preset_size(self.preset, "paper")
@@ -128,17 +130,17 @@ class TrainingJob:
 
     @property
     def options(self) -> TrainingOptions:
-        """The recipe."""
+        """The recipe, with the job's seed and settings."""
         recipe = TrainingOptions.faithful() if self.faithful else TrainingOptions()
         return replace(recipe, seed=self.seed).with_settings(self.settings)
 
     @property
     def budget(self) -> Budget:
-        """How long to train."""
+        """The training budget, in minutes or samples."""
         return Budget(self.minutes, self.samples)
 
     def to_json(self) -> dict[str, Any]:
-        """The job as plain data."""
+        """Return the job as plain data."""
         return {"tfscope_job": JOB_VERSION, **_plain(asdict(self))}
 
     @classmethod
@@ -148,7 +150,7 @@ class TrainingJob:
         Raises
         ------
         TrainingError
-            When the data is no job.
+            When the data does not describe a valid job.
         """
         if not isinstance(data, dict) or data.get("tfscope_job") != JOB_VERSION:
             raise TrainingError(f"It is not a training job of format {JOB_VERSION}.")
@@ -168,7 +170,13 @@ class TrainingJob:
             raise TrainingError(f"The training job is malformed near {error}.") from error
 
     def save(self, path: Path) -> None:
-        """Write the job's JSON file."""
+        """Write the job as a JSON file.
+
+        Raises
+        ------
+        TrainingError
+            When the file cannot be written.
+        """
         try:
             write_atomically(path, (json.dumps(self.to_json(), indent=2) + "\n").encode())
         except OSError as error:
@@ -178,12 +186,12 @@ class TrainingJob:
 
     @classmethod
     def load(cls, path: Path) -> TrainingJob:
-        """Read a job's JSON file.
+        """Read a job from a JSON file.
 
         Raises
         ------
         TrainingError
-            When it cannot be read, or holds no job.
+            When the file cannot be read or holds no valid job.
         """
         try:
             return cls.from_json(json.loads(path.read_text(encoding="utf-8")))
@@ -198,7 +206,7 @@ def _path(value: Any) -> Path | None:
 
 
 def _plain(value: Any) -> Any:
-    """Data with texts for paths, as JSON wants it."""
+    """Return data with paths as strings, for JSON."""
     if isinstance(value, dict):
         return {name: _plain(part) for name, part in value.items()}
     return str(value) if isinstance(value, Path) else value

@@ -1,4 +1,4 @@
-"""One stage for the whole generator."""
+"""Joint training of the whole generator in one stage."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from model.training.stages import ColorStage
 
 
 class JointStage(ColorStage):
-    """Opacity and colour image at once, with the losses of both stages (paper, Eqs. 7 and 8).
+    """Training of opacity and colour images together, with both stages' losses (Eqs. 7 and 8).
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ class JointStage(ColorStage):
     options : TrainingOptions
     generator : GeneratorNetwork
     conditions : int
-        Numbers that images depend on beside the TFs.
+        Number of condition values.
     codec_loss : CodecLoss
     device : torch.device
     execution : Execution

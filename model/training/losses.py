@@ -1,4 +1,4 @@
-"""The losses that stages are made of, each a mean over samples, in float32."""
+"""Losses of the training stages, each a mean over samples, in float32."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a run leaves for people to look at: hold-out metrics, curves, pictures."""
+"""Records of a training run for users: hold-out metrics, learning curve and image sheets."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ PROBE_SAMPLES = 128
 SHEET_SAMPLES = 8
 PROBE_BATCH = 16
 MEASURES = ("tf_rmse", "opacity_rmse", "rmse", "emd")
-"""What is shown of a measurement, and goes into the model's card."""
+"""Metrics that are displayed and recorded in the model's card."""
 
 
 class HoldoutProbe:
-    """Measures a generator on the same few hold-out samples again and again.
+    """Measures generators on a fixed set of hold-out samples.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class HoldoutProbe:
         self.batch = encode_batch(samples, source.scene, size.opacity_size).to(device)
 
     def measure(self, generator: GeneratorNetwork, sheet: Path) -> dict[str, float]:
-        """Measure a generator and write a picture of the first samples.
+        """Measure a generator and write a sheet of images of the first samples.
 
         Parameters
         ----------
@@ -59,8 +59,8 @@ class HoldoutProbe:
         Returns
         -------
         dict of float
-            Mean RMSE of opacity TFs, opacity images and images, and mean
-            colour EMD; and the signs of health that the guard looks at.
+            Mean RMSE of opacity TFs, opacity images and images, mean colour EMD,
+            and the indicators checked by :class:`model.training.guard.CollapseGuard`.
         """
         image, opacity, tf, latent = self._render(generator)
         images, truth = _pixels(image), _pixels(self.batch.image)
@@ -83,7 +83,7 @@ class HoldoutProbe:
     def _render(
         self, generator: GeneratorNetwork
     ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor, torch.Tensor]:
-        """Images, opacity images, decoded opacity TFs and codes, a few samples at a time."""
+        """Return images, opacity images, decoded opacity TFs and codes, computed in batches."""
         parts = []
         for start in range(0, self.count, PROBE_BATCH):
             part = slice(start, start + PROBE_BATCH)
@@ -96,14 +96,14 @@ class HoldoutProbe:
 
 
 class RunLog:
-    """The run's curve as ``log.csv``: one row per interval.
+    """Learning curve of a run, ``log.csv``: one row per measurement.
 
     Parameters
     ----------
     folder : Path
     samples : int
-        Where the run stands; later rows, of a session that was killed before
-        its state was saved, are dropped.
+        Samples seen by the run so far; later rows, of a session that was killed
+        before its state was saved, are dropped.
     """
 
     def __init__(self, folder: Path, samples: int) -> None:
@@ -115,7 +115,7 @@ class RunLog:
             self._rows = [{k: _value(v) for k, v in row.items()} for row in rows]
 
     def write(self, progress: Progress, losses: Losses, measured: dict[str, float]) -> None:
-        """Add a row."""
+        """Add a row and rewrite the file."""
         row: dict[str, Any] = {
             "stage": progress.stage,
             "seconds": round(progress.seconds, 1),
@@ -133,17 +133,17 @@ class RunLog:
         write_atomically(self._path, table.getvalue().encode())
 
     def last_metrics(self) -> dict[str, float]:
-        """What the probe measured last; empty before the first time."""
+        """Return the most recent metrics; empty before the first measurement."""
         last = self._rows[-1] if self._rows else {}
         return {name: float(last[name]) for name in MEASURES if last.get(name, "") != ""}
 
     def curve(self) -> list[dict[str, Any]]:
-        """The rows, for the model's card."""
+        """Return the rows without empty cells, for the model's card."""
         return [{k: v for k, v in row.items() if v != ""} for row in self._rows]
 
 
 def _value(text: str) -> int | float | str:
-    """A cell as what it was before it was written: a number, or the name of a stage."""
+    """Parse a cell as an int or float, or return it as text."""
     for kind in (int, float):
         with suppress(ValueError):
             return kind(text)
@@ -151,13 +151,13 @@ def _value(text: str) -> int | float | str:
 
 
 def _pixels(images: torch.Tensor) -> np.ndarray[Any, np.dtype[np.float32]]:
-    """Images (N, C, H, W) in [-1, 1] as (N, H, W, 3) in [0, 1]; opacity becomes grey."""
+    """Convert images (N, C, H, W) in [-1, 1] to (N, H, W, 3) in [0, 1]; opacity becomes grey."""
     array = decode_unit(images).permute(0, 2, 3, 1).cpu().numpy()
     return np.broadcast_to(array, (*array.shape[:3], 3))
 
 
 def _save_sheet(path: Path, rows: list[np.ndarray[Any, np.dtype[np.float32]]]) -> None:
-    """Write rows of images below one another, all enlarged to the largest."""
+    """Write rows of images below one another, all enlarged to the size of the largest."""
     side = max(row.shape[1] for row in rows)
     enlarged = []
     for row in rows:

@@ -1,4 +1,4 @@
-"""Optimizers of networks and feature grids, and how their learning rates fall."""
+"""Optimizers of networks and feature grids, and learning-rate schedules."""
 
 from __future__ import annotations
 
@@ -12,32 +12,32 @@ from model.networks.grid.feature_grid import FeatureGrid
 BETA1 = 0.5
 
 WARM_UP = 0.03
-"""Share of a stage over which a learning rate that follows a cosine rises first."""
+"""Fraction of a stage over which a cosine schedule's learning rate first rises."""
 
 LEAST_DECAY = 1e-3
-"""Where it starts and ends, as a share of its largest value."""
+"""Initial and final learning rate of a cosine schedule, as a fraction of its maximum."""
 
 
 def adam(
     network: nn.Module, beta2: float, grid_rate: float = 1.0, fused: bool = True
 ) -> torch.optim.Adam:
-    """Adam, its first beta the paper's (section 6, implementation details).
+    """Return an Adam optimizer with the paper's beta1 (section 6, implementation details).
 
     Parameters
     ----------
     network : Module
     beta2 : float
-        Decay of the squared gradients' mean.
+        Decay rate of the squared gradients' moving average.
     grid_rate : float
         Learning rate of feature grids, as a multiple of all others'.
     fused : bool
-        Whether all weights are moved in one go.
+        Whether to use the fused implementation.
 
     Returns
     -------
     Adam
-        Each group of parameters has its multiple as "factor"; :func:`set_rate`
-        gives them their rates.
+        Each parameter group has its multiple as "factor"; the learning rates
+        are set by :func:`set_rate`.
     """
     grids = {id(m.features) for m in network.modules() if isinstance(m, FeatureGrid)}
     parameters = list(network.parameters())
@@ -48,16 +48,16 @@ def adam(
 
 
 def set_rate(optimizer: torch.optim.Optimizer, rate: float) -> None:
-    """Set the learning rate, each group's times its factor."""
+    """Set the learning rate of each parameter group to `rate` times the group's factor."""
     for group in optimizer.param_groups:
         group["lr"] = rate * group["factor"]
 
 
 def cosine_decay(progress: float) -> float:
-    """What a learning rate is multiplied by at a share of its stage, 0..1.
+    """Learning-rate factor of a cosine schedule at a fraction of its stage, 0..1.
 
-    It rises linearly at first, while Adam's moments are still those of a few
-    batches, and falls along half a cosine: steps become small enough to settle.
+    It first rises linearly, while Adam's moments cover few batches only, and then
+    falls along half a cosine, so that steps become small enough to converge.
     """
     if progress < WARM_UP:
         return max(LEAST_DECAY, progress / WARM_UP)
@@ -66,5 +66,5 @@ def cosine_decay(progress: float) -> float:
 
 
 def halving_decay(progress: float, halvings: float) -> float:
-    """The same for a rate that is halved a number of times over its stage."""
+    """Learning-rate factor of a rate that is halved a number of times over its stage."""
     return float(0.5 ** int(progress * halvings))

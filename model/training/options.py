@@ -1,4 +1,4 @@
-"""What a training run is asked to do: sizes, losses, budget."""
+"""Options of a training run: network size, optimization, losses and budget."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ PRESETS: dict[str, NetworkSize] = {
     "compact": replace(_SMALL, image_size=128),
     "paper": NetworkSize(1.0, image_size=256),
 }
-"""Network sizes by name: for experiments, for CPUs, and the paper's."""
+"""Network sizes by name: "draft" for experiments, "compact" for CPUs, and the paper's."""
 
 
 def preset_size(preset: str, architecture: Architecture | None = None) -> NetworkSize:
-    """A preset's size, with another architecture where one is named."""
+    """Return a preset's size, with another architecture if one is given."""
     size = PRESETS[preset]
     return size if architecture is None else replace(size, architecture=architecture)
 
@@ -35,11 +35,17 @@ class StageOptions:
     Attributes
     ----------
     batch_size : int
+        At least 2.
     learning_rate : float
-        Of Adam, for generator and discriminator.
+        Adam's learning rate for generator and discriminator.
     halvings : float
-        How often the learning rate is halved over the stage, where it does not
-        follow a cosine.
+        Number of halvings of the learning rate over the stage, unless it
+        follows a cosine.
+
+    Raises
+    ------
+    TrainingError
+        For values outside their ranges.
     """
 
     batch_size: int
@@ -57,60 +63,63 @@ class StageOptions:
 
 @dataclass(frozen=True)
 class TrainingOptions:
-    """The recipe. The class's defaults are those that measured best; see :meth:`faithful`.
+    """The training recipe. Defaults are those that measured best; see also :meth:`faithful`.
 
     Attributes
     ----------
     opacity, translation, joint : StageOptions
-        The paper's runs see 30 passes over 200,000 samples; those of an hour
-        are far shorter, and want more steps: smaller batches, larger rates.
+        The paper's runs make 30 passes over 200,000 samples. Runs of an hour
+        are far shorter and need more steps: smaller batches, larger rates.
     l1_weight : float
         Lambda, the weight of the colour image's l1 loss (paper, Eq. 8).
     decoded_tf_weight : float
-        Weight of the decoded opacity TF's squared error; 1 in the paper.
+        Weight of the decoded-TF loss; 1 in the paper.
     unrendered_tfs : int
-        Random opacity TFs without images that each step's decoded-TF loss has
-        beside those of its samples: a codec wants to see far more TFs than can
-        be rendered. The paper has none.
+        Number of random opacity TFs without images in each step's decoded-TF
+        loss: the codec needs far more TFs than can be rendered. 0 in the paper.
     thick_layer_weight : float
-        Weight, within the decoded-TF loss, of the squared error of what the TF
-        means for a thick layer's opacity; the paper has none.
+        Weight, within the decoded-TF loss, of the squared error of a thick
+        layer's opacity; 0 in the paper.
     tf_edit_weight : float
-        Weight, within the decoded-TF loss, of how decoded TFs follow smooth
-        edits of the `unrendered_tfs`; the paper has none. Without it, derivatives by
-        the TF become worse the longer one trains.
+        Weight, within the decoded-TF loss, of the error of decoded smooth edits
+        of the `unrendered_tfs`; 0 in the paper. Without it, derivatives by the
+        TF degrade as training goes on.
     opacity_l1_weight : float
-        Weight of an l1 loss on the opacity image; the paper has none.
+        Weight of an l1 loss on the opacity image; 0 in the paper.
     cosine : bool
         Whether the learning rate rises over the first steps of a stage and then
         falls along half a cosine, instead of by halvings.
     grid_rate : float
-        Learning rate of the feature grid, as a multiple of the networks'. A
-        node is seen by few rays: at the networks' rate it hardly moves.
+        Learning rate of the feature grid, as a multiple of the networks'. Few
+        rays contribute to a node; at the networks' rate it would hardly change.
     beta2 : float
-        Of Adam: decay of the squared gradients' mean; .999 in the paper. A
-        gradient far larger than those before it moves weights by up to
-        (1 - .5) / sqrt(1 - beta2) times the learning rate, 16 times at .999.
+        Adam's decay rate of the squared gradients' moving average; 0.999 in the
+        paper. A gradient far larger than those before it changes weights by up to
+        (1 - 0.5) / sqrt(1 - beta2) times the learning rate, 16 times at 0.999.
     average_decay : float
-        Decay per step of the exponential moving average of the generator's
-        weights, which is evaluated and shipped; 0 ships the last weights.
+        Decay per step of the exponential moving average (EMA) of the generator's
+        weights, which is evaluated and saved; 0 uses the latest weights.
     kaiming_init : bool
-        Whether the first weights of layers without batch norm follow from
-        their fan-in; the paper draws all from N(0, .02). Those of the feature
-        grid's layers always do.
+        Whether layers without batch norm have Kaiming initialization; the paper
+        draws all weights from N(0, 0.02). The feature grid's layers always have it.
     adversarial_start : float
-        Share of each stage after which the discriminator joins, 0..1; until
-        then the other losses train the generator alone, twice as fast. The
-        paper's joins at once; by default it never does, as it sharpens
-        textures but costs both RMSE and EMD.
+        Fraction of each stage after which the discriminator joins, 0..1; until
+        then the generator is trained by the other losses alone, twice as fast.
+        0 in the paper; by default the discriminator never joins, as it sharpens
+        textures but increases both RMSE and EMD.
     one_stage : bool
-        Whether the whole generator is trained at once, by `joint`, as a feature
-        grid's two images always are: they come from one network. The paper
-        first trains the opacity generator, by `opacity`, and then freezes it
-        and trains the translation on rendered opacity images, by `translation`.
+        Whether the whole generator is trained at once, by `joint`; a feature
+        grid's always is, as both images come from one network. The paper first
+        trains the opacity generator, by `opacity`, and then freezes it and trains
+        the translation on rendered opacity images, by `translation`.
     opacity_time_share : float
-        Share of the two stages' time that goes to stage 1.
+        Fraction of the budget for stage 1, if there are two stages.
     seed : int
+
+    Raises
+    ------
+    TrainingError
+        For values outside their ranges.
     """
 
     opacity: StageOptions = StageOptions(16, 4e-4, 3.0)
@@ -157,7 +166,7 @@ class TrainingOptions:
 
     @classmethod
     def faithful(cls, seed: int = 0) -> TrainingOptions:
-        """The paper's recipe, without what was added to it."""
+        """Return the paper's recipe, without additions."""
         return replace(
             cls(seed=seed),
             opacity=StageOptions(64, 2e-4, 30 / 5),
@@ -176,7 +185,7 @@ class TrainingOptions:
         )
 
     def with_settings(self, settings: Sequence[str]) -> TrainingOptions:
-        """Change some options.
+        """Return the options with some of them changed.
 
         Parameters
         ----------
@@ -186,7 +195,7 @@ class TrainingOptions:
         Raises
         ------
         TrainingError
-            For a name that there is not, or a value that is no number of its kind.
+            For an unknown name, or a value of the wrong type or outside its range.
         """
         data = self.to_json()
         for setting in settings:
@@ -202,7 +211,7 @@ class TrainingOptions:
         return TrainingOptions.from_json(data)
 
     def to_json(self) -> dict[str, Any]:
-        """The options as plain data."""
+        """Return the options as plain data."""
         return asdict(self)
 
     @classmethod
@@ -216,7 +225,13 @@ class TrainingOptions:
 
 @dataclass(frozen=True)
 class Budget:
-    """How long to train: minutes of wall clock, or samples seen."""
+    """Duration of training, either in minutes of wall-clock time or in samples seen.
+
+    Raises
+    ------
+    TrainingError
+        Unless exactly one is given, and it is positive and finite.
+    """
 
     minutes: float | None = None
     samples: int | None = None
@@ -229,7 +244,7 @@ class Budget:
             raise TrainingError(f"A training budget of {limit} is not positive.")
 
     def spent(self, seconds: float, samples: int) -> float:
-        """Share of the budget that is used up, from 0; 1 is all of it."""
+        """Fraction of the budget used, from 0; at 1 it is exhausted."""
         if self.minutes is not None:
             return seconds / (60 * self.minutes)
         assert self.samples is not None
@@ -237,7 +252,7 @@ class Budget:
 
 
 def _names(data: dict[str, Any]) -> list[str]:
-    """Names of all options, those of the stages with the stage's before it."""
+    """Names of all options; a stage's options are prefixed by its name."""
     names = []
     for name, value in data.items():
         names += [f"{name}.{n}" for n in _names(value)] if isinstance(value, dict) else [name]
@@ -245,7 +260,7 @@ def _names(data: dict[str, Any]) -> list[str]:
 
 
 def _like(value: bool | int | float, setting: str, text: str) -> bool | int | float:
-    """A text as a value of the same kind as another."""
+    """Parse a text as a value of the same type as `value`."""
     try:
         if isinstance(value, bool):
             return {"true": True, "false": False}[text.lower()]

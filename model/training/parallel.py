@@ -1,9 +1,9 @@
-"""Several processes that train one generator, as ``torchrun`` starts them.
+"""Data-parallel training of one generator by several processes started by ``torchrun``.
 
 Each rank renders its own samples and has its own networks; gradients are
 averaged before every step, so that the weights stay equal. The first rank
 decides, measures and writes. Without a process group there is one rank, and
-nothing here does anything.
+these functions have no effect.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ from torch import Tensor, distributed, nn
 _alone = ContextVar("alone", default=False)
 
 MAX_STAGES = 16
-"""Stages that a run may have: ranks take their samples from numbers that no stage has."""
+"""Upper limit of a run's stages; ranks number their sample streams beyond it."""
 
 
 @contextmanager
 def process_group(device: torch.device) -> Iterator[torch.device]:
-    """Join the other processes that torchrun has started, if it has started any.
+    """Join the process group of ``torchrun``, if there is one.
 
     Yields
     ------
     torch.device
-        The one of this rank: each has a GPU of its own.
+        The device of this rank; on GPUs, each local rank has its own.
     """
     if int(os.environ.get("WORLD_SIZE", "1")) == 1:
         yield device
@@ -45,12 +45,12 @@ def process_group(device: torch.device) -> Iterator[torch.device]:
 
 
 def rank() -> int:
-    """Number of this process, from 0."""
+    """Rank of this process, from 0."""
     return distributed.get_rank() if _joined() else 0
 
 
 def rank_to_be() -> int:
-    """Number that torchrun has given this process, also before it has joined the others."""
+    """Rank assigned to this process by ``torchrun``, available before it joins the group."""
     return int(os.environ.get("RANK", "0"))
 
 
@@ -61,7 +61,7 @@ def ranks() -> int:
 
 @contextmanager
 def alone() -> Iterator[None]:
-    """For what this process computes for itself: it waits for no other, and sends nothing."""
+    """Disable communication between processes while in the context, as if there were one rank."""
     token = _alone.set(True)
     try:
         yield
@@ -74,12 +74,12 @@ def _joined() -> bool:
 
 
 def own_stage(stage: int) -> int:
-    """The number by which this rank draws a stage's samples: no two ranks draw the same."""
+    """Number of the sample stream of a stage on this rank; distinct for all stages and ranks."""
     return stage + MAX_STAGES * rank()
 
 
 def wait_for_all() -> None:
-    """Go on when all ranks have come here."""
+    """Wait until all ranks have called this."""
     if ranks() > 1:
         distributed.barrier()
 
@@ -99,7 +99,7 @@ def average_gradients(parameters: Iterable[nn.Parameter]) -> None:
 
 
 def from_first(values: list[float], device: torch.device) -> list[float]:
-    """The first rank's numbers, on all ranks."""
+    """Return the first rank's values on all ranks."""
     if ranks() == 1:
         return values
     shared: Tensor = torch.tensor(values, dtype=torch.float64, device=device)

@@ -1,4 +1,4 @@
-"""What a training run is given, and what it tells."""
+"""Inputs of a training run, and its progress reports."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from model.training.warm_start import WarmStart
 
 @dataclass(frozen=True)
 class TrainingPlan:
-    """What to train, on what, for how long, and where to.
+    """Inputs of a training run: samples, networks, recipe, budget and output folder.
 
     Attributes
     ----------
@@ -33,11 +33,11 @@ class TrainingPlan:
     folder : Path
     device : torch.device
     start : WarmStart, optional
-        A trained model whose weights are the first ones; random ones otherwise.
+        A trained model whose weights are the initial ones; random by default.
     execution : Execution
-        How steps are computed.
+        Execution settings of optimization steps.
     interval : float
-        Seconds between states on disk: what a kill can lose at most.
+        Seconds between checkpoints.
     """
 
     source: SampleSource
@@ -52,7 +52,7 @@ class TrainingPlan:
     interval: float = 60.0
 
     def recipe(self) -> dict[str, Any]:
-        """What must not change when a run is resumed, as plain data."""
+        """Return all settings that must not change when a run is resumed, as plain data."""
         return {
             "preset": self.preset,
             "size": asdict(self.size),
@@ -62,7 +62,7 @@ class TrainingPlan:
         }
 
     def check_recipe(self, found: dict[str, Any]) -> None:
-        """Raise :class:`model.errors.TrainingError` when the folder's run has another recipe."""
+        """Raise :class:`model.errors.TrainingError` if the run in the folder has another recipe."""
         changed = _differences(_plain(self.recipe()), found)
         if changed:
             raise TrainingError(
@@ -73,20 +73,20 @@ class TrainingPlan:
 
 @dataclass(frozen=True)
 class TrainingReport:
-    """What the run tells at each step, for a progress bar.
+    """Progress of a run after an optimization step, for a progress bar.
 
     Attributes
     ----------
     stage : str
     spent : float
-        Share of the whole budget that is used up, 0..1.
+        Fraction of the whole budget used, 0..1.
     seconds : float
     samples : int
     losses : dict of float
     metrics : dict of float
-        Of the last interval's hold-out; empty before the first.
+        Most recent hold-out metrics; empty before the first measurement.
     notice : str
-        Something to be said once; mostly empty.
+        A message to show once; usually empty.
     """
 
     stage: str
@@ -99,12 +99,12 @@ class TrainingReport:
 
 
 def _differences(asked: dict[str, Any], found: dict[str, Any], path: str = "") -> list[str]:
-    """What a run has otherwise than it is asked for, such as "options.seed 1, not 0"."""
+    """List differences between two recipes, such as "options.seed 1, not 0"."""
     changed = []
     for name in asked | found:
         value, other = asked.get(name), found.get(name)
         if path + name == "scene.volume_name":
-            # For people: a file that was renamed is the same volume.
+            # A display name only: a renamed file is the same volume.
             continue
         if isinstance(value, dict) and isinstance(other, dict):
             changed += _differences(value, other, f"{path}{name}.")
@@ -114,6 +114,6 @@ def _differences(asked: dict[str, Any], found: dict[str, Any], path: str = "") -
 
 
 def _plain(recipe: dict[str, Any]) -> dict[str, Any]:
-    """A recipe as it comes back from JSON, with lists for tuples."""
+    """Return a recipe as read back from JSON, with lists instead of tuples."""
     plain: dict[str, Any] = json.loads(json.dumps(recipe))
     return plain

@@ -1,4 +1,4 @@
-"""The stages of a training run, in their order, and what each gets of the budget."""
+"""The stages of a training run, in order, and their fractions of the budget."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from model.training.stages import OpacityStage, TranslationStage
 
 
 class Schedule:
-    """All stages of a run.
+    """Stages of a run and their fractions of the budget.
 
     Parameters
     ----------
@@ -32,9 +32,9 @@ class Schedule:
     Attributes
     ----------
     stages : dict of Stage
-        By name, in their order.
+        By name, in order.
     ends : dict of float
-        Share of the budget that is used up when a stage ends.
+        Fraction of the budget used when each stage ends.
     """
 
     def __init__(
@@ -68,36 +68,36 @@ class Schedule:
 
     @property
     def names(self) -> list[str]:
-        """Names of the stages, in their order."""
+        """Names of the stages, in order."""
         return list(self.stages)
 
     def share(self, name: str, spent: float) -> float:
-        """Share of a stage's part of the budget that is used up.
+        """Fraction of a stage's part of the budget used.
 
         Parameters
         ----------
         name : str
         spent : float
-            Share of the whole budget that is used up.
+            Fraction of the whole budget used.
 
         Returns
         -------
         float
-            From 0; 1 or more when the stage is over. A run that is resumed with
-            a larger budget may be before the start of its stage: 0.
+            From 0; 1 or more when the stage is over. 0 also for a run that is resumed
+            with a larger budget and has not used its earlier stages' part of it.
         """
         number = self.names.index(name)
         first = self.ends[self.names[number - 1]] if number else 0.0
         return max(0.0, (spent - first) / (self.ends[name] - first))
 
     def begun(self, name: str) -> list[Stage]:
-        """The stages up to the named one; all for "done"."""
+        """Return the stages up to and including the named one; all for "done"."""
         if name == "done":
             return list(self.stages.values())
         return list(self.stages.values())[: self.names.index(name) + 1]
 
     def generator(self) -> GeneratorNetwork:
-        """The averaged networks as one generator."""
+        """Return the averaged networks as one generator, in evaluation mode."""
         if "joint" in self.stages:
             network: GeneratorNetwork = self.stages["joint"].average.network
             return network.eval()
@@ -107,16 +107,16 @@ class Schedule:
         ).eval()
 
     def start_from(self, generator: GeneratorNetwork) -> None:
-        """Take over a trained generator's weights; before the first step.
+        """Copy a trained generator's weights; to be called before the first step.
 
         Parameters
         ----------
         generator : GeneratorNetwork
-            Of the run's size and scene.
+            A generator of the run's size and scene.
         """
         for name, stage in self.stages.items():
             stage.start_from(generator if name == "joint" else getattr(generator, name))
 
     def draws_color(self, name: str) -> bool:
-        """Whether colour images have been trained by the time of the named stage."""
+        """Return True if the named stage, or one before it, trains colour images."""
         return name != "opacity"

@@ -1,4 +1,4 @@
-"""Where training gets its samples from: a stored data set, or a split of fresh ones."""
+"""Sources of training samples: the interface, and stored data sets."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from model.samples.sampling import Split
 from model.scene.scene import Scene
 
 LEAST_HOLDOUT = 4
-"""Hold-out samples without which nobody can say whether codes and images differ."""
+"""Least number of hold-out samples, needed to detect a collapse of codes or images."""
 
 
 class SampleSource(ABC):
-    """Samples of one scene: an endless supply to learn from, and a fixed hold-out.
+    """Samples of one scene: an endless stream for training, and a fixed hold-out split.
 
     Attributes
     ----------
     scene : Scene
     seed : int
-        Of the samples: the hold-out follows from scene and seed alone.
+        Seed of the samples; scene and seed alone determine the hold-out split.
     """
 
     scene: Scene
@@ -30,11 +30,11 @@ class SampleSource(ABC):
 
     @abstractmethod
     def first(self, split: Split, count: int) -> SampleBatch:
-        """The first samples of a split, `count` at most; the same in every run."""
+        """Return the first samples of a split, at most `count`; the same in every run."""
 
     @abstractmethod
     def batches(self, stage: int, batch_size: int, seed: int, done: int) -> Iterator[SampleBatch]:
-        """Batches of random samples without end.
+        """Yield batches of random training samples endlessly.
 
         Parameters
         ----------
@@ -42,35 +42,33 @@ class SampleSource(ABC):
             Stage of the training, from 0.
         batch_size : int
         seed : int
-            Of the training run; equal arguments give equal batches.
+            Seed of the training run; equal arguments give equal batches.
         done : int
-            Number of batches to leave out at the start: those that an earlier
-            session has learned from.
+            Number of batches to skip: those used by earlier sessions of the run.
         """
 
     @abstractmethod
     def check(self, batch_size: int) -> None:
-        """Raise :class:`model.errors.DatasetError` when there are too few samples."""
+        """Raise :class:`model.errors.DatasetError` if there are too few samples."""
 
     def recipe(self) -> dict[str, Any]:
-        """What must not change when a run is resumed, as plain data."""
+        """Return all properties that must not change when a run is resumed, as plain data."""
         return {"scene": self.scene.to_json(), "dataset_seed": self.seed}
 
     @abstractmethod
     def summary(self) -> dict[str, Any]:
-        """What a model's card says of its samples, as plain data."""
+        """Return a description of the samples for the model's card, as plain data."""
 
     def close(self) -> None:  # noqa: B027
-        """Free what the source holds."""
+        """Release threads and other resources."""
 
 
 class StoredSource(SampleSource):
-    """A sample store on disk, in random order, pass after pass.
+    """Samples of a store on disk, in repeated passes in random order.
 
     Parameters
     ----------
     store : SampleStore
-        Complete.
     """
 
     def __init__(self, store: SampleStore) -> None:
@@ -79,15 +77,15 @@ class StoredSource(SampleSource):
         self.seed = store.seed
 
     def first(self, split: Split, count: int) -> SampleBatch:
-        """The first samples of a split."""
+        """Return the first samples of a split, at most `count`."""
         return self.store.read(split, range(min(count, self.store.count(split))))
 
     def batches(self, stage: int, batch_size: int, seed: int, done: int) -> Iterator[SampleBatch]:
-        """Batches of random samples, each sample once in a pass."""
+        """Yield batches of random samples, each sample once per pass."""
         return self.store.shuffled("train", [seed, stage], batch_size, skip=done)
 
     def check(self, batch_size: int) -> None:
-        """Raise :class:`model.errors.DatasetError` when a batch cannot be filled."""
+        """Raise :class:`model.errors.DatasetError` if samples are too few or incomplete."""
         train, holdout = self.store.count("train"), self.store.count("holdout")
         if train < batch_size or holdout < LEAST_HOLDOUT:
             raise DatasetError(
@@ -97,9 +95,9 @@ class StoredSource(SampleSource):
         self.store.require_complete()
 
     def recipe(self) -> dict[str, Any]:
-        """Also how many samples there are: in a data set that has grown, all batches differ."""
+        """Include the number of samples: in a data set that has grown, all batches differ."""
         return {**super().recipe(), "samples_stored": self.store.count("train")}
 
     def summary(self) -> dict[str, Any]:
-        """Number of samples and their seed."""
+        """Return the number of training samples and their seed."""
         return {"samples_stored": self.store.count("train"), "dataset_seed": self.seed}

@@ -1,4 +1,4 @@
-"""What every stage of training does: one optimization step after another.
+"""Base class of training stages, which performs the optimization steps.
 
 Discriminators and generators use the logits form of the adversarial loss: its
 gradient does not vanish where a sigmoid saturates.
@@ -31,15 +31,15 @@ Losses = dict[str, float]
 
 @dataclass(frozen=True)
 class StepResult:
-    """What one optimization step tells.
+    """Losses and gradient norm of one optimization step.
 
     Attributes
     ----------
     losses : dict of float
-        Each loss by name, without its factor in the sum.
+        Unweighted losses by name.
     gradient : float
-        Norm of the generator's gradient. The generator has not been changed
-        where it is not finite.
+        Norm of the generator's gradient. If it is not finite, the generator
+        was not updated.
     """
 
     losses: Losses
@@ -47,23 +47,24 @@ class StepResult:
 
 
 class Stage(ABC):
-    """A generator and a discriminator that are trained against each other.
+    """Adversarial training of a generator and a discriminator.
 
-    Subclasses say how a fake image is made, what each network is given, and
-    what the generator pays beside the adversarial loss.
+    Subclasses define the generated image, the networks' inputs and the
+    generator's losses besides the adversarial one.
 
     Attributes
     ----------
     generator, discriminator : torch.nn.Module
     average : EMA
-        The generator that is evaluated and shipped.
+        Average of the generator, for evaluation and saved models.
     steps : int
-        Optimization steps done.
+        Number of optimization steps done.
     parts : int
-        Parts that batches are learned from in; more than one after the memory
-        has run out. Batch norm then sees the parts.
+        Number of parts that each batch is split into, accumulating gradients;
+        more than 1 after memory has run out. Batch-norm statistics are then
+        those of the parts.
     execution : Execution
-        How steps are computed.
+        Execution settings of optimization steps.
     """
 
     name: str
@@ -97,19 +98,18 @@ class Stage(ABC):
             self._generate = torch.compile(self._generate)  # type: ignore[method-assign]
 
     def start_from(self, generator: nn.Module) -> None:
-        """Take over the weights of a trained generator; before the first step."""
+        """Copy the weights of a trained generator; to be called before the first step."""
         for network in (self.generator, self.average.network):
             network.load_state_dict(generator.state_dict())
 
     def step(self, batch: EncodedBatch, progress: float) -> StepResult:
-        """Train both networks on one batch.
+        """Train the generator, and once it has joined the discriminator, on one batch.
 
         Parameters
         ----------
         batch : EncodedBatch
         progress : float
-            Share of this stage's budget that is used up, 0..1; the learning
-            rate follows it.
+            Fraction of this stage's budget used, 0..1; determines the learning rate.
 
         Returns
         -------
@@ -118,7 +118,7 @@ class Stage(ABC):
         Raises
         ------
         TrainingError
-            When not even two samples fit into memory.
+            When memory runs out even with parts of two samples, or with several ranks.
         """
         self._set_learning_rate(progress)
         adversaries = progress >= self.options.adversarial_start
@@ -130,9 +130,9 @@ class Stage(ABC):
                 self._split(batch, error)
 
     def _step(self, batch: EncodedBatch, adversaries: bool, judged: Losses) -> StepResult:
-        """One try; `judged` keeps the discriminator's loss, which learns once only."""
+        """Attempt a step; `judged` keeps the discriminator's loss, so that it learns only once."""
         parts = batch.parts(self.parts)
-        # Only of a whole batch may the graph be kept while the discriminator is trained.
+        # Keep the graph while the discriminator is trained only if the batch is not split.
         kept = self._generated(batch) if len(parts) == 1 else None
         if adversaries and not judged:
             judged["discriminator"] = self._train_discriminator(parts, kept)
@@ -165,7 +165,7 @@ class Stage(ABC):
     def _train_discriminator(
         self, parts: list[EncodedBatch], kept: tuple[Tensor, Any] | None
     ) -> float:
-        """One step of the discriminator; returns its loss."""
+        """Perform a step of the discriminator and return its loss."""
         self.discriminator_optimizer.zero_grad(set_to_none=True)
         whole = sum(map(len, parts))
         reported = 0.0
@@ -184,8 +184,8 @@ class Stage(ABC):
         return reported
 
     def _split(self, batch: EncodedBatch, error: torch.OutOfMemoryError) -> None:
-        """Have batches learned from in twice as many parts."""
-        # The other ranks are waiting for this one's gradients, and do not know.
+        """Double the number of parts after memory has run out."""
+        # Other ranks wait for this one's gradients and would not split their batches.
         if ranks() > 1 or len(batch) <= 2 * self.parts:
             raise TrainingError(
                 f"The {self.name} stage has run out of memory with batches of {len(batch)} samples "
@@ -204,27 +204,27 @@ class Stage(ABC):
             set_rate(optimizer, self.stage.learning_rate * decay)
 
     def _autocast(self) -> AbstractContextManager[None]:
-        # bfloat16 keeps float32's exponents: no loss scaling, no overflow.
+        # bfloat16 has float32's exponent range, so no loss scaling is needed.
         precision = self.execution.dtype
         rounded = precision != torch.float32
         return torch.autocast(self.device.type, precision if rounded else None, rounded)
 
     @abstractmethod
     def _real(self, batch: EncodedBatch) -> Tensor:
-        """The rendered images of a batch."""
+        """Rendered images of a batch."""
 
     @abstractmethod
     def _generate(self, batch: EncodedBatch) -> tuple[Tensor, Any]:
-        """Images made for a batch, and what else the generator's losses need."""
+        """Generate images for a batch; also return other outputs needed by the losses."""
 
     @abstractmethod
     def _judge(self, batch: EncodedBatch, image: Tensor) -> Tensor:
-        """The discriminator's logits for images of a batch."""
+        """Discriminator's logits for images of a batch."""
 
     @abstractmethod
     def _generator_losses(self, batch: EncodedBatch, fake: Tensor, extra: Any) -> dict[str, Tensor]:
-        """The generator's losses beside the adversarial one."""
+        """Generator's losses besides the adversarial one, by name."""
 
     @abstractmethod
     def _weights(self) -> dict[str, float]:
-        """Weight of each of the generator's losses."""
+        """Weight of each of the generator's losses, by name."""

@@ -1,4 +1,4 @@
-"""The paper's two stages of training: what each generates, judges and pays for."""
+"""The paper's two training stages: generated images, discriminators and losses."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class OpacityStage(Stage):
 
 
 class ColorStage(Stage):
-    """A stage whose generator draws colour images, judged by :class:`TranslationDiscriminator`."""
+    """Stage that trains colour images against a :class:`TranslationDiscriminator`."""
 
     def _real(self, batch: EncodedBatch) -> Tensor:
         return batch.image
@@ -95,9 +95,9 @@ class TranslationStage(ColorStage):
     size : NetworkSize
     options : TrainingOptions
     opacity : OpacityNetwork
-        The trained generator of stage 1; it gives the latent codes.
+        The trained generator of stage 1; encodes opacity TFs.
     conditions : int
-        Numbers that images depend on beside the TFs.
+        Number of condition values.
     device : torch.device
     execution : Execution
     """

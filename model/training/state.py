@@ -1,7 +1,7 @@
-"""The resumable state of a training run: data files, replaced as a whole.
+"""The resumable state of a training run, saved atomically.
 
-``training.json`` names the tensors' file of the same moment and is written
-last; a kill at any time leaves the previous state in force.
+``training.json`` names the file of the matching tensors and is written last;
+a process killed at any time leaves the previous or the new state.
 """
 
 from __future__ import annotations
@@ -22,27 +22,27 @@ from model.scene.migration import migrate_scene
 from model.training.stage import Stage
 
 FORMAT_VERSION = 3
-"""2 had other names for parts of stages and settings, and scenes without `light_range`."""
+"""Format 2 had other names of optimizers and settings, and scenes without `light_range`."""
 
 RENAMED = {"more_tfs": "unrendered_tfs", "keep_variance": "kaiming_init"}
-"""Settings of recipes of format 2."""
+"""Present names of settings in recipes of format 2."""
 STATE_FILE = "training.json"
 
 
 @dataclass
 class Progress:
-    """Where a run stands.
+    """Progress of a run.
 
     Attributes
     ----------
     stage : str
         "joint", "opacity", "translation" or "done".
     seconds : float
-        Wall clock spent in all sessions of the run.
+        Wall-clock time of all sessions of the run.
     samples : int
-        Samples seen in all stages.
+        Number of samples seen in all stages.
     batch : int
-        Batches done in this stage.
+        Number of batches done in this stage.
     """
 
     stage: str = "opacity"
@@ -51,7 +51,7 @@ class Progress:
     batch: int = 0
 
     def enter(self, stage: str) -> None:
-        """Go on with the first batch of a stage."""
+        """Move to the first batch of a stage."""
         self.stage, self.batch = stage, 0
 
 
@@ -65,9 +65,14 @@ def save_state(
     folder : Path
     progress : Progress
     recipe : dict
-        What the run was asked to do, as plain data; a resumed run must match.
+        Settings of the run as plain data; they must match when it is resumed.
     stages : list of Stage
         The stages begun so far.
+
+    Raises
+    ------
+    OSError
+        When the folder cannot be written.
     """
     tensors: dict[str, Tensor] = {}
     for stage in stages:
@@ -91,7 +96,7 @@ def save_state(
 
 
 def load_progress(folder: Path) -> tuple[Progress, dict[str, Any]]:
-    """Read where a run stands and what it was asked to do.
+    """Read the progress and the recipe of a run.
 
     Raises
     ------
@@ -103,12 +108,12 @@ def load_progress(folder: Path) -> tuple[Progress, dict[str, Any]]:
 
 
 def load_stage(folder: Path, stage: Stage) -> None:
-    """Put a stage into the state that the run was saved in.
+    """Restore a stage from the saved state of a run.
 
     Raises
     ------
     TrainingError
-        When the saved tensors are missing, damaged or of another network.
+        When the saved tensors are missing, damaged or those of another network.
     """
     header = _header(folder)
     path = folder / header["tensors"]
@@ -153,7 +158,7 @@ def _header(folder: Path) -> dict[str, Any]:
 
 
 def _migrate(recipe: dict[str, Any]) -> None:
-    """Bring a recipe of format 2 to the present one."""
+    """Convert a recipe of format 2 to the present format, in place."""
     recipe["scene"] = migrate_scene(recipe["scene"], 1)
     options = recipe["options"]
     recipe["options"] = {RENAMED.get(name, name): value for name, value in options.items()}
@@ -191,7 +196,7 @@ def _load_optimizer(optimizer: torch.optim.Optimizer, tensors: dict[str, Tensor]
     for key, value in tensors.items():
         index, name = key.split(".", 1)
         if value.ndim:
-            # The fused optimizer takes for granted that moments lie in memory as weights do.
+            # The fused optimizer requires moments in the same memory order as the weights.
             value = torch.empty_like(parameters[int(index)]).copy_(value)
         state.setdefault(int(index), {})[name] = value
     optimizer.load_state_dict(

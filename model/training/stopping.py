@@ -1,8 +1,8 @@
 """Stopping a run between two steps, by Ctrl-C or by a file in its folder.
 
-A step that is torn apart cannot be resumed exactly: the discriminator may have
-moved already and the generator not. Signals differ between systems, and reach
-neither another machine nor a process without a terminal; a file does.
+An interrupted step cannot be resumed exactly, as the discriminator may have been
+updated already but not the generator. Signals differ between systems and reach
+neither other machines nor processes without a terminal; a file works for all.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ LOCK_FILE = "training.lock"
 
 
 def ask_to_stop(folder: Path) -> None:
-    """Ask the run in a folder to save and end, from another process.
+    """Ask the run in a folder, in any process, to save its state and end.
 
     Raises
     ------
@@ -39,17 +39,15 @@ def ask_to_stop(folder: Path) -> None:
 
 
 class Interruption:
-    """Context manager that takes note of the first Ctrl-C instead of raising.
+    """Context manager that records the first Ctrl-C, or a stop file, instead of raising.
 
-    The second one raises :class:`KeyboardInterrupt` at once, wherever the
-    program is. Signals arrive in the main thread only, and those that somebody
-    else handles or ignores stay theirs: elsewhere only the file is heard.
+    A second Ctrl-C raises :class:`KeyboardInterrupt` at once. Outside the main
+    thread, or if SIGINT has another handler, only the file is checked.
 
     Parameters
     ----------
     folder : Path
-        The run's. A file of an earlier wish to stop is removed at the start, and what
-        was heard at the end.
+        Folder of the run. Its stop file is removed on entry and on exit.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -59,7 +57,7 @@ class Interruption:
 
     @property
     def asked(self) -> bool:
-        """Whether Ctrl-C has been pressed, or the file is there."""
+        """True once Ctrl-C has been pressed or the stop file exists."""
         return self._pressed or self._path.exists()
 
     def __enter__(self) -> Interruption:

@@ -1,10 +1,10 @@
-"""Fresh samples while training: rendered in the background into a ring of the newest ones.
+"""Training samples rendered in the background into a ring buffer of the newest ones.
 
-The paper's Discussion asks for samples generated during training. Here sample
-i of the split is rendered once, learned from about `reuse` times while it is
-among the newest, and forgotten. What a batch is drawn from depends on its
-number only, never on how fast rendering was, so runs repeat and resume
-exactly; training waits where rendering is behind.
+The paper's Discussion suggests generating samples during training. Here sample
+i of the split is rendered once, used about `reuse` times while it is among the
+newest, and discarded. The window that a batch is drawn from depends on the
+batch's number only, not on the speed of rendering, so runs are reproducible and
+resume exactly; training waits if rendering falls behind.
 """
 
 from __future__ import annotations
@@ -26,46 +26,45 @@ from model.scene.volume import Volume
 from model.training.sources import SampleSource
 
 DEFAULT_REUSE: dict[Lighting, float] = {"none": 4.0, "direct": 16.0, "global": 8.0}
-"""How often a sample is learned from: rendering then takes at most a quarter of a run on a CPU."""
+"""Uses per sample by lighting; rendering then takes at most a quarter of a run on a CPU."""
 
 FIRST_SAMPLES = 512
-"""Samples that are there before the first batch."""
+"""Number of samples rendered before the first batch."""
 
 RING_BYTES = 512 << 20
 RING_SAMPLES = 8192
-"""Largest ring: beyond it, samples are forgotten."""
+"""Largest number of samples in the ring."""
 
 AHEAD_BLOCKS = 8
-"""Blocks that may be rendered before they are needed."""
+"""Number of blocks that may be rendered ahead."""
 
 STAGE_SAMPLES = 1 << 40
-"""Where the samples of the next stage begin: stages do not share any."""
+"""Offset between the sample indices of stages, so that they share no samples."""
 
 
 class StreamSource(SampleSource):
-    """Samples rendered in background threads while training goes on.
+    """Samples rendered in background threads during training.
 
     Parameters
     ----------
     volume : Volume
     scene : Scene
-        Rendered by the ray caster, which releases the interpreter lock.
+        Should be rendered by the ray caster, which releases the interpreter lock.
     seed : int
-        Of the samples.
+        Seed of the samples.
     reuse : float, optional
-        How often each sample is learned from, on average; the more, the less
-        rendering.
+        Average number of uses of each sample; :data:`DEFAULT_REUSE` by default.
     threads : int, optional
-        Rendering threads, one per processor by default.
+        Number of rendering threads; by default one per processor, or one for a GPU.
     ring_samples : int, optional
-        Size of the ring.
+        Number of samples in the ring.
     device : {"cpu", "cuda"}
-        Where the ray caster runs; a GPU needs one thread only.
+        Device of the ray caster.
 
     Attributes
     ----------
     rendering_seconds : float
-        Processor time spent on rendering so far, in all threads.
+        Processor time spent on rendering so far, summed over threads.
 
     Raises
     ------
@@ -97,7 +96,7 @@ class StreamSource(SampleSource):
         self._ring: _Ring | None = None
 
     def first(self, split: Split, count: int) -> SampleBatch:
-        """The first samples of a split, rendered anew: they follow from scene and seed."""
+        """Render the first samples of a split; scene and seed determine them."""
         renderer = make_renderer(self._volume, self.scene, threads=None)
         try:
             return render_samples(renderer, self.scene, self.seed, split, range(count))
@@ -105,7 +104,7 @@ class StreamSource(SampleSource):
             renderer.close()
 
     def batches(self, stage: int, batch_size: int, seed: int, done: int) -> Iterator[SampleBatch]:
-        """Batches of random samples among the newest."""
+        """Yield batches of random samples among the newest, endlessly."""
         self.close()
         fresh = batch_size / self.reuse
         first = max(FIRST_SAMPLES, batch_size)
@@ -128,17 +127,17 @@ class StreamSource(SampleSource):
             ring.close()
 
     def check(self, batch_size: int) -> None:
-        """Nothing can be missing."""
+        """Do nothing: the supply of samples is unlimited."""
 
     def recipe(self) -> dict[str, Any]:
-        """What must not change when a run is resumed."""
+        """Return all properties that must not change when a run is resumed, as plain data."""
         return super().recipe() | {
             "reuse": self.reuse,
             "ring_samples": self._capacity,
         }
 
     def summary(self) -> dict[str, Any]:
-        """How the samples came about."""
+        """Return seed, reuse and rendering time of the samples."""
         return {
             "dataset_seed": self.seed,
             "reuse": self.reuse,
@@ -173,10 +172,10 @@ class StreamSource(SampleSource):
 
 
 class _Ring:
-    """The newest samples, written by rendering threads and read by the training one."""
+    """Ring buffer of the newest samples, written by rendering threads, read by the trainer."""
 
     def __init__(self, capacity: int, offset: int, first: int) -> None:
-        # Room for what is rendered ahead, so that it overwrites nothing that is still needed.
+        # Blocks rendered ahead must not overwrite samples that are still needed.
         self._slots = -(-capacity // BLOCK) * BLOCK + (AHEAD_BLOCKS + 1) * BLOCK
         self.offset = offset
         self._arrays: dict[str, NDArray[Any]] = {}
@@ -189,7 +188,10 @@ class _Ring:
         self._closed = False
 
     def wait_for(self, newest: int) -> None:
-        """Wait until all samples below `newest` are there, and let more be rendered."""
+        """Wait until all samples below `newest` are rendered, and allow further ones.
+
+        Raises the error of a rendering thread, if one has failed.
+        """
         with self._changed:
             self._wanted = newest
             self._changed.notify_all()
@@ -198,7 +200,7 @@ class _Ring:
                 raise self._error
 
     def next_block(self) -> range | None:
-        """The next block to render, once there is room for it; None when closed."""
+        """Return the next block to render once there is room for it; None when closed."""
         with self._changed:
             self._changed.wait_for(
                 lambda: self._closed or self._next < self._wanted + AHEAD_BLOCKS * BLOCK
@@ -225,18 +227,18 @@ class _Ring:
             self._changed.notify_all()
 
     def read(self, indices: NDArray[np.int64]) -> SampleBatch:
-        """Copy samples by their number in the split."""
+        """Copy samples by their index in the stage."""
         slots = indices % self._slots
         return SampleBatch.of({name: array[slots] for name, array in self._arrays.items()})
 
     def fail(self, error: BaseException) -> None:
-        """Hand an error to whoever waits for samples."""
+        """Pass an error on to the thread that waits for samples."""
         with self._changed:
             self._error = self._error or error
             self._changed.notify_all()
 
     def close(self) -> None:
-        """Let the rendering threads end."""
+        """Make the rendering threads end after their current blocks."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()

@@ -1,9 +1,9 @@
-"""The training run: all stages in one loop that can stop and resume anywhere.
+"""The training run: all stages in one loop that can stop and resume after any step.
 
-A run lives in a folder: ``training.json`` with its tensors (the resumable
-state), ``log.csv``, ``sheets/`` with pictures, and, from the first interval
-that draws colours on, the model itself, which the window can open while
-training goes on.
+A run is stored in a folder: ``training.json`` with its tensors (the resumable
+state), ``log.csv``, ``sheets/`` with images, and, from the first checkpoint of a
+stage that trains colour images, the model itself, which the window can open
+during training.
 """
 
 from __future__ import annotations
@@ -41,15 +41,15 @@ def train(
     resume: bool = False,
     on_report: Callable[[TrainingReport], None] = lambda report: None,
 ) -> None:
-    """Train within the budget.
+    """Train until the budget is used.
 
     Parameters
     ----------
     plan : TrainingPlan
     resume : bool
-        Go on with the run in the folder; without it the folder must hold none.
+        Whether to resume the run in the folder; otherwise the folder must hold none.
     on_report : callable
-        Called after each optimization step. Where it raises
+        Called after each optimization step. If it raises
         :class:`KeyboardInterrupt`, the run is saved and ends, as after Ctrl-C.
 
     Raises
@@ -58,10 +58,12 @@ def train(
         When a loss is no longer finite, or when codes or images collapse.
     TrainingError
         When the folder holds a run (or, resuming, none or another one), when
-        another process trains there, or when the data set is too small.
+        another process trains there, or when the folder cannot be written.
+    DatasetError
+        When there are too few samples.
     KeyboardInterrupt
-        After Ctrl-C, when the step in work is done and the run is saved; at
-        once, and without that, when it is pressed again.
+        After Ctrl-C, once the current step is done and the run is saved; at
+        once and unsaved if it is pressed again.
     """
     try:
         with _alone(plan.folder):
@@ -94,7 +96,7 @@ def _alone(folder: Path) -> Iterator[None]:
 
 @contextmanager
 def _writing(folder: Path) -> Iterator[None]:
-    """Say what it means when something cannot be written."""
+    """Convert :class:`OSError` to :class:`TrainingError`."""
     try:
         yield
     except OSError as error:
@@ -117,7 +119,7 @@ class _Run:
             plan.start.check(plan.size, plan.source.scene)
             self.schedule.start_from(plan.start.network)
         self.progress = self._first_progress(resume)
-        # All have looked into the folder before the first one writes to it.
+        # All ranks must have read the folder before the first one writes to it.
         parallel.wait_for_all()
         self.guard = CollapseGuard()
         self.interruption = Interruption(plan.folder)
@@ -201,7 +203,7 @@ class _Run:
                 raise KeyboardInterrupt
 
     def _take_stock(self, stage: Stage, recent: list[Losses], last: bool) -> None:
-        """Measure, and save what is worth it."""
+        """Measure the generator, and save a checkpoint unless it has collapsed."""
         measured = self._measure(recent)
         seen = self.progress.batch * stage.stage.batch_size * parallel.ranks()
         self._stop_if(stage, self.guard.check_measurement(stage, measured, seen, last))
@@ -209,9 +211,9 @@ class _Run:
             self._checkpoint()
 
     def _decide(self) -> tuple[float, bool, bool]:
-        """How much of the stage is over, whether to measure and save, whether to stop.
+        """Return the fraction of the stage done, and flags to checkpoint and to stop.
 
-        Alike on all ranks.
+        The first rank decides for all.
         """
         share = self._stage_share()
         due = time.monotonic() - self._saved > self.plan.interval or share >= 1
@@ -221,12 +223,12 @@ class _Run:
         return share, due, stop
 
     def _stage_share(self) -> float:
-        """Share of the current stage's part of the budget that is used up."""
+        """Fraction of the current stage's part of the budget used."""
         spent = self.plan.budget.spent(self.progress.seconds, self.progress.samples)
         return self.schedule.share(self.progress.stage, spent)
 
     def _batches(self, batch_size: int) -> Iterator[SampleBatch]:
-        """Training samples without end, from where the run stands."""
+        """Endless training samples from the run's current batch."""
         stage = self.schedule.names.index(self.progress.stage)
         seed = self.plan.options.seed
         own = parallel.own_stage(stage)
@@ -254,7 +256,7 @@ class _Run:
             measured = self.probe.measure(self._generator(), sheet)
             self.metrics = {name: measured[name] for name in MEASURES}
             self.log.write(self.progress, losses, measured)
-        # Only what the stage trains can collapse.
+        # Check the images that the stage trains.
         if not self.schedule.draws_color(self.progress.stage):
             measured["diversity"] = measured["opacity_diversity"]
         return measured
@@ -272,7 +274,7 @@ class _Run:
         self._saved = time.monotonic()
 
     def _generator(self) -> GeneratorNetwork:
-        """The generator as it is evaluated and shipped."""
+        """Return the averaged generator for evaluation and saving, after recalibration."""
         if not self.plan.options.average_decay:
             return self.schedule.generator()
         if self._evaluated is None or self._evaluated[0] != self.progress.samples:

@@ -1,4 +1,4 @@
-"""Training that goes on from a finished model's weights instead of random ones."""
+"""Warm start: training that begins with a trained model's weights."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from model.networks.size import NetworkSize
 from model.scene.scene import Scene
 
 BUILT_FOR = ("proportions", "view_range", "lighting")
-"""What of a scene networks are built for, beside the image size."""
+"""Scene properties that networks depend on, besides the image size."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class WarmStart:
     Attributes
     ----------
     digest : str
-        SHA-256 of its weights: a run is resumed from the same ones.
+        SHA-256 of its weights; must not change when a run is resumed.
     card : ModelCard
     network : GeneratorNetwork
         In evaluation mode, float32, on the CPU.
@@ -41,20 +41,20 @@ class WarmStart:
         Raises
         ------
         CheckpointError
-            When it holds no model that can be read.
+            When the folder holds no model that can be read.
         """
         return cls(weights_digest(folder), *load_model(folder))
 
     def check(self, size: NetworkSize, scene: Scene) -> None:
-        """Refuse a model whose weights another network, or another scene's, has.
+        """Refuse a model of another network size or an incompatible scene.
 
-        A volume of the same proportions will do, as will another light: both
-        are learned anew sooner than from nothing.
+        The volume may be another one of the same proportions, and the light may
+        differ: training then still needs less time than from random weights.
 
         Raises
         ------
         TrainingError
-            Naming all that differs.
+            When they differ; the message names all differences.
         """
         theirs = asdict(self.card.size) | _built_for(self.card.scene)
         ours = asdict(size) | _built_for(scene)

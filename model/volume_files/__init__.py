@@ -54,23 +54,23 @@ def read_volume(
     path : Path
         NRRD, MetaImage, NIfTI, VTI, legacy VTK, TIFF, DICOM or raw.
     raw : RawLayout or None
-        Reads the file as headerless with this layout, whatever its suffix. A
-        .raw file without it must carry the layout in its name, for example
+        Layout to read the file with as a headerless one, regardless of its suffix.
+        Without it, a .raw file must have the layout in its name, for example
         ``engine_256x256x110_uint8.raw``.
     component : int, "magnitude" or None
-        What to take from a file with several components per voxel.
+        Component to read from a file with several components per voxel.
 
     Returns
     -------
     Volume
         In index order: axis x of the volume is the file's fastest axis.
-        Whatever had to be assumed or changed stands in its notes.
+        Assumptions and changes are recorded in its notes.
 
     Raises
     ------
     VolumeError
-        For every file that is no volume or cannot be read, with one sentence
-        that says why.
+        For every file that is not a volume or cannot be read; the message is one
+        sentence with the reason.
     """
     path = Path(path)
     try:
@@ -90,7 +90,7 @@ def read_volume(
 
 
 def describe(volume: Volume) -> list[tuple[str, str]]:
-    """List a volume's facts for people.
+    """List a volume's properties for display.
 
     Returns
     -------

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from model.volume_files.checks import check_present, damaged, truncated
 
 Encoding = Literal["raw", "deflate", "bzip2"]
-"""Deflate stands for both zlib and gzip: the stream's first bytes tell them apart."""
+"""Deflate stands for both zlib and gzip, which differ in the stream's first bytes."""
 
 CHUNK = 1 << 14
 EITHER_ZLIB_OR_GZIP = 47
@@ -24,7 +24,7 @@ EITHER_ZLIB_OR_GZIP = 47
 
 @dataclass(frozen=True)
 class Block:
-    """Where the voxels lie and how they are stored.
+    """Location and encoding of the voxels in a file.
 
     Attributes
     ----------
@@ -34,7 +34,7 @@ class Block:
     dtype : numpy.dtype
         With the byte order of the file.
     offset : int
-        First byte; -1 when the block is the end of the file.
+        First byte; -1 for a block at the end of the file.
     encoding : {"raw", "deflate", "bzip2"}
     """
 
@@ -96,7 +96,7 @@ def _inflate(file: BinaryIO, block: Block, target: NDArray[np.uint8]) -> None:
 
 
 def _pieces(file: BinaryIO, encoding: Encoding) -> Iterator[bytes]:
-    """Yield the decompressed data of one or several streams on end; EOFError when one is cut."""
+    """Yield the data of one or more consecutive streams; raise EOFError if one is cut off."""
 
     def fresh() -> Any:
         if encoding == "bzip2":

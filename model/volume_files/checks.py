@@ -1,4 +1,4 @@
-"""Sanity checks on what a volume file's header claims, made before any memory is taken."""
+"""Checks of a volume file's header, made before memory is allocated."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SMALLEST_SPACING, LARGEST_SPACING = 1e-15, 1e15
 
 
 def readable_size(count: int) -> str:
-    """Write a number of bytes for people: ``"1.5 GiB"``."""
+    """Format a number of bytes for display: ``"1.5 GiB"``."""
     size = float(count)
     for unit in ("bytes", "KiB", "MiB", "GiB", "TiB"):
         if size < 1024 or unit == "TiB":
@@ -28,12 +28,12 @@ def readable_size(count: int) -> str:
 
 
 def times(dimensions: Sequence[int]) -> str:
-    """Write dimensions for people: ``"256 x 256 x 110"``."""
+    """Format dimensions for display: ``"256 x 256 x 110"``."""
     return " x ".join(str(n) for n in dimensions)
 
 
 def physical_memory() -> int | None:
-    """Bytes of memory in this machine; None where the system does not tell."""
+    """Return the machine's memory in bytes; None if the system does not report it."""
     try:
         return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     except (AttributeError, ValueError, OSError):
@@ -46,18 +46,18 @@ def check_grid(path: Path, dimensions: Sequence[int], dtype: DTypeLike, componen
     Parameters
     ----------
     path : Path
-        Named in the message.
+        Path named in the error message.
     dimensions : sequence of int
-        Voxels along x, y and z, as the header has them.
+        Voxels along x, y and z, as given in the header.
     dtype : dtype-like
         Type of one component.
     components : int
-        Values per voxel.
+        Number of values per voxel.
 
     Returns
     -------
     int
-        Bytes that the voxels take.
+        Size of the voxels in bytes.
 
     Raises
     ------
@@ -92,7 +92,7 @@ def check_grid(path: Path, dimensions: Sequence[int], dtype: DTypeLike, componen
 
 
 def check_present(path: Path, present: int, need: int) -> None:
-    """Raise VolumeError when fewer bytes of voxels are there than the header promises."""
+    """Raise VolumeError if fewer bytes of voxels are present than the header requires."""
     if present < need:
         raise truncated(
             path, f"it has {max(present, 0)} of the {need} bytes of voxels that its header promises"
@@ -100,31 +100,31 @@ def check_present(path: Path, present: int, need: int) -> None:
 
 
 def truncated(path: Path, how: str) -> VolumeError:
-    """Error for a file that ends too early; `how` says what is missing."""
+    """Return the error for a file that ends too early; `how` names the missing part."""
     return VolumeError(f"{path}: the file is truncated ({how}); copy or download it again.")
 
 
 def damaged(path: Path, how: str) -> VolumeError:
-    """Error for a header or stream that makes no sense; `how` says which part."""
+    """Return the error for an invalid header or stream; `how` describes the defect."""
     return VolumeError(f"{path}: the file is damaged or foreign: {how}; check where it came from.")
 
 
 def unsupported(path: Path, what: str, remedy: str) -> VolumeError:
-    """Error for a valid file of a kind that is not read here."""
+    """Return the error for a valid file of an unsupported kind."""
     return VolumeError(f"{path}: {what} cannot be read here; {remedy}.")
 
 
 def usable_spacing(spacing: Sequence[float] | None) -> tuple[Triple, tuple[str, ...]]:
-    """Turn a header's spacing into one that a volume can have.
+    """Convert a header's spacing to a valid one.
 
-    A sign only tells the direction of an axis and is dropped. What is missing,
-    zero or not finite becomes 1.
+    A sign only gives the direction of an axis and is dropped. Numbers that are
+    missing, zero, not finite or extreme are replaced by 1.
 
     Returns
     -------
     spacing : tuple of float
     notes : tuple of str
-        What was assumed, empty when nothing was.
+        Assumptions made, for the user; empty if there are none.
     """
     if spacing is None:
         return (1.0, 1.0, 1.0), ("The file gives no voxel spacing; 1 is assumed.",)
@@ -138,13 +138,13 @@ def usable_spacing(spacing: Sequence[float] | None) -> tuple[Triple, tuple[str, 
 
 
 def usable_origin(origin: Sequence[float]) -> Triple:
-    """Replace what is not finite by 0."""
+    """Replace coordinates that are not finite by 0."""
     x, y, z = (float(o) if math.isfinite(o) else 0.0 for o in origin)
     return x, y, z
 
 
 def frame_notes(directions: NDArray[np.float64], handedness: int = 1) -> tuple[str, ...]:
-    """Say how the grid's axes lie in the file's space when that is not the plain way.
+    """Describe the orientation of the grid in the file's space, unless it is the default.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ def frame_notes(directions: NDArray[np.float64], handedness: int = 1) -> tuple[s
         Row k is the step from one voxel to the next along the grid's axis k,
         in the file's space.
     handedness : int
-        -1 when that space is left-handed.
+        -1 if that space is left-handed.
 
     Returns
     -------

@@ -1,8 +1,7 @@
-"""A DICOM series: a folder of slices, or any one of them.
+"""DICOM series, given as a folder of slices or by any one of them.
 
-The tags are read here, because VTK's DICOM reader wraps rescaled values into
-16 bits, takes a truncated slice for a whole one, and mixes the series of a
-folder.
+The tags are parsed here, because VTK's DICOM reader wraps rescaled values into
+16 bits, accepts truncated slices, and mixes the series of a folder.
 """
 
 from __future__ import annotations
@@ -39,35 +38,35 @@ SERIES, MODALITY, STORAGE_CLASS = (0x0020, 0x000E), (0x0008, 0x0060), (0x0002, 0
 INTERCEPT, SLOPE, RESCALE_TYPE = (0x0028, 0x1052), (0x0028, 0x1053), (0x0028, 0x1054)
 
 EVEN = 0.02
-"""Slice distances that differ by less than this share count as equal."""
+"""Relative difference below which slice distances count as equal."""
 
 
 def dicom_slices(folder: Path) -> list[Path]:
-    """DICOM files of a folder; one that only bears the suffix counts too."""
+    """Return the files of a folder that have a DICOM suffix or DICOM content, sorted by name."""
     files = sorted(path for path in folder.iterdir() if path.is_file())
     return [path for path in files if path.suffix.lower() in SUFFIXES or is_dicom(path)]
 
 
 def read_dicom(files: list[Path], like: Path | None = None) -> Grid:
-    """Read one series out of DICOM files, its slices in the order of their positions.
+    """Read one series from DICOM files, with its slices sorted by position.
 
     Parameters
     ----------
     files : list of Path
         Files of one folder.
     like : Path or None
-        One of them, whose series is wanted; None for the largest series.
+        A file of the wanted series; None for the largest series.
 
     Returns
     -------
     Grid
-        Rescaled by the slope and intercept of each slice.
+        Values rescaled by the slope and intercept of each slice.
 
     Raises
     ------
     VolumeError
         When a slice is foreign, damaged, truncated or compressed, or the
-        slices do not make one grid.
+        slices do not form one grid.
     """
     slices, notes = _series(files, like)
     slices, step, gap_notes = _in_order(slices)
@@ -104,7 +103,7 @@ def read_dicom(files: list[Path], like: Path | None = None) -> Grid:
 
 
 def _series(files: list[Path], like: Path | None) -> tuple[list[Tags], tuple[str, ...]]:
-    """Pick the images of one series."""
+    """Select the images of one series; also return notes for the user."""
     images: list[Tags] = []
     others: list[Tags] = []
     for path in files:
@@ -135,7 +134,7 @@ def _series(files: list[Path], like: Path | None) -> tuple[list[Tags], tuple[str
 
 
 def _axes(tags: Tags) -> NDArray[np.float64]:
-    """Directions of rows, columns and slices, one per row; the unit axes when unknown."""
+    """Directions of rows, columns and slices, one per row; the unit axes if unknown."""
     numbers = tags.numbers(*ORIENTATION)
     if len(numbers) != 6:
         return np.eye(3)
@@ -144,7 +143,7 @@ def _axes(tags: Tags) -> NDArray[np.float64]:
 
 
 def _in_order(slices: list[Tags]) -> tuple[list[Tags], float, tuple[str, ...]]:
-    """Sort slices along their normal; also the distance between them, and notes on gaps."""
+    """Sort slices along their normal; also return their distance, and notes on gaps."""
     normal = _axes(slices[0])[2]
     positions = [tags.numbers(*POSITION) for tags in slices]
     if any(len(position) != 3 for position in positions):
@@ -184,7 +183,7 @@ def _shape(tags: Tags) -> tuple[int, int]:
 
 
 def _dtype(tags: Tags) -> np.dtype[np.generic]:
-    """Type of the stored pixels, with their byte order."""
+    """Type of the stored pixels, with byte order."""
     if tags.short(*SAMPLES, default=1) != 1:
         raise unsupported(tags.path, "a DICOM file in colour", "convert it to grey values")
     if tags.text(*FRAMES) not in ("", "1"):
@@ -201,7 +200,7 @@ def _dtype(tags: Tags) -> np.dtype[np.generic]:
 
 
 def _stored(tags: Tags, shape: tuple[int, int], dtype: np.dtype[np.generic]) -> NDArray[np.generic]:
-    """Pixels of one slice as stored, without what is kept in their unused high bits."""
+    """Stored pixels of one slice, sign-extended or cleared in their unused high bits."""
     assert tags.pixels is not None
     offset, length = tags.pixels
     block = Block(tags.path, shape, dtype, offset)
@@ -212,7 +211,7 @@ def _stored(tags: Tags, shape: tuple[int, int], dtype: np.dtype[np.generic]) -> 
 
 
 def _bits_stored(tags: Tags, dtype: np.dtype[np.generic]) -> int:
-    """Number of low bits that carry the value."""
+    """Number of low bits that hold the value."""
     allocated = dtype.itemsize * 8
     stored = tags.short(*BITS_STORED, default=allocated)
     if not 1 <= stored <= allocated:
@@ -228,7 +227,7 @@ def _rescale(tags: Tags) -> tuple[float, float]:
 
 
 def _rescaled_type(slices: list[Tags], dtype: np.dtype[np.generic]) -> np.dtype[np.generic]:
-    """Type that holds every slice's rescaled pixels, an integer one when they are whole."""
+    """Type for all slices' rescaled pixels: an integer type if the values are integers and fit."""
     scales = {_rescale(tags) for tags in slices}
     native = dtype.newbyteorder("=")
     if scales == {(1.0, 0.0)}:

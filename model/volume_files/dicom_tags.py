@@ -1,4 +1,4 @@
-"""The tags of one DICOM file, up to its pixels."""
+"""Reading of a DICOM file's tags up to its pixels."""
 
 from __future__ import annotations
 
@@ -31,17 +31,17 @@ _IMPLICIT, _EXPLICIT, _BIG = "1.2.840.10008.1.2", "1.2.840.10008.1.2.1", "1.2.84
 
 @dataclass(frozen=True)
 class Tags:
-    """What one file says about its image.
+    """Tags of a DICOM file, and the location of its pixels.
 
     Attributes
     ----------
     path : Path
     values : dict
-        Raw value of each short tag on the top level.
+        Raw value of each top-level tag that is not too long.
     order : {"<", ">"}
         Byte order of numbers and pixels.
     pixels : tuple of int or None
-        Offset and length in bytes of the pixels; None when there are none.
+        Offset and length in bytes of the pixels; None if there are none.
     """
 
     path: Path
@@ -50,24 +50,24 @@ class Tags:
     pixels: tuple[int, int] | None
 
     def text(self, group: int, element: int) -> str:
-        """Text of a tag, empty when it is missing."""
+        """Return a tag's text; empty if it is missing."""
         return self.values.get((group, element), b"").decode("latin-1").strip(" \0")
 
     def numbers(self, group: int, element: int) -> list[float]:
-        """Decimal numbers of a tag, empty when it is missing or malformed."""
+        """Return a tag's decimal numbers; empty if it is missing or malformed."""
         try:
             return [float(word) for word in self.text(group, element).split("\\")]
         except ValueError:
             return []
 
     def short(self, group: int, element: int, default: int) -> int:
-        """Unsigned 16-bit number of a tag."""
+        """Return a tag's unsigned 16-bit number."""
         value = self.values.get((group, element), b"")
         return int(struct.unpack(self.order + "H", value[:2])[0]) if len(value) >= 2 else default
 
 
 def is_dicom(path: Path) -> bool:
-    """Tell by its first bytes whether a file is DICOM."""
+    """Return True if a file has DICOM's preamble and prefix."""
     with path.open("rb") as file:
         return file.read(PREAMBLE + 4)[PREAMBLE:] == b"DICM"
 
@@ -91,7 +91,7 @@ def read_tags(path: Path) -> Tags:
 
 
 class _Walk:
-    """A pass over the elements of an open file."""
+    """Parser of the elements of an open file."""
 
     def __init__(self, path: Path, file: BinaryIO) -> None:
         self.path, self.file = path, file
@@ -116,7 +116,7 @@ class _Walk:
                 self._keep(tag, length)
 
     def _leave_meta(self) -> None:
-        """Switch to the data set's encoding where the file's meta information ends."""
+        """Switch to the data set's encoding at the end of the file's meta information."""
         place = self.file.tell()
         group = self._unpack("<H")[0]
         self.file.seek(place)
@@ -133,7 +133,7 @@ class _Walk:
         return struct.unpack(form, self.file.read(struct.calcsize(form)))
 
     def _element(self) -> tuple[Tag, int]:
-        """Tag and length of the next element."""
+        """Read the tag and length of the next element."""
         group, element = self._unpack(self.order + "HH")
         if not self.explicit or group == 0xFFFE:
             return (group, element), self._unpack(self.order + "I")[0]

@@ -1,4 +1,4 @@
-"""From the voxels of a file to a volume: one component, finite values, a readable name."""
+"""Conversion of a file's grid to a volume: one component, finite values, a readable name."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ _LAYOUT_SUFFIX = re.compile(r"[\W_]*\d+x\d+x\d+([\W_].*)?$", re.IGNORECASE)
 
 
 def make_volume(path: Path, grid: Grid, component: Component | None) -> Volume:
-    """Make a volume of a file's grid.
+    """Convert a file's grid to a volume.
 
     Parameters
     ----------
     path : Path
-        Where the grid comes from.
+        File or folder of the grid.
     grid : Grid
     component : int, "magnitude" or None
-        Which component to take; None when there is only one.
+        The component to use; None if there is only one.
 
     Raises
     ------
@@ -53,7 +53,7 @@ def make_volume(path: Path, grid: Grid, component: Component | None) -> Volume:
 
 
 def readable_name(path: Path) -> str:
-    """File name without its suffix and without a trailing layout, as words.
+    """Return the file name as words, without its suffix and a trailing layout.
 
     ``engine_256x256x110_uint8.raw`` becomes ``engine``.
     """
@@ -66,7 +66,7 @@ def readable_name(path: Path) -> str:
 def _one_component(
     path: Path, values: NDArray[np.generic], component: Component | None
 ) -> NDArray[np.generic]:
-    """Reduce components to scalars; C-contiguous, without a copy when there is nothing to do."""
+    """Reduce components to scalars, C-contiguous and without an unnecessary copy."""
     count = values.shape[3] if values.ndim == 4 else 1
     last = count - 1
     if component is None and count > 1:
@@ -89,7 +89,7 @@ def _one_component(
 
 
 def _magnitude(values: NDArray[np.generic]) -> NDArray[np.generic]:
-    """Euclidean length of each voxel's components, slice by slice to save memory."""
+    """Euclidean norm of each voxel's components, computed slice by slice to save memory."""
     narrow = np.can_cast(values.dtype, np.float32)
     lengths = np.empty(values.shape[:3], np.float32 if narrow else np.float64)
     with np.errstate(invalid="ignore", over="ignore"):
@@ -99,7 +99,7 @@ def _magnitude(values: NDArray[np.generic]) -> NDArray[np.generic]:
 
 
 def _replace_bad_voxels(path: Path, scalars: NDArray[np.generic]) -> tuple[str, ...]:
-    """Set NaN and infinite voxels to the smallest finite value, in place; say how many."""
+    """Set NaN and infinite voxels to the smallest finite value, in place; return notes."""
     if scalars.dtype.kind != "f":
         return ()
     bad, lowest = 0, np.inf

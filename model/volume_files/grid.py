@@ -1,4 +1,4 @@
-"""What the reader of each format hands back, before a volume is made of it."""
+"""The result of the file readers, before it is converted to a volume."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from model.scene.volume import Triple
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """The voxels of a file as they are, with one or more components.
+    """Voxels of a file, with one or more components.
 
     Attributes
     ----------
@@ -21,9 +21,9 @@ class Grid:
     spacing, origin : tuple of float
         Along x, y and z.
     units : str
-        Unit of the values, empty when unknown.
+        Unit of the values, empty if unknown.
     notes : tuple of str
-        What had to be assumed or changed.
+        Assumptions and changes made by the reader, for the user.
     """
 
     values: NDArray[np.generic]

@@ -1,4 +1,4 @@
-"""Legacy VTK files (.vtk) of structured points, through VTK's reader."""
+"""Legacy VTK files (.vtk) of structured points, read by VTK."""
 
 from __future__ import annotations
 

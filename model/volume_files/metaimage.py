@@ -1,6 +1,6 @@
-"""MetaImage files, with the voxels attached (.mha) or in a file of their own (.mhd).
+"""MetaImage files, with the voxels attached (.mha) or in a separate file (.mhd).
 
-The header is read here and the voxels as a block, because VTK's MetaImage
+The header is parsed here and the voxels are read as a block, because VTK's MetaImage
 reader crashes on 64-bit integers and on four axes, and prints to the terminal.
 """
 
@@ -44,14 +44,14 @@ SCALAR_TYPES = {
 
 @dataclass(frozen=True)
 class _Header:
-    """The fields of a header by name, and its length in bytes."""
+    """Fields of a header by name, and its length in bytes."""
 
     path: Path
     fields: dict[str, str]
     length: int
 
     def first(self, *names: str) -> str | None:
-        """Value of the first of these fields that is there."""
+        """Return the value of the first of these fields that exists, or None."""
         return next((self.fields[name] for name in names if name in self.fields), None)
 
     def numbers(self, count: int, *names: str) -> list[float] | None:
@@ -85,8 +85,8 @@ def read_metaimage(path: Path) -> Grid:
     Raises
     ------
     VolumeError
-        When the file is foreign, damaged, truncated, or of a kind that is not
-        read here (ASCII voxels, data over several files).
+        When the file is foreign, damaged, truncated, or of an unsupported kind
+        (ASCII voxels, data over several files).
     """
     header = _read_header(path)
     sizes = header.integers("DimSize")
@@ -162,7 +162,7 @@ def _block(header: _Header, shape: tuple[int, ...], dtype: np.dtype[np.generic])
 
 
 def _data_file(header: _Header) -> tuple[Path, int]:
-    """File that holds the voxels, and where they start."""
+    """Return the file with the voxels, and the offset of its data."""
     name = header.fields["ElementDataFile"]
     if name.upper() == "LOCAL":
         return header.path, header.length

@@ -1,4 +1,4 @@
-"""NIfTI files (.nii, .nii.gz), through VTK's reader."""
+"""NIfTI files (.nii, .nii.gz), read by VTK."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def read_nifti(path: Path) -> Grid:
     """Read a NIfTI file; time steps and vectors become components.
 
     The header's intensity scaling is applied. VTK reverses the slices of a
-    grid whose header says that it is left-handed, which is noted.
+    left-handed grid, which is noted.
 
     Raises
     ------
@@ -62,7 +62,7 @@ def read_nifti(path: Path) -> Grid:
 
 
 def _rescaled(values: NDArray[np.generic], slope: float, intercept: float) -> NDArray[np.generic]:
-    """Apply the header's scaling; a slope of 0 means that there is none."""
+    """Apply the header's intensity scaling; a slope of 0 means none."""
     if slope == 0 or not np.isfinite([slope, intercept]).all() or (slope, intercept) == (1, 0):
         return values
     wide = values.dtype.itemsize > 4 or values.dtype in (np.int32, np.uint32)
@@ -73,13 +73,13 @@ def _rescaled(values: NDArray[np.generic], slope: float, intercept: float) -> ND
 
 
 def _frame(reader: Any) -> tuple[Triple, tuple[str, ...]]:
-    """Origin and notes on the orientation, from the header's matrix in RAS coordinates."""
+    """Return the origin, and notes on the orientation, from the header's matrix (RAS)."""
     matrix = reader.GetSFormMatrix() or reader.GetQFormMatrix()
     if matrix is None:
         return (0.0, 0.0, 0.0), ()
     rows = np.array([[matrix.GetElement(row, column) for column in range(4)] for row in range(3)])
     directions = rows[:, :3].T
-    # Scanners write the same upright grid either way: x and y both positive, or both negative.
+    # Scanners write upright grids in two ways: x and y both positive, or both negative.
     if directions[0, 0] < 0 and directions[1, 1] < 0:
         directions = directions * (-1.0, -1.0, 1.0)
     return usable_origin(rows[:, 3].tolist()), frame_notes(directions)

@@ -1,9 +1,9 @@
 """NRRD files, with the header attached (.nrrd) or detached (.nhdr).
 
-The header is read here and the voxels as a block, because VTK's NRRD reader
-takes any first axis of nine or fewer voxels for components, crashes on
-two-dimensional files, returns noise for truncated and ASCII ones, and stops at
-4 GiB of compressed voxels.
+The header is parsed here and the voxels are read as a block, because VTK's NRRD
+reader takes any first axis of nine or fewer voxels for components, crashes on
+two-dimensional files, returns noise for truncated and ASCII ones, and is limited
+to 4 GiB of compressed voxels.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ SCALAR_TYPES = {
 
 @dataclass(frozen=True)
 class _Header:
-    """The fields of a header, names in lower case without spaces, and its length in bytes."""
+    """Fields of a header, by names in lower case without spaces, and its length in bytes."""
 
     path: Path
     fields: dict[str, str]
@@ -93,14 +93,15 @@ class _Header:
 def read_nrrd(path: Path) -> Grid:
     """Read a NRRD file.
 
-    Four axes are read as a volume with components: the axis whose kind is not
-    spatial, or for want of kinds a first axis of nine or fewer, else the last.
+    Files with four axes are read as volumes with components. The component axis is
+    the one whose kind is not spatial or, without kinds, the first axis if it has
+    nine or fewer entries, and the last otherwise.
 
     Raises
     ------
     VolumeError
-        When the file is foreign, damaged, truncated, or of a kind that is not
-        read here (ASCII or hex encoding, data over several files).
+        When the file is foreign, damaged, truncated, or of an unsupported kind
+        (ASCII or hex encoding, data over several files).
     """
     header = _read_header(path)
     sizes = header.integers("sizes")
@@ -164,7 +165,7 @@ def _dtype(header: _Header) -> np.dtype[np.generic]:
 
 
 def _component_axis(header: _Header, sizes: list[int]) -> int | None:
-    """Axis that counts components, not voxels; None for a scalar volume."""
+    """Return the axis of components; None for a scalar volume."""
     kinds = header.fields.get("kinds", "").lower().split()
     if len(kinds) == len(sizes):
         named = [axis for axis, kind in enumerate(kinds) if kind not in SPATIAL_KINDS]
@@ -201,7 +202,7 @@ def _block(header: _Header, sizes: list[int], dtype: np.dtype[np.generic]) -> Bl
 
 
 def _data_file(header: _Header) -> tuple[Path, int]:
-    """File that holds the voxels, and where they start unless something is skipped."""
+    """Return the file with the voxels, and the offset of its data before any skips."""
     name = header.fields.get("datafile")
     if name is None:
         return header.path, header.length
@@ -239,7 +240,7 @@ def _spacings(header: _Header, axes: list[int]) -> list[float] | None:
 
 
 def _vectors(text: str) -> list[list[float]]:
-    """Vectors such as ``(1,0,0) (0,1,0)``; unreadable numbers become NaN."""
+    """Parse vectors such as ``(1,0,0) (0,1,0)``; invalid numbers become NaN."""
     return [
         [_number(word) for word in vector.split(",")] for vector in re.findall(r"\(([^)]*)\)", text)
     ]

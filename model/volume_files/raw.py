@@ -1,4 +1,4 @@
-"""Headerless raw volumes: their layout, given or read from the file's name."""
+"""Headerless raw volumes, with a layout given explicitly or by the file's name."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SCALAR_TYPES = {
     **{"uchar": "uint8", "ushort": "uint16", "uint": "uint32"},
     **{"char": "int8", "short": "int16", "int": "int32", "float": "float32", "double": "float64"},
 }
-"""Names of scalar types, as people write them, to numpy's."""
+"""NumPy's names of scalar types, by their common names."""
 
 _DIMENSIONS = re.compile(r"(?<!\d)(\d{1,9})x(\d{1,9})x(\d{1,9})(?!\d)", re.IGNORECASE)
 _WORD = re.compile(r"[a-z]+\d*", re.IGNORECASE)
@@ -32,22 +32,22 @@ _BIG = {"be", "big", "bigendian", "msb"}
 
 @dataclass(frozen=True)
 class RawLayout:
-    """What a headerless file does not say about itself.
+    """Layout of a headerless file.
 
     Attributes
     ----------
     dimensions : tuple of int
-        Voxels along x, y and z; x is fastest in the file.
+        Number of voxels along x, y and z; x is fastest in the file.
     scalar_type : str
         One of :data:`SCALAR_TYPES`, for example ``"uint8"``.
     byte_order : {"little", "big"}
     spacing : tuple of float or None
-        Along x, y and z; None when unknown.
+        Voxel spacing along x, y and z; None if unknown.
 
     Raises
     ------
     VolumeError
-        When the scalar type or the byte order has no such name.
+        When the scalar type or the byte order is unknown.
     """
 
     dimensions: tuple[int, int, int]
@@ -66,14 +66,14 @@ class RawLayout:
 
     @classmethod
     def parse(cls, text: str) -> RawLayout | None:
-        """Read a layout from a text such as ``engine_256x256x110_uint8_be``.
+        """Parse a layout from a text such as ``engine_256x256x110_uint8_be``.
 
         Returns
         -------
         RawLayout or None
-            None when the text lacks the dimensions or the scalar type. The
-            byte order is little unless a word after the dimensions says
-            ``be``, ``big``, ``bigendian`` or ``msb``.
+            None if the text lacks the dimensions or the scalar type. The byte order
+            is little unless a word after the dimensions is ``be``, ``big``,
+            ``bigendian`` or ``msb``.
         """
         found = list(_DIMENSIONS.finditer(text))
         if not found:
@@ -88,7 +88,7 @@ class RawLayout:
 
     @property
     def dtype(self) -> np.dtype[np.generic]:
-        """Scalar type with the byte order."""
+        """Scalar type with byte order."""
         return np.dtype(SCALAR_TYPES[self.scalar_type]).newbyteorder(self.byte_order)
 
 
@@ -98,7 +98,7 @@ def read_raw(path: Path, layout: RawLayout | None) -> Grid:
     Raises
     ------
     VolumeError
-        When there is no layout, or the file has another size.
+        When the layout is unknown, or the file has another size.
     """
     layout = layout or RawLayout.parse(path.stem)
     if layout is None:

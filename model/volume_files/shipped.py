@@ -1,4 +1,4 @@
-"""The volumes that come with tfscope."""
+"""The volumes shipped with tfscope."""
 
 from __future__ import annotations
 
@@ -10,5 +10,5 @@ DEFAULT_VOLUME = RESOURCES / "volumes" / "reacting_jet_temperature_112x112x192_f
 
 
 def shipped_volumes() -> list[Path]:
-    """Files of the volumes that are there, in alphabetical order."""
+    """Return the files of the shipped volumes, in alphabetical order."""
     return sorted((RESOURCES / "volumes").glob("*.nrrd"))

@@ -1,4 +1,4 @@
-"""Where a volume comes from."""
+"""Source of a volume: a file and its reading options."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from model.volume_files.shipped import DEFAULT_VOLUME, shipped_volumes
 
 @dataclass(frozen=True)
 class VolumeSource:
-    """Where a volume comes from, as plain data.
+    """Source of a volume, as plain data.
 
     Attributes
     ----------
     path : Path or None
-        File or DICOM folder; None is the shipped default.
+        File, or folder of slices; None for the shipped default.
     raw : str or None
-        Layout of a headerless file, see :meth:`RawLayout.parse`; None where the name says it.
+        Layout of a headerless file, see :meth:`RawLayout.parse`; None if in the file's name.
     component : str or None
-        "magnitude", or a number from 0, where each voxel has several numbers.
+        "magnitude" or an index from 0, for files with several components per voxel.
     """
 
     path: Path | None = None
@@ -31,12 +31,12 @@ class VolumeSource:
     component: str | None = None
 
     def read(self) -> Volume:
-        """Read the volume, the shipped default when none is named.
+        """Read the volume; the shipped default if there is no path.
 
         Raises
         ------
         VolumeError
-            When the options or the file are wrong.
+            When the options or the file are invalid.
         """
         return read_volume(
             self.path or DEFAULT_VOLUME, raw=self._layout(), component=self._component()
@@ -64,13 +64,13 @@ class VolumeSource:
 
 
 def volume_of(fingerprint: str, name: str, source: VolumeSource) -> Volume:
-    """Read the volume that a model was trained on: the one named, or the shipped one.
+    """Read the volume that a model was trained on, from a source or from the shipped ones.
 
     Raises
     ------
     VolumeError
-        When the named volume is another one, or none is named and none of the
-        shipped ones fits.
+        When the source's volume is another one, or when it has no path and none of
+        the shipped volumes matches.
     """
     if source.path is not None:
         volume = source.read()

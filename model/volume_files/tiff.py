@@ -1,4 +1,4 @@
-"""TIFF stacks, one file of many pages or a folder of slices, through VTK's reader."""
+"""TIFF stacks, as one file of several pages or a folder of slices, read by VTK."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ READABLE_TYPES = ("u1", "i1", "u2", "i2", "u4", "i4", "f4")
 
 
 def tiff_slices(folder: Path) -> list[Path]:
-    """TIFF files of a folder, numbers in their names in numeric order."""
+    """Return the TIFF files of a folder, with numbers in their names in numeric order."""
     return sorted(
         (path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES), key=_natural
     )
@@ -29,7 +29,7 @@ def read_tiff(path: Path) -> Grid:
     ------
     VolumeError
         When the file is foreign, damaged, truncated, its pages differ, or it
-        is of a kind that is not read here (tiles, palettes, 64-bit voxels).
+        is of an unsupported kind (tiles, palettes, 64-bit voxels).
     """
     return _read(path, [path], read_pages(path))
 
@@ -40,7 +40,7 @@ def read_tiff_folder(folder: Path, slices: list[Path]) -> Grid:
     Raises
     ------
     VolumeError
-        As :func:`read_tiff`, naming the slice.
+        As for :func:`read_tiff`, and when a slice has several pages.
     """
     pages = []
     for path in slices:
@@ -98,7 +98,7 @@ def _check_kind(path: Path, page: Page) -> None:
 
 
 def _natural(path: Path) -> list[tuple[int, str]]:
-    """Sort key that puts slice 9 before slice 10."""
+    """Natural sort key, which puts slice 9 before slice 10."""
     return [
         (int(word), "") if word.isdigit() else (0, word)
         for word in re.split(r"(\d+)", path.name.lower())

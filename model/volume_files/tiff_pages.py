@@ -1,8 +1,8 @@
-"""The pages of a TIFF file: what their directories say, checked against the file's size.
+"""The pages of a TIFF file, from their directories, checked against the file's size.
 
 VTK's TIFF reader drops pages after a damaged directory, takes half floats for
 integers and returns noise for tiles and 64-bit voxels, all without an error;
-so the directories are looked through first.
+the directories are therefore checked first.
 """
 
 from __future__ import annotations
@@ -42,17 +42,17 @@ class Page:
     ----------
     width, height : int
     scalar_type : str
-        numpy's name, for example ``"u2"``.
+        NumPy's name, for example ``"u2"``.
     samples : int
-        Values per pixel.
+        Number of values per pixel.
     tiled, palette : bool
     layout : dict
-        Type and values of each field that says how pixels are stored. In a
-        stack it is the same for every page, down to the fields left out;
-        VTK crashes on some stacks where it is not.
+        Type and values of each field that determines how pixels are stored. It must
+        be equal for all pages of a stack, including absent fields, as VTK crashes
+        on some stacks otherwise.
     calibration : tuple of float or None
-        Pixel size along x and y and distance between slices, as ImageJ writes
-        them; None when the file has none.
+        Pixel size along x and y and distance between slices, as written by ImageJ;
+        None if the file has none.
     """
 
     width: int
@@ -66,13 +66,13 @@ class Page:
 
     @property
     def type_name(self) -> str:
-        """Scalar type for people: ``"float64"``."""
+        """Scalar type for display: ``"float64"``."""
         kind = {"u": "uint", "i": "int", "f": "float"}.get(self.scalar_type[0], "unknown")
         return f"{kind}{float(self.scalar_type[1:]) * 8:g}"
 
 
 def read_pages(path: Path) -> list[Page]:
-    """Look through a TIFF file's directories.
+    """Read and check a TIFF file's directories.
 
     Raises
     ------
@@ -110,7 +110,7 @@ class _Directories:
         return struct.unpack(form, self.file.read(struct.calcsize(form)))
 
     def pages(self) -> list[Page]:
-        """Follow the chain to its end."""
+        """Read all pages of the chain."""
         pages: list[Page] = []
         seen: set[int] = set()
         offset = self.first
@@ -125,7 +125,7 @@ class _Directories:
         return pages
 
     def _directory(self, offset: int) -> tuple[Fields, int]:
-        """Fields of one directory, and the offset of the next."""
+        """Return the fields of one directory, and the offset of the next."""
         if offset >= self.size:
             raise truncated(self.path, "a page's directory lies beyond its end")
         (count,) = self._unpack("Q" if self.big else "H", offset)
@@ -141,7 +141,7 @@ class _Directories:
         return fields, self._unpack("Q" if self.big else "I", offset + count * width)[0]
 
     def _values(self, place: int, kind: int, length: int) -> tuple[Any, ...]:
-        """Values of a field, in its entry when they fit there."""
+        """Read the values of a field, stored in its entry if they fit there."""
         if length > MOST_VALUES:
             raise damaged(self.path, "a directory field is impossibly long")
         code = FIELD_TYPES[kind]
@@ -188,7 +188,7 @@ class _Directories:
 
 
 def _calibration(fields: Fields) -> tuple[float, float, float] | None:
-    """Voxel size from the resolution and the description that ImageJ writes."""
+    """Return the voxel size from ImageJ's resolution and description, or None."""
     description = b"".join(
         part for part in fields.get(DESCRIPTION, (0, ()))[1] if isinstance(part, bytes)
     )

@@ -1,4 +1,4 @@
-"""VTK image data in XML (.vti), through VTK's reader."""
+"""VTK image data in XML (.vti), read by VTK."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ GREATEST_RATIOS = {
     "vtkLZ4DataCompressor": 255,
     "vtkLZMADataCompressor": 1 << 14,
 }
-"""Bytes that one compressed byte can stand for."""
+"""Largest compression ratios."""
 
 
 def read_vti(path: Path) -> Grid:
@@ -50,13 +50,13 @@ def read_vti(path: Path) -> Grid:
 
 @dataclass(frozen=True)
 class _Header:
-    """The XML before the voxels, as latin-1 so that a character is a byte."""
+    """The XML before the voxels, decoded as latin-1 so that characters are bytes."""
 
     text: str
     file_size: int
 
     def attribute(self, name: str, element: str | None = None) -> str:
-        """First value of an attribute, in an element or anywhere; empty when missing."""
+        """Return an attribute's first value, in an element or anywhere; empty if missing."""
         found = re.search(rf"""\b{name}\s*=\s*["']([^"']*)["']""", element or self.text)
         return found.group(1) if found else ""
 
@@ -66,17 +66,17 @@ class _Header:
 
     @property
     def capacity(self) -> int:
-        """Bytes that a file of this size can hold, uncompressed."""
+        """Largest number of uncompressed bytes that a file of this size can hold."""
         return self.file_size * GREATEST_RATIOS.get(self.compressor, 1)
 
     @property
     def arrays(self) -> list[re.Match[str]]:
-        """The elements that describe an array."""
+        """Elements that describe arrays."""
         return list(re.finditer(r"<DataArray\b[^>]*>", self.text))
 
     @property
     def word(self) -> np.dtype[np.generic]:
-        """Type of the numbers that head each array."""
+        """Type of the numbers in the header of each array."""
         order = ">" if self.attribute("byte_order") == "BigEndian" else "<"
         return np.dtype(order + ("u8" if self.attribute("header_type") == "UInt64" else "u4"))
 
@@ -90,14 +90,14 @@ def _read_header(path: Path, file: BinaryIO) -> _Header:
         raise VolumeError(
             f"{path}: this is not VTK image data in XML; choose another or correct its suffix."
         )
-    # VTK does not notice when raw appended data stop early.
+    # VTK does not detect truncated raw appended data.
     if b"</VTKFile>" not in tail:
         raise truncated(path, "its closing tag is missing")
     return _Header(start.decode("latin-1"), size)
 
 
 def _check_extent(path: Path, header: _Header) -> None:
-    """Compare the extent with the memory, and with what the file's size can hold."""
+    """Check the extent against the machine's memory and the file's size."""
     ends = re.findall(r"-?\d{1,18}", header.attribute("WholeExtent"))
     if len(ends) != 6:
         raise damaged(path, "its header has no extent of six numbers")
@@ -109,7 +109,7 @@ def _check_extent(path: Path, header: _Header) -> None:
 
 
 def _bytes_per_voxel(header: _Header) -> int:
-    """Bytes that all arrays take per voxel; at least 1."""
+    """Size of all arrays per voxel in bytes, at least 1."""
     total = 0
     for array in header.arrays:
         bits = re.search(r"\d+$", header.attribute("type", array.group()))
@@ -124,7 +124,7 @@ def _bytes_per_voxel(header: _Header) -> int:
 
 
 def _compressed_arrays(path: Path, header: _Header) -> list[tuple[int, bool]]:
-    """First byte of each compressed array, and whether it is written in base64."""
+    """Return the first byte of each compressed array, and True if it is in base64."""
     appended = re.search(r"<AppendedData\b[^>]*>\s*_", header.text)
     starts = []
     for array in header.arrays:
@@ -142,10 +142,10 @@ def _compressed_arrays(path: Path, header: _Header) -> list[tuple[int, bool]]:
 
 
 def _check_blocks(path: Path, file: BinaryIO, header: _Header, start: int, encoded: bool) -> None:
-    """Check the numbers that head a compressed array; VTK aborts, or hangs, on wild ones.
+    """Check the header of a compressed array; VTK aborts or hangs on invalid ones.
 
-    They are the number of blocks, the size of each, the size of a shorter last
-    one, and then the compressed size of every block.
+    It consists of the number of blocks, the size of each, the size of a shorter
+    last one, and the compressed size of every block.
     """
 
     def numbers(count: int) -> list[int]:

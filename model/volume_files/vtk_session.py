@@ -1,4 +1,4 @@
-"""VTK's readers made to behave: silent on the terminal, their complaints turned into errors."""
+"""Quiet use of VTK's readers, with their error messages raised as exceptions."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from model.volume_files.checks import damaged, frame_notes, usable_origin, usabl
 from model.volume_files.grid import Grid
 
 _OUTPUT_WINDOW = threading.Lock()
-"""VTK has one output window per process: only one reader at a time may borrow it."""
+"""Guards VTK's output window, of which there is one per process."""
 
 _MESSAGE = re.compile(
     r"^(ERROR|Generic Warning): In [^\n]*\n(?:\w+ \(0x[0-9a-f]+\): )?([^\n]+)", re.MULTILINE
@@ -26,7 +26,7 @@ _MESSAGE = re.compile(
 
 @contextmanager
 def _captured_messages() -> Iterator[Callable[[], str | bytes]]:
-    """Divert what VTK prints; yields a function that returns it, as bytes if not UTF-8."""
+    """Capture VTK's messages; yield a function that returns them, as bytes if not UTF-8."""
     from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow
 
     with _OUTPUT_WINDOW:
@@ -47,14 +47,14 @@ def run_quietly(path: Path, step: Callable[[], None]) -> None:
     Parameters
     ----------
     path : Path
-        The file, for the message.
+        Path named in the error message.
     step : callable
         For example ``reader.Update``.
 
     Raises
     ------
     VolumeError
-        When VTK reports an error; its first message is the reason given.
+        When VTK reports an error; the message contains VTK's first one.
     """
     with _captured_messages() as messages:
         step()
@@ -73,7 +73,7 @@ def to_numpy(array: Any, dimensions: tuple[int, int, int]) -> NDArray[np.generic
     Returns
     -------
     ndarray, shape (nz, ny, nx) or (nz, ny, nx, components)
-        Shares and keeps the array's memory.
+        A view that keeps the array's memory alive.
     """
     from vtkmodules.util.numpy_support import vtk_to_numpy
 
@@ -82,12 +82,12 @@ def to_numpy(array: Any, dimensions: tuple[int, int, int]) -> NDArray[np.generic
 
 
 def image_grid(path: Path, image: Any) -> Grid:
-    """Take the active scalars, or else the first array, from a VTK image.
+    """Return the active scalars, or else the first array, of a VTK image as a grid.
 
     Raises
     ------
     VolumeError
-        When there is no array with a value per point.
+        When there is no array with values at the points.
     """
     points = image.GetPointData()
     arrays = [points.GetArray(index) for index in range(points.GetNumberOfArrays())]

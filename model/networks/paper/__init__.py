@@ -1,1 +1,1 @@
-"""The paper's two networks."""
+"""The paper's opacity and translation GANs."""

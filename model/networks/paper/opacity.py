@@ -1,4 +1,4 @@
-"""The opacity GAN (paper, section 4.2.1): view and opacity TF to an opacity image."""
+"""The opacity GAN (paper, section 4.2.1): opacity images from view and opacity TF."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from model.scene.view import VIEW_PARAMETERS
 
 
 class OpacityGenerator(OpacityNetwork):
-    """The paper's: draws the opacity image from latent code and view by 2-D convolutions."""
+    """The paper's opacity generator: 2-D convolutions from latent code and view to an image."""
 
     def __init__(self, size: NetworkSize) -> None:
         super().__init__(size)
@@ -33,11 +33,11 @@ class OpacityGenerator(OpacityNetwork):
         self.latent = mlp(size.latent_dim, c(512))
         self.merge = mlp(2 * c(512), c(512), c(512))
         doublings = int(math.log2(size.opacity_size))
-        # 512 channels as long as the image is small, then half as many after each doubling.
+        # 512 channels while the image is small, then half as many after each doubling.
         full = [min(512, 32 * 2 ** (doublings - i)) for i in range(doublings)]
         blocks: list[nn.Module] = []
         for i, (a, b) in enumerate(pairwise([*map(c, full), 1])):
-            # All pixels of the first block are copies of one: a kernel of 1 sees all there is.
+            # All pixels of the first block are equal, so a kernel of size 1 suffices.
             blocks += [upsample(), ResidualBlock(a, b, 1 if i == 0 else 3, last=b == 1)]
         self.image = nn.Sequential(*blocks, nn.Tanh())
         initialize(self)
@@ -54,7 +54,7 @@ class OpacityGenerator(OpacityNetwork):
 
 
 class OpacityDiscriminator(nn.Module):
-    """Tells rendered opacity images from generated ones, given view and opacity TF."""
+    """Discriminator of rendered and generated opacity images, given view and opacity TF."""
 
     def __init__(self, size: NetworkSize) -> None:
         super().__init__()

@@ -1,7 +1,7 @@
 """The opacity-to-colour translation GAN (paper, section 4.2.2).
 
 The generator turns an opacity image into the colour image, given the view,
-the latent code of the opacity TF and the colour TF; the discriminator sees
+the latent code of the opacity TF and the colour TF; the discriminator is given
 the colour image, the view and both TFs, but not the opacity image.
 """
 
@@ -29,18 +29,18 @@ from model.networks.size import NetworkSize
 from model.scene.view import VIEW_PARAMETERS
 
 FUSION_SIZE = 8
-"""Pixels along an edge where the image meets the codes of view and TFs."""
+"""Width and height of the feature map that is fused with the codes of view and TFs."""
 
 FUSION_BLOCKS = 4
 COLOR_CODE = 32
-"""Length of the bottleneck through which the colour TF passes, whatever the width."""
+"""Length of the colour TF's bottleneck code, independent of the network's width."""
 
 
 class BottleneckBlock(nn.Module):
-    """A residual block that convolves fewer channels: 1 x 1, 3 x 3, 1 x 1.
+    """Residual bottleneck block of 1 x 1, 3 x 3 and 1 x 1 convolutions.
 
-    Half of the incoming channels enter the 3 x 3 convolution and half of the
-    outgoing ones leave it.
+    The 3 x 3 convolution has half of the block's input channels and half of its
+    output channels.
     """
 
     def __init__(self, channels_in: int, channels_out: int) -> None:
@@ -70,13 +70,13 @@ class BottleneckBlock(nn.Module):
 
 
 class TranslationGenerator(nn.Module):
-    """Paints the opacity image: encoder, fusion with the codes, decoder with skips.
+    """Generator of colour images: encoder of the opacity image, fusion, decoder with skips.
 
     Parameters
     ----------
     size : NetworkSize
     conditions : int
-        Numbers that images depend on beside the TFs; the paper's are the view's.
+        Number of condition values; the paper's are the view parameters.
     """
 
     def __init__(self, size: NetworkSize, conditions: int = VIEW_PARAMETERS) -> None:
@@ -96,7 +96,7 @@ class TranslationGenerator(nn.Module):
             *(BottleneckBlock(fused, fused) for _ in range(FUSION_BLOCKS - 1)),
             BottleneckBlock(fused, encoded[-1]),
         )
-        # At 16, 32 and 64 pixels; all but the first also see the encoding of their size.
+        # At 16, 32 and 64 pixels; all but the first have a skip connection from the encoder.
         ascending = encoded[::-1]
         skips = [0, *ascending[1:]]
         outputs = [*ascending[1:], c(64)]
@@ -113,13 +113,13 @@ class TranslationGenerator(nn.Module):
         self.modulations = nn.ModuleList(Modulation(3 * c(256), n) for n in modulated)
         initialize(self)
         if size.modulation:
-            # From small weights, red, green and blue start alike and long stay grey.
+            # With small initial weights, images start grey and stay so for long.
             nn.init.kaiming_normal_(color.weight)
 
     def forward(
         self, conditions: Tensor, latent: Tensor, color_tf: Tensor, opacity: Tensor
     ) -> Tensor:
-        """Render colour images.
+        """Generate colour images.
 
         Parameters
         ----------
@@ -138,7 +138,7 @@ class TranslationGenerator(nn.Module):
         return self.decode(self.view(conditions), latent, self.color_tf(color_tf), opacity)
 
     def decode(self, view: Tensor, latent: Tensor, color: Tensor, opacity: Tensor) -> Tensor:
-        """Render from codes of views and colour TFs, each (N, channels)."""
+        """Generate from codes of conditions and colour TFs, each (N, channels)."""
         encodings = [opacity]
         for halve in self.encoder:
             encodings.append(halve(encodings[-1]))
@@ -156,13 +156,13 @@ class TranslationGenerator(nn.Module):
 
 
 class TranslationDiscriminator(nn.Module):
-    """Tells rendered colour images from generated ones, given conditions and both TFs.
+    """Discriminator of rendered and generated colour images, given conditions and both TFs.
 
     Parameters
     ----------
     size : NetworkSize
     conditions : int
-        Numbers that images depend on beside the TFs.
+        Number of condition values.
     """
 
     def __init__(self, size: NetworkSize, conditions: int = VIEW_PARAMETERS) -> None:
@@ -190,7 +190,7 @@ class TranslationDiscriminator(nn.Module):
 
 
 def color_encoder(size: NetworkSize) -> nn.Sequential:
-    """Features (N, channels) of colour TFs (N, 3, 256), through a bottleneck."""
+    """Return an encoder of colour TFs (N, 3, 256) into (N, channels), through a bottleneck."""
     c = size.channels
     return nn.Sequential(
         TFEncoder([3, c(16), c(32), c(64), c(128), c(128)], c(256), bias=False),
@@ -201,8 +201,8 @@ def color_encoder(size: NetworkSize) -> nn.Sequential:
 def color_discriminator_channels(size: NetworkSize) -> list[int]:
     """Channels after each halving of a colour image down to 4 x 4 pixels.
 
-    Down to the opacity image's size they grow to 64, and from there on double
-    up to 512: 32, 64, 128, 256, 512, 512 for the paper's 256 pixels.
+    They grow to 64 at the opacity image's size and double from there up to 512:
+    32, 64, 128, 256, 512, 512 for the paper's 256 pixels.
     """
     extra = int(math.log2(size.image_size // size.opacity_size))
     halvings = int(math.log2(size.opacity_size // 4))
@@ -219,7 +219,7 @@ def _halve(channels_in: int, channels_out: int, norm: bool) -> nn.Sequential:
 
 
 def _painter(channels_in: int, channels: int, doublings: int) -> nn.Sequential:
-    """Features for RGB from the decoder's, doubling the pixels as often as asked."""
+    """Return layers from decoder to RGB features that double the size `doublings` times."""
     layers: list[nn.Module] = []
     for _ in range(doublings - 1):
         layers += [upsample(), ResidualBlock(channels_in, channels)]

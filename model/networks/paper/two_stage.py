@@ -1,4 +1,4 @@
-"""Opacity generator and translation generator as one function of view and transfer functions."""
+"""Opacity generator and translation generator combined into one generator."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from model.scene.view import VIEW_PARAMETERS
 
 
 class TwoStageGenerator(GeneratorNetwork):
-    """The opacity generator in front of the translation generator.
+    """Opacity generator followed by the translation generator.
 
-    Nothing is detached: the image depends on the opacity TF through the
-    opacity image and through the latent code that enters the translation, and
-    the gradient goes both ways.
+    No tensor is detached: gradients by the opacity TF flow through both the
+    opacity image and the latent code that enters the translation.
 
     Parameters
     ----------
     size : NetworkSize
-    opacity, translation : optional
-        Networks to use as they are; the paper's otherwise.
+    opacity : OpacityNetwork, optional
+    translation : TranslationGenerator, optional
+        Networks to combine; by default the paper's, with initial weights.
     """
 
     def __init__(
@@ -36,7 +36,7 @@ class TwoStageGenerator(GeneratorNetwork):
         self.translation = translation or TranslationGenerator(size)
 
     def encode_view(self, conditions: Tensor) -> tuple[Tensor, ...]:
-        """The opacity generator's features of the view, and the translation's of all."""
+        """Opacity generator's features of the view, and translation's code of all conditions."""
         view = conditions[:, :VIEW_PARAMETERS]
         return *self.opacity.encode_view(view), self.translation.view(conditions)
 
@@ -48,7 +48,7 @@ class TwoStageGenerator(GeneratorNetwork):
     def decode(
         self, view_features: tuple[Tensor, ...], latent: Tensor, color: Tensor
     ) -> tuple[Tensor, Tensor]:
-        """Draw the opacity image, then paint it."""
+        """Generate the opacity image, then translate it to the colour image."""
         *opacity_features, view = view_features
         opacity_image = self.opacity.decode_image(tuple(opacity_features), latent)
         return self.translation.decode(view, latent, color, opacity_image), opacity_image

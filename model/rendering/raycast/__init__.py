@@ -1,1 +1,1 @@
-"""The ray caster: Numba functions for CPU threads and CUDA, and what drives them."""
+"""The ray caster: Numba kernels for CPU threads and CUDA, and the renderer that runs them."""

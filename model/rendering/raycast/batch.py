@@ -1,10 +1,9 @@
-"""Interpolation of a batch of samples of a ray, the larger part of the ray caster's time.
+"""Interpolation of a batch of samples along a ray, which takes most of the ray caster's time.
 
-A CPU has vectors for the arithmetic but has to load voxels one by one, and a
-compiler that is given both in one loop moves every index and every voxel
-between the two kinds of registers. So they are three loops: places and
-weights of all samples, their voxels, the interpolation. In between, the
-numbers lie on the stack.
+A CPU has vector arithmetic but must load voxels one by one; with both in one
+loop, the compiler moves every index and every voxel between scalar and vector
+registers. There are therefore three loops: indices and weights of all samples,
+their voxels, and the interpolation, with intermediate arrays on the stack.
 """
 
 from __future__ import annotations
@@ -28,22 +27,22 @@ from model.rendering.raycast.trilinear import (
 )
 
 BATCH = 32
-"""Samples of a ray that are interpolated together: two vectors of AVX-512, four of AVX2."""
+"""Samples of a ray that are interpolated together: two AVX-512 vectors, or four of AVX2."""
 
 ZERO, HALF = np.float32(0), np.float32(0.5)
 
 
 class Staging(NamedTuple):
-    """What the loops of a batch pass on to each other, an array each.
+    """Intermediate arrays passed between the loops of a batch.
 
     Attributes
     ----------
     place : ndarray of uint64
         Index of the voxel before the sample along each axis.
     x, y, z : ndarray of float32
-        Share of the way to the next voxel.
+        Interpolation weights of the next voxel along each axis.
     near, above, behind, both : ndarray
-        Pairs of voxels along x: in that place, in the next row, in the next
+        Pairs of voxels along x: at `place`, in the next row, in the next
         layer, and in the next row of the next layer.
     """
 
@@ -59,10 +58,10 @@ class Staging(NamedTuple):
 
 @intrinsic  # type: ignore[untyped-decorator]
 def _stack(_context: Any, like: Any) -> Any:
-    """Memory for :data:`BATCH` numbers of a type, or for pairs of an array's elements.
+    """Allocate :data:`BATCH` numbers of a type on the stack, or pairs of an array's elements.
 
-    Nothing else points to it: with an array of Numba's own the compiler could
-    not know that writing to it leaves the volume as it is.
+    The memory has no aliases; with one of Numba's own arrays, the compiler would
+    have to assume that writing to it may change the volume.
     """
     kind = pair_type(like) if isinstance(like, types.Array) else like.dtype
 
@@ -78,7 +77,7 @@ def _stack(_context: Any, like: Any) -> Any:
 
 @intrinsic  # type: ignore[untyped-decorator]
 def _one_by_one(_context: Any) -> Any:
-    """Keeps the compiler from making vector code of a loop."""
+    """Prevent the compiler from vectorizing a loop."""
 
     def mark(context: Any, builder: Any, _signature: Any, _arguments: Any) -> Any:
         builder.asm(ir.FunctionType(ir.VoidType(), []), "", "", [], side_effect=True)
@@ -89,7 +88,7 @@ def _one_by_one(_context: Any) -> Any:
 
 @inlined
 def stack_batch(voxels: Any) -> Any:
-    """Scratch memory on a CPU's stack for one ray: `levels`, `staging`, and `total` of `march`."""
+    """Allocate stack memory for one ray on a CPU: `levels`, `staging` and `total` of `march`."""
     staging = Staging(
         carray(_stack(np.uint64), BATCH),
         carray(_stack(np.float32), BATCH),
@@ -105,24 +104,24 @@ def stack_batch(voxels: Any) -> Any:
 
 @inlined
 def fetch(voxels: Any, shape: Any, scale: Any, ray: Any, k: int, levels: Any, staging: Any) -> None:
-    """Interpolate a batch of samples from sample k of a ray on.
+    """Interpolate a batch of samples of a ray, starting with sample k.
 
     Parameters
     ----------
     voxels : ndarray, 1-D
         x fastest.
     shape : tuple of 3 int
-        Voxels along x, y and z.
+        Number of voxels along x, y and z.
     scale : tuple of 2 float32
-        Lowest scalar value, and levels per unit of value.
+        Lowest scalar value, and levels per unit of scalar value.
     ray : Ray
     k : int
     levels : ndarray of int32
-        Output: levels of the look-up tables; :data:`NOTHING` behind the ray's end.
+        Output: levels of the look-up tables; :data:`NOTHING` beyond the ray's end.
     staging : Staging or None
-        None to take one sample after the other, as a GPU's thread does.
+        None to process one sample at a time, as a GPU thread does.
     """
-    # In float32, as 64-bit integers halve the vectors; exact up to 2^24 samples.
+    # In float32, as 64-bit integers would halve the vector width; exact up to 2^24 samples.
     first, last = np.float32(k), np.float32(ray.count - 1)
     for m in range(len(levels)):
         t = min(first + np.float32(np.int32(m)), last)
@@ -158,6 +157,6 @@ def fetch(voxels: Any, shape: Any, scale: Any, ray: Any, k: int, levels: Any, st
 
 @inlined
 def _level(value: Any, scale: Any, outside: Any) -> Any:
-    """The nearest level. Rounding may leave the range of values, and the tables with it."""
+    """Round a value to the nearest level, clamped to the tables; :data:`NOTHING` if outside."""
     level = min(max((value - scale[0]) * scale[1], ZERO), np.float32(LEVELS - 1))
     return np.int32(NOTHING) if outside else np.int32(level + HALF)

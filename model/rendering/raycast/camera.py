@@ -1,4 +1,4 @@
-"""The camera as the numbers that rays are made of."""
+"""The camera as an array of numbers, for the construction of rays."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from model.scene.volume import Volume
 
 
 def camera_array(view: View, volume: Volume) -> NDArray[np.float64]:
-    """A view of a volume, for :func:`model.rendering.raycast.marching.make_ray`.
+    """Return the camera of a view, for :func:`model.rendering.raycast.marching.make_ray`.
 
     Returns
     -------
     ndarray of float64, shape (14,)
-        In voxels, voxel (0, 0, 0) at the origin: the eye (3); the direction
-        forward (3); those to the right (3) and upper (3) edge of the image; in
-        world units the near plane's distance; the square of the tangent of
-        half the view angle.
+        In voxels, with voxel (0, 0, 0) at the origin: the eye (3), the forward
+        direction (3), and the offsets to the right (3) and upper (3) edge of the
+        image. Then the near plane's distance in world units, and the square of
+        the tangent of half the view angle.
     """
     right, up, back = view.basis()
     spacing = np.array(volume.spacing)

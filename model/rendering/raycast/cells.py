@@ -1,4 +1,4 @@
-"""Min-max cells: where the volume has nothing that a transfer function shows."""
+"""Min-max cells of the volume, for empty-space skipping."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from model.compilation import compiled
 from model.scene.transfer_function import TF_SAMPLES
 
 SHIFT = 3
-"""Logarithm of a cell's edge in voxels: cells of 8 x 8 x 8."""
+"""Base-2 logarithm of a cell's edge in voxels: cells of 8 x 8 x 8."""
 
 FARTHEST = 127
-"""Largest distance that is told apart, in cells."""
+"""Largest distance stored, in cells; larger ones are clipped to it."""
 
 
 class MinMaxCells:
@@ -26,15 +26,15 @@ class MinMaxCells:
     ----------
     scalars : ndarray, shape (nz, ny, nx)
     scale : tuple of float
-        Lowest scalar value, and TF bins per unit of value.
+        Lowest scalar value, and TF bins per unit of scalar value.
     executor : Executor
-        Whose threads read the volume.
+        Threads that read the volume.
     """
 
     def __init__(
         self, scalars: NDArray[Any], scale: tuple[float, float], executor: Executor
     ) -> None:
-        # Neighbouring cells share the voxels on their common face: interpolation reads both.
+        # Adjacent cells share the voxels of their common face, which interpolation in both reads.
         self._shape = tuple((n - 2 >> SHIFT) + 1 for n in scalars.shape)
         self._bins = np.empty((*self._shape, 2), dtype=np.uint8)
 
@@ -51,22 +51,22 @@ class MinMaxCells:
 
     @property
     def nbytes(self) -> int:
-        """Memory of the cells and of one field of distances, in bytes."""
+        """Memory of the cells and of one array of distances, in bytes."""
         return self._bins.nbytes + self._bins.nbytes // 2
 
     def distances(self, shown: NDArray[np.bool_]) -> NDArray[np.int8]:
-        """Distance of each cell to the nearest one that shows something.
+        """Chessboard distance of each cell to the nearest visible cell.
 
         Parameters
         ----------
         shown : ndarray of bool, shape (256,)
-            Whether the TF shows anything in a bin.
+            Whether each TF bin is visible.
 
         Returns
         -------
         ndarray of int8, 1-D, x fastest
-            In cells, diagonals counting 1: 0 for a cell that shows something,
-            d for one around which a block of 2 d - 1 cells is empty.
+            In cells, at most :data:`FARTHEST`: 0 for a visible cell, d for the
+            centre of an empty block of (2 d - 1)^3 cells.
         """
         total = np.concatenate([[0], np.cumsum(shown)])
         occupied = total[self._bins[..., 1].astype(np.intp) + 1] > total[self._bins[..., 0]]
@@ -78,7 +78,7 @@ class MinMaxCells:
 
 @compiled
 def _read_layer(scalars: Any, scale: tuple[float, float], layer: int, bins: Any) -> None:
-    """Bins of one layer of cells: the lowest that interpolation reaches, and the highest."""
+    """Compute the lowest and highest TF bin in each cell of a layer."""
     edge = 1 << SHIFT
     offset, factor = scale
     planes = range(layer * edge, min(layer * edge + edge + 1, scalars.shape[0]))
@@ -93,6 +93,6 @@ def _read_layer(scalars: Any, scale: tuple[float, float], layer: int, bins: Any)
                         high = max(high, scalars[z, y, x])
             first = (float(low) - offset) * factor
             last = (float(high) - offset) * factor
-            # A little wider: interpolation in float32 may step over either end.
+            # Slightly wider: interpolation in float32 may exceed either end.
             bins[j, i, 0] = max(int(np.floor(first - 1e-3)), 0)
             bins[j, i, 1] = min(int(np.ceil(last + 1e-3)), TF_SAMPLES - 1)

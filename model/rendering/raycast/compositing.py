@@ -1,4 +1,4 @@
-"""Emission and absorption along a batch of samples, four channels at a time."""
+"""Front-to-back compositing of a group of samples, with all four channels in one vector."""
 
 from __future__ import annotations
 
@@ -10,32 +10,34 @@ from numba.extending import intrinsic
 
 FAST = ("contract", "reassoc", "nsz", "arcp")
 GROUP = 4
-"""Samples that are composited among themselves first, so that not each waits for the one before."""
+"""Samples that are first composited among themselves, to shorten chains of dependencies."""
 
 
 @intrinsic  # type: ignore[untyped-decorator]
 def composite_group(
     _context: Any, rows: Any, alphas: Any, levels: Any, first: Any, total: Any, through: Any
 ) -> Any:
-    """Composite :data:`GROUP` samples behind what has been composited; for the CPU.
+    """Composite :data:`GROUP` samples behind the ones before them; for CPUs only.
 
     Parameters
     ----------
     rows : ndarray of float32, shape (4 levels,)
-        RGBA, premultiplied.
+        Premultiplied RGBA of each level.
     alphas : ndarray of float32, shape (levels,)
+        Opacity of each level.
     levels : ndarray of int32
+        Levels of the samples.
     first : int
-        The first of them.
+        Index of the group's first sample in `levels`.
     total : ndarray of float32, shape (4,)
-        RGBA up to now.
+        RGBA composited so far; updated in place.
     through : float32
-        Light that comes through up to now.
+        Transparency in front of the group.
 
     Returns
     -------
     float32
-        Light that comes through the group, too.
+        Transparency behind the group.
     """
     f32, i32, i64 = ir.FloatType(), ir.IntType(32), ir.IntType(64)
     vector = ir.VectorType(f32, 4)

@@ -1,4 +1,4 @@
-"""The ray caster on CPU threads."""
+"""The ray caster's kernels for CPU threads."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ def draw_rows(
     step : float
         World distance between samples.
     rows : tuple of int
-        First row, and the one behind the last.
+        First row, and the row after the last.
     image : ndarray of float32, shape (size, size, channels)
-        Output: RGBA, or opacity alone where there are no colours.
+        Output: RGBA, or opacity only.
     depth : ndarray of float32, shape (size, size), or None
-        Output: world distance from the eye to where something becomes visible,
-        infinite where nothing does.
+        Output: world distance from the eye to the first visible sample,
+        infinite if there is none.
     """
     size = image.shape[1]
     levels, staging, total = stack_batch(voxels)
@@ -74,7 +74,7 @@ def draw_rows_preintegrated(
     image: Any,
     depth: Any,
 ) -> None:
-    """Draw some rows of an image with pre-integrated classification; else as :func:`draw_rows`."""
+    """Draw some rows of an image with pre-integrated classification; see :func:`draw_rows`."""
     size = image.shape[1]
     for row in range(rows[0], rows[1]):
         for column in range(size):

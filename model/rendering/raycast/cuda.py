@@ -1,4 +1,4 @@
-"""The ray caster on a GPU: one thread for each pixel."""
+"""The ray caster on a GPU, with one thread per pixel."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from model.errors import RenderError
 from model.rendering.raycast.marching import make_ray, march, show
 
 BLOCK = (8, 8)
-"""Pixels that a GPU's threads draw side by side."""
+"""Threads per block, along the columns and rows of the image."""
 
 BATCH = 4
-"""Samples that a GPU thread interpolates before it composites them."""
+"""Number of samples that a GPU thread interpolates before compositing them."""
 
 
 def is_available() -> bool:
-    """Whether there is a GPU that Numba can use.
+    """Return True if there is a GPU that Numba can use.
 
-    NVIDIA's numba-cuda is needed: Numba's own CUDA target, which it replaces,
+    NVIDIA's numba-cuda is required: Numba's own CUDA target, which it replaces,
     is no longer maintained and cannot compile the ray caster.
     """
     maintained = getattr(cuda, "implementation", "") == "NVIDIA" or config.ENABLE_CUDASIM
@@ -65,10 +65,10 @@ def _draw_pixels(
 
 
 class _Nothing:
-    """Passes None to a kernel as a null pointer, which Numba does not do by itself."""
+    """Numba extension that passes None to a kernel as a null pointer."""
 
     def prepare_args(self, kind: Any, value: Any, **_: Any) -> Any:
-        # The simulator, which gives no kind, passes None as it is.
+        # The simulator gives no kind, and accepts None.
         if value is None and kind is not None:
             return _draw_pixels.typeof_pyval(0), 0
         return kind, value
@@ -78,11 +78,12 @@ _draw_pixels.extensions.append(_Nothing())
 
 
 class Painter:
-    """Draws images of a volume that stays in the GPU's memory.
+    """Draws images of a volume that is kept in the GPU's memory.
 
     Parameters
     ----------
     voxels : ndarray, 1-D
+        Scalars, x fastest.
 
     Raises
     ------
@@ -96,7 +97,7 @@ class Painter:
                 "The ray caster finds no CUDA GPU here; render on the CPU, or install "
                 "numba-cuda (pip install 'numba-cuda[cu12]') on a machine with an NVIDIA GPU."
             )
-        # Each thread has a current GPU of its own, which is the first unless it is told.
+        # Each thread has its own current GPU, which is the first by default.
         self._gpu = cuda.gpus[_own_gpu()]
         with self._gpu:
             self._voxels = cuda.to_device(voxels)
@@ -107,7 +108,17 @@ class Painter:
         image: NDArray[np.float32],
         depth: NDArray[np.float32] | None,
     ) -> None:
-        """Draw an image; `arguments` are those of ``draw_rows`` up to the step."""
+        """Draw an image.
+
+        Parameters
+        ----------
+        arguments : tuple
+            Those of :func:`model.rendering.raycast.cpu.draw_rows` up to `step`.
+        image : ndarray of float32, shape (size, size, channels)
+            Output.
+        depth : ndarray of float32, shape (size, size), or None
+            Output.
+        """
         size = len(image)
         blocks = (-(-size // BLOCK[0]), -(-size // BLOCK[1]))
         with self._gpu:
@@ -121,12 +132,12 @@ class Painter:
 
 
 def _own_gpu() -> int:
-    """Number of the GPU of this process: torchrun gives each its own."""
+    """Index of this process's GPU, from the local rank that torchrun assigns."""
     return int(os.environ.get("LOCAL_RANK", "0")) % len(cuda.gpus)
 
 
 def _to_device(argument: Any) -> Any:
-    """An argument with its arrays in the GPU's memory."""
+    """Copy an argument's arrays to the GPU's memory."""
     if isinstance(argument, np.ndarray):
         return cuda.to_device(argument)
     if hasattr(argument, "grid"):

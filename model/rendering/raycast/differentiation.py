@@ -1,13 +1,13 @@
-"""The derivative of a region's norm by the opacity of each level of the table.
+"""Derivatives of image regions' energy by the opacity of samples at each bin of the TF.
 
-The unlit image is a composition of samples, front to back, with transparency
-T_i in front of sample i and the colour B_{i+1} composited behind it:
+An unlit pixel is composited from samples front to back, with transparency T_i in
+front of sample i and colour B_{i+1} composited behind it:
 
     d I / d alpha_i = T_i (c_i - B_{i+1}).
 
-B is found back to front. Nothing is divided by 1 - alpha_i, so that the
-derivative holds at opaque samples, too; and transparent samples count as much
-as others: an edit may make them visible.
+B is computed back to front. There is no division by 1 - alpha_i, so that the
+derivative also holds at opaque samples. Transparent samples are included, since an
+edit may make them visible.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from model.rendering.raycast.tables import LEVELS_PER_BIN
 from model.scene.transfer_function import TF_SAMPLES
 
 NEGLIGIBLE = np.float32(1e-6)
-"""Light that is left out, of what comes through."""
+"""Transparency below which further samples are neglected."""
 
 
 @compiled
@@ -44,20 +44,20 @@ def differentiate_windows(
     gradients: Any,
     energies: Any,
 ) -> None:
-    """Differentiate half the energy of windows of an image.
+    """Differentiate half the energy (sum of squared pixel values) of windows of an image.
 
     Parameters
     ----------
     alphas : ndarray of float32, shape (levels,)
-        Opacity of a sample.
+        Opacity of a sample at each level.
     colors : ndarray of float32, shape (4 levels,)
-        Colour, not premultiplied.
+        Colour at each level, not premultiplied.
     size : int
         Width and height of the image.
     longest : int
-        Number of samples of the longest ray.
+        Upper limit of the number of samples along a ray.
     windows : ndarray of int64, shape (n, 4)
-        First row, row behind the last, first column, column behind the last.
+        First row, row after the last, first column, column after the last.
     gradients : ndarray of float64, shape (n, 256)
         Output: sum of I dI / d alpha over the pixels and channels of a window,
         alpha being the opacity of one sample at each bin of the TF.
@@ -87,7 +87,7 @@ def differentiate_windows(
 
 @inlined
 def _misses(ray: Any, cells: Any, cell_shape: Any, shift: int) -> bool:
-    """Whether a ray meets nothing visible: its pixel is black, and black has no derivative."""
+    """Return True if a ray meets only empty cells: its pixel is black, its derivative zero."""
     k = 0
     while k < ray.count:
         behind = skip_empty(ray, k, cells, cell_shape, shift)
@@ -111,13 +111,13 @@ def _look(
     light: Any,
     image: Any,
 ) -> int:
-    """Composite front to back, and keep each sample's level and the light that reaches it.
+    """Composite front to back, recording each sample's level and the transparency before it.
 
     Returns
     -------
     int
-        Number of samples kept. The ray goes on behind an opaque sample until
-        what lies there is opaque, too: it shows as soon as the sample thins out.
+        Number of samples recorded. The ray continues behind opaque samples until
+        the samples there are opaque too, as they matter for the derivative.
     """
     image[:] = ZERO
     through = behind = ONE
@@ -147,14 +147,14 @@ def _look(
 def _look_back(
     alphas: Any, colors: Any, path: Any, light: Any, count: int, image: Any, gradient: Any
 ) -> None:
-    """Go back to front, and add the derivative by each sample to the bins it lies between."""
+    """Traverse back to front, adding each sample's derivative to its two adjacent bins."""
     composited = ZERO
     red, green, blue = image[0], image[1], image[2]
     for k in range(count - 1, -1, -1):
         level = np.uint64(np.uint32(path[k]))
         a = alphas[level]
         c = np.uint64(4) * level
-        # Colours enter by their product with the image alone: one number for three.
+        # Only the dot product of colour and pixel is needed: one number instead of three.
         color = red * colors[c] + green * colors[c + np.uint64(1)] + blue * colors[c + np.uint64(2)]
         slope = light[k] * (color - composited)
         composited += a * (color - composited)

@@ -1,9 +1,9 @@
-"""Light for lit scenes: gradient shading's parameters, and cast light on a coarser grid.
+"""Illumination: parameters of gradient shading, and shadows with ambient occlusion.
 
-Global lighting follows the set-up of the paper (section 6): one distant light
-and ambient light. Opacity takes light away on its way through the volume; what
-reaches a place from the distant light, and from all around, is found by
-sweeping a coarse grid of the volume's extinction.
+Global lighting follows the paper (section 6): one distant light and ambient light,
+attenuated by the volume's extinction. The light that reaches each point, from the
+distant light and from all directions, is computed by sweeps over a coarse grid of
+the extinction.
 """
 
 from __future__ import annotations
@@ -25,29 +25,29 @@ from model.scene.view import View
 from model.scene.volume import Volume
 
 DIFFUSE, SPECULAR, POWER = 0.9, 0.2, 20.0
-"""Gradient shading, as the reference renderer has it."""
+"""Coefficients of gradient shading, equal to the reference renderer's."""
 
 AMBIENT, DISTANT = 0.4, 0.65
-"""Global lighting: light from all around and from the distant light, with nothing in the way."""
+"""Global lighting: unoccluded ambient light and distant light."""
 
 LONGEST_AXIS = 64
-"""Cells along the longest axis of the light's grid."""
+"""Nodes along the longest axis of the light grid."""
 
 AROUND = [
     np.array(direction) / np.linalg.norm(direction)
     for direction in itertools.product((-1, 0, 1), repeat=3)
     if np.count_nonzero(direction) in (1, 3)
 ]
-"""Directions that ambient light comes from: the faces and corners of a cube."""
+"""Directions of ambient light: the face centres and corners of a cube."""
 
 
 def travel_direction(view: View, light: LightDirection) -> NDArray[np.float64]:
-    """World direction, of length 1, in which the light of a view travels."""
+    """Unit vector, in world coordinates, in which a view's distant light travels."""
     return -np.array(light.towards()) @ view.basis()
 
 
 def gradient_light(view: View, light: LightDirection, volume: Volume) -> Light:
-    """Gradient shading under the light of a view."""
+    """Return the parameters of gradient shading for a view and its light."""
     return Light(
         tuple(map(np.float32, travel_direction(view, light))),
         tuple(map(np.float32, volume.spacing)),
@@ -59,20 +59,20 @@ def gradient_light(view: View, light: LightDirection, volume: Volume) -> Light:
 
 
 class Illumination:
-    """Light that reaches the places of a volume, on a coarse grid.
+    """Light that reaches the points of a volume, on a coarse grid.
 
-    Extinction and ambient light depend on the opacity TF alone and are kept
-    while the view changes. The distant light turns with the view: its shadow
-    is cast anew for each, by one sweep.
+    Extinction and ambient light depend on the opacity TF only and are cached while
+    the view changes. The distant light moves with the view; its shadows are
+    recomputed for each view, by one sweep.
 
     Parameters
     ----------
     scalars : ndarray, shape (nz, ny, nx)
     bins : tuple of float
-        Lowest scalar value, and TF bins per unit of value.
+        Lowest scalar value, and TF bins per unit of scalar value.
     volume : Volume
     executor : Executor
-        Whose threads do the work.
+        Threads for the computation.
     """
 
     def __init__(
@@ -93,7 +93,7 @@ class Illumination:
         self._opacity_tf: OpacityTF | None = None
 
     def grid(self, view: View, light: LightDirection, opacity_tf: OpacityTF) -> LightGrid:
-        """Light under a view and an opacity TF."""
+        """Compute the light for a view, a light direction and an opacity TF."""
         if opacity_tf != self._opacity_tf:
             self._extinction = self._mean_extinction(opacity_tf)
             self._ambient = np.mean(list(self._executor.map(self._sweep, AROUND)), axis=0)
@@ -102,11 +102,11 @@ class Illumination:
         received = np.float32(AMBIENT) * self._ambient + np.float32(DISTANT) * distant
         nx, ny, nz = map(int, self._counts)
         sx, sy, sz = self._scale
-        # More light than the colour can show is no more light.
+        # Light above 1 would exceed the colour range.
         return LightGrid(np.minimum(received, 1).reshape(-1), (nx, ny, nz), (sx, sy, sz))
 
     def _mean_extinction(self, opacity_tf: OpacityTF) -> NDArray[np.float32]:
-        """Extinction per world length around each place."""
+        """Mean extinction per world length around each grid node."""
         opacity = opacity_tf.sample(self._volume.scalar_range).astype(np.float64)
         table = -np.log1p(-np.minimum(opacity, NEARLY_OPAQUE)) / self._volume.voxel_size
         extinction = np.empty(self._counts[::-1], dtype=np.float32)
@@ -118,14 +118,14 @@ class Illumination:
         return extinction
 
     def _sweep(self, direction: NDArray[np.float64]) -> NDArray[np.float32]:
-        """Share of a distant light that gets through to each place.
+        """Fraction of a distant light that reaches each grid node.
 
         Parameters
         ----------
         direction : ndarray, shape (3,)
             World direction in which the light travels.
         """
-        # Axes from the one that the light follows most, which is swept layer by layer.
+        # Axes sorted by the light's steps along them; the first is swept layer by layer.
         steps = direction / self._spacing
         order = np.argsort(-np.abs(steps), kind="stable")
         axes = tuple(2 - order)
@@ -142,7 +142,7 @@ class Illumination:
 
 @compiled
 def _average(scalars: Any, bins: Any, table: Any, layer: int, out: Any) -> None:
-    """Average a table of the scalar over up to 4 x 4 x 4 voxels around each place of a layer."""
+    """Average table values of the voxels around each node of a layer, about 4 x 4 x 4 samples."""
     offset, factor = bins
     nz, ny, nx = out.shape
     z_first, z_last, z_step = _window(layer, nz, scalars.shape[0])
@@ -161,7 +161,7 @@ def _average(scalars: Any, bins: Any, table: Any, layer: int, out: Any) -> None:
 
 @compiled
 def _window(index: int, count: int, voxels: int) -> Any:
-    """Voxels around a place of the coarse grid: first, behind the last, step."""
+    """Voxels around a node of the coarse grid along an axis: first, stop and step."""
     size = (voxels - 1) / (count - 1)
     first = max(math.ceil((index - 0.5) * size), 0)
     last = min(math.floor((index + 0.5) * size) + 1, voxels)
@@ -170,18 +170,18 @@ def _window(index: int, count: int, voxels: int) -> Any:
 
 @compiled
 def _sweep_layers(extinction: Any, u: float, v: float, length: float, out: Any) -> None:
-    """Carry light from layer to layer along the first axis.
+    """Propagate light from layer to layer along the first axis.
 
-    A place does not stand in its own light: an opaque surface would be dark,
-    as its cell on the coarse grid reaches in front of it.
+    A node's own extinction does not attenuate its light: opaque surfaces would
+    otherwise be dark, as their coarse nodes also cover the space in front of them.
 
     Parameters
     ----------
     u, v : float
-        How far the light moves along the other two axes from one layer to the
-        next, in grid steps; at most 1.
+        Displacement of the light along the other two axes between adjacent
+        layers, in grid steps; at most 1 in magnitude.
     length : float
-        World length of its way from one layer to the next.
+        World length of its path between adjacent layers.
     """
     layers, rows, columns = out.shape
     out[0] = 1
@@ -201,6 +201,6 @@ def _sweep_layers(extinction: Any, u: float, v: float, length: float, out: Any) 
                             light += wy * wx * out[n - 1, j0 + dj, i0 + di]
                             path += wy * wx * extinction[n - 1, j0 + dj, i0 + di]
                         else:
-                            # Beyond the volume nothing is in the light's way.
+                            # Light is not attenuated outside the volume.
                             light += wy * wx
                 out[n, j, i] = light * math.exp(-path * length)

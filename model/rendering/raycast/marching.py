@@ -1,12 +1,12 @@
-"""One ray through the volume: the functions that CPU threads and CUDA share.
+"""Ray marching, shared by CPU threads and CUDA.
 
 Emission and absorption are composited front to back (paper, Eqs. 1 to 3).
-Positions are in voxels, voxel (0, 0, 0) at the origin, x first. Sample k of a
-ray lies k + 1 steps behind the point where the ray enters the volume, on the
-same points whatever is skipped in between.
+Positions are in voxels, with voxel (0, 0, 0) at the origin, x first. Sample k of
+a ray lies k + 1 steps behind the point where the ray enters the volume; empty-space
+skipping does not change the sample positions.
 
-What a scene does not have is None: Numba compiles one version for each
-combination of arguments and leaves out what is not there.
+Arguments that a scene does not need are None: Numba compiles one version for each
+combination of argument types, without the unused code.
 """
 
 from __future__ import annotations
@@ -22,27 +22,27 @@ from model.rendering.raycast.compositing import GROUP, composite_group
 from model.rendering.raycast.shading import received, reflect
 
 VISIBLE = np.float32(1 / 255)
-"""Accumulated opacity from which on something is visible."""
+"""Accumulated opacity at which a ray counts as having met something visible."""
 
 TINY, HUGE = np.float32(1e-30), np.float32(1e30)
 ZERO, ONE = np.float32(0), np.float32(1)
 
 
 class Ray(NamedTuple):
-    """A ray inside the volume.
+    """The part of a ray inside the volume.
 
     Attributes
     ----------
     start : tuple of 3 float32
-        The first sample.
+        Position of the first sample.
     step : tuple of 3 float32
-        From one sample to the next.
+        Vector from one sample to the next.
     inverse : tuple of 3 float32
-        One over `step`; huge where that is 0.
+        Reciprocal of `step`; :data:`HUGE` where that is 0.
     count : int
         Number of samples.
     rest : float32
-        What is left behind the last sample, as a share of a step.
+        Length between the last sample and the exit, as a fraction of a step.
     """
 
     start: Any
@@ -54,16 +54,16 @@ class Ray(NamedTuple):
 
 @inlined
 def make_ray(camera: Any, shape: Any, step: float, column: int, row: int, size: int) -> Any:
-    """The ray through the centre of a pixel.
+    """Return the ray through the centre of a pixel.
 
     Parameters
     ----------
     camera : ndarray of float64, shape (14,)
         See :func:`model.rendering.raycast.camera.camera_array`.
     shape : tuple of 3 int
-        Voxels along x, y and z.
+        Number of voxels along x, y and z.
     step : float
-        World length.
+        World distance between samples.
     column, row : int
         Pixel, from the left and from the top.
     size : int
@@ -106,10 +106,10 @@ def make_ray(camera: Any, shape: Any, step: float, column: int, row: int, size: 
 
 @inlined
 def _clip(eye: float, direction: float, length: int, near: float, far: float) -> Any:
-    """Cut a ray to the space between two faces."""
+    """Clip a ray's interval to the slab between two opposite faces of the volume."""
     last = float(length - 1)
     if direction == 0.0:
-        # Parallel to the faces: a division would give 0 times infinity for a ray on one.
+        # Parallel to the faces: a division would give 0 / 0 for a ray within one.
         return (near, far) if 0.0 <= eye <= last else (near, -np.inf)
     a = -eye / direction
     b = (last - eye) / direction
@@ -128,12 +128,12 @@ def _inverse(step: Any) -> Any:
 
 @inlined
 def skip_empty(ray: Any, k: int, cells: Any, cell_shape: Any, shift: int, margin: int = 0) -> int:
-    """The first sample behind the empty block of cells around sample k; k where it is not empty.
+    """Return the first sample behind the empty block of cells around sample k, or k if not empty.
 
     Parameters
     ----------
     margin : int
-        Cells next to one that is not empty which count as not empty, too.
+        Number of cells around a visible cell that also count as visible.
     """
     t = np.float32(k)
     cx = int(ray.start[0] + t * ray.step[0]) >> shift
@@ -152,7 +152,7 @@ def skip_empty(ray: Any, k: int, cells: Any, cell_shape: Any, shift: int, margin
         (y - ray.start[1]) * ray.inverse[1],
         (z - ray.start[2]) * ray.inverse[2],
     )
-    # At least one sample on, whatever rounding says.
+    # Advance by at least one sample in spite of rounding.
     return max(int(min(leave, np.float32(ray.count))), k) + 1
 
 
@@ -184,21 +184,22 @@ def march(
         Voxels along x, y and z.
     scale : tuple of 2 float32
     cells : ndarray of int8, 1-D
-        Distance of each cell to the nearest one that is not empty, in cells.
+        Distance of each cell to the nearest visible one, in cells.
     cell_shape : tuple of 3 int
+        Number of cells along x, y and z.
     shift : int
-        Logarithm of a cell's edge.
+        Base-2 logarithm of a cell's edge in voxels.
     alphas : ndarray of float32, shape (levels,)
-        Opacity of a sample.
+        Opacity of a sample at each level.
     colors : ndarray of float32, shape (4 levels,), or None
-        RGBA of a sample, premultiplied; None for the opacity alone.
+        Premultiplied RGBA of a sample at each level; None to compute opacity only.
     light : Light or None
-        Of gradient shading.
+        Parameters of gradient shading.
     glow : LightGrid or None
-        Light that has been cast before.
+        Precomputed light of global lighting.
     ray : Ray
     opaque : float32
-        The ray ends when less light than this comes through.
+        Transparency below which the ray is terminated.
     levels : ndarray of int32, shape (n,)
     staging : Staging or None
         Scratch memory for a batch of samples; see :func:`model.rendering.raycast.batch.fetch`.
@@ -219,7 +220,7 @@ def march(
         if behind > k:
             k = behind
             continue
-        # A whole batch, even across the end of the cell: the vectors are there anyway.
+        # A whole batch, even beyond the cell's end: partial vectors would not be faster.
         fetch(voxels, shape, scale, ray, k, levels, staging)
         before = through
         if colors is not None and light is None and glow is None and staging is not None:
@@ -268,12 +269,12 @@ def show(
     Parameters
     ----------
     image : ndarray of float32, shape (size, size, channels)
-        RGBA, or opacity alone.
+        RGBA, or opacity only.
     depth : ndarray of float32, shape (size, size), or None
     total : ndarray of float32, shape (4,)
         RGBA.
     t : float
-        World distance from the eye to where something becomes visible.
+        World distance from the eye to the first visible sample.
     """
     channels = image.shape[2]
     for channel in range(channels):
@@ -284,7 +285,7 @@ def show(
 
 @inlined
 def _first_visible(alphas: Any, levels: Any, through: Any) -> int:
-    """Which sample of a batch brings the transparency down to where something is visible."""
+    """Return the index in a batch of the sample at which opacity reaches :data:`VISIBLE`."""
     for m in range(len(levels)):
         through *= ONE - alphas[np.uint64(np.uint32(levels[m]))]
         if through <= ONE - VISIBLE:

@@ -1,4 +1,4 @@
-"""One ray with pre-integrated classification: no peak of the TF falls between two samples."""
+"""Ray marching with pre-integrated classification, which misses no narrow peaks of the TF."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def march_segments(
     before = _level_at(voxels, shape, scale, ray, np.float32(-1))
     k = 0
     while k <= ray.count:
-        # The piece behind the last sample is shorter than the others.
+        # The segment behind the last sample is shorter than the others.
         share = np.float32(1) if k < ray.count else ray.rest
         if k < ray.count:
             # A segment may cross a cell next to those of its ends.
@@ -47,7 +47,7 @@ def march_segments(
                 continue
         here = _level_at(voxels, shape, scale, ray, np.float32(k - 1) + share)
         if before < 0.0:
-            # All of the segment up to here is empty.
+            # The segment up to this sample is empty.
             before = here
         a, r, g, b = _classify(integrals, before, here, share)
         alpha += through * a
@@ -66,7 +66,7 @@ def march_segments(
 
 @inlined
 def _level_at(voxels: Any, shape: Any, scale: Any, ray: Any, k: Any) -> float:
-    """The level, with its fraction, of the scalar at sample k."""
+    """Return the fractional level of the scalar at sample k."""
     value = interpolate(
         voxels,
         shape,
@@ -79,10 +79,10 @@ def _level_at(voxels: Any, shape: Any, scale: Any, ray: Any, k: Any) -> float:
 
 @inlined
 def _classify(integrals: Any, first: float, last: float, share: Any) -> Any:
-    """Opacity and premultiplied colour of a share of a step, between two scalar values."""
+    """Opacity and premultiplied RGB of a fraction of a step, between two levels."""
     span = last - first
     if abs(span) < 1.0:
-        # The mean around the value: between equal ones there is nothing to integrate.
+        # Average over one level around the value: an integral between equal ones is empty.
         first = min(max((first + last - 1.0) / 2, 0.0), float(LEVELS - 2))
         last, span = first + 1.0, 1.0
     i, j = min(int(first), LEVELS - 2), min(int(last), LEVELS - 2)
@@ -91,7 +91,7 @@ def _classify(integrals: Any, first: float, last: float, share: Any) -> Any:
     if depth <= 0.0:
         return 0.0, 0.0, 0.0, 0.0
     a = -math.expm1(-depth)
-    # The colours of a segment mix by their extinction; within it none hides another.
+    # Colours within a segment are weighted by extinction, without self-occlusion.
     mixed = a * share / (span * depth)
     return (
         a,
@@ -103,7 +103,7 @@ def _classify(integrals: Any, first: float, last: float, share: Any) -> Any:
 
 @inlined
 def _difference(integrals: Any, column: int, i: int, f: float, j: int, g: float) -> float:
-    """Integral from level i + f to level j + g."""
+    """Integral of a table's column from level i + f to level j + g."""
     low = integrals[i, column] + f * (integrals[i + 1, column] - integrals[i, column])
     high = integrals[j, column] + g * (integrals[j + 1, column] - integrals[j, column])
     return high - low

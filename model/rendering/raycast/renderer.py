@@ -1,4 +1,4 @@
-"""The ray caster as a renderer: the same call as the reference renderer's, and more."""
+"""The ray caster as a renderer, with depth, opacity images and exact derivatives."""
 
 from __future__ import annotations
 
@@ -33,21 +33,21 @@ from model.scene.transfer_function import TF_SAMPLES, OpacityTF
 from model.scene.volume import Volume
 
 NATIVE_TYPES = (np.uint8, np.uint16, np.int16, np.float32)
-"""Scalars that rays go through as they are."""
+"""Scalar types that are rendered without conversion."""
 
 LARGEST_ERROR = 1 / 510
-"""What skipping and early termination may change in a pixel, together: half a step of 8 bits."""
+"""Largest error of a pixel by skipping and early termination together: half an 8-bit step."""
 
 ROWS_PER_TASK = 8
 TASKS = 32
-"""Pieces that the work on one image is cut into, so that no thread waits long for the others."""
+"""Number of tasks that differentiated windows are divided into, to balance the threads' load."""
 
 Device = Literal["cpu", "cuda"]
 
 
 @dataclass(frozen=True)
 class Frame:
-    """One image and what belongs to it.
+    """One image and its depth.
 
     Attributes
     ----------
@@ -69,29 +69,30 @@ class RaycastRenderer:
     ----------
     volume : Volume
     lighting : {"none", "direct", "global"}
-        Emission-absorption; with gradient shading; with cast shadows and
+        Emission-absorption only, with gradient shading, or with shadows and
         ambient occlusion.
     light : LightDirection, optional
-        Direction of the distant light relative to the view, unless an image's inputs have
-        another; ignored when unlit.
+        Default direction of the distant light relative to the view, for inputs
+        without a light; ignored when unlit.
     sample_distance : float
-        Distance between samples along a ray, in voxels, unless a call says otherwise.
+        Default distance between samples along a ray, in voxels.
     threads : int, optional
-        CPU threads, one per processor by default.
+        Number of CPU threads, one per processor by default.
     preintegrated : bool
-        Integrate the transfer functions over each step, so that a narrow peak
-        between two samples is not missed; for unlit scenes on the CPU.
+        Whether to integrate the transfer functions over each step, so that narrow
+        peaks between two samples are not missed; only for unlit scenes on the CPU.
     device : {"cpu", "cuda"}
 
     Attributes
     ----------
     skip_empty, terminate_early : bool
-        What makes it fast; both on, to be turned off for measurements.
+        Empty-space skipping and early ray termination, both enabled by default;
+        can be disabled for measurements.
 
     Raises
     ------
     RenderError
-        For a combination that there is not, or a GPU that there is not.
+        For unsupported combinations, or when no GPU is available.
     """
 
     def __init__(
@@ -142,7 +143,7 @@ class RaycastRenderer:
         size : int
             Width and height in pixels.
         sample_distance : float, optional
-            Instead of the renderer's own, in voxels.
+            In voxels; the renderer's own by default.
 
         Returns
         -------
@@ -153,12 +154,12 @@ class RaycastRenderer:
         return self._draw(inputs, size, sample_distance)
 
     def frame(self, inputs: SceneInputs, size: int) -> Frame:
-        """Render one image, with the depth of what is first visible in each pixel."""
+        """Render one image with the depth of the first visible sample in each pixel."""
         depth = np.empty((size, size), dtype=np.float32)
         return Frame(self._draw(inputs, size, depth=depth), depth)
 
     def opacity_image(self, inputs: SceneInputs, size: int) -> NDArray[np.float32]:
-        """Render the opacity alone: float32 (size, size) in [0, 1], row 0 at the top."""
+        """Render opacity only, as float32 (size, size) in [0, 1], row 0 at the top."""
         return self._draw(inputs, size, colored=False)[..., 0]
 
     def differentiate(
@@ -175,21 +176,20 @@ class RaycastRenderer:
         size : int
             Width and height of the image in pixels.
         windows : ndarray of int64, shape (n, 4)
-            First row, row behind the last, first column, column behind the
-            last.
+            First row, row after the last, first column, column after the last.
 
         Returns
         -------
         gradients : ndarray of float64, shape (n, 256)
             Sum of I dI / dt over the window's pixels and colour channels, t
-            being the TF's opacity (of a voxel's length) at 256 scalar values.
+            being the TF's opacity (per voxel length) at 256 scalar values.
         energies : ndarray of float64, shape (n,)
-            Sum of I squared.
+            Sum of I squared over the window's pixels and colour channels.
 
         Raises
         ------
         RenderError
-            For a lit or pre-integrated scene, or one on a GPU.
+            With lighting, pre-integration or a GPU.
         """
         if self._lighting != "none" or self._preintegrated or self._cuda is not None:
             raise RenderError(
@@ -249,7 +249,7 @@ class RaycastRenderer:
             self._cuda.draw(arguments, image, depth)
         else:
             self._run(draw, arguments, image, depth)
-        # White gloss may be brighter than what an image can show.
+        # Specular highlights may exceed 1.
         return np.clip(image, 0, 1, out=image)
 
     def _run(
@@ -268,7 +268,7 @@ class RaycastRenderer:
         list(self._executor.map(task, range(0, size, ROWS_PER_TASK)))
 
     def _tables(self, inputs: SceneInputs, distance: float, colored: bool) -> tuple[Any, ...]:
-        """Look-up tables and light, as the functions that draw rows take them."""
+        """Look-up tables and light, as arguments of the drawing kernels."""
         scalar_range = self._volume.scalar_range
         opacity_tf, color_tf = inputs.opacity_tf, inputs.color_tf
         if self._preintegrated:
@@ -288,7 +288,7 @@ class RaycastRenderer:
         return alphas, color_table(color_tf, scalar_range, alphas), light, glow
 
     def _voxels_and_cells(self, opacity_tf: OpacityTF, distance: float) -> tuple[Any, ...]:
-        """What all compiled functions take first: the volume, and where it is empty."""
+        """First arguments of all kernels: the volume and the cells for empty-space skipping."""
         return (
             self._voxels,
             self._volume.dimensions,
@@ -305,13 +305,13 @@ class RaycastRenderer:
     def _distances_of(
         self, opacity_tf: OpacityTF, sample_distance: float, skip_empty: bool
     ) -> NDArray[np.int8]:
-        """Distances in cells to what the TF shows."""
+        """Distance of each cell to the nearest visible one; zeros without empty-space skipping."""
         if not skip_empty:
             return np.zeros(np.prod(self.cells.shape), dtype=np.int8)
         volume = self._volume
         opacity = self._opacities(opacity_tf, sample_distance)
         samples = 2 * volume.radius / (sample_distance * volume.voxel_size)
-        # What all samples of a ray add up to may be left out, and no more.
+        # All skipped samples of a ray together must stay below the largest error.
         shown = opacity > LARGEST_ERROR / 2 / samples
         in_bin = np.zeros(TF_SAMPLES, dtype=bool)
         # Levels between two bins count for both.

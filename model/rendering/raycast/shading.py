@@ -1,4 +1,4 @@
-"""Light on one sample: gradient shading, or a grid of light that is already there."""
+"""Shading of one sample: gradient shading, or look-up of precomputed light."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ ZERO, ONE, TWO = np.float32(0), np.float32(1), np.float32(2)
 
 
 class Light(NamedTuple):
-    """A distant white light on surfaces, as VTK shades them.
+    """Parameters of gradient shading by a distant white light, as in VTK.
 
     Attributes
     ----------
     travel : tuple of 3 float32
-        World direction in which the light travels, of length 1.
+        Unit vector in world coordinates in which the light travels.
     spacing : tuple of 3 float32
+        Voxel spacing along x, y and z.
     slope : tuple of 3 float32
-        What the differences between neighbouring voxels are multiplied by to
-        give the normal.
+        Factors that convert differences between voxels to the gradient.
     diffuse, specular, power : float32
-        VTK leaves the ambient term out for a distant light; so do we.
+        Coefficients; like VTK, there is no ambient term for a distant light.
     """
 
     travel: Any
@@ -37,13 +37,14 @@ class Light(NamedTuple):
 
 
 class LightGrid(NamedTuple):
-    """Light that reaches each place of the volume, on a coarser grid.
+    """Light that reaches the points of the volume, on a coarse grid.
 
     Attributes
     ----------
     grid : ndarray of float32, 1-D
-        Factor of the colour, x fastest.
+        Factors of the colour, in [0, 1], x fastest.
     shape : tuple of 3 int
+        Number of grid nodes along x, y and z.
     scale : tuple of 3 float32
         Grid steps per voxel along x, y and z.
     """
@@ -55,7 +56,7 @@ class LightGrid(NamedTuple):
 
 @inlined
 def received(glow: Any, ray: Any, k: Any) -> Any:
-    """Light that reaches sample k."""
+    """Return the light that reaches sample k."""
     return interpolate_inside(
         glow.grid,
         glow.shape,
@@ -67,7 +68,7 @@ def received(glow: Any, ray: Any, k: Any) -> Any:
 
 @inlined
 def reflect(voxels: Any, shape: Any, light: Any, ray: Any, k: Any) -> Any:
-    """Diffuse factor and white gloss of sample k; both sides of a surface are lit."""
+    """Return the diffuse factor and white specular term of sample k, with two-sided lighting."""
     x = ray.start[0] + k * ray.step[0]
     y = ray.start[1] + k * ray.step[1]
     z = ray.start[2] + k * ray.step[2]
@@ -79,11 +80,11 @@ def reflect(voxels: Any, shape: Any, light: Any, ray: Any, k: Any) -> Any:
     nz = (nz - interpolate_inside(voxels, shape, x, y, z - ONE)) * light.slope[2]
     length = math.sqrt(nx * nx + ny * ny + nz * nz)
     if not length > ZERO:
-        # A homogeneous region has no surface to reflect anything.
+        # A homogeneous region has no surface normal.
         return ZERO, ZERO
     lx, ly, lz = light.travel
     across = (nx * lx + ny * ly + nz * lz) / length
-    # Mirrored about the normal, as VTK does it: on the far side with the sign left out.
+    # Mirrored about the normal as in VTK, which ignores the sign on the far side.
     twice = TWO * abs(across) / length
     mx, my, mz = twice * nx - lx, twice * ny - ly, twice * nz - lz
     vx, vy, vz = (

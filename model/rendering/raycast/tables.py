@@ -1,4 +1,4 @@
-"""Transfer functions as look-up tables of one sample's opacity and colour."""
+"""Look-up tables of a sample's opacity and colour, from transfer functions."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, Range
 
 LEVELS_PER_BIN = 16
 LEVELS = (TF_SAMPLES - 1) * LEVELS_PER_BIN + 1
-"""Entries of the look-up tables, several per bin of the TF; the nearest one is taken."""
+"""Number of look-up table entries, several per bin of the TF; the nearest one is used."""
 
 NOTHING = LEVELS
-"""One more entry: what lies behind the end of a ray."""
+"""An additional, transparent entry for samples beyond the end of a ray."""
 
 TINY = 1e-30
-"""The transparency of an opaque TF, so that its logarithm is a number."""
+"""Least transparency of a TF, so that its logarithm is finite."""
 
 
 def opacity_table(
     opacity_tf: OpacityTF, scalar_range: Range, sample_distance: float
 ) -> NDArray[np.float32]:
-    """Opacity of one sample at each level, corrected at the bins and linear between them.
+    """Return a sample's opacity at each level, corrected at the bins and linear between them.
 
     Returns
     -------
@@ -38,13 +38,13 @@ def opacity_table(
 def color_table(
     color_tf: ColorTF, scalar_range: Range, opacity: NDArray[np.float32] | None = None
 ) -> NDArray[np.float32]:
-    """Colour of one sample at each level, premultiplied by its opacity where that is given.
+    """Return a sample's RGBA at each level, premultiplied if its opacity is given.
 
     Returns
     -------
     ndarray of float32, shape (4 * (LEVELS + 1),)
-        Red, green, blue and opacity of the first level, then of the next; the
-        opacity is 1 where none is given.
+        Red, green, blue and opacity of the first level, then of the next ones;
+        the opacity is 1 if none is given.
     """
     bins = color_tf.sample(scalar_range)
     levels, every = _levels(), np.arange(TF_SAMPLES)
@@ -63,16 +63,17 @@ def preintegrated_table(
     scalar_range: Range,
     sample_distance: float,
 ) -> NDArray[np.float64]:
-    """Extinction, and extinction times colour, integrated over the scalar value.
+    """Integrate extinction, and extinction times colour, over the scalar value.
 
-    Between two values the mean extinction is the difference of this table over
-    the difference of the values: exact for a scalar that is linear between two
-    samples, however narrow the TF's peaks are.
+    The mean extinction between two values is the difference of table entries
+    divided by the difference of levels. It is exact if the scalar is linear between
+    two samples, even for narrow peaks of the TF.
 
     Returns
     -------
     ndarray of float64, shape (LEVELS, 4)
-        Per sample distance, over levels: extinction, then red, green and blue.
+        Cumulative integrals, per sample distance, of extinction and of extinction
+        times red, green and blue.
     """
     levels, every = _levels(), np.arange(TF_SAMPLES)
     opacity = np.interp(levels, every, opacity_tf.sample(scalar_range))
@@ -87,7 +88,7 @@ def preintegrated_table(
 
 
 def _mean_extinction(first: NDArray[np.float64], last: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Mean of -log(1 - a) for opacities a that run linearly from first to last."""
+    """Mean of -log(1 - a) for opacities a that vary linearly from first to last."""
     p, q = (np.maximum(1 - opacity, TINY) for opacity in (first, last))
     nearly_equal = np.abs(q - p) <= 1e-4 * np.maximum(p, q)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -96,5 +97,5 @@ def _mean_extinction(first: NDArray[np.float64], last: NDArray[np.float64]) -> N
 
 
 def _levels() -> NDArray[np.float64]:
-    """The levels, in bins."""
+    """Positions of the levels, in TF bins."""
     return np.linspace(0, TF_SAMPLES - 1, LEVELS)

@@ -1,4 +1,4 @@
-"""Trilinear interpolation, of the volume and of coarser grids."""
+"""Trilinear interpolation in the volume and in coarser grids."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from model.compilation import inlined
 
 
 def pair_type(array: Any) -> Any:
-    """The Numba type of an unsigned number as long as two elements of an array."""
+    """Return Numba's unsigned integer type with the width of two elements of an array."""
     return types.Integer.from_bitwidth(2 * array.dtype.bitwidth, signed=False)
 
 
 @intrinsic  # type: ignore[untyped-decorator]
 def load_pair(_context: Any, array: Any, index: Any) -> Any:
-    """Two neighbours in memory by one load, as an unsigned number; for the CPU."""
+    """Load two adjacent elements at once, as an unsigned integer; for CPUs only."""
 
     def load(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
@@ -33,7 +33,7 @@ def load_pair(_context: Any, array: Any, index: Any) -> Any:
 
 @intrinsic  # type: ignore[untyped-decorator]
 def _split(_context: Any, array: Any, both: Any) -> Any:
-    """Take a pair of an array's elements apart."""
+    """Split a pair into two elements of the array's type."""
 
     def take_apart(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         bits = array.dtype.bitwidth
@@ -49,33 +49,33 @@ def _split(_context: Any, array: Any, both: Any) -> Any:
 
 @inlined
 def halves(array: Any, both: Any) -> Any:
-    """The two elements of a pair in float32."""
+    """Return the two elements of a pair as float32."""
     first, second = _split(array, both)
     return np.float32(first), np.float32(second)
 
 
 @inlined
 def locate(shape: Any, x: Any, y: Any, z: Any) -> Any:
-    """The voxel before a position along each axis.
+    """Return the voxel before a position along each axis, and the weights of the next.
 
     Parameters
     ----------
     shape : tuple of 3 int
-        Voxels along x, y and z.
+        Number of voxels along x, y and z.
     x, y, z : float32
-        0 to length - 1; rounding errors outside are extrapolated.
+        0 to length - 1; positions outside by rounding errors are extrapolated.
 
     Returns
     -------
     place : uint64
-        Its index. Unsigned, or Numba would look for negative ones at each access.
+        Index of the voxel; unsigned, as Numba checks signed indices for negative ones.
     fx, fy, fz : float32
-        Share of the way to the next voxel.
+        Interpolation weights of the next voxel along each axis.
     """
     i = min(np.int32(x), np.int32(shape[0] - 2))
     j = min(np.int32(y), np.int32(shape[1] - 2))
     k = min(np.int32(z), np.int32(shape[2] - 2))
-    # Numba would make 64 bits of all this; rows need 32, and fit twice as many in a vector.
+    # Numba's default is 64 bits; rows need only 32, and twice as many fit into a vector.
     row = np.uint32(np.uint32(j) + np.uint32(np.uint32(shape[1]) * np.uint32(k)))
     place = np.uint64(np.uint32(i)) + np.uint64(np.uint32(shape[0])) * np.uint64(row)
     return place, x - np.float32(i), y - np.float32(j), z - np.float32(k)
@@ -130,7 +130,7 @@ def _neighbours(voxels: Any, place: Any) -> Any:
 
 @inlined
 def interpolate_inside(voxels: Any, shape: Any, x: Any, y: Any, z: Any) -> Any:
-    """Interpolate at any position; those outside take the value on the nearest face."""
+    """Interpolate at any position, with positions outside clamped to the nearest face."""
     zero = np.float32(0)
     return interpolate(
         voxels,
