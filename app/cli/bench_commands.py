@@ -135,7 +135,7 @@ def codec(
     seed: options.Seed = 0,
     json: options.JsonFile = None,
 ) -> None:
-    """How well a latent codec keeps opacity TFs and follows edits of them; without images."""
+    """Errors of a latent codec: of decoded TFs, and of its response to edits; without images."""
     from app.cli.bench_codec import measure_model, train_alone
 
     trial = {"--volume": volume, "--preset": preset, "--steps": steps, "--set": settings}

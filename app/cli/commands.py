@@ -169,7 +169,7 @@ def sensitivity(
     ] = None,
     device: options.DeviceName = options.Device.AUTO,
 ) -> None:
-    """Where in the TF an edit changes a region, or where in the image an edit shows."""
+    """Find where in the TF an edit changes a region, or where in the image an edit shows."""
     from app.cli.sensitivity import SensitivityOrder, save_sensitivity
 
     save_sensitivity(

@@ -31,7 +31,7 @@ Progress = Callable[[str, int, int], None]
 
 @dataclass(frozen=True)
 class EvaluationJob:
-    """What of a model to measure.
+    """The measurements to make of a model.
 
     Attributes
     ----------

@@ -71,7 +71,7 @@ def run_job(
 
 
 def shared_execution(job: TrainingJob, scene: Scene, device: torch.device) -> Execution:
-    """How this machine computes a job's steps fastest; the first process measures, if any does."""
+    """Choose how a job's steps are computed; of several processes the first one measures."""
     # The others find it kept: measuring at once, they would slow each other down.
     if parallel.rank():
         parallel.wait_for_all()
