@@ -16,7 +16,7 @@ from model.scene.scene import Scene
 
 @dataclass(frozen=True)
 class Quality:
-    """Quality of a requested image; ignored by generators.
+    """Quality of a requested image; generators have a fixed size and ignore the coarseness.
 
     Attributes
     ----------

@@ -57,8 +57,8 @@ class TransferFunctionStore:
         Raises
         ------
         TransferFunctionError
-            When the file is invalid; it is then renamed. A file that can neither be
-            read nor renamed stays in place, and a later save would overwrite it.
+            When the file is invalid, and has been renamed. A file that cannot be read
+            or renamed stays in place, and a later save would overwrite it.
         """
         path = self.path(fingerprint)
         if not path.exists():
