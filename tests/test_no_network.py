@@ -81,7 +81,7 @@ def test_nothing_is_contacted_and_nothing_is_left_behind(
             "CI": "",
         },
         capture_output=True,
-        text=True,
+        encoding="utf-8",
         timeout=300,
     )
     assert process.returncode == 0, process.stderr
