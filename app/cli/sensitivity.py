@@ -15,6 +15,7 @@ from model.errors import RenderError
 from model.scene.default_tf import default_transfer_function
 from model.scene.inputs import SceneInputs
 from model.scene.region import Region
+from model.scene.scene import default_scalar_window
 from model.scene.tf_perturbation import EDIT_WIDTH, response_to_edits
 from model.scene.transfer_function import TF_SAMPLES, TransferFunction
 from model.scene.view import View
@@ -161,7 +162,7 @@ def _save_plot(
     place = f"({region.left}, {region.top}) to ({region.right}, {region.bottom})"
     kind = "exact" if order.exact else "of the generator"
     sensitivity = Curve("sensitivity", values, result.sensitivity)
-    limit = _limit(result.sensitivity)
+    limit = _limit(result.sensitivity, volume)
     title = f"Sensitivity of the region {place}, {kind}"
     if limit is not None and np.abs(result.sensitivity).max() > limit:
         title += f"; reaches {result.sensitivity[np.abs(result.sensitivity).argmax()]:.3g}"
@@ -173,7 +174,12 @@ def _save_plot(
     save_plots(order.out, plots, height=300)
 
 
-def _limit(sensitivity: NDArray[np.float32]) -> float | None:
-    """Limit of the plot's axis; sensitivities to background values may be 100 times larger."""
-    limit = 1.2 * float(np.percentile(np.abs(sensitivity), 97))
-    return limit or None
+def _limit(sensitivity: NDArray[np.float32], volume: Volume) -> float | None:
+    """Limit of the plot's axis, by the values of the scalar window.
+
+    Sensitivities to background values may be 100 times larger.
+    """
+    values = np.linspace(*volume.scalar_range, TF_SAMPLES)
+    lo, hi = default_scalar_window(volume)
+    inside = np.abs(sensitivity[(values >= lo) & (values <= hi)])
+    return 1.2 * float(inside.max(initial=0.0)) or None
