@@ -387,8 +387,8 @@ def evaluate(
             help="The model's samples. (default: rendered anew)",
         ),
     ] = None,
-    neighbours: Annotated[
-        int, typer.Option("--neighbours", min=1, help="Training images to look up, if rendered.")
+    neighbors: Annotated[
+        int, typer.Option("--neighbors", min=1, help="Training images to look up, if rendered.")
     ] = 2000,
     sensitivities: Annotated[
         int | None,
@@ -423,7 +423,7 @@ def evaluate(
         count=count,
         volume=VolumeSource(volume, raw, component),
         store=store,
-        neighbours=neighbours,
+        neighbors=neighbors,
         sensitivities=sensitivities,
         workers=workers,
         device=str(device),

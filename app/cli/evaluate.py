@@ -83,7 +83,7 @@ def _print_agreement(agreement: dict[str, Any]) -> None:
 
 
 def _print(result: dict[str, Any]) -> None:
-    neighbour = result["nearest_neighbour"]
+    neighbor = result["nearest_neighbor"]
     statistics = ("mean", "median", "p95")
     table = Table(title=f"{result['count']} hold-out samples", title_justify="left")
     table.add_column("")
@@ -93,12 +93,12 @@ def _print(result: dict[str, Any]) -> None:
     for key, label in MEASURES.items():
         if key not in result:
             continue
-        other = neighbour.get(key, {})
+        other = neighbor.get(key, {})
         cells = [f"{result[key][s]:.4f}" for s in statistics]
         cells += [f"{other[s]:.4f}" if other else "" for s in statistics]
         table.add_row(label, *cells)
     console.print(table)
-    console.print(f"nearest: the nearest of {neighbour['count']} training images, by RMSE")
+    console.print(f"nearest: the nearest of {neighbor['count']} training images, by RMSE")
     whole = sum(scale["error"] for scale in result["scales"]) or 1.0
     shares = [f"{scale['error'] / whole:.0%} of {scale['pixels']}" for scale in result["scales"]]
     console.print(f"the squared error, by the size of details in pixels: {', '.join(shares)}")

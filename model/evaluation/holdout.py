@@ -39,17 +39,17 @@ class Evaluation:
     generator : dict of ndarray
         ``rmse``, ``emd``, ``ssim``, ``flip``, ``masked_rmse`` and ``opacity_rmse``;
         also ``st_lpips`` if its package is installed.
-    nearest_neighbour : dict of ndarray
+    nearest_neighbor : dict of ndarray
         The same without ``opacity_rmse``.
-    neighbours : int
+    neighbors : int
         Number of training images that were searched.
     scales : list of ErrorScale
         Errors of the generator's colour images by scale.
     """
 
     generator: dict[str, NDArray[np.float64]]
-    nearest_neighbour: dict[str, NDArray[np.float64]]
-    neighbours: int
+    nearest_neighbor: dict[str, NDArray[np.float64]]
+    neighbors: int
     scales: list[ErrorScale]
 
     @property
@@ -63,9 +63,9 @@ class Evaluation:
             "count": self.count,
             **_summaries(self.generator),
             "scales": [asdict(scale) for scale in self.scales],
-            "nearest_neighbour": {
-                "count": self.neighbours,
-                **_summaries(self.nearest_neighbour),
+            "nearest_neighbor": {
+                "count": self.neighbors,
+                **_summaries(self.nearest_neighbor),
             },
         }
 
@@ -93,11 +93,11 @@ def evaluate(
     rows = []
     scales = ErrorScales()
     ours = _generator_rows(generator, samples, scales.add)
-    for row in zip(ours, _neighbour_rows(samples, store), strict=True):
+    for row in zip(ours, _neighbor_rows(samples, store), strict=True):
         rows.append(row)
         on_progress(len(rows))
-    errors, neighbour = (_columns(part) for part in zip(*rows, strict=True))
-    return Evaluation(errors, neighbour, store.count("train"), scales.scales())
+    errors, neighbor = (_columns(part) for part in zip(*rows, strict=True))
+    return Evaluation(errors, neighbor, store.count("train"), scales.scales())
 
 
 def generator_errors(generator: Generator, samples: SampleBatch) -> dict[str, NDArray[np.float64]]:
@@ -105,9 +105,9 @@ def generator_errors(generator: Generator, samples: SampleBatch) -> dict[str, ND
     return _columns(list(_generator_rows(generator, samples)))
 
 
-def neighbour_errors(samples: SampleBatch, store: SampleStore) -> dict[str, NDArray[np.float64]]:
+def neighbor_errors(samples: SampleBatch, store: SampleStore) -> dict[str, NDArray[np.float64]]:
     """Return the errors of the nearest training images; see :class:`Evaluation`."""
-    return _columns(list(_neighbour_rows(samples, store)))
+    return _columns(list(_neighbor_rows(samples, store)))
 
 
 def _summaries(errors: dict[str, NDArray[np.float64]]) -> dict[str, Any]:
@@ -126,7 +126,7 @@ def _generator_rows(
         yield errors | {"opacity_rmse": metrics.rmse(opacity, true_opacity)}
 
 
-def _neighbour_rows(samples: SampleBatch, store: SampleStore) -> Iterator[dict[str, float]]:
+def _neighbor_rows(samples: SampleBatch, store: SampleStore) -> Iterator[dict[str, float]]:
     for nearest, truth in zip(nearest_images(samples.rgba, store), samples.rgba, strict=True):
         yield _errors(nearest[..., :3] / 255, truth / 255)
 

@@ -42,8 +42,8 @@ class EvaluationJob:
         The model's volume; the shipped one where that is it.
     store : Path or None
         The data set that the model was trained on. None renders the hold-out samples, and
-        as many training samples as `neighbours`, anew: they follow from the model's seed.
-    neighbours : int
+        as many training samples as `neighbors`, anew: they follow from the model's seed.
+    neighbors : int
         Training images that are searched for nearest neighbours.
     sensitivities : int or None
         Hold-out samples whose sensitivities are compared with the renderer's; None takes
@@ -59,7 +59,7 @@ class EvaluationJob:
     count: int = 2000
     volume: VolumeSource = field(default_factory=VolumeSource)
     store: Path | None = None
-    neighbours: int = 2000
+    neighbors: int = 2000
     sensitivities: int | None = None
     workers: int | None = None
     device: str = "auto"
@@ -151,12 +151,12 @@ def _render(
     scene = generator.scene
     volume = volume_of(scene.volume_fingerprint, scene.volume_name, job.volume)
     training = generator.card.training
-    neighbours = min(job.neighbours, int(training.get("samples_stored", job.neighbours)))
+    neighbors = min(job.neighbors, int(training.get("samples_stored", job.neighbors)))
     seed = int(training.get("dataset_seed", 0))
     store = SampleStore.create(
-        scratch / "samples.zarr", scene, seed, {"holdout": job.count, "train": neighbours}
+        scratch / "samples.zarr", scene, seed, {"holdout": job.count, "train": neighbors}
     )
-    total, done = job.count + neighbours, 0
+    total, done = job.count + neighbors, 0
 
     def count(new: int) -> None:
         nonlocal done

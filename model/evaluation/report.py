@@ -106,7 +106,7 @@ def html_report(
     parts = [
         f"<h1>{html.escape(title)}</h1>",
         f"<p>{result['count']} hold-out samples; the baseline is the nearest of "
-        f"{result['nearest_neighbour']['count']} training images. Intervals hold the mean "
+        f"{result['nearest_neighbor']['count']} training images. Intervals hold the mean "
         "with 95 % confidence (bootstrap). SSIM is better when higher, all others when lower.</p>",
         _measures(result),
     ]
@@ -128,7 +128,7 @@ def html_report(
 
 
 def _measures(result: dict[str, Any]) -> str:
-    nearest = result["nearest_neighbour"]
+    nearest = result["nearest_neighbor"]
     rows = []
     for key, name in MEASURES.items():
         if key not in result:

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import CollapseError, TrainingError
-from model.evaluation.holdout import generator_errors, neighbour_errors
+from model.evaluation.holdout import generator_errors, neighbor_errors
 from model.files import write_atomically
 from model.generator.generator import Generator
 from model.networks.card import MODEL_FILE
@@ -73,14 +73,14 @@ class Study:
     paper : str
         Description of the paper's numbers.
     variants : tuple of Variant
-    neighbour : tuple of 2 float or None
+    neighbor : tuple of 2 float or None
         The paper's image RMSE and colour EMD of the nearest training image.
     """
 
     title: str
     paper: str
     variants: tuple[Variant, ...]
-    neighbour: tuple[float, float] | None = None
+    neighbor: tuple[float, float] | None = None
 
 
 ADVERSARY, NO_ADVERSARY = "adversarial_start=0", "adversarial_start=1"
@@ -94,7 +94,7 @@ STUDIES: dict[str, Study] = {
             Variant("gan", "GAN", (ADVERSARY, "l1_weight=0"), paper=(0.060, 0.017)),
             Variant("gan-l1", "GAN + l1", (ADVERSARY,), paper=(0.060, 0.011)),
         ),
-        neighbour=(0.059, 0.020),
+        neighbor=(0.059, 0.020),
     ),
     "latent-dim": Study(
         "Dimension of the opacity TF's latent code (section 6.3.2)",
@@ -178,7 +178,7 @@ def run_study(
     Returns
     -------
     dict
-        Plain data: "variants" with mean errors by name, "nearest_neighbour",
+        Plain data: "variants" with mean errors by name, "nearest_neighbor",
         and the study's settings.
 
     Raises
@@ -191,9 +191,9 @@ def run_study(
     for variant in study.variants:
         on_variant(variant)
         rows[variant.name] = _row(plan, variant, samples, on_report)
-    neighbour = {
+    neighbor = {
         "count": plan.store.count("train"),
-        **_means(neighbour_errors(samples, plan.store)),
+        **_means(neighbor_errors(samples, plan.store)),
     }
     return {
         "title": study.title,
@@ -206,7 +206,7 @@ def run_study(
         "training_images": plan.store.count("train"),
         "holdout_count": plan.count,
         "options": plan.base.options.to_json(),
-        "nearest_neighbour": neighbour,
+        "nearest_neighbor": neighbor,
         "variants": rows,
     }
 

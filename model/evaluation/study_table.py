@@ -12,9 +12,9 @@ def study_table(study: Study, result: dict[str, Any]) -> list[list[str]]:
     """Return the results and the paper's numbers as rows of cells, the heading first."""
     heading = ["", "samples", "RMSE", "EMD", "SSIM", "opacity RMSE", "cosine image", "blocks"]
     rows = [[*heading, "paper's RMSE", "EMD"]]
-    neighbour = result["nearest_neighbour"]
-    label = f"nearest of {neighbour['count']:,}"
-    rows.append([label, "", *_cells(neighbour), *_paper(study.neighbour)])
+    neighbor = result["nearest_neighbor"]
+    label = f"nearest of {neighbor['count']:,}"
+    rows.append([label, "", *_cells(neighbor), *_paper(study.neighbor)])
     for variant in study.variants:
         row = result["variants"][variant.name]
         seen = f"{row['samples_seen']:,}" if "samples_seen" in row else ""

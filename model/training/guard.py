@@ -100,8 +100,8 @@ def latent_health(latent: Tensor) -> dict[str, float]:
     """
     latent = latent.double()
     deviations = latent.std(dim=0)
-    centred = latent - latent.mean(dim=0)
-    eigenvalues = torch.linalg.svdvals(centred).square()
+    centered = latent - latent.mean(dim=0)
+    eigenvalues = torch.linalg.svdvals(centered).square()
     shares = eigenvalues / eigenvalues.sum().clamp(min=1e-300)
     entropy = -torch.xlogy(shares, shares).sum()
     return {

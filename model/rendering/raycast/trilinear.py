@@ -113,10 +113,10 @@ def interpolate(voxels: Any, shape: Any, x: Any, y: Any, z: Any) -> Any:
     place, fx, fy, fz = locate(shape, x, y, z)
     row, layer = np.uint64(shape[0]), np.uint64(shape[0] * shape[1])
     return blend(
-        _neighbours(voxels, place),
-        _neighbours(voxels, place + row),
-        _neighbours(voxels, place + layer),
-        _neighbours(voxels, place + layer + row),
+        _neighbors(voxels, place),
+        _neighbors(voxels, place + row),
+        _neighbors(voxels, place + layer),
+        _neighbors(voxels, place + layer + row),
         fx,
         fy,
         fz,
@@ -124,7 +124,7 @@ def interpolate(voxels: Any, shape: Any, x: Any, y: Any, z: Any) -> Any:
 
 
 @inlined
-def _neighbours(voxels: Any, place: Any) -> Any:
+def _neighbors(voxels: Any, place: Any) -> Any:
     return np.float32(voxels[place]), np.float32(voxels[place + np.uint64(1)])
 
 

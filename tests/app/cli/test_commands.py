@@ -334,7 +334,7 @@ def test_evaluate_compares_with_the_nearest_neighbour(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     out = tmp_path / "result.json"
-    arguments = f"evaluate --model {trained} --volume {raw_file} --count 6 --neighbours 40"
+    arguments = f"evaluate --model {trained} --volume {raw_file} --count 6 --neighbors 40"
     arguments += " --sensitivities 3"
     page = tmp_path / "report.html"
     arguments += f" --workers 1 --report {page}"
@@ -343,8 +343,8 @@ def test_evaluate_compares_with_the_nearest_neighbour(
     assert f"{result['flip']['mean']:.4f}" in page.read_text(encoding="utf-8")
     assert sum(group["count"] for group in result["profile"]["azimuth"]) == 6
     assert result["count"] == 6
-    assert result["nearest_neighbour"]["count"] == 40
-    for part in (result, result["nearest_neighbour"]):
+    assert result["nearest_neighbor"]["count"] == 40
+    for part in (result, result["nearest_neighbor"]):
         for measure in ("rmse", "emd", "ssim"):
             assert set(part[measure]) == {"mean", "median", "p95", "interval"}
     assert f"{result['rmse']['mean']:.4f}" in capsys.readouterr().out
@@ -358,7 +358,7 @@ def test_evaluate_compares_with_the_nearest_neighbour(
     )
     again = json.loads(out.read_text())
     assert again["rmse"]["mean"] == pytest.approx(result["rmse"]["mean"])
-    assert again["nearest_neighbour"]["rmse"]["mean"] <= result["nearest_neighbour"]["rmse"]["mean"]
+    assert again["nearest_neighbor"]["rmse"]["mean"] <= result["nearest_neighbor"]["rmse"]["mean"]
 
 
 def test_what_is_rendered_already_needs_no_more_room(

@@ -45,7 +45,7 @@ def test_a_training_image_is_its_own_nearest_neighbour(store: SampleStore) -> No
 def test_errors_are_those_of_the_rendered_images(generator: Generator, store: SampleStore) -> None:
     seen: list[int] = []
     result = evaluate(generator, store, 5, seen.append)
-    assert (result.count, result.neighbours, seen) == (5, 160, [1, 2, 3, 4, 5])
+    assert (result.count, result.neighbors, seen) == (5, 160, [1, 2, 3, 4, 5])
     from model.samples.sampling import draw_sample
 
     sample = draw_sample(store.scene, store.seed, "holdout", 3)
@@ -54,17 +54,17 @@ def test_errors_are_those_of_the_rendered_images(generator: Generator, store: Sa
     assert result.generator["rmse"][3] == pytest.approx(metrics.rmse(image, truth), abs=1e-5)
     assert result.generator["emd"][3] == pytest.approx(metrics.color_emd(image, truth), abs=1e-3)
     assert result.generator["ssim"][3] == pytest.approx(metrics.ssim(image, truth), abs=1e-4)
-    neighbour = nearest_images(store.read("holdout", range(3, 4)).rgba, store)[0, ..., :3] / 255
-    assert result.nearest_neighbour["rmse"][3] == pytest.approx(metrics.rmse(neighbour, truth))
+    neighbor = nearest_images(store.read("holdout", range(3, 4)).rgba, store)[0, ..., :3] / 255
+    assert result.nearest_neighbor["rmse"][3] == pytest.approx(metrics.rmse(neighbor, truth))
 
 
 def test_the_report_has_the_documented_keys(generator: Generator, store: SampleStore) -> None:
     report = json.loads(json.dumps(evaluate(generator, store, 4).to_json(), allow_nan=False))
     assert report["count"] == 4
-    assert report["nearest_neighbour"]["count"] == 160
+    assert report["nearest_neighbor"]["count"] == 160
     for part, keys in (
         (report, ("rmse", "emd", "ssim", "flip")),
-        (report["nearest_neighbour"], ("rmse", "emd")),
+        (report["nearest_neighbor"], ("rmse", "emd")),
     ):
         for key in keys:
             assert set(part[key]) == {"mean", "median", "p95", "interval"}

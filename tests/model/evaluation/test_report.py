@@ -58,7 +58,7 @@ def test_the_page_is_whole_and_says_what_was_measured() -> None:
         "count": 9,
         **dict.fromkeys(MEASURES, summary),
         "scales": [asdict(ErrorScale(1, 0.03, 0.3)), asdict(ErrorScale(2, 0.01, 0.5))],
-        "nearest_neighbour": {"count": 55, "rmse": {**summary, "mean": 0.4321}},
+        "nearest_neighbor": {"count": 55, "rmse": {**summary, "mean": 0.4321}},
         "sensitivity_agreement": {"count": 3, **dict.fromkeys(names, agreement)},
     }
     profile = {name: [Group(0, 90, 5, 0.2), Group(90, 180, 4, 0.1)] for name in PROFILES}

@@ -27,7 +27,7 @@ STUDY = Study(
     "Two dimensions",
     "made up",
     (Variant("a", "two", (), 2, (0.1, 0.2)), Variant("b", "eight", ("l1_weight=50",), 8)),
-    neighbour=(0.3, 0.4),
+    neighbor=(0.3, 0.4),
 )
 
 
@@ -60,7 +60,7 @@ def test_each_variant_is_trained_as_it_says_and_measured_like_evaluate(plan: Stu
         assert row["emd"] == pytest.approx(expected.generator["emd"].mean())
         assert row["samples_seen"] == 24
         assert -1 <= row["image_cosine"] <= 1
-    assert result["nearest_neighbour"]["count"] == 32
+    assert result["nearest_neighbor"]["count"] == 32
 
 
 def test_what_is_finished_is_not_trained_again_and_what_was_stopped_goes_on(

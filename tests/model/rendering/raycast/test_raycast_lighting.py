@@ -96,10 +96,10 @@ def test_a_plane_reflects_by_the_cosine_of_the_lights_angle(kind: Any, error: fl
         assert view.basis()[2] @ normal < -0.5
         renderer = kind(volume, lighting="direct", light=light, sample_distance=0.5)
         # Gloss is white, whatever the colour: the difference is diffuse light alone.
-        grey, black = (renderer.render(SceneInputs(view, opacity_tf, c), 64) for c in (GREY, BLACK))
+        gray, black = (renderer.render(SceneInputs(view, opacity_tf, c), 64) for c in (GREY, BLACK))
         renderer.close()
-        assert (grey[30:34, 30:34, 3] == 1).all()
-        diffuse = 2 * (grey - black)[30:34, 30:34, :3]
+        assert (gray[30:34, 30:34, 3] == 1).all()
+        diffuse = 2 * (gray - black)[30:34, 30:34, :3]
         expected = DIFFUSE * abs(normal @ towards(light, view))
         np.testing.assert_allclose(diffuse, expected, atol=error)
 
