@@ -49,6 +49,8 @@ class EngineClient(QObject):
         self._retired: list[EngineWorker] = []
         self._wanted = -1
         self._takes_requests = True
+        self._is_built = False
+        self._early: dict[type[Request], Request] = {}
 
     @property
     def is_settled(self) -> bool:
@@ -64,6 +66,8 @@ class EngineClient(QObject):
         """Replace the engine by one built by `factory` in a new worker thread."""
         self.stop()
         self._takes_requests = True
+        self._is_built = False
+        self._early.clear()
         self.description = ""
         worker = EngineWorker(factory, self._name, self)
         worker.engineReady.connect(self._engine_ready)
@@ -80,9 +84,11 @@ class EngineClient(QObject):
             return
         if isinstance(request, ImageRequest):
             self._wanted = request.sequence
-            if self.state is not EngineState.LOADING:
-                self._enter(EngineState.WORKING)
-        self._worker.submit(request)
+        if self._is_built:
+            self._pass_on(request)
+        else:
+            # Until the engine is built, nobody knows whether it fits what is asked for.
+            self._early[type(request)] = request
 
     def wait(self, text: str) -> None:
         """Stop the engine and enter the waiting state with an explanation."""
@@ -134,9 +140,21 @@ class EngineClient(QObject):
         if state in SETTLED_STATES:
             self.settled.emit()
 
+    def _pass_on(self, request: Request) -> None:
+        assert self._worker is not None
+        if isinstance(request, ImageRequest):
+            self._enter(EngineState.WORKING)
+        self._worker.submit(request)
+
     def _engine_ready(self, ready: EngineReady) -> None:
         self.description = ready.description
+        # Whoever listens may pause the client, or ask for something newer.
         self.engineReady.emit(ready)
+        self._is_built = True
+        early, self._early = self._early, {}
+        if self._takes_requests and self._worker is not None:
+            for request in early.values():
+                self._pass_on(request)
 
     def _engine_failed(self, error: str) -> None:
         # Without a worker, later requests are ignored and the error remains.

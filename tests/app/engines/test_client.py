@@ -91,7 +91,8 @@ def test_an_engine_that_cannot_be_built_fails(qtbot: QtBot, told: Told) -> None:
 def test_other_kinds_neither_evict_nor_settle_an_image(qtbot: QtBot, told: Told) -> None:
     gate = threading.Semaphore(0)
     engine = FakeEngine(gate=gate)
-    told.client.start(lambda: engine, "Loading …")
+    with qtbot.waitSignal(told.client.engineReady):
+        told.client.start(lambda: engine, "Loading …")
     told.client.submit(make_request(1))
     assert engine.started.acquire(timeout=PATIENCE_S)
     image = make_request(2)
@@ -113,6 +114,18 @@ def test_a_paused_client_takes_nothing_until_it_is_resumed(qtbot: QtBot, told: T
     told.client.submit(make_request(1))
     told.client.resume()
     with qtbot.waitSignal(told.client.settled):
+        told.client.submit(make_request(2))
+    assert [r.sequence for r in engine.requests] == [2]
+
+
+def test_requests_wait_until_it_is_known_whether_the_engine_fits(qtbot: QtBot, told: Told) -> None:
+    engine = FakeEngine()
+    told.client.engineReady.connect(lambda _ready: told.client.pause("Not for this volume."))
+    told.client.start(lambda: engine, "Loading …")
+    with qtbot.waitSignal(told.client.settled):
+        told.client.submit(make_request(1))
+    told.client.resume()
+    with qtbot.waitSignal(told.client.resultReady):
         told.client.submit(make_request(2))
     assert [r.sequence for r in engine.requests] == [2]
 

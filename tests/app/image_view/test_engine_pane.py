@@ -102,7 +102,8 @@ def test_a_paused_pane_ignores_requests_until_resumed(qtbot: QtBot, pane: Engine
 def test_a_replaced_engine_delivers_nothing_any_more(qtbot: QtBot, pane: EnginePane) -> None:
     gate = threading.Semaphore(0)
     slow = FakeEngine(gate=gate)
-    pane.client.start(lambda: slow, "Loading …")
+    with qtbot.waitSignal(pane.client.engineReady):
+        pane.client.start(lambda: slow, "Loading …")
     pane.client.submit(make_request(1))
     assert slow.started.acquire(timeout=PATIENCE_S)
     pane.client.start(FakeEngine, "Loading another …")
