@@ -19,9 +19,11 @@ def few_probes() -> Iterator[None]:
         yield
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def finished(store: SampleStore, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A run of 640 samples: 16 steps of stage 1 and 24 of stage 2."""
+    """A run of 640 samples: 16 steps of stage 1 and 24 of stage 2. Only to be looked at."""
     folder = tmp_path_factory.mktemp("runs") / "finished"
-    train(plan(store, folder))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("model.training.monitor.PROBE_SAMPLES", 8)
+        train(plan(store, folder))
     return folder
