@@ -241,6 +241,7 @@ def dataset(
 
 @application.command()
 def train(
+    context: typer.Context,
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder of run and model.")],
     preset: Annotated[
         options.Preset,
@@ -331,6 +332,7 @@ def train(
     from model.training.stopping import ask_to_stop
 
     if stop:
+        _refuse_others(context, "stop")
         ask_to_stop(out)
         typer.echo(f"The run in {out} will be saved and end after its present step.")
         return
@@ -357,11 +359,7 @@ def train(
         resume=resume,
     )
     if job is not None:
-        if asked != TrainingJob(out, minutes=options.minutes_of(None, None, 60.0), resume=resume):
-            raise TfscopeError(
-                "A job's file says everything but the folder, and whether to resume; "
-                "leave the other options out."
-            )
+        _refuse_others(context, "job", "resume", "lines", "save_job")
         asked = replace(TrainingJob.load(job), out=out, resume=resume)
     if save_job is not None:
         asked.save(save_job)
@@ -495,3 +493,14 @@ def study(
     from app.cli.study import StudyOrder, study_models
 
     study_models(StudyOrder(str(study), job, images, count, sensitivities))
+
+
+def _refuse_others(context: typer.Context, *names: str) -> None:
+    """Refuse options that would have no effect beside the first of those named, and --out."""
+    given = {
+        n for n in context.params if str(context.get_parameter_source(n)).endswith("COMMANDLINE")
+    }
+    others = sorted(given - {"out", *names})
+    if others:
+        flags = ", ".join(f"--{name.replace('_', '-')}" for name in others)
+        raise TfscopeError(f"Beside --{names[0]} these have no effect: {flags}; leave them out.")

@@ -6,6 +6,7 @@ import json
 import shlex
 import sys
 import time
+from contextlib import suppress
 from dataclasses import asdict
 
 from rich.console import Group
@@ -71,12 +72,17 @@ def _run_with_lines(job: TrainingJob) -> None:
         nonlocal last
         if found.notice or found.spent >= 1 or time.monotonic() - last > LINE_SECONDS:
             last = time.monotonic()
-            write("progress", **asdict(found))
+            try:
+                write("progress", **asdict(found))
+            except BrokenPipeError:
+                # Whoever reads has gone: save and end, as after Ctrl-C.
+                raise KeyboardInterrupt from None
 
     try:
         run_job(job, report, lambda execution: write("execution", **asdict(execution)))
     except KeyboardInterrupt:
-        write("end", how="stopped", saved=(job.out / STATE_FILE).exists())
+        with suppress(BrokenPipeError):
+            write("end", how="stopped", saved=(job.out / STATE_FILE).exists())
         raise
     write("end", how="finished", model=str(job.out))
 

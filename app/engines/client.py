@@ -49,6 +49,7 @@ class EngineClient(QObject):
         self._retired: list[EngineWorker] = []
         self._wanted = -1
         self._takes_requests = True
+        self._busy_text = ""
         self._is_built = False
         self._early: dict[type[Request], Request] = {}
 
@@ -75,6 +76,7 @@ class EngineClient(QObject):
         worker.resultReady.connect(self._take_result)
         worker.finished.connect(self._clear_retired)
         self._worker = worker
+        self._busy_text = busy_text
         self._enter(EngineState.LOADING, busy_text)
         worker.start()
 
@@ -110,7 +112,10 @@ class EngineClient(QObject):
 
     def resume(self) -> None:
         """Accept requests again after :meth:`pause`."""
-        self._takes_requests = True
+        if not self._takes_requests:
+            self._takes_requests = True
+            if self._worker is not None and not self._is_built:
+                self._enter(EngineState.LOADING, self._busy_text)
 
     def fail(self, text: str) -> None:
         """Enter the failed state with an error sentence."""
@@ -148,8 +153,11 @@ class EngineClient(QObject):
 
     def _engine_ready(self, ready: EngineReady) -> None:
         self.description = ready.description
-        # Whoever listens may pause the client, or ask for something newer.
+        worker = self._worker
+        # Whoever listens may pause the client, ask for something newer, or start another engine.
         self.engineReady.emit(ready)
+        if self._worker is not worker:
+            return
         self._is_built = True
         early, self._early = self._early, {}
         if self._takes_requests and self._worker is not None:
@@ -168,7 +176,9 @@ class EngineClient(QObject):
             self.resultReady.emit(result)
             return
         if result.value is None:
-            self.fail(result.error or "The engine returned no image.")
+            # An older image's error says nothing about the one that is on its way.
+            if result.request.sequence == self._wanted:
+                self.fail(result.error or "The engine returned no image.")
             return
         if self.state is not EngineState.WORKING:
             # From now on the image is shown instead of the text.

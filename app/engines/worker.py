@@ -119,11 +119,12 @@ class EngineWorker(QObject):
     def _serve(self) -> None:
         try:
             engine = self._factory()
+            ready = EngineReady(engine.description, engine.scene)
         except Exception as error:
             self._message.emit(EngineFailed(error_sentence(error)))
             return
         try:
-            self._message.emit(EngineReady(engine.description, engine.scene))
+            self._message.emit(ready)
             while (request := self._mailbox.take()) is not None:
                 self._message.emit(_result(engine, request))
         finally:

@@ -13,25 +13,24 @@ from app.state.viewer_state import ViewerState
 from model.scene.light import LightDirection, LightRange
 
 DIAMETER = 30
-LIMITS = LightRange()
 
 
-def light_at(x: float, y: float) -> LightDirection:
+def light_at(x: float, y: float, limits: LightRange) -> LightDirection:
     """Return the direction of a light perpendicular to a ball's surface at a point.
 
     Parameters
     ----------
     x, y : float
         Offset to the right and up from the ball's centre, in radii; points outside are
-        moved to the rim. Directions are clamped to :data:`LIMITS`.
+        moved to the rim. Directions are clamped to the limits.
     """
     length = max(1.0, math.hypot(x, y))
     x, y = x / length, y / length
     elevation = math.degrees(math.asin(min(max(y, -1.0), 1.0)))
     azimuth = math.degrees(math.atan2(x, math.sqrt(max(0.0, 1 - x * x - y * y))))
     return LightDirection(
-        min(max(azimuth, -LIMITS.max_azimuth), LIMITS.max_azimuth),
-        min(max(elevation, -LIMITS.max_elevation), LIMITS.max_elevation),
+        min(max(azimuth, -limits.max_azimuth), limits.max_azimuth),
+        min(max(elevation, -limits.max_elevation), limits.max_elevation),
     )
 
 
@@ -48,11 +47,17 @@ class LightBall(QWidget):
     def __init__(self, state: ViewerState, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._state = state
+        self._limits = LightRange()
         self.setFixedSize(QSize(DIAMETER, DIAMETER))
         self.setCursor(Qt.CursorShape.CrossCursor)
         self.setToolTip("Drag to move the light; double-click for the light from the upper left")
         state.lightChanged.connect(self.update)
         self.hide()
+
+    def set_range(self, limits: LightRange | None) -> None:
+        """Offer the light within a range, or hide where there is none."""
+        self._limits = limits or LightRange()
+        self.setVisible(limits is not None)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Move the light to the mouse's position."""
@@ -88,4 +93,6 @@ class LightBall(QWidget):
 
     def _move(self, position: QPointF) -> None:
         radius = DIAMETER / 2
-        self._state.move_light(light_at(position.x() / radius - 1, 1 - position.y() / radius))
+        self._state.move_light(
+            light_at(position.x() / radius - 1, 1 - position.y() / radius, self._limits)
+        )

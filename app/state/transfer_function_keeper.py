@@ -7,6 +7,7 @@ from functools import partial
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.engines.background import BackgroundCall
+from app.engines.messages import error_sentence
 from app.state.transfer_function_store import TransferFunctionStore
 from model.errors import TransferFunctionError
 from model.scene.transfer_function import TransferFunction
@@ -32,6 +33,7 @@ class TransferFunctionKeeper(QObject):
         super().__init__(parent)
         self._store = store
         self._unwritten: dict[str, TransferFunction] = {}
+        self._being_written: dict[str, TransferFunction] = {}
         self._writing: BackgroundCall | None = None
         self._pause = QTimer(self, singleShot=True, interval=PAUSE_MS)
         self._pause.timeout.connect(self._write)
@@ -44,7 +46,10 @@ class TransferFunctionKeeper(QObject):
 
     def load(self, fingerprint: str) -> TransferFunction | None:
         """Return a volume's TF, None when there is none, or none that can be read."""
-        self.finish()
+        if fingerprint in self._unwritten:
+            return self._unwritten[fingerprint]
+        if self._writing is not None and fingerprint in self._being_written:
+            return self._being_written[fingerprint]
         if self._store is None:
             return None
         try:
@@ -63,15 +68,16 @@ class TransferFunctionKeeper(QObject):
             self._writing.join()
         try:
             _save(self._store, self._taken())
-        except TransferFunctionError as error:
-            self._fail(str(error))
+        except Exception as error:
+            self._fail(error_sentence(error))
 
     def _write(self) -> None:
         if self._writing is not None:
             # One write at a time, so that an older TF never replaces a newer one.
             self._pause.start()
             return
-        call = BackgroundCall(partial(_save, self._store, self._taken()), "keeper", self)
+        self._being_written = self._taken()
+        call = BackgroundCall(partial(_save, self._store, self._being_written), "keeper", self)
         call.failed.connect(self._fail)
         call.finished.connect(self._end_writing)
         self._writing = call
@@ -88,8 +94,10 @@ class TransferFunctionKeeper(QObject):
             self._writing = None
 
     def _fail(self, text: str) -> None:
-        self._store = None
-        self.problem.emit(text)
+        # Once: the same disk may fail for a thread and for the end of it all.
+        if self._store is not None:
+            self._store = None
+            self.problem.emit(text)
 
 
 def _save(store: TransferFunctionStore | None, tfs: dict[str, TransferFunction]) -> None:

@@ -21,6 +21,8 @@ from model.generator.catalog import model_for
 from model.scene.inputs import outside_range
 from model.scene.scene import RendererName, Scene
 
+NO_VOLUME = "Waiting for a volume: open one with File > Open volume."
+
 
 class Workspace(QObject):
     """Opens volumes and models and keeps the engines of both images up to date.
@@ -49,7 +51,7 @@ class Workspace(QObject):
     """Emitted with the name of a newly chosen reference renderer."""
     hintChanged = Signal(str)
     """Emitted with a description of inputs outside the training range; may be empty."""
-    lightMovable = Signal(bool)
+    lightRangeChanged = Signal(object)
     """Emitted with True when the light becomes movable, with False when fixed."""
     settled = Signal()
     """Emitted when both images are final or replaced by a message."""
@@ -178,7 +180,7 @@ class Workspace(QObject):
         self._reading = None
         if self._opened is None:
             self._reference.fail(text)
-            self._generator.pause("Waiting for a volume: open one with File > Open volume.")
+            self._generator.pause(NO_VOLUME)
         else:
             self.news.emit("")
             self.problem.emit(text)
@@ -195,8 +197,10 @@ class Workspace(QObject):
         if self._model is None:
             self._generator.pause(self._no_model_text())
         elif self._scene is not None and self._opened is None:
-            settled = self._reading is None
-            self._generator.pause("Waiting for the volume …", settled=settled)
+            if self._reading is None:
+                self._generator.pause(NO_VOLUME)
+            else:
+                self._generator.pause("Waiting for the volume …", settled=False)
         elif self._scene is not None and not self._matches():
             self._generator.pause(
                 f"This model was trained on '{self._scene.volume_name}', not on this volume; "
@@ -239,7 +243,7 @@ class Workspace(QObject):
         movable = scene is not None and scene.light_range is not None
         if movable != (self._state.light is not None):
             self._state.set_light(scene.light if scene is not None and movable else None)
-            self.lightMovable.emit(movable)
+            self.lightRangeChanged.emit(scene.light_range if scene is not None else None)
 
     def _wanted_settings(self) -> ReferenceSettings:
         settings = ReferenceSettings()

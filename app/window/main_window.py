@@ -72,7 +72,7 @@ class MainWindow(QMainWindow):
         self.workspace.volumeOpened.connect(lambda _opened: self.notice.clear())
         self.workspace.volumeStarted.connect(self.editor.select_strongest)
         self.workspace.hintChanged.connect(self.generator.set_hint)
-        self.workspace.lightMovable.connect(self.light.setVisible)
+        self.workspace.lightRangeChanged.connect(self.light.set_range)
         self.workspace.referenceChanged.connect(
             lambda name: self.reference.set_title(REFERENCE_TITLES[name])
         )

@@ -13,9 +13,9 @@ import torch
 
 from model.networks.size import NetworkSize
 from model.scene.scene import Scene
-from model.training.execution import Execution, Precision
+from model.training.execution import Execution
 from model.training.execution_choice import choose_execution, step_seconds
-from model.training.options import TrainingOptions
+from model.training.options import Precision, TrainingOptions
 from model.training.schedule import Schedule
 
 WARM_UP_STEPS = 3

@@ -16,6 +16,7 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, cast, get_args
 
@@ -69,6 +70,11 @@ def obstacle(backend: Backend, device: torch.device) -> str | None:
         if not Path(sysconfig.get_paths()["include"], "Python.h").exists():
             return "Python's header files must be installed for it"
     return None
+
+
+def library_version(backend: Backend) -> str:
+    """Return the version of the library behind a backend."""
+    return version(MODULES.get(backend.name, ("torch",))[0])
 
 
 @cache

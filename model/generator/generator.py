@@ -17,7 +17,7 @@ from torch.nn.functional import interpolate
 
 from model.devices import choose_device
 from model.errors import DeviceError, first_line
-from model.generator.backends import EAGER, Backend, choose_backends, make_decode
+from model.generator.backends import EAGER, Backend, choose_backends, library_version, make_decode
 from model.measurements import keep, kept
 from model.networks.blocks import place
 from model.networks.card import ModelCard
@@ -103,7 +103,12 @@ class Generator:
         chosen = choose_device(device)
         card, network = load_model(folder)
         by = choose_backends(backend, precision, chosen)
-        about = {"size": asdict(card.size), "device": str(chosen), "precision": precision}
+        about = {
+            "size": asdict(card.size),
+            "device": chosen.type,
+            "precision": precision,
+            "candidates": [(candidate.name, library_version(candidate)) for candidate in by],
+        }
         remembered = kept(NAME, about) if len(by) > 1 else None
         by.sort(key=lambda candidate: candidate.name != remembered)
         seconds: dict[Generator, float] = {}

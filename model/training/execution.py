@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import torch
 
-Precision = Literal["float32", "bfloat16"]
+from model.training.options import Precision
 
 
 @dataclass(frozen=True)

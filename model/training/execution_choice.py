@@ -27,8 +27,8 @@ from model.scene.inputs import condition_numbers
 from model.scene.scene import Scene
 from model.scene.transfer_function import TF_SAMPLES
 from model.training.batch import EncodedBatch
-from model.training.execution import Execution, Precision
-from model.training.options import TrainingOptions
+from model.training.execution import Execution
+from model.training.options import Precision, TrainingOptions
 from model.training.schedule import Schedule
 
 RUN_SECONDS = 4.0
@@ -74,13 +74,18 @@ def choose_execution(
         "conditions": condition_numbers(scene),
         "batches": [options.opacity.batch_size, options.joint.batch_size],
         "stages": [options.one_stage, options.adversarial_start],
-        "device": str(device),
+        "device": device.type,
         "precision": precision,
     }
     found = kept(NAME, about)
     if found is not None:
         with suppress(TypeError):  # Another version may have cached other fields.
-            return Execution(**found)
+            execution = Execution(**found)
+            if execution.precision in get_args(Precision) and precision in (
+                "auto",
+                execution.precision,
+            ):
+                return execution
     fastest = _fastest(partial(step_seconds, size, options, scene, device), device, precision)
     keep(NAME, about, asdict(fastest))
     return fastest

@@ -10,14 +10,14 @@ from __future__ import annotations
 import json
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from model.errors import TrainingError
 from model.files import write_atomically
 from model.networks.size import Architecture, NetworkSize
 from model.scene.scene import Lighting, RendererName
 from model.scene.transfer_function import Range
-from model.training.options import PRESETS, Budget, TrainingOptions, preset_size
+from model.training.options import PRESETS, Budget, Precision, TrainingOptions, preset_size
 from model.volume_files.source import VolumeSource
 
 JOB_VERSION = 1
@@ -115,10 +115,34 @@ class TrainingJob:
                 f"{self.out}: training would write over the model that it starts from; "
                 "choose another folder."
             )
+        self._check_values()
         # What is wrong with either had better be said before anything is read.
         _ = self.budget, self.options
         if self.faithful and self.architecture not in (None, "paper"):
             raise TrainingError("The paper's recipe is for its networks; leave the other one out.")
+
+    def _check_values(self) -> None:
+        """Refuse values of a wrong kind or outside their limits: a job may come from a file."""
+        whole: dict[str, tuple[Any, int]] = {"seed": (self.seed, 0), "workers": (self.workers, 1)}
+        for name, (number, least) in whole.items():
+            if number is not None and (type(number) is not int or number < least):
+                raise TrainingError(f"The {name} is {number!r}; give a whole number from {least}.")
+        if self.reuse is not None and not (type(self.reuse) in (int, float) and self.reuse >= 1):
+            raise TrainingError(f"The reuse is {self.reuse!r}; give a number from 1.")
+        for name in ("faithful", "movable_light", "resume"):
+            if not isinstance(getattr(self, name), bool):
+                raise TrainingError(f"The job's '{name}' must be true or false.")
+        choices: dict[str, tuple[Any, tuple[Any, ...]]] = {
+            "lighting": (self.lighting, get_args(Lighting)),
+            "renderer": (self.renderer, get_args(RendererName)),
+            "architecture": (self.architecture, (None, *get_args(Architecture))),
+            "device": (self.device, ("auto", "cpu", "cuda")),
+            "precision": (self.precision, ("auto", *get_args(Precision))),
+        }
+        for name, (value, allowed) in choices.items():
+            if value not in allowed:
+                names = ", ".join(map(str, filter(None, allowed)))
+                raise TrainingError(f"The {name} '{value}' is unknown; choose {names}.")
 
     @property
     def size(self) -> NetworkSize:
@@ -161,6 +185,8 @@ class TrainingJob:
             )
             for name in ("out", "store", "start"):
                 values[name] = _path(values[name])
+            if not isinstance(values["settings"], list):
+                raise TypeError("settings")
             values["settings"] = tuple(map(str, values["settings"]))
             if values["window"] is not None:
                 lo, hi = values["window"]

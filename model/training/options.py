@@ -5,10 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import Any
+from typing import Any, Literal
 
 from model.errors import TrainingError
 from model.networks.size import Architecture, NetworkSize
+
+Precision = Literal["float32", "bfloat16"]
+"""Digits that optimization steps are computed in."""
 
 _SMALL = NetworkSize(
     0.25, features=32, rays=True, modulation=True, deep_codec=True, architecture="grid"

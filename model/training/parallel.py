@@ -12,9 +12,12 @@ import os
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from typing import TypeVar
 
 import torch
 from torch import Tensor, distributed, nn
+
+Value = TypeVar("Value")
 
 _alone = ContextVar("alone", default=False)
 
@@ -96,6 +99,16 @@ def average_gradients(parameters: Iterable[nn.Parameter]) -> None:
     parts = torch.split(flat, [gradient.numel() for gradient in gradients])
     for gradient, part in zip(gradients, parts, strict=True):
         gradient.copy_(part.view_as(gradient))
+
+
+def object_from_first(value: Value | None) -> Value:
+    """The first rank's object, which can be pickled, on all ranks."""
+    shared = [value]
+    if ranks() > 1:
+        distributed.broadcast_object_list(shared, src=0)
+    found = shared[0]
+    assert found is not None
+    return found
 
 
 def from_first(values: list[float], device: torch.device) -> list[float]:

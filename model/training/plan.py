@@ -11,8 +11,9 @@ import torch
 
 from model.errors import TrainingError
 from model.networks.size import NetworkSize
+from model.scene.scene import Scene
 from model.training.execution import STANDARD, Execution
-from model.training.options import Budget, TrainingOptions
+from model.training.options import PRESETS, Budget, TrainingOptions
 from model.training.sources import SampleSource
 from model.training.stage import Losses
 from model.training.warm_start import WarmStart
@@ -69,6 +70,18 @@ class TrainingPlan:
                 f"{self.folder}: the run to resume has {', '.join(changed)}; "
                 "give the options that it was started with."
             )
+
+
+def check_image_size(size: NetworkSize, scene: Scene) -> None:
+    """Raise :class:`model.errors.TrainingError` unless networks draw as large as samples are."""
+    if size.image_size == scene.image_size:
+        return
+    fitting = [name for name, other in PRESETS.items() if other.image_size == scene.image_size]
+    raise TrainingError(
+        f"The samples have {scene.image_size} pixels but the network draws {size.image_size}; "
+        "choose another preset, or make a data set with images of that size.",
+        **({"preset": fitting[0]} if fitting else {}),
+    )
 
 
 @dataclass(frozen=True)

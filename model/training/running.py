@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import nullcontext
 
 import torch
 
@@ -15,9 +16,10 @@ from model.training import parallel
 from model.training.execution import Execution
 from model.training.execution_choice import choose_execution
 from model.training.job import TrainingJob
-from model.training.plan import TrainingPlan, TrainingReport
+from model.training.plan import TrainingPlan, TrainingReport, check_image_size
 from model.training.sources import SampleSource, StoredSource
-from model.training.state import load_progress
+from model.training.state import check_new, load_progress
+from model.training.stopping import training_in
 from model.training.streamed_samples import StreamSource
 from model.training.trainer import train
 from model.training.warm_start import WarmStart
@@ -45,41 +47,43 @@ def run_job(
     KeyboardInterrupt
         When it was stopped, and is saved.
     """
-    budget = job.budget
     if job.resume:
         _check_resumption(job)
+    elif not parallel.rank_to_be():
+        check_new(job.out)
     with parallel.process_group(choose_device(job.device)) as device:
         source = _source(job, device.type)
-        execution = shared_execution(job, source.scene, device)
-        if not parallel.rank():
-            on_execution(execution)
-        plan = TrainingPlan(
-            source=source,
-            preset=job.preset,
-            size=job.size,
-            options=job.options,
-            budget=budget,
-            folder=job.out,
-            device=device,
-            start=None if job.start is None else WarmStart.read(job.start),
-            execution=execution,
-        )
-        if parallel.rank():
-            train(plan, job.resume)
-        else:
-            train(plan, job.resume, on_report)
+        check_image_size(job.size, source.scene)
+        first = not parallel.rank()
+        # From here on the folder is the run's: no wish to stop gets lost while all is prepared.
+        with training_in(job.out) if first else nullcontext():
+            execution = shared_execution(job, source.scene, device)
+            if first:
+                on_execution(execution)
+            plan = TrainingPlan(
+                source=source,
+                preset=job.preset,
+                size=job.size,
+                options=job.options,
+                budget=job.budget,
+                folder=job.out,
+                device=device,
+                start=None if job.start is None else WarmStart.read(job.start),
+                execution=execution,
+            )
+            if first:
+                train(plan, job.resume, on_report, locked=True)
+            else:
+                train(plan, job.resume)
 
 
 def shared_execution(job: TrainingJob, scene: Scene, device: torch.device) -> Execution:
-    """Choose how a job's steps are computed; of several processes the first one measures."""
-    # The others find it kept: measuring at once, they would slow each other down.
-    if parallel.rank():
-        parallel.wait_for_all()
-    with parallel.alone():
-        chosen = choose_execution(job.size, job.options, scene, device, job.precision)
+    """Choose how a job's steps are computed; the first of several processes decides for all."""
+    chosen = None
     if not parallel.rank():
-        parallel.wait_for_all()
-    return chosen
+        with parallel.alone():
+            chosen = choose_execution(job.size, job.options, scene, device, job.precision)
+    return parallel.object_from_first(chosen)
 
 
 def _source(job: TrainingJob, device: str) -> SampleSource:

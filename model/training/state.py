@@ -95,6 +95,15 @@ def save_state(
             old.unlink()
 
 
+def check_new(folder: Path) -> None:
+    """Raise :class:`model.errors.TrainingError` when a folder holds a run."""
+    if (folder / STATE_FILE).exists():
+        raise TrainingError(
+            f"{folder}: the folder holds a training run; go on with it, or choose another folder.",
+            resume="",
+        )
+
+
 def load_progress(folder: Path) -> tuple[Progress, dict[str, Any]]:
     """Read the progress and the recipe of a run.
 

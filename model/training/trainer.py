@@ -11,13 +11,12 @@ from __future__ import annotations
 import platform
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
-from filelock import FileLock, Timeout
 
 from model.errors import CollapseError, TrainingError
 from model.networks.card import ModelCard
@@ -29,17 +28,25 @@ from model.training.batch import EncodedBatch, encode_batch
 from model.training.batch_norm import BatchNormRecalibration
 from model.training.guard import CollapseGuard, Trouble
 from model.training.monitor import MEASURES, HoldoutProbe, RunLog
-from model.training.plan import TrainingPlan, TrainingReport
+from model.training.plan import TrainingPlan, TrainingReport, check_image_size
 from model.training.schedule import Schedule
 from model.training.stage import Losses, Stage
-from model.training.state import STATE_FILE, Progress, load_progress, load_stage, save_state
-from model.training.stopping import LOCK_FILE, Interruption
+from model.training.state import (
+    STATE_FILE,
+    Progress,
+    check_new,
+    load_progress,
+    load_stage,
+    save_state,
+)
+from model.training.stopping import Interruption, training_in, unwritable
 
 
 def train(
     plan: TrainingPlan,
     resume: bool = False,
     on_report: Callable[[TrainingReport], None] = lambda report: None,
+    locked: bool = False,
 ) -> None:
     """Train until the budget is used.
 
@@ -51,6 +58,8 @@ def train(
     on_report : callable
         Called after each optimization step. If it raises
         :class:`KeyboardInterrupt`, the run is saved and ends, as after Ctrl-C.
+    locked : bool
+        Whether the caller is in :func:`model.training.stopping.training_in` already.
 
     Raises
     ------
@@ -65,33 +74,14 @@ def train(
         After Ctrl-C, once the current step is done and the run is saved; at
         once and unsaved if it is pressed again.
     """
+    lock: AbstractContextManager[None] = nullcontext()
+    if not locked and not parallel.rank():
+        lock = training_in(plan.folder)
     try:
-        with _alone(plan.folder):
+        with lock:
             _Run(plan, resume, on_report).train()
     finally:
         plan.source.close()
-
-
-@contextmanager
-def _alone(folder: Path) -> Iterator[None]:
-    """Keep other processes from training in the same folder."""
-    if parallel.rank():
-        yield
-        return
-    lock = FileLock(folder / LOCK_FILE, timeout=0)
-    with _writing(folder):
-        folder.mkdir(parents=True, exist_ok=True)
-        try:
-            lock.acquire()
-        except Timeout:
-            raise TrainingError(
-                f"{folder}: another process is training there; wait for it, stop it, "
-                "or choose another folder."
-            ) from None
-    try:
-        yield
-    finally:
-        lock.release()
 
 
 @contextmanager
@@ -100,10 +90,7 @@ def _writing(folder: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise TrainingError(
-            f"{folder}: the run cannot be written ({error.strerror}); "
-            "make room or choose another folder."
-        ) from error
+        raise unwritable(folder, error) from error
 
 
 class _Run:
@@ -147,21 +134,10 @@ class _Run:
 
     def _first_progress(self, resume: bool) -> Progress:
         plan = self.plan
-        image_size = plan.source.scene.image_size
-        if plan.size.image_size != image_size:
-            raise TrainingError(
-                f"The samples have {image_size} pixels but the preset '{plan.preset}' draws "
-                f"{plan.size.image_size}; make a data set with images of that size.",
-                size=str(plan.size.image_size),
-            )
+        check_image_size(plan.size, plan.source.scene)
         plan.source.check(max(s.stage.batch_size for s in self.schedule.stages.values()))
         if not resume:
-            if (plan.folder / STATE_FILE).exists():
-                raise TrainingError(
-                    f"{plan.folder}: the folder holds a training run; "
-                    "go on with it, or choose another folder.",
-                    resume="",
-                )
+            check_new(plan.folder)
             return Progress(self.schedule.names[0])
         progress, recipe = load_progress(plan.folder)
         plan.check_recipe(recipe)

@@ -71,4 +71,6 @@ class WarmStart:
 
 
 def _built_for(scene: Scene) -> dict[str, Any]:
-    return {name: getattr(scene, name) for name in BUILT_FOR}
+    properties = {name: getattr(scene, name) for name in BUILT_FOR}
+    # Networks take in as many numbers as images depend on; a movable light adds some.
+    return {**properties, "movable light": scene.light_range is not None}

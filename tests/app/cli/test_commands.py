@@ -485,7 +485,7 @@ def test_more_bad_input(
         ),
         (
             f"train --dataset {samples} --preset compact --out {tmp_path}",
-            "Try: --size 128",
+            "Try: --preset draft",
         ),
         (
             f"evaluate --model {trained} --dataset {samples} --count 5000",

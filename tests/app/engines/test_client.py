@@ -130,6 +130,46 @@ def test_requests_wait_until_it_is_known_whether_the_engine_fits(qtbot: QtBot, t
     assert [r.sequence for r in engine.requests] == [2]
 
 
+def test_an_older_images_error_says_nothing_about_the_newest(qtbot: QtBot, told: Told) -> None:
+    gate = threading.Semaphore(0)
+    engine = FakeEngine(gate=gate)
+    with qtbot.waitSignal(told.client.engineReady):
+        told.client.start(lambda: engine, "Loading …")
+    engine.error = RenderError("Too coarse.")
+    told.client.submit(make_request(1, live=True))
+    assert engine.started.acquire(timeout=PATIENCE_S)
+    told.client.submit(make_request(2))
+    gate.release()
+    assert engine.started.acquire(timeout=PATIENCE_S)
+    engine.error = None
+    with qtbot.waitSignal(told.client.settled):
+        gate.release()
+    assert EngineState.FAILED not in told.states
+
+
+def test_an_engine_that_cannot_describe_itself_fails(qtbot: QtBot, told: Told) -> None:
+    class Dumb(FakeEngine):
+        @property
+        def description(self) -> str:  # type: ignore[override]
+            raise RuntimeError("made up")
+
+        @description.setter
+        def description(self, text: str) -> None:
+            pass
+
+    with qtbot.waitSignal(told.client.settled):
+        told.client.start(Dumb, "Loading …")
+    assert told.client.error == "Unexpected RuntimeError: made up"
+
+
+def test_a_client_that_is_resumed_while_its_engine_loads_says_so(told: Told) -> None:
+    told.client.start(FakeEngine, "Loading …")
+    told.client.pause("No volume.")
+    told.client.resume()
+    assert told.client.state is EngineState.LOADING
+    assert told.client.text == "Loading …"
+
+
 def test_every_state_can_be_left_and_entered() -> None:
     assert TRANSITIONS.keys() == set(EngineState)
     entered = frozenset().union(*TRANSITIONS.values())

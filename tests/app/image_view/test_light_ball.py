@@ -6,21 +6,23 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from pytestqt.qtbot import QtBot
 
-from app.image_view.light_ball import DIAMETER, LIMITS, LightBall, light_at
+from app.image_view.light_ball import DIAMETER, LightBall, light_at
 from app.state.viewer_state import ViewerState
-from model.scene.light import LightDirection
+from model.scene.light import LightDirection, LightRange
+
+LIMITS = LightRange()
 
 
 @pytest.mark.parametrize(("x", "y"), [(0.0, 0.0), (0.5, 0.3), (-0.6, 0.6), (0.1, -0.7)])
 def test_the_light_shines_straight_onto_the_point(x: float, y: float) -> None:
-    right, up, back = light_at(x, y).towards()
+    right, up, back = light_at(x, y, LIMITS).towards()
     assert (right, up) == (pytest.approx(x, abs=1e-9), pytest.approx(y, abs=1e-9))
     assert back == pytest.approx(math.sqrt(1 - x * x - y * y), abs=1e-9)
 
 
 @pytest.mark.parametrize(("x", "y"), [(5.0, 0.0), (0.0, -3.0), (1.0, 1.0), (-1.0, 0.0)])
 def test_beyond_the_rim_the_light_stays_in_its_range(x: float, y: float) -> None:
-    light = light_at(x, y)
+    light = light_at(x, y, LIMITS)
     assert abs(light.azimuth) <= LIMITS.max_azimuth
     assert abs(light.elevation) <= LIMITS.max_elevation
 

@@ -86,6 +86,20 @@ def test_a_write_that_fails_is_told_once(
     assert len(told) == 1
 
 
+def test_a_disk_that_fails_for_thread_and_end_is_told_once(
+    qtbot: QtBot, keeper: TransferFunctionKeeper, store: Watched
+) -> None:
+    store.fails = True
+    told: list[str] = []
+    keeper.problem.connect(told.append)
+    keeper.keep("a", make_tf(120.0))
+    qtbot.waitUntil(lambda: len(store.threads) == 1)
+    keeper.keep("b", make_tf(130.0))
+    keeper.finish()
+    qtbot.waitUntil(lambda: keeper._writing is None)
+    assert told == ["The disk is full."]
+
+
 def test_without_a_store_nothing_is_kept(qapp: QObject) -> None:
     parent = QObject()
     keeper = TransferFunctionKeeper(None, parent)

@@ -12,12 +12,14 @@ from safetensors.torch import load_file
 from model.errors import DatasetError, TrainingError
 from model.networks.card import load_card
 from model.samples.sample_store import SampleStore
+from model.scene.light import LightDirection, LightRange
 from model.scene.volume import Volume
 from model.training.execution import Execution
 from model.training.job import TrainingJob
 from model.training.plan import TrainingReport
 from model.training.running import run_job
 from model.training.stopping import STOP_FILE, ask_to_stop
+from model.training.warm_start import WarmStart
 from model.volume_files.source import VolumeSource
 
 FULL = TrainingJob(
@@ -56,6 +58,7 @@ def test_a_job_comes_back_from_its_file(job: TrainingJob, tmp_path: Path) -> Non
         ('{"tfscope_job": 1}', "malformed"),
         (json.dumps({**FULL.to_json(), "unknown": 1}), "malformed"),
         (json.dumps({**FULL.to_json(), "window": 3}), "malformed"),
+        (json.dumps({**FULL.to_json(), "settings": "abc"}), "malformed"),
         (json.dumps({**FULL.to_json(), "preset": "huge"}), "choose draft, compact, paper"),
     ],
 )
@@ -71,6 +74,12 @@ def test_a_file_that_is_no_job_is_refused(content: str, message: str, tmp_path: 
     ("change", "message"),
     [
         ({"minutes": None}, "minutes or in samples"),
+        ({"seed": "abc"}, "whole number from 0"),
+        ({"workers": 0}, "whole number from 1"),
+        ({"reuse": 0}, "number from 1"),
+        ({"resume": "no"}, "true or false"),
+        ({"lighting": "bogus"}, "choose none, direct, global"),
+        ({"device": "tpu"}, "choose auto, cpu, cuda"),
         ({"minutes": -1.0}, "not positive"),
         ({"settings": ("nonsense=1",)}, "no 'nonsense'"),
         ({"lighting": "none"}, "no light that could be moved"),
@@ -138,6 +147,43 @@ def test_a_file_in_its_folder_stops_a_run(job: TrainingJob) -> None:
     assert reports[len(reports) - (48 - seen) // 8].samples == seen + 8
 
 
+def test_a_finished_run_cannot_be_stopped(job: TrainingJob) -> None:
+    run_job(job)
+    with pytest.raises(TrainingError, match="nobody is training there"):
+        ask_to_stop(job.out)
+    assert not (job.out / STOP_FILE).exists()
+
+
+def test_a_wish_to_stop_is_heard_while_all_is_prepared(
+    job: TrainingJob, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def prepare(*arguments: object) -> Execution:
+        ask_to_stop(job.out)
+        return Execution()
+
+    monkeypatch.setattr("model.training.running.choose_execution", prepare)
+    reports: list[TrainingReport] = []
+    with pytest.raises(KeyboardInterrupt):
+        run_job(job, reports.append)
+    assert len(reports) <= 1
+
+
+def test_a_movable_light_does_not_start_from_a_fixed_one(
+    job: TrainingJob, store: SampleStore
+) -> None:
+    run_job(job)
+    start = WarmStart.read(job.out)
+    lit = replace(store.scene, lighting="direct", light=LightDirection())
+    with pytest.raises(TrainingError, match="movable light"):
+        start.check(job.size, replace(lit, light_range=LightRange()))
+
+
+def test_samples_of_another_size_are_refused_before_anything_is_measured(job: TrainingJob) -> None:
+    with pytest.raises(TrainingError, match="64 pixels but the network draws 128") as caught:
+        run_job(replace(job, preset="compact"))
+    assert caught.value.suggested == {"preset": "draft"}
+
+
 def test_an_old_wish_to_stop_is_forgotten(job: TrainingJob) -> None:
     job.out.mkdir()
     (job.out / STOP_FILE).touch()
@@ -146,7 +192,7 @@ def test_an_old_wish_to_stop_is_forgotten(job: TrainingJob) -> None:
 
 
 def test_a_run_that_is_not_there_cannot_be_stopped(tmp_path: Path) -> None:
-    with pytest.raises(TrainingError, match="no run is to be stopped"):
+    with pytest.raises(TrainingError, match="nobody is training there"):
         ask_to_stop(tmp_path / "nowhere")
 
 
