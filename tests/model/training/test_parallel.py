@@ -69,6 +69,7 @@ with parallel.process_group(torch.device("cpu")) as device:
 """
 
 
+@pytest.mark.slow
 def test_weights_stay_equal_and_differ_from_those_of_one_process(tmp_path: Path) -> None:
     script = tmp_path / "step.py"
     script.write_text(STEP)

@@ -12,7 +12,7 @@ import sys
 import threading
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import pytest
 import torch
@@ -109,6 +109,7 @@ def test_ctrl_c_pressed_again_is_heard_at_once(
 KILLED = """
 import sys
 from pathlib import Path
+from typing import get_args
 sys.path.insert(0, "tests/model/training")
 from model.samples.sample_store import SampleStore
 from model.training.trainer import train
@@ -189,10 +190,8 @@ def test_a_damaged_state_is_said(store: SampleStore, tmp_path: Path, damage: str
         train(plan(store, tmp_path), resume=True)
 
 
-@pytest.mark.parametrize(
-    "architecture",
-    ["paper", *(pytest.param(a, marks=pytest.mark.slow) for a in ("grid", "grid-translation"))],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("architecture", get_args(Architecture))
 def test_a_joint_stage_resumes_exactly(
     store: SampleStore, tmp_path: Path, architecture: Architecture
 ) -> None:

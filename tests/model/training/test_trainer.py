@@ -208,6 +208,7 @@ def test_too_few_samples_are_refused(
         train(plan(store, tmp_path / "run"))
 
 
+@pytest.mark.slow
 def test_a_full_memory_is_said_once(
     store: SampleStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
