@@ -24,7 +24,7 @@ from model.scene.transfer_function import OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume
 
-DIFFUSE, SPECULAR, POWER = 0.9, 0.2, 20.0
+DIFFUSE, SPECULAR, POWER = 0.9, 0.2, 20
 """Coefficients of gradient shading, equal to the reference renderer's."""
 
 AMBIENT, DISTANT = 0.4, 0.65
@@ -54,7 +54,7 @@ def gradient_light(view: View, light: LightDirection, volume: Volume) -> Light:
         tuple(np.float32(1 / s) for s in volume.spacing),
         np.float32(DIFFUSE),
         np.float32(SPECULAR),
-        np.float32(POWER),
+        POWER,
     )
 
 

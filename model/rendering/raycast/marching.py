@@ -24,6 +24,9 @@ from model.rendering.raycast.shading import received, reflect
 VISIBLE = np.float32(1 / 255)
 """Accumulated opacity at which a ray counts as having met something visible."""
 
+FAINT = np.float32(5e-6)
+"""Weight below which a sample's light is left out: 500 of them are less than 1/255 in all."""
+
 TINY, HUGE = np.float32(1e-30), np.float32(1e30)
 ZERO, ONE = np.float32(0), np.float32(1)
 
@@ -235,13 +238,13 @@ def march(
                 else:
                     at = np.uint64(4) * level
                     r, g, b = colors[at], colors[at + np.uint64(1)], colors[at + np.uint64(2)]
-                    if light is not None and a > ZERO:
-                        diffuse, gloss = reflect(voxels, shape, light, ray, np.float32(k + m))
-                        gloss *= a
-                        r, g, b = r * diffuse + gloss, g * diffuse + gloss, b * diffuse + gloss
-                    if glow is not None and a > ZERO:
-                        lit = received(glow, ray, np.float32(k + m))
-                        r, g, b = r * lit, g * lit, b * lit
+                    if light is not None or glow is not None:
+                        if through * a > FAINT:
+                            r, g, b = lit(
+                                voxels, shape, light, glow, ray, np.float32(k + m), r, g, b, a
+                            )
+                        else:
+                            r = g = b = ZERO
                     total[0] += through * r
                     total[1] += through * g
                     total[2] += through * b
@@ -253,6 +256,30 @@ def march(
         if through < opaque:
             break
     return first
+
+
+@inlined
+def lit(
+    voxels: Any,
+    shape: Any,
+    light: Any,
+    glow: Any,
+    ray: Any,
+    k: Any,
+    r: Any,
+    g: Any,
+    b: Any,
+    opacity: Any,
+) -> Any:
+    """Return the colour of sample k, premultiplied by its opacity, under the scene's light."""
+    if light is not None:
+        diffuse, gloss = reflect(voxels, shape, light, ray, k)
+        gloss *= opacity
+        r, g, b = r * diffuse + gloss, g * diffuse + gloss, b * diffuse + gloss
+    if glow is not None:
+        factor = received(glow, ray, k)
+        r, g, b = r * factor, g * factor, b * factor
+    return r, g, b
 
 
 @inlined

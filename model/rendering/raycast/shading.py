@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from model.compilation import inlined
-from model.rendering.raycast.trilinear import interpolate_inside
+from model.rendering.raycast.trilinear import interpolate_inside, locate
 
 ZERO, ONE, TWO = np.float32(0), np.float32(1), np.float32(2)
 
@@ -24,8 +24,10 @@ class Light(NamedTuple):
         Voxel spacing along x, y and z.
     slope : tuple of 3 float32
         Factors that convert differences between voxels to the gradient.
-    diffuse, specular, power : float32
+    diffuse, specular : float32
         Coefficients; like VTK, there is no ambient term for a distant light.
+    power : int
+        Of the gloss; even.
     """
 
     travel: Any
@@ -68,32 +70,123 @@ def received(glow: Any, ray: Any, k: Any) -> Any:
 
 @inlined
 def reflect(voxels: Any, shape: Any, light: Any, ray: Any, k: Any) -> Any:
-    """Return the diffuse factor and white specular term of sample k, with two-sided lighting."""
-    x = ray.start[0] + k * ray.step[0]
-    y = ray.start[1] + k * ray.step[1]
-    z = ray.start[2] + k * ray.step[2]
-    nx = interpolate_inside(voxels, shape, x + ONE, y, z)
-    nx = (nx - interpolate_inside(voxels, shape, x - ONE, y, z)) * light.slope[0]
-    ny = interpolate_inside(voxels, shape, x, y + ONE, z)
-    ny = (ny - interpolate_inside(voxels, shape, x, y - ONE, z)) * light.slope[1]
-    nz = interpolate_inside(voxels, shape, x, y, z + ONE)
-    nz = (nz - interpolate_inside(voxels, shape, x, y, z - ONE)) * light.slope[2]
-    length = math.sqrt(nx * nx + ny * ny + nz * nz)
-    if not length > ZERO:
-        # A homogeneous region has no surface normal.
+    """Diffuse factor and white gloss of sample k; both sides of a surface are lit."""
+    nx, ny, nz = gradient(
+        voxels,
+        shape,
+        ray.start[0] + k * ray.step[0],
+        ray.start[1] + k * ray.step[1],
+        ray.start[2] + k * ray.step[2],
+    )
+    nx, ny, nz = nx * light.slope[0], ny * light.slope[1], nz * light.slope[2]
+    square = nx * nx + ny * ny + nz * nz
+    if not square > ZERO:
+        # A homogeneous region has no surface to reflect anything.
         return ZERO, ZERO
+    inverse = ONE / math.sqrt(square)
     lx, ly, lz = light.travel
-    across = (nx * lx + ny * ly + nz * lz) / length
-    # Mirrored about the normal as in VTK, which ignores the sign on the far side.
-    twice = TWO * abs(across) / length
+    across = (nx * lx + ny * ly + nz * lz) * inverse
+    # Mirrored about the normal, as VTK does it: on the far side with the sign left out.
+    twice = TWO * abs(across) * inverse
     mx, my, mz = twice * nx - lx, twice * ny - ly, twice * nz - lz
     vx, vy, vz = (
         ray.step[0] * light.spacing[0],
         ray.step[1] * light.spacing[1],
         ray.step[2] * light.spacing[2],
     )
+    along = mx * vx + my * vy + mz * vz
+    if not along > ZERO:
+        return light.diffuse * abs(across), ZERO
     # On the far side the mirrored direction is longer than 1.
-    square = (mx * mx + my * my + mz * mz) * (vx * vx + vy * vy + vz * vz)
-    along = (mx * vx + my * vy + mz * vz) / math.sqrt(square)
-    gloss = light.specular * along**light.power if along > ZERO else ZERO
-    return light.diffuse * abs(across), gloss
+    along *= along / ((mx * mx + my * my + mz * mz) * (vx * vx + vy * vy + vz * vz))
+    return light.diffuse * abs(across), light.specular * half_power(along, light.power)
+
+
+@inlined
+def half_power(square: Any, power: int) -> Any:
+    """Return a number to an even power, from its square, by few multiplications."""
+    result, rest = ONE, power >> 1
+    while rest > 0:
+        if rest & 1:
+            result *= square
+        square *= square
+        rest >>= 1
+    return result
+
+
+@inlined
+def gradient(voxels: Any, shape: Any, x: Any, y: Any, z: Any) -> Any:
+    """Interpolate the differences between the next and the previous voxel along each axis.
+
+    That is the same as the difference of the field interpolated a voxel further and a voxel
+    back, with positions outside clamped to the faces, but shares rows of voxels.
+    """
+    inner = x >= ONE and y >= ONE and z >= ONE
+    inner = inner and x < np.float32(shape[0] - 2) and y < np.float32(shape[1] - 2)
+    if not (inner and z < np.float32(shape[2] - 2)):
+        gx = interpolate_inside(voxels, shape, x + ONE, y, z)
+        gx -= interpolate_inside(voxels, shape, x - ONE, y, z)
+        gy = interpolate_inside(voxels, shape, x, y + ONE, z)
+        gy -= interpolate_inside(voxels, shape, x, y - ONE, z)
+        gz = interpolate_inside(voxels, shape, x, y, z + ONE)
+        gz -= interpolate_inside(voxels, shape, x, y, z - ONE)
+        return gx, gy, gz
+    place, fx, fy, fz = locate(shape, x, y, z)
+    row, layer = np.uint64(shape[0]), np.uint64(shape[0] * shape[1])
+    # In the nearest row, the next row, the next layer, and the next row of that one.
+    slope0, value0 = _along_x(voxels, place, fx)
+    slope1, value1 = _along_x(voxels, place + row, fx)
+    slope2, value2 = _along_x(voxels, place + layer, fx)
+    slope3, value3 = _along_x(voxels, place + layer + row, fx)
+    near = slope0 + fy * (slope1 - slope0)
+    gx = near + fz * (slope2 + fy * (slope3 - slope2) - near)
+    near = _change(
+        _pair(voxels, place - row, fx), value0, value1, _pair(voxels, place + row + row, fx), fy
+    )
+    far = _change(
+        _pair(voxels, place + layer - row, fx),
+        value2,
+        value3,
+        _pair(voxels, place + layer + row + row, fx),
+        fy,
+    )
+    gy = near + fz * (far - near)
+    near = _change(
+        _pair(voxels, place - layer, fx),
+        value0,
+        value2,
+        _pair(voxels, place + layer + layer, fx),
+        fz,
+    )
+    far = _change(
+        _pair(voxels, place + row - layer, fx),
+        value1,
+        value3,
+        _pair(voxels, place + row + layer + layer, fx),
+        fz,
+    )
+    gz = near + fy * (far - near)
+    return gx, gy, gz
+
+
+@inlined
+def _along_x(voxels: Any, place: Any, fx: Any) -> Any:
+    """Interpolated difference along x within a row, and the row's interpolated value."""
+    before = np.float32(voxels[place - np.uint64(1)])
+    first = np.float32(voxels[place])
+    second = np.float32(voxels[place + np.uint64(1)])
+    behind = np.float32(voxels[place + np.uint64(2)])
+    return _change(before, first, second, behind, fx), first + fx * (second - first)
+
+
+@inlined
+def _pair(voxels: Any, place: Any, fx: Any) -> Any:
+    first = np.float32(voxels[place])
+    return first + fx * (np.float32(voxels[place + np.uint64(1)]) - first)
+
+
+@inlined
+def _change(before: Any, first: Any, second: Any, behind: Any, share: Any) -> Any:
+    """Interpolate between the central differences at the inner two of four values."""
+    change = second - before
+    return change + share * (behind - first - change)

@@ -8,14 +8,17 @@ from concurrent.futures import ThreadPoolExecutor
 from itertools import product
 from typing import Any
 
+import numba
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.ndimage import map_coordinates
 
 from model.errors import RenderError
 from model.rendering.raycast import illumination
 from model.rendering.raycast.illumination import AMBIENT, DIFFUSE, DISTANT, Illumination
 from model.rendering.raycast.renderer import RaycastRenderer
+from model.rendering.raycast.shading import gradient
 from model.rendering.vtk_renderer import VtkRenderer
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
@@ -102,6 +105,27 @@ def test_a_plane_reflects_by_the_cosine_of_the_lights_angle(kind: Any, error: fl
         diffuse = 2 * (gray - black)[30:34, 30:34, :3]
         expected = DIFFUSE * abs(normal @ towards(light, view))
         np.testing.assert_allclose(diffuse, expected, atol=error)
+
+
+@numba.njit
+def gradient_at(scalars: Any, shape: Any, x: Any, y: Any, z: Any) -> Any:
+    return gradient(scalars, shape, x, y, z)
+
+
+@pytest.mark.parametrize("dtype", ["uint8", "int16", "float32"])
+def test_gradients_are_differences_of_the_interpolated_field(dtype: str) -> None:
+    """Also at the faces, where positions outside count as on the face."""
+    numbers = np.random.default_rng(5)
+    scalars = (100 * numbers.random((6, 4, 7))).astype(dtype)
+    shape = scalars.shape[::-1]
+    last = np.array(shape) - 1
+    inside = numbers.random((300, 3)) * last
+    corners = np.array(list(product(*((0.0, 1.0, n - 1.0, float(n)) for n in last))))
+    for position in np.concatenate([inside, corners]).astype(np.float32):
+        ends = np.clip([position + way * step for step in np.eye(3) for way in (-1, 1)], 0, last)
+        values = map_coordinates(scalars.astype(np.float64), ends[:, ::-1].T, order=1)
+        found = gradient_at(scalars.ravel(), shape, *position)
+        np.testing.assert_allclose(found, values[1::2] - values[::2], atol=1e-3)
 
 
 def test_gloss_is_that_of_vtk_whichever_side_is_lit() -> None:
