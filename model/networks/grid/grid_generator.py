@@ -136,7 +136,7 @@ class GridGenerator(GeneratorNetwork):
         self.color = GridColorGenerator(size, self.opacity.frustum, lit, self._others)
 
     def encode_view(self, conditions: Tensor) -> tuple[Tensor, ...]:
-        """What the opacity generator sees for the views, then the other conditions, if any."""
+        """Compute the features of the views; other conditions, if any, follow as they are."""
         view, others = conditions[:, :VIEW_PARAMETERS], conditions[:, VIEW_PARAMETERS:]
         features = self.opacity.encode_view(view)
         return (*features, others) if self._others else features
