@@ -6,6 +6,7 @@ import hashlib
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,35 @@ from numpy.typing import NDArray
 from model.errors import VolumeError
 
 Triple = tuple[float, float, float]
+
+
+class Geometry(Protocol):
+    """Geometry of values on a regular grid; a :class:`Volume` is one.
+
+    Attributes
+    ----------
+    dimensions : tuple of int
+        Number of values along x, y and z.
+    spacing, origin, extent, center : tuple of float
+        See :class:`Volume`.
+    radius, voxel_size : float
+        See :class:`Volume`.
+    """
+
+    @property
+    def dimensions(self) -> tuple[int, int, int]: ...  # noqa: D102
+    @property
+    def spacing(self) -> Triple: ...  # noqa: D102
+    @property
+    def origin(self) -> Triple: ...  # noqa: D102
+    @property
+    def extent(self) -> Triple: ...  # noqa: D102
+    @property
+    def center(self) -> Triple: ...  # noqa: D102
+    @property
+    def radius(self) -> float: ...  # noqa: D102
+    @property
+    def voxel_size(self) -> float: ...  # noqa: D102
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,6 +16,7 @@ from model.errors import RenderError
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs
 from model.scene.region import Region, block_edges
+from model.scene.tf_perturbation import edit_around
 from model.scene.transfer_function import TF_SAMPLES
 
 MAX_NUMBERS = 1 << 28
@@ -33,7 +34,7 @@ def region_sensitivity(
     Parameters
     ----------
     renderer : RaycastRenderer
-        Unlit.
+        Unlit, or with direct light.
     inputs : SceneInputs
     size : int
         Width and height of the image in pixels.
@@ -49,13 +50,61 @@ def region_sensitivity(
     Raises
     ------
     RenderError
-        For a region outside the image, or a lit scene.
+        For a region outside the image, or global light.
     """
     region.check(size)
     tops = range(region.top, region.bottom, BAND)
     windows = [(top, min(top + BAND, region.bottom), region.left, region.right) for top in tops]
     gradients, energies = renderer.differentiate(inputs, size, np.array(windows, dtype=np.int64))
     return _sensitivity(gradients.sum(axis=0, keepdims=True), energies.sum(keepdims=True))[0]
+
+
+def value_sensitivity(
+    renderer: RaycastRenderer, inputs: SceneInputs, size: int, value: float, width: float
+) -> NDArray[np.float32]:
+    """Change of each pixel by an edit of the opacity TF around one scalar value.
+
+    Parameters
+    ----------
+    renderer : RaycastRenderer
+        Unlit, or with direct light.
+    inputs : SceneInputs
+    size : int
+        Width and height of the image in pixels.
+    value : float
+        In the data's units.
+    width : float
+        Standard deviation of the edit in bins; 0 for a single bin.
+
+    Returns
+    -------
+    ndarray of float32, shape (size, size, 3)
+        Per unit of opacity; an edit's opacities add up to 1.
+    """
+    edit = edit_around(value, renderer.scalar_range, width)
+    return renderer.change(inputs, size, edit)
+
+
+def visibility(
+    renderer: RaycastRenderer, inputs: SceneInputs, size: int, region: Region
+) -> NDArray[np.float32]:
+    """Share of each scalar value in a region's opacity (Correa and Ma 2011).
+
+    Returns
+    -------
+    ndarray of float32, shape (256,)
+        Mean over the region's pixels of the sum of T alpha, at scalar values evenly spaced
+        over the range; they add up to the region's mean opacity.
+
+    Raises
+    ------
+    RenderError
+        For a region outside the image.
+    """
+    region.check(size)
+    window = region.top, region.bottom, region.left, region.right
+    pixels = (region.bottom - region.top) * (region.right - region.left)
+    return (renderer.visibility(inputs, size, window) / pixels).astype(np.float32)
 
 
 def sensitivity_field(
@@ -66,7 +115,7 @@ def sensitivity_field(
     Parameters
     ----------
     renderer : RaycastRenderer
-        Unlit.
+        Unlit, or with direct light.
     inputs : SceneInputs
     size : int
         Width and height of the image in pixels.
@@ -84,7 +133,7 @@ def sensitivity_field(
     ------
     RenderError
         For a block size outside 1 to `size`, a field that is too large for
-        memory, or a lit scene.
+        memory, or global light.
     """
     edges = block_edges(size, block)
     numbers = TF_SAMPLES * (len(edges) - 1) ** 2

@@ -76,7 +76,7 @@ def _stack(_context: Any, like: Any) -> Any:
 
 
 @intrinsic  # type: ignore[untyped-decorator]
-def _one_by_one(_context: Any) -> Any:
+def one_by_one(_context: Any) -> Any:
     """Prevent the compiler from vectorizing a loop."""
 
     def mark(context: Any, builder: Any, _signature: Any, _arguments: Any) -> Any:
@@ -136,7 +136,7 @@ def fetch(voxels: Any, shape: Any, scale: Any, ray: Any, k: int, levels: Any, st
     if staging is not None:
         row, layer = np.uint64(shape[0]), np.uint64(shape[0] * shape[1])
         for m in range(BATCH):
-            _one_by_one()
+            one_by_one()
             place = staging.place[m]
             staging.near[m] = load_pair(voxels, place)
             staging.above[m] = load_pair(voxels, place + row)

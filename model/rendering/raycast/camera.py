@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.scene.view import VIEW_ANGLE, View
-from model.scene.volume import Volume
+from model.scene.volume import Geometry
 
 
-def camera_array(view: View, volume: Volume) -> NDArray[np.float64]:
+def camera_array(view: View, volume: Geometry) -> NDArray[np.float64]:
     """Return the camera of a view, for :func:`model.rendering.raycast.marching.make_ray`.
 
     Returns

@@ -1,13 +1,14 @@
 """Derivatives of image regions' energy by the opacity of samples at each bin of the TF.
 
-An unlit pixel is composited from samples front to back, with transparency T_i in
+A pixel is composited from samples front to back, with transparency T_i in
 front of sample i and colour B_{i+1} composited behind it:
 
     d I / d alpha_i = T_i (c_i - B_{i+1}).
 
 B is computed back to front. There is no division by 1 - alpha_i, so that the
 derivative also holds at opaque samples. Transparent samples are included, since an
-edit may make them visible.
+edit may make them visible. Under direct light c_i is the colour under that light, which
+does not depend on the TF.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import numpy as np
 
 from model.compilation import compiled, inlined
 from model.rendering.raycast.batch import fetch, stack_batch
-from model.rendering.raycast.marching import ONE, ZERO, make_ray, skip_empty
+from model.rendering.raycast.marching import ONE, ZERO, make_ray, shade, skip_empty
 from model.rendering.raycast.tables import LEVELS_PER_BIN
 from model.scene.transfer_function import TF_SAMPLES
 
@@ -36,6 +37,7 @@ def differentiate_windows(
     shift: int,
     alphas: Any,
     colors: Any,
+    light: Any,
     camera: Any,
     step: float,
     size: int,
@@ -52,6 +54,8 @@ def differentiate_windows(
         Opacity of a sample at each level.
     colors : ndarray of float32, shape (4 levels,)
         Colour at each level, not premultiplied.
+    light : Light or None
+        Parameters of gradient shading.
     size : int
         Width and height of the image.
     longest : int
@@ -66,7 +70,8 @@ def differentiate_windows(
     """
     levels, staging, _ = stack_batch(voxels)
     path = np.empty(longest, dtype=np.int32)
-    light = np.empty(longest, dtype=np.float32)
+    clear = np.empty(longest, dtype=np.float32)
+    diffuse, gloss = np.ones(longest, dtype=np.float32), np.zeros(longest, dtype=np.float32)
     image = np.empty(3, dtype=np.float32)
     for n in range(len(windows)):
         gradient = gradients[n]
@@ -78,10 +83,11 @@ def differentiate_windows(
                 if _misses(ray, cells, cell_shape, shift):
                     continue
                 count = _look(
-                    voxels, shape, scale, alphas, colors, ray, levels, staging, path, light, image
-                )
+                    voxels, shape, scale, alphas, colors, light, ray, levels, staging,
+                    path, clear, diffuse, gloss, image,
+                )  # fmt: skip
                 energy += image[0] ** 2 + image[1] ** 2 + image[2] ** 2
-                _look_back(alphas, colors, path, light, count, image, gradient)
+                _look_back(alphas, colors, path, clear, diffuse, gloss, count, image, gradient)
         energies[n] = energy
 
 
@@ -104,14 +110,17 @@ def _look(
     scale: Any,
     alphas: Any,
     colors: Any,
+    light: Any,
     ray: Any,
     levels: Any,
     staging: Any,
     path: Any,
-    light: Any,
+    clear: Any,
+    diffuse: Any,
+    gloss: Any,
     image: Any,
 ) -> int:
-    """Composite front to back, recording each sample's level and the transparency before it.
+    """Composite front to back, recording each sample's level, light and transparency before it.
 
     Returns
     -------
@@ -128,16 +137,20 @@ def _look(
             level = np.uint64(np.uint32(levels[m]))
             a = alphas[level]
             path[k] = levels[m]
-            light[k] = through
-            k += 1
+            clear[k] = through
             if through > NEGLIGIBLE:
+                d, s = ONE, ZERO
+                if light is not None:
+                    d, s = shade(voxels, shape, light, None, ray, np.float32(k))
+                    diffuse[k], gloss[k] = d, s
                 weight = through * a
-                image[0] += weight * colors[np.uint64(4) * level]
-                image[1] += weight * colors[np.uint64(4) * level + np.uint64(1)]
-                image[2] += weight * colors[np.uint64(4) * level + np.uint64(2)]
+                image[0] += weight * (d * colors[np.uint64(4) * level] + s)
+                image[1] += weight * (d * colors[np.uint64(4) * level + np.uint64(1)] + s)
+                image[2] += weight * (d * colors[np.uint64(4) * level + np.uint64(2)] + s)
                 through -= weight
             else:
                 behind -= behind * a
+            k += 1
         if behind < NEGLIGIBLE:
             break
     return k
@@ -145,7 +158,15 @@ def _look(
 
 @inlined
 def _look_back(
-    alphas: Any, colors: Any, path: Any, light: Any, count: int, image: Any, gradient: Any
+    alphas: Any,
+    colors: Any,
+    path: Any,
+    clear: Any,
+    diffuse: Any,
+    gloss: Any,
+    count: int,
+    image: Any,
+    gradient: Any,
 ) -> None:
     """Traverse back to front, adding each sample's derivative to its two adjacent bins."""
     composited = ZERO
@@ -156,7 +177,8 @@ def _look_back(
         c = np.uint64(4) * level
         # Only the dot product of colour and pixel is needed: one number instead of three.
         color = red * colors[c] + green * colors[c + np.uint64(1)] + blue * colors[c + np.uint64(2)]
-        slope = light[k] * (color - composited)
+        color = diffuse[k] * color + gloss[k] * (red + green + blue)
+        slope = clear[k] * (color - composited)
         composited += a * (color - composited)
         lower = np.uint64(path[k] // LEVELS_PER_BIN)
         share = np.float32(path[k] % LEVELS_PER_BIN) / np.float32(LEVELS_PER_BIN)

@@ -20,9 +20,8 @@ from model.compilation import compiled
 from model.rendering.opacity_correction import NEARLY_OPAQUE
 from model.rendering.raycast.shading import Light, LightGrid
 from model.scene.light import LightDirection
-from model.scene.transfer_function import OpacityTF
 from model.scene.view import View
-from model.scene.volume import Volume
+from model.scene.volume import Geometry
 
 DIFFUSE, SPECULAR, POWER = 0.9, 0.2, 20
 """Coefficients of gradient shading, equal to the reference renderer's."""
@@ -46,7 +45,7 @@ def travel_direction(view: View, light: LightDirection) -> NDArray[np.float64]:
     return -np.array(light.towards()) @ view.basis()
 
 
-def gradient_light(view: View, light: LightDirection, volume: Volume) -> Light:
+def gradient_light(view: View, light: LightDirection, volume: Geometry) -> Light:
     """Return the parameters of gradient shading for a view and its light."""
     return Light(
         tuple(map(np.float32, travel_direction(view, light))),
@@ -70,34 +69,37 @@ class Illumination:
     scalars : ndarray, shape (nz, ny, nx)
     bins : tuple of float
         Lowest scalar value, and TF bins per unit of scalar value.
-    volume : Volume
+    volume : Geometry
     executor : Executor
         Threads for the computation.
+    longest : int
+        Number of nodes along the longest axis.
     """
 
     def __init__(
         self,
         scalars: NDArray[Any],
         bins: tuple[float, float],
-        volume: Volume,
+        volume: Geometry,
         executor: Executor,
+        longest: int = LONGEST_AXIS,
     ) -> None:
         extent = np.array(volume.extent)
         dimensions = np.array(volume.dimensions)
-        counts = np.ceil(LONGEST_AXIS * extent / extent.max()).astype(int)
+        counts = np.ceil(longest * extent / extent.max()).astype(int)
         self._counts = np.clip(counts, 2, dimensions)
         self._spacing = extent / (self._counts - 1)
         self._scale = ((self._counts - 1) / (dimensions - 1)).astype(np.float32)
         self._scalars, self._bins, self._volume = scalars, bins, volume
         self._executor = executor
-        self._opacity_tf: OpacityTF | None = None
+        self._opacities: NDArray[np.float32] | None = None
 
-    def grid(self, view: View, light: LightDirection, opacity_tf: OpacityTF) -> LightGrid:
-        """Compute the light for a view, a light direction and an opacity TF."""
-        if opacity_tf != self._opacity_tf:
-            self._extinction = self._mean_extinction(opacity_tf)
+    def grid(self, view: View, light: LightDirection, opacities: NDArray[np.float32]) -> LightGrid:
+        """Compute the light for a view, a light direction and the opacity TF's 256 samples."""
+        if self._opacities is None or not np.array_equal(opacities, self._opacities):
+            self._extinction = self._mean_extinction(opacities)
             self._ambient = np.mean(list(self._executor.map(self._sweep, AROUND)), axis=0)
-            self._opacity_tf = opacity_tf
+            self._opacities = opacities.copy()
         distant = self._sweep(travel_direction(view, light))
         received = np.float32(AMBIENT) * self._ambient + np.float32(DISTANT) * distant
         nx, ny, nz = map(int, self._counts)
@@ -105,10 +107,10 @@ class Illumination:
         # Light above 1 would exceed the colour range.
         return LightGrid(np.minimum(received, 1).reshape(-1), (nx, ny, nz), (sx, sy, sz))
 
-    def _mean_extinction(self, opacity_tf: OpacityTF) -> NDArray[np.float32]:
+    def _mean_extinction(self, opacities: NDArray[np.float32]) -> NDArray[np.float32]:
         """Mean extinction per world length around each grid node."""
-        opacity = opacity_tf.sample(self._volume.scalar_range).astype(np.float64)
-        table = -np.log1p(-np.minimum(opacity, NEARLY_OPAQUE)) / self._volume.voxel_size
+        opacity = np.minimum(opacities.astype(np.float64), NEARLY_OPAQUE)
+        table = -np.log1p(-opacity) / self._volume.voxel_size
         extinction = np.empty(self._counts[::-1], dtype=np.float32)
 
         def fill(layer: int) -> None:

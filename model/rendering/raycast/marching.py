@@ -27,6 +27,12 @@ VISIBLE = np.float32(1 / 255)
 FAINT = np.float32(5e-6)
 """Weight below which a sample's light is left out: 500 of them are less than 1/255 in all."""
 
+FULL = np.float32(0.003)
+"""Weight above which a sample is always shaded itself."""
+
+SHARED = 3
+"""Fainter samples in a row that share the shading of the one before them."""
+
 TINY, HUGE = np.float32(1e-30), np.float32(1e30)
 ZERO, ONE = np.float32(0), np.float32(1)
 
@@ -216,12 +222,15 @@ def march(
     """
     total[0] = total[1] = total[2] = total[3] = ZERO
     through = ONE
+    diffuse, gloss = ONE, ZERO
+    shared = 0
     first = -1
     k = 0
     while k < ray.count:
         behind = skip_empty(ray, k, cells, cell_shape, shift)
         if behind > k:
             k = behind
+            shared = 0
             continue
         # A whole batch, even beyond the cell's end: partial vectors would not be faster.
         fetch(voxels, shape, scale, ray, k, levels, staging)
@@ -240,9 +249,15 @@ def march(
                     r, g, b = colors[at], colors[at + np.uint64(1)], colors[at + np.uint64(2)]
                     if light is not None or glow is not None:
                         if through * a > FAINT:
-                            r, g, b = lit(
-                                voxels, shape, light, glow, ray, np.float32(k + m), r, g, b, a
-                            )
+                            if shared == 0 or through * a > FULL:
+                                diffuse, gloss = shade(
+                                    voxels, shape, light, glow, ray, np.float32(k + m)
+                                )
+                                shared = SHARED
+                            else:
+                                shared -= 1
+                            white = gloss * a
+                            r, g, b = r * diffuse + white, g * diffuse + white, b * diffuse + white
                         else:
                             r = g = b = ZERO
                     total[0] += through * r
@@ -259,27 +274,15 @@ def march(
 
 
 @inlined
-def lit(
-    voxels: Any,
-    shape: Any,
-    light: Any,
-    glow: Any,
-    ray: Any,
-    k: Any,
-    r: Any,
-    g: Any,
-    b: Any,
-    opacity: Any,
-) -> Any:
-    """Return the colour of sample k, premultiplied by its opacity, under the scene's light."""
+def shade(voxels: Any, shape: Any, light: Any, glow: Any, ray: Any, k: Any) -> Any:
+    """Return the factor of the colour of sample k, and its gloss, under the scene's light."""
+    diffuse, gloss = ONE, ZERO
     if light is not None:
         diffuse, gloss = reflect(voxels, shape, light, ray, k)
-        gloss *= opacity
-        r, g, b = r * diffuse + gloss, g * diffuse + gloss, b * diffuse + gloss
     if glow is not None:
         factor = received(glow, ray, k)
-        r, g, b = r * factor, g * factor, b * factor
-    return r, g, b
+        diffuse, gloss = diffuse * factor, gloss * factor
+    return diffuse, gloss
 
 
 @inlined

@@ -19,17 +19,20 @@ from model.rendering.raycast.cells import SHIFT, MinMaxCells
 from model.rendering.raycast.cpu import draw_rows, draw_rows_preintegrated
 from model.rendering.raycast.differentiation import differentiate_windows
 from model.rendering.raycast.illumination import Illumination, gradient_light
+from model.rendering.raycast.shading import Light
 from model.rendering.raycast.tables import (
     LEVELS_PER_BIN,
     color_table,
+    level_table,
     opacity_table,
     preintegrated_table,
 )
+from model.rendering.raycast.tangents import add_visibility, change_rows
 from model.rendering.scalars import renderable_scalars
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
 from model.scene.scene import Lighting
-from model.scene.transfer_function import TF_SAMPLES, OpacityTF
+from model.scene.transfer_function import TF_SAMPLES, OpacityTF, Range
 from model.scene.volume import Volume
 
 NATIVE_TYPES = (np.uint8, np.uint16, np.int16, np.float32)
@@ -132,6 +135,11 @@ class RaycastRenderer:
         )
         self._cuda = cuda.Painter(self._voxels) if device == "cuda" else None
 
+    @property
+    def scalar_range(self) -> Range:
+        """Smallest and largest scalar value of the volume."""
+        return self._volume.scalar_range
+
     def render(
         self, inputs: SceneInputs, size: int, sample_distance: float | None = None
     ) -> NDArray[np.float32]:
@@ -168,7 +176,7 @@ class RaycastRenderer:
         size: int,
         windows: NDArray[np.int64],
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Differentiate windows of the unlit image by the opacity TF.
+        """Differentiate windows of the image by the opacity TF.
 
         Parameters
         ----------
@@ -189,13 +197,9 @@ class RaycastRenderer:
         Raises
         ------
         RenderError
-            With lighting, pre-integration or a GPU.
+            Under global light, with pre-integration or on a GPU.
         """
-        if self._lighting != "none" or self._preintegrated or self._cuda is not None:
-            raise RenderError(
-                "The exact sensitivity is there for unlit scenes on the CPU, without "
-                "pre-integration; choose those."
-            )
+        self._check_differentiable()
         volume, opacity_tf = self._volume, inputs.opacity_tf
         scalar_range = volume.scalar_range
         step = self.sample_distance * volume.voxel_size
@@ -203,6 +207,7 @@ class RaycastRenderer:
             *self._voxels_and_cells(opacity_tf, self.sample_distance),
             self._opacities(opacity_tf, self.sample_distance),
             color_table(inputs.color_tf, scalar_range),
+            self._gradient_light(inputs),
             camera_array(inputs.view, volume),
             step,
             size,
@@ -221,6 +226,97 @@ class RaycastRenderer:
         opacity = opacity_tf.sample(scalar_range)
         gradients *= per_sample_derivative(opacity, self.sample_distance)
         return gradients, energies
+
+    def change(
+        self, inputs: SceneInputs, size: int, edit: NDArray[np.floating]
+    ) -> NDArray[np.float32]:
+        """Change of the image per unit of an edit of the opacity TF: its exact derivative.
+
+        Parameters
+        ----------
+        inputs : SceneInputs
+        size : int
+            Width and height of the image in pixels.
+        edit : ndarray, shape (256,)
+            Differences of opacity (per voxel length) over the scalar range.
+
+        Returns
+        -------
+        ndarray of float32, shape (size, size, 3)
+
+        Raises
+        ------
+        RenderError
+            Under global light, with pre-integration or on a GPU.
+        """
+        self._check_differentiable()
+        distance, volume = self.sample_distance, self._volume
+        opacity = inputs.opacity_tf.sample(volume.scalar_range)
+        changes = level_table(edit * per_sample_derivative(opacity, distance))
+        shown = self._opacities(inputs.opacity_tf, distance) + abs(changes)
+        image = np.empty((size, size, 3), dtype=np.float32)
+        arguments = (
+            self._voxels,
+            volume.dimensions,
+            self._scale,
+            self._distances_to(shown, distance, self.skip_empty),
+            self.cells.shape,
+            SHIFT,
+            self._opacities(inputs.opacity_tf, distance),
+            changes,
+            color_table(inputs.color_tf, volume.scalar_range),
+            self._gradient_light(inputs),
+            camera_array(inputs.view, volume),
+            distance * volume.voxel_size,
+        )
+        run: Any = change_rows
+
+        def task(row: int) -> None:
+            run(*arguments, (row, min(row + ROWS_PER_TASK, size)), image)
+
+        list(self._executor.map(task, range(0, size, ROWS_PER_TASK)))
+        return image
+
+    def visibility(
+        self, inputs: SceneInputs, size: int, window: tuple[int, int, int, int]
+    ) -> NDArray[np.float64]:
+        """Sum of T_i a_i over a window's samples at each of 256 scalar values.
+
+        It does not depend on the lighting.
+
+        Parameters
+        ----------
+        inputs : SceneInputs
+        size : int
+            Width and height of the image in pixels.
+        window : tuple of int
+            First row, row after the last, first column, column after the last.
+
+        Returns
+        -------
+        ndarray of float64, shape (256,)
+            They add up to the sum of the window's opacities.
+        """
+        distance, volume = self.sample_distance, self._volume
+        arguments = (
+            *self._voxels_and_cells(inputs.opacity_tf, distance),
+            self._opacities(inputs.opacity_tf, distance),
+            camera_array(inputs.view, volume),
+            distance * volume.voxel_size,
+            size,
+        )
+        top, bottom, left, right = window
+        tops = range(top, bottom, ROWS_PER_TASK)
+        parts = np.zeros((len(tops), TF_SAMPLES))
+        run: Any = add_visibility
+
+        def task(index: int) -> None:
+            first = tops[index]
+            rows = first, min(first + ROWS_PER_TASK, bottom)
+            run(*arguments, (*rows, left, right), parts[index])
+
+        list(self._executor.map(task, range(len(tops))))
+        return np.asarray(parts.sum(axis=0))
 
     def close(self) -> None:
         """End the threads; the renderer cannot be used afterwards."""
@@ -279,13 +375,24 @@ class RaycastRenderer:
         alphas = self._opacities(opacity_tf, distance)
         if not colored:
             return alphas, None, None, None
-        light = glow = None
-        if self._lighting == "direct":
-            light = gradient_light(inputs.view, inputs.light or self._light, self._volume)
+        light, glow = self._gradient_light(inputs), None
         if self._illumination is not None:
             direction = inputs.light or self._light
-            glow = self._illumination.grid(inputs.view, direction, opacity_tf)
+            glow = self._illumination.grid(inputs.view, direction, opacity_tf.sample(scalar_range))
         return alphas, color_table(color_tf, scalar_range, alphas), light, glow
+
+    def _gradient_light(self, inputs: SceneInputs) -> Light | None:
+        """Parameters of gradient shading; None but for direct light."""
+        if self._lighting != "direct":
+            return None
+        return gradient_light(inputs.view, inputs.light or self._light, self._volume)
+
+    def _check_differentiable(self) -> None:
+        if self._lighting == "global" or self._preintegrated or self._cuda is not None:
+            raise RenderError(
+                "The exact sensitivity is there for unlit scenes and direct light on the CPU, "
+                "without pre-integration; choose those."
+            )
 
     def _voxels_and_cells(self, opacity_tf: OpacityTF, distance: float) -> tuple[Any, ...]:
         """First arguments of all kernels: the volume and the cells for empty-space skipping."""
@@ -306,10 +413,16 @@ class RaycastRenderer:
         self, opacity_tf: OpacityTF, sample_distance: float, skip_empty: bool
     ) -> NDArray[np.int8]:
         """Distance of each cell to the nearest visible one; zeros without empty-space skipping."""
+        opacity = self._opacities(opacity_tf, sample_distance)
+        return self._distances_to(opacity, sample_distance, skip_empty)
+
+    def _distances_to(
+        self, opacity: NDArray[np.float32], sample_distance: float, skip_empty: bool
+    ) -> NDArray[np.int8]:
+        """Return the same for the opacities of all levels."""
         if not skip_empty:
             return np.zeros(np.prod(self.cells.shape), dtype=np.int8)
         volume = self._volume
-        opacity = self._opacities(opacity_tf, sample_distance)
         samples = 2 * volume.radius / (sample_distance * volume.voxel_size)
         # All skipped samples of a ray together must stay below the largest error.
         shown = opacity > LARGEST_ERROR / 2 / samples

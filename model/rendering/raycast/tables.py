@@ -29,9 +29,13 @@ def opacity_table(
     ndarray of float32, shape (LEVELS + 1,)
         0 for :data:`NOTHING`.
     """
-    opacity = per_sample(opacity_tf.sample(scalar_range), sample_distance)
+    return level_table(per_sample(opacity_tf.sample(scalar_range), sample_distance))
+
+
+def level_table(bins: NDArray[np.floating]) -> NDArray[np.float32]:
+    """Interpolate values of 256 bins at each level, shape (LEVELS + 1,); 0 for :data:`NOTHING`."""
     table = np.zeros(LEVELS + 1, dtype=np.float32)
-    table[:LEVELS] = np.interp(_levels(), np.arange(TF_SAMPLES), opacity)
+    table[:LEVELS] = np.interp(_levels(), np.arange(TF_SAMPLES), bins)
     return table
 
 

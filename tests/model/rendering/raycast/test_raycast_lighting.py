@@ -235,7 +235,8 @@ def cast(executor: ThreadPoolExecutor, monkeypatch: pytest.MonkeyPatch) -> Cast:
     ) -> NDArray[np.float32]:
         monkeypatch.setattr(illumination, "AMBIENT", ambient)
         monkeypatch.setattr(illumination, "DISTANT", distant)
-        grid = Illumination(volume.scalars, BYTES, volume, executor).grid(view, light, opacity_tf)
+        opacities = opacity_tf.sample(volume.scalar_range)
+        grid = Illumination(volume.scalars, BYTES, volume, executor).grid(view, light, opacities)
         assert grid.shape == volume.dimensions
         np.testing.assert_array_equal(grid.scale, 1)
         return grid.grid.reshape(volume.scalars.shape)
@@ -355,19 +356,20 @@ def test_ambient_light_is_kept_while_the_view_changes(
         return count
 
     cached = Illumination(volume.scalars, BYTES, volume, executor)
-    cached.grid(VIEW, HEADLIGHT, MODES)
+    modes, even = (tf.sample(volume.scalar_range) for tf in (MODES, constant(0.2)))
+    cached.grid(VIEW, HEADLIGHT, modes)
     assert new_sweeps() == around + 1
-    turned_grid = cached.grid(View(200.0, -30.0), HEADLIGHT, MODES).grid
+    turned_grid = cached.grid(View(200.0, -30.0), HEADLIGHT, modes).grid
     assert new_sweeps() == 1
-    other_grid = cached.grid(VIEW, HEADLIGHT, constant(0.2)).grid
+    other_grid = cached.grid(VIEW, HEADLIGHT, even).grid
     assert new_sweeps() == around + 1
     # What comes from the cache is what a fresh one computes.
-    for view, opacity_tf, grid in (
-        (View(200.0, -30.0), MODES, turned_grid),
-        (VIEW, constant(0.2), other_grid),
+    for view, opacities, grid in (
+        (View(200.0, -30.0), modes, turned_grid),
+        (VIEW, even, other_grid),
     ):
         fresh = Illumination(volume.scalars, BYTES, volume, executor)
-        np.testing.assert_array_equal(fresh.grid(view, HEADLIGHT, opacity_tf).grid, grid)
+        np.testing.assert_array_equal(fresh.grid(view, HEADLIGHT, opacities).grid, grid)
 
 
 def test_light_on_a_coarser_grid_is_about_the_same(executor: ThreadPoolExecutor) -> None:
@@ -376,7 +378,8 @@ def test_light_on_a_coarser_grid_is_about_the_same(executor: ThreadPoolExecutor)
     scalars[10:30, 40:80, 5:25] = 255
     volume = Volume(scalars, (1.0, 0.5, 1.0))
     opacity_tf = OpacityTF(RANGE, points=((250.0, 0.0), (255.0, 0.05)))
-    grid = Illumination(scalars, BYTES, volume, executor).grid(View(), HEADLIGHT, opacity_tf)
+    opacities = opacity_tf.sample(volume.scalar_range)
+    grid = Illumination(scalars, BYTES, volume, executor).grid(View(), HEADLIGHT, opacities)
     nx, ny, nz = grid.shape
     assert (nx, ny, nz) == (24, 64, 32)
     light = grid.grid.reshape(nz, ny, nx)

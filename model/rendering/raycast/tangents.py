@@ -1,0 +1,135 @@
+"""How an image changes with its opacity TF, and which scalar values it shows; on CPU threads.
+
+The change of a pixel is the tangent of front-to-back compositing. With transparency T_i in
+front of sample i, opacity a_i, colour c_i and their changes,
+
+    dI = sum of (T_i da_i + dT_i a_i) c_i,   dT_{i+1} = dT_i (1 - a_i) - T_i da_i.
+
+Under direct light, c_i is the colour under that light, which does not depend on the TF.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from model.compilation import compiled
+from model.rendering.raycast.batch import fetch, stack_batch
+from model.rendering.raycast.differentiation import NEGLIGIBLE
+from model.rendering.raycast.marching import ONE, ZERO, make_ray, shade, skip_empty
+from model.rendering.raycast.tables import LEVELS_PER_BIN
+from model.scene.transfer_function import TF_SAMPLES
+
+
+@compiled
+def change_rows(
+    voxels: Any,
+    shape: Any,
+    scale: Any,
+    cells: Any,
+    cell_shape: Any,
+    shift: int,
+    alphas: Any,
+    changes: Any,
+    colors: Any,
+    light: Any,
+    camera: Any,
+    step: float,
+    rows: Any,
+    image: Any,
+) -> None:
+    """Compute some rows of an image's change.
+
+    Parameters
+    ----------
+    cells : ndarray of int8, 1-D
+        Distance of each cell to the nearest one that is visible or changes.
+    alphas, changes : ndarray of float32, shape (levels,)
+        Opacity of a sample at each level, and its change.
+    colors : ndarray of float32, shape (4 levels,)
+        Colour at each level, not premultiplied.
+    light : Light or None
+    rows : tuple of int
+        First row, and the row after the last.
+    image : ndarray of float32, shape (size, size, 3)
+        Output.
+    """
+    size = image.shape[1]
+    levels, staging, _ = stack_batch(voxels)
+    for row in range(rows[0], rows[1]):
+        for column in range(size):
+            ray, _ = make_ray(camera, shape, step, column, row, size)
+            red = green = blue = ZERO
+            through, change = ONE, ZERO
+            k = 0
+            while k < ray.count and (through > NEGLIGIBLE or abs(change) > NEGLIGIBLE):
+                behind = skip_empty(ray, k, cells, cell_shape, shift)
+                if behind > k:
+                    k = behind
+                    continue
+                fetch(voxels, shape, scale, ray, k, levels, staging)
+                for m in range(min(len(levels), ray.count - k)):
+                    level = np.uint64(np.uint32(levels[m]))
+                    a, da = alphas[level], changes[level]
+                    weight = through * da + change * a
+                    change = change * (ONE - a) - through * da
+                    through *= ONE - a
+                    if weight != ZERO:
+                        d, s = ONE, ZERO
+                        if light is not None:
+                            d, s = shade(voxels, shape, light, None, ray, np.float32(k + m))
+                        at = np.uint64(4) * level
+                        red += weight * (d * colors[at] + s)
+                        green += weight * (d * colors[at + np.uint64(1)] + s)
+                        blue += weight * (d * colors[at + np.uint64(2)] + s)
+                k += len(levels)
+            image[row, column, 0] = red
+            image[row, column, 1] = green
+            image[row, column, 2] = blue
+
+
+@compiled
+def add_visibility(
+    voxels: Any,
+    shape: Any,
+    scale: Any,
+    cells: Any,
+    cell_shape: Any,
+    shift: int,
+    alphas: Any,
+    camera: Any,
+    step: float,
+    size: int,
+    window: Any,
+    visible: Any,
+) -> None:
+    """Add the weight T_i a_i of each sample in a window to its two adjacent bins.
+
+    Parameters
+    ----------
+    window : tuple of int
+        First row, row after the last, first column, column after the last.
+    visible : ndarray of float64, shape (256,)
+        Added to.
+    """
+    levels, staging, _ = stack_batch(voxels)
+    for row in range(window[0], window[1]):
+        for column in range(window[2], window[3]):
+            ray, _ = make_ray(camera, shape, step, column, row, size)
+            through = ONE
+            k = 0
+            while k < ray.count and through > NEGLIGIBLE:
+                behind = skip_empty(ray, k, cells, cell_shape, shift)
+                if behind > k:
+                    k = behind
+                    continue
+                fetch(voxels, shape, scale, ray, k, levels, staging)
+                for m in range(min(len(levels), ray.count - k)):
+                    weight = through * alphas[np.uint64(np.uint32(levels[m]))]
+                    through -= weight
+                    lower = np.uint64(levels[m] // LEVELS_PER_BIN)
+                    share = np.float32(levels[m] % LEVELS_PER_BIN) / np.float32(LEVELS_PER_BIN)
+                    visible[lower] += weight * (ONE - share)
+                    visible[np.uint64(min(int(lower) + 1, TF_SAMPLES - 1))] += weight * share
+                k += len(levels)
