@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.scene.inputs import SceneInputs, draw_inputs
-from model.scene.random_inputs import draw_opacity_tf
+from model.scene.random_inputs import draw_view
+from model.scene.random_tfs import OpacityKind, draw_kind, draw_opacity_tf
 from model.scene.scene import Scene
 from model.scene.tf_perturbation import EDIT_WIDTH
 from model.scene.transfer_function import TF_SAMPLES
@@ -40,6 +41,13 @@ def draw_sample(scene: Scene, seed: int, split: Split, index: int) -> SceneInput
     return draw_inputs(sample_rng(seed, split, index), scene)
 
 
+def sample_kind(scene: Scene, seed: int, split: Split, index: int) -> OpacityKind:
+    """Return the kind of a sample's opacity TF, by drawing what comes before it again."""
+    rng = sample_rng(seed, split, index)
+    draw_view(rng, scene.view_range)
+    return draw_kind(rng, scene)
+
+
 def draw_opacity_tfs(scene: Scene, seed: int, index: int, count: int) -> NDArray[np.float32]:
     """Draw a batch of opacity TFs without images, which depends on the arguments only.
 
@@ -49,7 +57,7 @@ def draw_opacity_tfs(scene: Scene, seed: int, index: int, count: int) -> NDArray
         Opacities in [0, 1], sampled over the scalar range.
     """
     rng = np.random.default_rng([seed, TF_STREAM, index])
-    tfs = [draw_opacity_tf(rng, scene.scalar_range, scene.scalar_window) for _ in range(count)]
+    tfs = [draw_opacity_tf(rng, scene) for _ in range(count)]
     return np.stack([tf.sample(scene.scalar_range) for tf in tfs])
 
 

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from model.scene.color_space import rgb_to_lab
 from model.scene.light import LightDirection, LightRange
-from model.scene.random_inputs import draw_color_tf, draw_light, draw_opacity_tf, draw_view
+from model.scene.random_inputs import draw_light, draw_view
+from model.scene.random_tfs import draw_color_tf, draw_opacity_tf
 from model.scene.scene import Scene
 from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, TransferFunction
 from model.scene.view import VIEW_PARAMETERS, View
@@ -80,6 +81,8 @@ class InputField:
         Converts a value to an array of `shape`.
     encode : callable
         Encodes stored values (N, ...) as float32, in [-1, 1] inside the scene's ranges.
+    decode : callable
+        Rebuilds a value from its part of the condition vector; None for TFs.
     outside : callable
         Describes the parts of a value outside the training range, as a list of strings.
     """
@@ -93,6 +96,7 @@ class InputField:
     draw: Callable[[np.random.Generator, Scene, dict[str, Any]], Any]
     store: Callable[[Any, Scene], NDArray[Any]]
     encode: Callable[[NDArray[Any], Scene], NDArray[np.float32]]
+    decode: Callable[[NDArray[np.float32], Scene], Any] | None
     outside: Callable[[Any, Scene], list[str]]
 
 
@@ -115,7 +119,7 @@ def _opacity_outside(opacity: OpacityTF, scene: Scene) -> list[str]:
     if strays:
         what = "a mode" if strays == 1 else f"{strays} modes"
         found.append(f"{what} beyond {lo:.4g} to {hi:.4g}")
-    if opacity.points:
+    if opacity.points and scene.tf_family == "paper":
         found.append("a free opacity curve")
     return found
 
@@ -145,6 +149,7 @@ INPUT_FIELDS: tuple[InputField, ...] = (
         encode=lambda rows, scene: np.stack(
             [View(*map(float, row)).vector(scene.view_range) for row in rows]
         ),
+        decode=lambda numbers, scene: View.of_vector(numbers, scene.view_range),
         outside=_view_outside,
     ),
     InputField(
@@ -154,11 +159,10 @@ INPUT_FIELDS: tuple[InputField, ...] = (
         network="tf",
         numbers=0,
         varies=lambda scene: True,
-        draw=lambda rng, scene, drawn: draw_opacity_tf(
-            rng, scene.scalar_range, scene.scalar_window
-        ),
+        draw=lambda rng, scene, drawn: draw_opacity_tf(rng, scene),
         store=lambda tf, scene: tf.sample(scene.scalar_range),
         encode=lambda rows, scene: 2 * rows.astype(np.float32) - 1,
+        decode=None,
         outside=_opacity_outside,
     ),
     InputField(
@@ -168,10 +172,11 @@ INPUT_FIELDS: tuple[InputField, ...] = (
         network="tf",
         numbers=0,
         varies=lambda scene: True,
-        draw=lambda rng, scene, drawn: draw_color_tf(rng, drawn["opacity_tf"]),
+        draw=lambda rng, scene, drawn: draw_color_tf(rng, scene, drawn["opacity_tf"]),
         store=lambda tf, scene: tf.sample(scene.scalar_range),
         # Networks take CIELAB, channels first (paper, section 6).
         encode=lambda rows, scene: np.ascontiguousarray(rgb_to_lab(rows).transpose(0, 2, 1)),
+        decode=None,
         outside=lambda tf, scene: [],
     ),
     InputField(
@@ -186,6 +191,7 @@ INPUT_FIELDS: tuple[InputField, ...] = (
         encode=lambda rows, scene: np.array(
             [LightDirection(*map(float, row)).towards() for row in rows], np.float32
         ),
+        decode=lambda numbers, scene: LightDirection.of_vector(numbers),
         outside=_light_outside,
     ),
 )
@@ -238,6 +244,17 @@ def encode_inputs(arrays: Arrays, scene: Scene) -> dict[str, NDArray[np.float32]
     encoded = {f.name: f.encode(arrays[f.name], scene) for f in varying(scene)}
     conditions = [encoded.pop(f.name) for f in varying(scene) if f.network == "condition"]
     return {"conditions": np.concatenate(conditions, axis=1), **encoded}
+
+
+def decode_conditions(numbers: NDArray[np.float32], scene: Scene) -> dict[str, Any]:
+    """Rebuild the inputs in one condition vector, by name: the view, and a movable light."""
+    found: dict[str, Any] = {}
+    first = 0
+    for field in varying(scene):
+        if field.decode is not None:
+            found[field.name] = field.decode(numbers[first : first + field.numbers], scene)
+            first += field.numbers
+    return found
 
 
 def outside_range(inputs: SceneInputs, scene: Scene) -> str:

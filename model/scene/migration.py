@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-FORMAT_VERSION = 2
+FORMAT_VERSION = 3
 """Version of the scene's format in stores and models."""
 
 
@@ -14,7 +14,12 @@ def _with_light_range(scene: dict[str, Any]) -> dict[str, Any]:
     return {"light_range": None, **scene}
 
 
-STEPS: tuple[Callable[[dict[str, Any]], dict[str, Any]], ...] = (_with_light_range,)
+def _with_tf_family(scene: dict[str, Any]) -> dict[str, Any]:
+    """Convert format 2 to 3: older samples have the paper's TFs; dimensions are not known."""
+    return {"dimensions": None, "tf_family": "paper", **scene}
+
+
+STEPS: tuple[Callable[[dict[str, Any]], dict[str, Any]], ...] = (_with_light_range, _with_tf_family)
 """Conversions between successive formats, from 1 to 2 onwards."""
 
 

@@ -19,6 +19,9 @@ from model.scene.volume import Triple, Volume
 Lighting = Literal["none", "direct", "global"]
 """Emission-absorption only, gradient shading, or global illumination with shadows."""
 
+TFFamily = Literal["paper", "drawn"]
+"""Random TFs: the paper's mixtures of Gaussian modes, or also those that people draw."""
+
 RendererName = Literal["vtk", "raycast"]
 """VTK, the reference, or tfscope's ray caster, which is several times faster.
 
@@ -57,6 +60,10 @@ class Scene:
         Lengths of the volume along x, y and z, relative to the diameter of its
         bounding sphere. Scenes of earlier versions lack them and take the
         sphere's bounding cube.
+    dimensions : tuple of int, or None
+        Voxels along x, y and z. Scenes of earlier versions lack them.
+    tf_family : {"paper", "drawn"}
+        Random TFs of the scene, see :mod:`model.scene.random_tfs`.
 
     Raises
     ------
@@ -76,6 +83,8 @@ class Scene:
     view_range: ViewRange = field(default_factory=ViewRange)
     renderer: RendererName = "vtk"
     proportions: Triple = (1.0, 1.0, 1.0)
+    dimensions: tuple[int, int, int] | None = None
+    tf_family: TFFamily = "drawn"
 
     def __post_init__(self) -> None:
         lo, hi = self.scalar_range
@@ -86,6 +95,10 @@ class Scene:
             )
         if self.renderer not in get_args(RendererName):
             raise TfscopeError(f"The renderer '{self.renderer}' is unknown; choose vtk or raycast.")
+        if self.tf_family not in get_args(TFFamily):
+            raise TfscopeError(
+                f"The TF family '{self.tf_family}' is unknown; choose paper or drawn."
+            )
         if (self.light is None) != (self.lighting == "none"):
             raise TfscopeError("A lit scene needs a light direction, and an unlit one has none.")
         if self.light_range is not None and self.light is None:
@@ -110,6 +123,13 @@ class Scene:
             raise TfscopeError(
                 f"The volume's proportions {self.proportions} must be three numbers in 0..1."
             )
+        counts = self.dimensions
+        if counts is not None and not (
+            len(counts) == 3 and all(type(n) is int and n > 1 for n in counts)
+        ):
+            raise TfscopeError(
+                f"The volume's dimensions {counts} must be three whole numbers from 2."
+            )
 
     @property
     def window_samples(self) -> slice:
@@ -127,6 +147,7 @@ class Scene:
         scalar_window: Range | None = None,
         renderer: RendererName = "vtk",
         movable_light: bool = False,
+        tf_family: TFFamily = "drawn",
     ) -> Scene:
         """Create the scene of a volume, with defaults for the scalar window and the light."""
         return cls(
@@ -140,6 +161,8 @@ class Scene:
             light_range=LightRange() if movable_light else None,
             renderer=renderer,
             proportions=volume.proportions,
+            dimensions=volume.dimensions,
+            tf_family=tf_family,
         )
 
     def to_json(self) -> dict[str, Any]:
@@ -161,6 +184,8 @@ class Scene:
             values["scalar_window"] = _pair(values["scalar_window"])
             if "proportions" in values:
                 values["proportions"] = tuple(float(v) for v in values["proportions"])
+            if values.get("dimensions") is not None:
+                values["dimensions"] = tuple(values["dimensions"])
             values["view_range"] = ViewRange(**values["view_range"])
             if values["light"] is not None:
                 values["light"] = LightDirection(**values["light"])

@@ -180,6 +180,26 @@ class View:
             dtype=np.float32,
         )
 
+    @classmethod
+    def of_vector(cls, vector: NDArray[np.float32], view_range: ViewRange) -> View:
+        """Rebuild a view from its encoding; the inverse of :meth:`vector`.
+
+        Parameters
+        ----------
+        vector : ndarray of float32, shape (5,)
+        view_range : ViewRange
+        """
+        elevation, cos_a, sin_a, roll, distance = map(float, vector)
+        middle = (view_range.farthest + view_range.nearest) / 2
+        half = (view_range.farthest - view_range.nearest) / 2
+        return cls(
+            azimuth=math.degrees(math.atan2(sin_a, cos_a)),
+            # Rounding must not turn the camera over a pole.
+            elevation=min(max(elevation * view_range.max_elevation, -90.0), 90.0),
+            roll=roll * view_range.max_roll,
+            distance=distance * half + middle,
+        )
+
 
 def _sin_cos(degrees: float) -> tuple[float, float]:
     """Sine and cosine of an angle in degrees, bitwise equal for angles 360 degrees apart."""

@@ -11,6 +11,7 @@ from model.errors import TfscopeError
 from model.scene.inputs import (
     SceneInputs,
     condition_numbers,
+    decode_conditions,
     draw_inputs,
     encode_inputs,
     outside_range,
@@ -20,7 +21,7 @@ from model.scene.inputs import (
 from model.scene.light import LightDirection
 from model.scene.migration import FORMAT_VERSION, migrate_scene
 from model.scene.scene import Scene
-from model.scene.transfer_function import OpacityTF
+from model.scene.transfer_function import ColorTF, OpacityTF
 from model.scene.view import View
 
 SCENE = Scene.of(make_volume(), image_size=16, scalar_window=(120.0, 180.0))
@@ -57,7 +58,10 @@ def test_modes_outside_are_counted() -> None:
 
 def test_a_free_curve_is_named() -> None:
     opacity = OpacityTF((100.0, 200.0), points=((100.0, 0.0), (200.0, 1.0)))
-    assert "free opacity curve" in outside(View(), opacity)
+    scene = replace(SCENE, tf_family="paper")
+    inputs = SceneInputs(View(), opacity, ColorTF(opacity.scalar_range, ((100.0, 1, 1, 1),)))
+    assert "free opacity curve" in outside_range(inputs, scene)
+    assert outside_range(inputs, replace(scene, tf_family="drawn")) == ""
 
 
 def test_several_things_make_one_line() -> None:
@@ -134,3 +138,29 @@ def test_a_light_that_cannot_be_read_is_refused(text: str) -> None:
     with pytest.raises(TfscopeError, match="degrees"):
         LightDirection.parse(text)
     assert LightDirection.parse("30, -10") == LightDirection(30.0, -10.0)
+
+
+def test_conditions_are_decoded_to_what_was_encoded() -> None:
+    rng = np.random.default_rng(8)
+    for scene in (SCENE, MOVABLE):
+        for _ in range(20):
+            inputs = draw_inputs(rng, scene)
+            (row,) = encode_inputs(store_inputs([inputs], scene), scene)["conditions"]
+            found = decode_conditions(row, scene)
+            assert set(found) == ({"view"} if scene is SCENE else {"view", "light"})
+            np.testing.assert_allclose(found["view"].basis(), inputs.view.basis(), atol=1e-5)
+            assert found["view"].distance == pytest.approx(inputs.view.distance, abs=1e-5)
+            if scene is MOVABLE:
+                assert inputs.light is not None
+                np.testing.assert_allclose(
+                    found["light"].towards(), inputs.light.towards(), atol=1e-5
+                )
+
+
+def test_scenes_of_format_2_have_the_papers_tfs() -> None:
+    old = {k: v for k, v in SCENE.to_json().items() if k not in ("dimensions", "tf_family")}
+    scene = Scene.from_json(migrate_scene(json.loads(json.dumps(old)), 2))
+    assert (scene.tf_family, scene.dimensions) == ("paper", None)
+    again = Scene.from_json(json.loads(json.dumps(SCENE.to_json())))
+    assert again == SCENE
+    assert again.dimensions == (SCENE.dimensions)

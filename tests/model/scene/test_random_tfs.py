@@ -1,0 +1,117 @@
+from __future__ import annotations
+
+from typing import get_args
+
+import numpy as np
+import pytest
+
+from model.samples.sampling import draw_sample, sample_kind
+from model.scene.random_tfs import (
+    COLOR_MAPS,
+    SHARES,
+    OpacityKind,
+    draw_color_tf,
+    draw_kind,
+    draw_opacity_tf,
+    opacity_tf_of,
+)
+from model.scene.scene import Scene
+from model.scene.transfer_function import OpacityTF
+
+RANGE, WINDOW = (-1000.0, 1500.0), (-500.0, 1000.0)
+SCENE = Scene("v", "f", RANGE, WINDOW, 64)
+PAPER = Scene("v", "f", RANGE, WINDOW, 64, tf_family="paper")
+BIN = (RANGE[1] - RANGE[0]) / 256
+
+
+def drawn(kind: OpacityKind, count: int = 200) -> list[OpacityTF]:
+    rng = np.random.default_rng(0)
+    return [opacity_tf_of(kind, rng, SCENE) for _ in range(count)]
+
+
+def sampled(kind: OpacityKind) -> np.ndarray:
+    return np.stack([tf.sample() for tf in drawn(kind)])
+
+
+def test_kinds_have_their_shares() -> None:
+    assert set(SHARES) == set(get_args(OpacityKind))
+    assert sum(SHARES.values()) == pytest.approx(1)
+    rng = np.random.default_rng(1)
+    kinds = [draw_kind(rng, SCENE) for _ in range(5000)]
+    for kind, share in SHARES.items():
+        assert kinds.count(kind) / 5000 == pytest.approx(share, abs=0.03)
+
+
+def test_the_papers_family_draws_its_mixtures_as_before() -> None:
+    one, other = np.random.default_rng(5), np.random.default_rng(5)
+    for _ in range(20):
+        assert draw_opacity_tf(one, PAPER) == opacity_tf_of("modes", other, PAPER)
+
+
+def test_a_samples_kind_is_that_of_its_tf() -> None:
+    for index in range(60):
+        kind = sample_kind(SCENE, 3, "holdout", index)
+        tf = draw_sample(SCENE, 3, "holdout", index).opacity_tf
+        assert bool(tf.points) == (kind not in ("modes", "nearly empty", "empty"))
+        assert (not tf.points and not tf.modes) == (kind == "empty")
+        assert sample_kind(PAPER, 3, "holdout", index) == "modes"
+
+
+@pytest.mark.parametrize("kind", SHARES)
+def test_opacities_change_inside_the_window_only(kind: OpacityKind) -> None:
+    for tf in drawn(kind, 50):
+        values = [value for value, _ in tf.points]
+        assert all(WINDOW[0] <= v <= WINDOW[1] + 9 * BIN for v in values) or kind == "constant"
+        assert all(0 <= opacity <= 1 for _, opacity in tf.points)
+
+
+@pytest.mark.parametrize("kind", ["ramp", "plateau", "step"])
+def test_ramps_rise_and_stay(kind: OpacityKind) -> None:
+    values = sampled(kind)
+    assert (np.diff(values, axis=1) >= 0).all()
+    assert not values[:, 0].any()
+    assert values[:, -1].min() >= 0.01
+    widths = ((values > 0) & (values < values[:, -1:])).sum(axis=1)
+    assert (widths.max() <= 3) == (kind == "step")
+
+
+def test_bands_rise_and_fall() -> None:
+    values = sampled("band")
+    assert not values[:, [0, -1]].any()
+    rises = np.sign(np.diff(values, axis=1))
+    for row in rises:
+        signs = row[row != 0]
+        assert (np.diff(signs) <= 0).all()
+
+
+def test_curves_have_turning_points() -> None:
+    counts = [len(tf.points) for tf in drawn("curve")]
+    assert (min(counts), max(counts)) == (3, 8)
+
+
+def test_constants_are_one_opacity_over_three_decades() -> None:
+    values = sampled("constant")
+    assert (np.ptp(values, axis=1) == 0).all()
+    assert values.min() < 0.002 < 0.5 < values.max()
+
+
+def test_little_and_nothing() -> None:
+    assert not sampled("empty").any()
+    faint = sampled("nearly empty")
+    assert faint.max() <= 0.01 * 5
+    assert faint.any(axis=1).all()
+
+
+def test_colors_are_common_maps_or_random() -> None:
+    rng = np.random.default_rng(2)
+    ends = {tuple(map(float, colors[0])) for colors in COLOR_MAPS.values()}
+    ends |= {tuple(map(float, colors[-1])) for colors in COLOR_MAPS.values()}
+    opacity = opacity_tf_of("band", rng, SCENE)
+    firsts = [draw_color_tf(rng, SCENE, opacity).stops[0][1:] for _ in range(500)]
+    common = sum(tuple(map(float, first)) in ends for first in firsts)
+    assert 0.33 < common / 500 < 0.47
+    rng = np.random.default_rng(2)
+    assert not any(
+        tuple(map(float, draw_color_tf(rng, PAPER, opacity).stops[0][1:])) in ends
+        for _ in range(200)
+    )
