@@ -14,7 +14,7 @@ from numba.core import config
 
 from model.files import cache_folder
 
-KERNELS = ("rendering/raycast", "networks/grid")
+KERNELS = ("rendering/raycast", "networks/refined")
 """Packages that hold compiled functions and the functions they call."""
 
 F = TypeVar("F", bound=Callable[..., Any])

@@ -29,7 +29,7 @@ def measure_model(model: Path, ineffective: list[str], json_path: Path | None) -
         )
     check_outputs(json_path)
     card, network = load_model(model)
-    _tell([measure_codec(network.opacity, card.scene)], json_path)
+    _tell([measure_codec(network.codec, card.scene)], json_path)
 
 
 def train_alone(

@@ -39,7 +39,7 @@ def bench_generator(
             {
                 "name": name,
                 "backends": [asdict(row) for row in rows],
-                "kept": [asdict(row) for row in parts],
+                "features": [asdict(row) for row in parts],
             }
         )
     if json_path is not None:
@@ -57,7 +57,7 @@ def _networks(presets: list[str], model: Path | None) -> list[tuple[str, Generat
         size = PRESETS[name]
         scene = Scene.of(volume, size.image_size)
         torch.manual_seed(0)
-        network = build_generator(size, scene)
+        network = build_generator(size, scene, volume)
         kaiming_init(network)
         found.append((f"{name}, untrained", network, scene))
     return found
@@ -79,8 +79,8 @@ def _print(name: str, rows: list[BackendRow], parts: list[PartsRow]) -> None:
             console.print(f"{row.backend}, {row.precision}: left out, as {row.obstacle}.")
     for part in parts:
         console.print(
-            f"{part.batch} images: the view takes {1e3 * part.view:.1f} ms more when it changes, "
-            f"the opacity TF {1e3 * part.opacity_tf:.1f}, the colour TF {1e3 * part.color_tf:.1f}."
+            f"{part.batch} images: {1e3 * part.features:.1f} ms before that, for images of the "
+            "coarse volume or codes of view and TFs."
         )
 
 

@@ -15,7 +15,7 @@ from torch import Tensor
 
 from model.errors import TrainingError
 from model.networks.blocks import kaiming_init
-from model.networks.build import build_opacity
+from model.networks.build import build_generator
 from model.networks.codec import LatentCodec
 from model.networks.encoding import encode_unit
 from model.networks.size import NetworkSize
@@ -88,7 +88,7 @@ def train_codec(
     if not options.unrendered_tfs:
         raise TrainingError("A codec alone learns from 'unrendered_tfs' only: set it above 0.")
     torch.manual_seed(options.seed)
-    codec = build_opacity(size, scene)  # the rest of it gets no gradient
+    codec = build_generator(size, scene).codec
     if options.kaiming_init:
         kaiming_init(codec)
     loss = CodecLoss(scene, options)

@@ -60,16 +60,12 @@ class PartsRow:
     Attributes
     ----------
     batch : int
-    view : float
-        Features of the conditions; cached while TFs are edited.
-    opacity_tf, color_tf : float
-        Codes of the TFs; cached while the view changes.
+    features : float
+        Images of the coarse volume, or codes of view and TFs.
     """
 
     batch: int
-    view: float
-    opacity_tf: float
-    color_tf: float
+    features: float
 
 
 @torch.inference_mode()
@@ -100,10 +96,8 @@ def compare_backends(
     """
     network = place(network, device).eval()
     for batch in BATCHES:
-        conditions, opacity_tf, color_tf = _inputs(batch, scene, device)
-        view_features = network.encode_view(conditions)
-        latent, color = network.opacity.encode(opacity_tf), network.encode_color(color_tf)
-        truth = network.decode(view_features, latent, color)
+        features = network.features(_inputs(batch, scene, device))
+        truth = network.decode(*features)
         eager: float | None = None
         for backend in _backends(names):
             trouble = obstacle(backend, device)
@@ -113,13 +107,13 @@ def compare_backends(
             try:
                 decode = make_decode(network, backend, device)
                 # Libraries convert the network for the first image, which is not timed.
-                found = [part.clone() for part in decode(view_features, latent, color)]
+                found = [part.clone() for part in decode(*features)]
             except Exception as error:
                 if backend == EAGER:
                     raise
                 yield BackendRow(*backend, batch, obstacle=f"it failed ({first_line(error)})")
                 continue
-            duration = _time(decode, (view_features, latent, color), seconds)
+            duration = _time(decode, features, seconds)
             eager = eager or duration
             worst = max(_difference(a, b) for a, b in zip(found, truth, strict=True))
             yield BackendRow(*backend, batch, duration, eager / duration, worst)
@@ -129,18 +123,12 @@ def compare_backends(
 def time_parts(
     network: GeneratorNetwork, scene: Scene, device: torch.device, seconds: float = SECONDS
 ) -> list[PartsRow]:
-    """Time the encoders whose results are cached between images, at each batch size."""
+    """Time what comes before the backend, at each batch size."""
     network = place(network, device).eval()
-    rows = []
-    for batch in BATCHES:
-        conditions, opacity_tf, color_tf = _inputs(batch, scene, device)
-        parts: list[tuple[Callable[..., Any], Tensor]] = [
-            (network.encode_view, conditions),
-            (network.opacity.encode, opacity_tf),
-            (network.encode_color, color_tf),
-        ]
-        rows.append(PartsRow(batch, *(_time(f, (x,), seconds / 4) for f, x in parts)))
-    return rows
+    return [
+        PartsRow(batch, _time(network.features, (_inputs(batch, scene, device),), seconds / 4))
+        for batch in BATCHES
+    ]
 
 
 def _backends(names: Sequence[BackendName]) -> list[Backend]:

@@ -1,8 +1,7 @@
 """Backends for a generator's decoder: torch, compiled torch, or an inference library.
 
-Torch computes the features of the view and the codes of the TFs, which can be
-cached; a backend decodes them into images. Inference libraries build a model for
-each batch size when it first occurs.
+Torch computes the features of views and TFs; a backend decodes them into images.
+Inference libraries build a model for each batch size when it first occurs.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ BackendName = Literal["eager", "compiled", "openvino", "onnxruntime"]
 Precision = Literal["float32", "bfloat16"]
 BACKENDS: tuple[BackendName, ...] = get_args(BackendName)
 
-Decode = Callable[[tuple[Tensor, ...], Tensor, Tensor], tuple[Tensor, Tensor]]
+Decode = Callable[..., tuple[Tensor, Tensor]]
 """A function with the signature of :meth:`GeneratorNetwork.decode`."""
 
 MODULES = {"openvino": ("openvino",), "onnxruntime": ("onnxruntime", "onnx", "onnxscript")}
@@ -164,10 +163,8 @@ class _Decoding(nn.Module):
         super().__init__()
         self._network = network
 
-    def forward(
-        self, latent: Tensor, color: Tensor, *view_features: Tensor
-    ) -> tuple[Tensor, Tensor]:
-        return self._network.decode(view_features, latent, color)
+    def forward(self, *features: Tensor) -> tuple[Tensor, Tensor]:
+        return self._network.decode(*features)
 
 
 class _ForEachSize:
@@ -177,14 +174,11 @@ class _ForEachSize:
         self._make = make
         self._models: dict[int, Callable[..., list[Any]]] = {}
 
-    def __call__(
-        self, view_features: tuple[Tensor, ...], latent: Tensor, color: Tensor
-    ) -> tuple[Tensor, Tensor]:
-        inputs = (latent, color, *view_features)
-        count = len(latent)
+    def __call__(self, *features: Tensor) -> tuple[Tensor, Tensor]:
+        count = len(features[0])
         if count not in self._models:
-            self._models[count] = self._make(*inputs)
-        image, opacity = self._models[count](*(x.contiguous().numpy() for x in inputs))
+            self._models[count] = self._make(*features)
+        image, opacity = self._models[count](*(x.contiguous().numpy() for x in features))
         # The library may reuse its memory.
         return torch.from_numpy(image.copy()), torch.from_numpy(opacity.copy())
 
@@ -257,11 +251,9 @@ def _onnxruntime(network: GeneratorNetwork, inputs: tuple[Tensor, ...]) -> Calla
 def _rounded(decode: Decode, device: torch.device) -> Decode:
     """Return a decoder that runs under torch's autocast to bfloat16."""
 
-    def rounded(
-        view_features: tuple[Tensor, ...], latent: Tensor, color: Tensor
-    ) -> tuple[Tensor, Tensor]:
+    def rounded(*features: Tensor) -> tuple[Tensor, Tensor]:
         with torch.autocast(device.type, torch.bfloat16):
-            image, opacity = decode(view_features, latent, color)
+            image, opacity = decode(*features)
         return image.float(), opacity.float()
 
     return rounded

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Generic, TypeVar
 
 import numpy as np
 import torch
@@ -28,7 +27,6 @@ from model.scene.inputs import SceneInputs, condition_numbers
 from model.scene.scene import Scene
 from model.scene.transfer_function import TF_SAMPLES
 
-Value = TypeVar("Value")
 logger = logging.getLogger(__name__)
 
 NAME = "inference"
@@ -53,8 +51,7 @@ class Generator:
 
     Notes
     -----
-    The features of the last views are cached while TFs are edited, and the codes
-    of the last TFs while the view changes. Not thread-safe.
+    Not thread-safe.
     """
 
     def __init__(
@@ -69,9 +66,6 @@ class Generator:
         self.network = place(network, device).eval()
         self.backend = backend
         self._decode = make_decode(self.network, backend, device)
-        self._encode_view = LastValue(self.network.encode_view)
-        self._encode = LastValue(self.network.opacity.encode)
-        self._encode_color = LastValue(self.network.encode_color)
 
     @classmethod
     def load(
@@ -115,6 +109,7 @@ class Generator:
         for candidate in by:
             generator = cls(card, network, chosen, candidate)
             if candidate.name == EAGER.name and not seconds:
+                generator._draw_once()
                 return generator
             try:
                 seconds[generator] = generator._time_drawing()
@@ -134,21 +129,22 @@ class Generator:
         return fastest
 
     @torch.inference_mode()
+    def _draw_once(self) -> tuple[Tensor, ...]:
+        """Draw an image, so that users do not wait for kernels at their first; return features."""
+        numbers = (condition_numbers(self.scene),), (TF_SAMPLES,), (3, TF_SAMPLES)
+        zeros = (torch.zeros(1, *shape, device=self.device) for shape in numbers)
+        features = self.network.features(EncodedInputs(*zeros))
+        self._decode(*features)
+        return features
+
+    @torch.inference_mode()
     def _time_drawing(self) -> float:
         """Return the least time of a few images in seconds, after a first one for preparation."""
-        views, opacities, colors = (
-            torch.zeros(1, *shape, device=self.device)
-            for shape in ((condition_numbers(self.scene),), (TF_SAMPLES,), (3, TF_SAMPLES))
-        )
-        view_features, latent = (
-            self.network.encode_view(views),
-            self.network.opacity.encode(opacities),
-        )
-        color = self.network.encode_color(colors)
+        features = self._draw_once()
         durations = []
         for _ in range(TIMED_IMAGES):
             start = time.perf_counter()
-            self._decode(view_features, latent, color)[0].cpu()
+            self._decode(*features)[0].cpu()
             durations.append(time.perf_counter() - start)
         return min(durations[1:])
 
@@ -169,9 +165,7 @@ class Generator:
         -------
         ndarray of float32, shape (N, S, S, 4)
         """
-        encoded = self.encoded(inputs)
-        latent = self._encode(encoded.opacity_tf)
-        return self._render(encoded.conditions, latent, encoded.color_tf)
+        return self._render(self.network.features(self.encoded(inputs)))
 
     @torch.inference_mode()
     def image_pairs(self, inputs: EncodedInputs) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
@@ -188,9 +182,7 @@ class Generator:
         opacities : ndarray of float32, shape (N, So, So)
             Both in [0, 1].
         """
-        image, opacity = self._decoded(
-            inputs.conditions, self._encode(inputs.opacity_tf), inputs.color_tf
-        )
+        image, opacity = self._decoded(self.network.features(inputs))
         colors = decode_unit(image).permute(0, 2, 3, 1).cpu().numpy()
         return colors, decode_unit(opacity)[:, 0].cpu().numpy()
 
@@ -212,17 +204,18 @@ class Generator:
         """
         codes = torch.from_numpy(np.atleast_2d(latent).astype(np.float32)).to(self.device)
         conditions, _, color_tf = self.encoded([inputs])
+        count = len(codes)
         images = self._render(
-            conditions.expand(len(codes), -1), codes, color_tf.expand(len(codes), -1, -1)
+            self.network.latent_features(
+                conditions.expand(count, -1), codes, color_tf.expand(count, -1, -1)
+            )
         )
         return images if np.ndim(latent) == 2 else images[0]
 
     @torch.inference_mode()
     def opacity_image(self, inputs: SceneInputs) -> NDArray[np.float32]:
         """Generate the opacity image only, shape (So, So), in [0, 1]."""
-        encoded = self.encoded([inputs])
-        latent = self.network.opacity.encode(encoded.opacity_tf)
-        image = self.network.opacity.render_latent(encoded.conditions, latent)
+        _, image = self._decoded(self.network.features(self.encoded([inputs])))
         return decode_unit(image)[0, 0].cpu().numpy()
 
     @torch.inference_mode()
@@ -239,7 +232,7 @@ class Generator:
         ndarray of float32, shape (latent_dim,) or (N, latent_dim)
         """
         tfs = encode_unit(np.atleast_2d(opacities).astype(np.float32)).to(self.device)
-        codes: NDArray[np.float32] = self.network.opacity.encode(tfs).cpu().numpy()
+        codes: NDArray[np.float32] = self.network.codec.encode(tfs).cpu().numpy()
         return codes if np.ndim(opacities) == 2 else codes[0]
 
     @torch.inference_mode()
@@ -256,38 +249,23 @@ class Generator:
             Opacities in [0, 1] over the scene's scalar range.
         """
         codes = torch.from_numpy(np.atleast_2d(latent).astype(np.float32)).to(self.device)
-        tfs = decode_unit(self.network.opacity.decode(codes)).cpu().numpy()
+        tfs = decode_unit(self.network.codec.decode(codes)).cpu().numpy()
         return tfs if np.ndim(latent) == 2 else tfs[0]
 
     def encoded(self, inputs: Sequence[SceneInputs]) -> EncodedInputs:
         """Encode the inputs of N images for the network, on the generator's device."""
         return EncodedInputs.of(inputs, self.scene).map(lambda tensor: tensor.to(self.device))
 
-    def _render(self, conditions: Tensor, latent: Tensor, color_tf: Tensor) -> NDArray[np.float32]:
-        image, opacity = self._decoded(conditions, latent, color_tf)
+    def _render(self, features: tuple[Tensor, ...]) -> NDArray[np.float32]:
+        image, opacity = self._decoded(features)
         opacity = interpolate(
             opacity, size=image.shape[-2:], mode="bilinear", align_corners=False, antialias=False
         )
         rgba = decode_unit(torch.cat([image, opacity], dim=1))
         return np.ascontiguousarray(rgba.permute(0, 2, 3, 1).cpu().numpy())
 
-    def _decoded(
-        self, conditions: Tensor, latent: Tensor, color_tf: Tensor
-    ) -> tuple[Tensor, Tensor]:
+    def _decoded(self, features: tuple[Tensor, ...]) -> tuple[Tensor, Tensor]:
         """Colour and opacity images in [-1, 1], by the backend."""
-        view_features, color = self._encode_view(conditions), self._encode_color(color_tf)
-        return self._decode(view_features, latent, color)
-
-
-class LastValue(Generic[Value]):
-    """Function of one tensor that caches its last value."""
-
-    def __init__(self, function: Callable[[Tensor], Value]) -> None:
-        self._function = function
-        self._last: tuple[Tensor, Value] | None = None
-
-    def __call__(self, argument: Tensor) -> Value:
-        """Return the function's value for an argument."""
-        if self._last is None or not torch.equal(self._last[0], argument):
-            self._last = (argument.clone(), self._function(argument))
-        return self._last[1]
+        image, opacity = self._decode(*features)
+        # A correction that is added to an image may leave the range.
+        return image.clamp(-1, 1), opacity.clamp(-1, 1)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from model.errors import CheckpointError, TfscopeError
+from model.files import write_atomically
 from model.networks.size import NetworkSize
 from model.scene.migration import FORMAT_VERSION, migrate_scene
 from model.scene.scene import Scene
@@ -94,7 +95,48 @@ def read_header(folder: Path) -> dict[str, Any]:
             f"{path}: the model has format {version!r}; this tfscope reads 1 to "
             f"{FORMAT_VERSION}, so train the model anew or update tfscope."
         )
-    return {**header, "scene": migrate_scene(header.get("scene"), version)}
+    scene = migrate_scene(header.get("scene"), version)
+    return {**header, "scene": scene, "size": _migrate_size(path, header.get("size"))}
+
+
+def _migrate_size(path: Path, size: Any) -> Any:
+    """Leave out what only feature grids had, which were an architecture up to format 2."""
+    if not isinstance(size, dict):
+        return size
+    if size.get("architecture") in ("grid", "grid-translation"):
+        raise CheckpointError(
+            f"{path}: the model is a feature grid, which this tfscope no longer draws; "
+            "train a model anew, which takes minutes."
+        )
+    return {name: value for name, value in size.items() if name not in ("features", "rays")}
+
+
+def verdict_of(folder: Path) -> str:
+    """Return what a model is worth, as its card says; empty where that is not known."""
+    try:
+        return str(read_header(folder)["metrics"]["alternatives"]["verdict"])
+    except (CheckpointError, KeyError, TypeError):
+        return ""
+
+
+def add_metrics(folder: Path, **metrics: Any) -> None:
+    """Write further metrics into a model's card.
+
+    Raises
+    ------
+    CheckpointError
+        When the folder holds no model, or cannot be written.
+    """
+    header = read_header(folder)
+    header["metrics"] = {**header["metrics"], **metrics}
+    header["tfscope_model"] = FORMAT_VERSION
+    text = json.dumps(header, indent=2, allow_nan=False)
+    try:
+        write_atomically(folder / MODEL_FILE, (text + "\n").encode())
+    except OSError as error:
+        raise CheckpointError(
+            f"{folder}: the card cannot be written ({error.strerror})."
+        ) from error
 
 
 def card_of(folder: Path, header: dict[str, Any]) -> ModelCard:

@@ -7,7 +7,7 @@ from typing import Literal, get_args
 
 from model.errors import TfscopeError
 
-Architecture = Literal["paper", "grid", "grid-translation"]
+Architecture = Literal["refined", "paper"]
 
 
 @dataclass(frozen=True)
@@ -24,14 +24,12 @@ class NetworkSize:
         Width and height of the colour image, a power of two from `opacity_size`.
     latent_dim : int
         Length of the latent code of an opacity TF.
-    architecture : {"paper", "grid", "grid-translation"}
-        The paper's two networks; both images from a feature grid; or the feature
-        grid's opacity image followed by the paper's translation.
-    features : int
-        Number of features at each node of the feature grid, if there is one.
-    rays : bool
-        Whether a feature grid is complemented by a finer one whose features are
-        summed along each pixel's viewing ray.
+    architecture : {"refined", "paper"}
+        A coarse volume drawn under the true TFs, refined by a small network; or the
+        paper's two networks.
+    nodes : int
+        Largest number of nodes of the coarse volume, if there is one: a byte and a half
+        each; half as many more, of a byte, where that keeps a volume whole.
     modulation : bool
         Whether the codes of view and TFs also scale and shift the translation
         decoder's features at every resolution. The paper's network has only
@@ -49,8 +47,7 @@ class NetworkSize:
     opacity_size: int = 64
     image_size: int = 256
     latent_dim: int = 8
-    features: int = 16
-    rays: bool = False
+    nodes: int = 1_610_000
     modulation: bool = False
     deep_codec: bool = False
     architecture: Architecture = "paper"
@@ -70,7 +67,7 @@ class NetworkSize:
                 f"The architecture '{self.architecture}' is unknown; "
                 f"choose {', '.join(get_args(Architecture))}."
             )
-        for name in ("latent_dim", "features"):
+        for name in ("latent_dim", "nodes"):
             number = getattr(self, name)
             if not isinstance(number, int) or number < 1:
                 raise TfscopeError(f"The network's {name} is {number}; give a number from 1.")

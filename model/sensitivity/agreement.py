@@ -23,7 +23,7 @@ from model.scene.region import Region
 from model.scene.tf_perturbation import EDIT_WIDTH, response_to_edits
 from model.scene.volume import Volume
 from model.sensitivity.exact import region_sensitivity, sensitivity_field
-from model.sensitivity.learned import generator_sensitivity
+from model.sensitivity.learned import Sensitivity
 
 BLOCKS = 8
 """Number of blocks along each side of the image."""
@@ -70,7 +70,7 @@ def sensitivity_agreement(
     Parameters
     ----------
     generator : Generator
-        Generator of an unlit scene.
+        Generator of an unlit scene, or one in direct light.
     volume : Volume
         The scene's volume.
     samples : sequence of SceneInputs
@@ -91,7 +91,7 @@ def sensitivity_agreement(
     rows = []
     try:
         for done, sample in enumerate(samples, start=1):
-            learned = generator_sensitivity(generator, sample, edit_width=0)
+            learned = Sensitivity(generator, sample, edit_width=0)
             pairs = (
                 (learned.region(whole), region_sensitivity(renderer, sample, size, whole)),
                 (learned.field(block), sensitivity_field(renderer, sample, size, block)),

@@ -1,47 +1,66 @@
 """A generator's sensitivity to the opacity TF (paper, section 5.1 and Eq. 9).
 
-The image depends on the opacity TF only through the latent code, so its
-derivative by the TF is a product of two small factors: image by code, and
-code by TF, whose rank is at most the code's length (8 by default). Both are
-stored; the sensitivity of any region follows from sums over it.
+Each question has its own direction of differentiation: where in the TF a region reacts is
+one reverse pass, where in the image an edit shows is one forward pass. A field of all
+blocks and scalar values takes many of either kind, and whichever needs fewer is used. A
+network that takes the opacity TF through a latent code needs as many forward passes as the
+code has numbers, as its derivative has no higher rank.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from torch import Tensor
 from torch.autograd import forward_ad
 from torch.autograd.functional import jacobian
 
 from model.generator.generator import Generator
-from model.networks.encoding import decode_unit
+from model.networks.encoding import EncodedInputs, decode_unit
 from model.scene.inputs import SceneInputs
 from model.scene.region import Region, block_edges
 from model.scene.tf_perturbation import EDIT_WIDTH, response_to_edits
+from model.scene.transfer_function import TF_SAMPLES
+
+TOGETHER = 8
+"""Forward passes that are one batch."""
 
 
-@dataclass(frozen=True, eq=False)
 class Sensitivity:
-    """Derivative of an image by the opacity TF, as two factors.
+    """Derivatives of one generated image by the opacity TF.
 
-    Attributes
+    Parameters
     ----------
-    image : ndarray of float32, shape (S, S, 3)
-        Colours in [0, 1], row 0 at the top.
-    image_by_latent : ndarray of float32, shape (latent_dim, S, S, 3)
-        Derivative of the image by the latent code.
-    latent_by_tf : ndarray of float32, shape (latent_dim, 256)
-        Response of the latent code to an edit around each value of the scene's
-        scalar range, per unit of opacity: the edit's opacities add up to 1.
+    generator : Generator
+    inputs : SceneInputs
+    edit_width : float
+        Standard deviation of the edits in bins; 0 for single bins. Derivatives are per unit
+        of opacity: an edit's opacities add up to 1.
     """
 
-    image: NDArray[np.float32]
-    image_by_latent: NDArray[np.float32]
-    latent_by_tf: NDArray[np.float32]
+    def __init__(
+        self, generator: Generator, inputs: SceneInputs, edit_width: float = EDIT_WIDTH
+    ) -> None:
+        self._network = generator.network
+        self._inputs = generator.encoded([inputs])
+        self._width = edit_width
+        self._opacity = self._inputs.opacity_tf.clone().requires_grad_()
+
+    @cached_property
+    def image(self) -> NDArray[np.float32]:
+        """Colours (S, S, 3) in [0, 1], row 0 at the top."""
+        image: NDArray[np.float32] = self._image.detach().permute(1, 2, 0).cpu().numpy()
+        return image
+
+    @cached_property
+    def _image(self) -> Tensor:
+        """The image (3, S, S) with its graph, for reverse passes."""
+        return self._images(self._inputs._replace(opacity_tf=self._opacity))[0]
 
     def region(self, region: Region) -> NDArray[np.float32]:
         """Sensitivity of one region to edits at each scalar value of the TF.
@@ -58,8 +77,8 @@ class Sensitivity:
             For a region outside the image.
         """
         region.check(len(self.image))
-        rows, columns = np.array([region.top, region.bottom]), np.array([region.left, region.right])
-        return self._of_blocks(rows, columns)[0, 0]
+        slopes = self._reverse(region.top, region.bottom, region.left, region.right)
+        return response_to_edits(slopes, self._width)
 
     def field(self, block: int) -> NDArray[np.float32]:
         """Sensitivity of each block of the image to edits at each scalar value of the TF.
@@ -78,60 +97,88 @@ class Sensitivity:
         RenderError
             For a block size outside 1 to the image's size.
         """
-        edges = np.array(block_edges(len(self.image), block))
-        return self._of_blocks(edges, edges)
+        edges = block_edges(len(self.image), block)
+        blocks = len(edges) - 1
+        if blocks**2 <= len(self._directions):
+            slopes = np.stack(
+                [
+                    self._reverse(*rows, *columns)
+                    for rows in pairwise(edges)
+                    for columns in pairwise(edges)
+                ]
+            ).reshape(blocks, blocks, TF_SAMPLES)
+        else:
+            slopes = self._forward_field(edges)
+        return response_to_edits(slopes, self._width)
+
+    def change(self, edit: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Change of the image per unit of an edit of the opacity TF, by one forward pass.
+
+        Parameters
+        ----------
+        edit : ndarray of float32, shape (256,)
+            Differences of opacity over the scene's scalar range.
+
+        Returns
+        -------
+        ndarray of float32, shape (S, S, 3)
+        """
+        return self._changes(edit[None])[0]
+
+    def _images(self, inputs: EncodedInputs) -> Tensor:
+        return decode_unit(self._network(inputs)[0])
+
+    def _reverse(self, top: int, bottom: int, left: int, right: int) -> NDArray[np.float32]:
+        """Derivative (256,) of a window's norm by single bins."""
+        half_square = self._image[:, top:bottom, left:right].double().square().sum() / 2
+        norm = math.sqrt(2 * half_square.item())
+        if norm == 0:
+            return np.zeros(TF_SAMPLES, dtype=np.float32)
+        (slope,) = torch.autograd.grad(half_square, self._opacity, retain_graph=True)
+        # Networks take opacities in [-1, 1]: twice as wide as [0, 1].
+        slopes: NDArray[np.float32] = (2 * slope[0] / norm).float().cpu().numpy()
+        return slopes
+
+    def _changes(self, edits: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Changes (N, S, S, 3) of the image by edits (N, 256)."""
+        tangents = torch.from_numpy(2 * edits).to(self._inputs.opacity_tf)
+        rows = self._inputs.map(
+            lambda tensor: tensor.expand(len(edits), *tensor.shape[1:]).contiguous()
+        )
+        with torch.no_grad(), forward_ad.dual_level():
+            opacity = forward_ad.make_dual(rows.opacity_tf, tangents)  # type: ignore[no-untyped-call]
+            image = self._images(rows._replace(opacity_tf=opacity))
+            change = forward_ad.unpack_dual(image).tangent  # type: ignore[no-untyped-call]
+        if change is None:
+            return np.zeros((len(edits), *image.shape[2:], 3), dtype=np.float32)
+        changes: NDArray[np.float32] = change.permute(0, 2, 3, 1).cpu().numpy()
+        return changes
 
     @cached_property
-    def _sums(self) -> NDArray[np.float64]:
-        """Summed-area tables, (latent_dim + 1, S + 1, S + 1): I dI / dz, and I squared."""
+    def _directions(self) -> NDArray[np.float32]:
+        """Orthonormal rows (D, 256) that span all TF edits which the image can react to."""
+        if not self._network.takes_code:
+            return np.eye(TF_SAMPLES, dtype=np.float32)
+        encode = self._network.codec.encode
+        by_tf = jacobian(encode, self._inputs.opacity_tf)[0, :, 0]  # type: ignore[no-untyped-call]
+        basis, _ = np.linalg.qr(by_tf.double().cpu().numpy().T)
+        return np.asarray(basis.T, dtype=np.float32)
+
+    def _forward_field(self, edges: list[int]) -> NDArray[np.float32]:
+        """Sensitivities (n, n, 256) of all blocks to single bins, by forward passes."""
         image = self.image.astype(np.float64)
-        products = [(image * slope).sum(axis=-1) for slope in self.image_by_latent]
-        products.append((image * image).sum(axis=-1))
-        sums = np.pad(np.stack(products), ((0, 0), (1, 0), (1, 0)))
-        return np.asarray(sums.cumsum(axis=1).cumsum(axis=2))
-
-    def _of_blocks(
-        self, rows: NDArray[np.int64], columns: NDArray[np.int64]
-    ) -> NDArray[np.float32]:
-        """Sensitivities (rows - 1, columns - 1, 256) of the blocks between edges."""
-        corners = self._sums[:, rows][:, :, columns]
-        blocks = np.diff(np.diff(corners, axis=1), axis=2)
-        norms = np.sqrt(np.maximum(blocks[-1], 0))
-        by_latent = np.divide(blocks[:-1], norms, out=np.zeros_like(blocks[:-1]), where=norms > 0)
-        return np.asarray(np.einsum("lrc,lt->rct", by_latent, self.latent_by_tf), dtype=np.float32)
+        norms = np.sqrt(_block_sums((image * image).sum(axis=2), edges))
+        field = np.zeros((*norms.shape, TF_SAMPLES))
+        for first in range(0, len(self._directions), TOGETHER):
+            directions = self._directions[first : first + TOGETHER]
+            for direction, change in zip(directions, self._changes(directions), strict=True):
+                sums = _block_sums((image * change).sum(axis=2), edges)
+                shares = np.divide(sums, norms, out=np.zeros_like(sums), where=norms > 0)
+                field += shares[..., None] * direction
+        return field.astype(np.float32)
 
 
-def generator_sensitivity(
-    generator: Generator, inputs: SceneInputs, edit_width: float = EDIT_WIDTH
-) -> Sensitivity:
-    """Differentiate a generator's image by the opacity TF.
-
-    Uses forward-mode differentiation along the axes of the latent code, in one
-    pass with a batch of latent_dim images.
-
-    Parameters
-    ----------
-    generator : Generator
-    inputs : SceneInputs
-    edit_width : float
-        Standard deviation of the edits in bins; 0 for single bins.
-    """
-    network = generator.network
-    conditions, opacity, color_tf = generator.encoded([inputs])
-    latent_by_tf = jacobian(network.opacity.encode, opacity)[0, :, 0]  # type: ignore[no-untyped-call]
-    with torch.no_grad(), forward_ad.dual_level():
-        latent = network.opacity.encode(opacity)
-        count = latent.shape[1]
-        axes = torch.eye(count, device=latent.device)
-        codes = latent.expand(count, -1).contiguous()
-        rows = forward_ad.make_dual(codes, axes)  # type: ignore[no-untyped-call]
-        conditions = conditions.expand(count, -1)
-        image_dual = network.render_latent(conditions, rows, color_tf.expand(count, -1, -1))[0]
-        dual = forward_ad.unpack_dual(image_dual)  # type: ignore[no-untyped-call]
-        image, slopes = decode_unit(dual.primal[0]), dual.tangent
-    return Sensitivity(
-        image=image.permute(1, 2, 0).cpu().numpy(),
-        # Networks use [-1, 1]: factors 1/2 for image values in [0, 1], and 2 for opacities.
-        image_by_latent=(slopes / 2).permute(0, 2, 3, 1).contiguous().cpu().numpy(),
-        latent_by_tf=response_to_edits(2 * latent_by_tf.cpu().numpy(), edit_width),
-    )
+def _block_sums(values: NDArray[np.float64], edges: list[int]) -> NDArray[np.float64]:
+    """Sums over the blocks between edges."""
+    starts = edges[:-1]
+    return np.asarray(np.add.reduceat(np.add.reduceat(values, starts, axis=0), starts, axis=1))

@@ -109,7 +109,7 @@ def step_seconds(
     device : torch.device
     execution : Execution
     stage : str, optional
-        Name of the stage that is timed; the first by default.
+        Name of the stage that is timed; by default the first that learns from images, if any.
 
     Yields
     ------
@@ -117,7 +117,8 @@ def step_seconds(
         Seconds.
     """
     stages = Schedule(size, options, scene, device, execution).stages
-    timed = stages[stage or next(iter(stages))]
+    by_default = [s.name for s in stages.values() if s.needs_images] or list(stages)
+    timed = stages[stage or by_default[0]]
     batch = _noise(timed.stage.batch_size, size, condition_numbers(scene)).to(device)
     while True:
         start = time.perf_counter()

@@ -15,12 +15,12 @@ from typing import Any, get_args
 from model.errors import TrainingError
 from model.files import write_atomically
 from model.networks.size import Architecture, NetworkSize
-from model.scene.scene import Lighting, RendererName
+from model.scene.scene import Lighting, RendererName, TFFamily
 from model.scene.transfer_function import Range
 from model.training.options import PRESETS, Budget, Precision, TrainingOptions, preset_size
 from model.volume_files.source import VolumeSource
 
-JOB_VERSION = 1
+JOB_VERSION = 2
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class TrainingJob:
     minutes : float or None
     samples : int or None
         The budget; exactly one of the two is given.
-    lighting, movable_light, renderer, window, reuse
+    lighting, movable_light, tf_family, renderer, window, reuse
         Options of samples that are rendered during training; see
         :class:`model.scene.scene.Scene` and
         :class:`model.training.streamed_samples.StreamSource`.
@@ -76,6 +76,7 @@ class TrainingJob:
     samples: int | None = None
     lighting: Lighting = "none"
     movable_light: bool = False
+    tf_family: TFFamily = "drawn"
     renderer: RendererName = "raycast"
     window: Range | None = None
     reuse: float | None = None
@@ -94,6 +95,7 @@ class TrainingJob:
         without_effect = {
             "lighting": self.lighting != "none",
             "movable light": self.movable_light,
+            "TF family": self.tf_family != "drawn",
             "window": self.window is not None,
             "reuse": self.reuse is not None,
             "renderer": self.renderer != "raycast",
@@ -135,6 +137,7 @@ class TrainingJob:
         choices: dict[str, tuple[Any, tuple[Any, ...]]] = {
             "lighting": (self.lighting, get_args(Lighting)),
             "renderer": (self.renderer, get_args(RendererName)),
+            "TF family": (self.tf_family, get_args(TFFamily)),
             "architecture": (self.architecture, (None, *get_args(Architecture))),
             "device": (self.device, ("auto", "cpu", "cuda")),
             "precision": (self.precision, ("auto", *get_args(Precision))),
@@ -150,7 +153,7 @@ class TrainingJob:
         if not self.faithful:
             return preset_size(self.preset, self.architecture)
         size = preset_size(self.preset, "paper")
-        return replace(size, rays=False, modulation=False, deep_codec=False)
+        return replace(size, modulation=False, deep_codec=False)
 
     @property
     def options(self) -> TrainingOptions:
@@ -176,10 +179,12 @@ class TrainingJob:
         TrainingError
             When the data does not describe a valid job.
         """
-        if not isinstance(data, dict) or data.get("tfscope_job") != JOB_VERSION:
-            raise TrainingError(f"It is not a training job of format {JOB_VERSION}.")
+        if not isinstance(data, dict) or data.get("tfscope_job") not in (1, JOB_VERSION):
+            raise TrainingError(f"It is not a training job of format 1 or {JOB_VERSION}.")
         try:
-            values = {name: value for name, value in data.items() if name != "tfscope_job"}
+            # Jobs of format 1 know the paper's TFs only.
+            values = {"tf_family": "paper", **data}
+            del values["tfscope_job"]
             values["volume"] = VolumeSource(
                 **{**values["volume"], "path": _path(values["volume"]["path"])}
             )

@@ -53,15 +53,13 @@ class JointStage(ColorStage):
         self._codec_loss = codec_loss
 
     def _generate(self, batch: EncodedBatch) -> tuple[Tensor, tuple[Tensor, Tensor]]:
-        opacity = self.generator.opacity
-        conditions, opacity_tf, color_tf = batch.inputs
-        latent = opacity.encode(opacity_tf)
-        image, opacity_image = self.generator.render_latent(conditions, latent, color_tf)
-        return image, (opacity_image, opacity.decode(latent))
+        image, opacity_image = self.generator(batch.inputs)
+        codec = self.generator.codec
+        return image, (opacity_image, codec.decode(codec.encode(batch.inputs.opacity_tf)))
 
     def _generator_losses(self, batch: EncodedBatch, fake: Tensor, extra: Any) -> dict[str, Tensor]:
         opacity_image, decoded = extra
-        codec = self.generator.opacity
+        codec = self.generator.codec
         return {
             "decoded_tf": self._codec_loss(codec, decoded, batch, self.steps),
             "opacity_l1": l1(opacity_image, batch.opacity_image),

@@ -88,9 +88,9 @@ class HoldoutProbe:
         for start in range(0, self.count, PROBE_BATCH):
             part = slice(start, start + PROBE_BATCH)
             inputs = self.batch.inputs.map(itemgetter(part))
-            latent = generator.opacity.encode(inputs.opacity_tf)
-            image, opacity = generator.render_latent(inputs.conditions, latent, inputs.color_tf)
-            parts.append((image, opacity, generator.opacity.decode(latent), latent))
+            latent = generator.codec.encode(inputs.opacity_tf)
+            image, opacity = generator(inputs)
+            parts.append((image, opacity, generator.codec.decode(latent), latent))
         image, opacity, tf, latent = (torch.cat(column) for column in zip(*parts, strict=True))
         return image, opacity, tf, latent
 

@@ -1,4 +1,4 @@
-"""Optimizers of networks and feature grids, and learning-rate schedules."""
+"""Optimizers of networks, and learning-rate schedules."""
 
 from __future__ import annotations
 
@@ -6,8 +6,6 @@ import math
 
 import torch
 from torch import nn
-
-from model.networks.grid.feature_grid import FeatureGrid
 
 BETA1 = 0.5
 
@@ -18,9 +16,7 @@ LEAST_DECAY = 1e-3
 """Initial and final learning rate of a cosine schedule, as a fraction of its maximum."""
 
 
-def adam(
-    network: nn.Module, beta2: float, grid_rate: float = 1.0, fused: bool = True
-) -> torch.optim.Adam:
+def adam(network: nn.Module, beta2: float, fused: bool = True) -> torch.optim.Adam:
     """Return an Adam optimizer with the paper's beta1 (section 6, implementation details).
 
     Parameters
@@ -28,29 +24,21 @@ def adam(
     network : Module
     beta2 : float
         Decay rate of the squared gradients' moving average.
-    grid_rate : float
-        Learning rate of feature grids, as a multiple of all others'.
     fused : bool
         Whether to use the fused implementation.
 
     Returns
     -------
     Adam
-        Each parameter group has its multiple as "factor"; the learning rates
-        are set by :func:`set_rate`.
+        Its learning rate is set by :func:`set_rate`.
     """
-    grids = {id(m.features) for m in network.modules() if isinstance(m, FeatureGrid)}
-    parameters = list(network.parameters())
-    groups = [{"params": [p for p in parameters if id(p) not in grids], "factor": 1.0}]
-    if grids:
-        groups.append({"params": [p for p in parameters if id(p) in grids], "factor": grid_rate})
-    return torch.optim.Adam(groups, betas=(BETA1, beta2), fused=fused)
+    return torch.optim.Adam(network.parameters(), betas=(BETA1, beta2), fused=fused)
 
 
 def set_rate(optimizer: torch.optim.Optimizer, rate: float) -> None:
     """Set the learning rate of each parameter group to `rate` times the group's factor."""
     for group in optimizer.param_groups:
-        group["lr"] = rate * group["factor"]
+        group["lr"] = rate
 
 
 def cosine_decay(progress: float) -> float:

@@ -13,22 +13,27 @@ from model.networks.size import Architecture, NetworkSize
 Precision = Literal["float32", "bfloat16"]
 """Digits that optimization steps are computed in."""
 
-_SMALL = NetworkSize(
-    0.25, features=32, rays=True, modulation=True, deep_codec=True, architecture="grid"
-)
+_SMALL = NetworkSize(0.25, modulation=True, deep_codec=True, architecture="refined")
 
 PRESETS: dict[str, NetworkSize] = {
-    "draft": replace(_SMALL, image_size=64),
-    "compact": replace(_SMALL, image_size=128),
+    "draft": replace(_SMALL, image_size=64, opacity_size=64),
+    "compact": replace(_SMALL, image_size=128, opacity_size=128),
+    "large": replace(_SMALL, image_size=256, opacity_size=256),
     "paper": NetworkSize(1.0, image_size=256),
 }
 """Network sizes by name: "draft" for experiments, "compact" for CPUs, and the paper's."""
+
+PAPER_OPACITY_SIZE = 64
+"""Width and height of the paper's opacity images; those of a coarse volume are not reduced."""
 
 
 def preset_size(preset: str, architecture: Architecture | None = None) -> NetworkSize:
     """Return a preset's size, with another architecture if one is given."""
     size = PRESETS[preset]
-    return size if architecture is None else replace(size, architecture=architecture)
+    if architecture in (None, size.architecture):
+        return size
+    opacity_size = PAPER_OPACITY_SIZE if architecture == "paper" else size.image_size
+    return replace(size, architecture=architecture, opacity_size=opacity_size)
 
 
 @dataclass(frozen=True)
@@ -70,7 +75,7 @@ class TrainingOptions:
 
     Attributes
     ----------
-    opacity, translation, joint : StageOptions
+    opacity, translation, joint, codec, refiner : StageOptions
         The paper's runs make 30 passes over 200,000 samples. Runs of an hour
         are far shorter and need more steps: smaller batches, larger rates.
     l1_weight : float
@@ -92,9 +97,6 @@ class TrainingOptions:
     cosine : bool
         Whether the learning rate rises over the first steps of a stage and then
         falls along half a cosine, instead of by halvings.
-    grid_rate : float
-        Learning rate of the feature grid, as a multiple of the networks'. Few
-        rays contribute to a node; at the networks' rate it would hardly change.
     beta2 : float
         Adam's decay rate of the squared gradients' moving average; 0.999 in the
         paper. A gradient far larger than those before it changes weights by up to
@@ -104,19 +106,20 @@ class TrainingOptions:
         weights, which is evaluated and saved; 0 uses the latest weights.
     kaiming_init : bool
         Whether layers without batch norm have Kaiming initialization; the paper
-        draws all weights from N(0, 0.02). The feature grid's layers always have it.
+        draws all weights from N(0, 0.02).
     adversarial_start : float
         Fraction of each stage after which the discriminator joins, 0..1; until
         then the generator is trained by the other losses alone, twice as fast.
         0 in the paper; by default the discriminator never joins, as it sharpens
         textures but increases both RMSE and EMD.
     one_stage : bool
-        Whether the whole generator is trained at once, by `joint`; a feature
-        grid's always is, as both images come from one network. The paper first
+        Whether the paper's generator is trained at once, by `joint`. The paper first
         trains the opacity generator, by `opacity`, and then freezes it and trains
         the translation on rendered opacity images, by `translation`.
     opacity_time_share : float
-        Fraction of the budget for stage 1, if there are two stages.
+        Fraction of the budget for stage 1 of the paper's two.
+    codec_time_share : float
+        Fraction of the budget for the codec, if a refiner is trained after it.
     seed : int
 
     Raises
@@ -128,6 +131,8 @@ class TrainingOptions:
     opacity: StageOptions = StageOptions(16, 4e-4, 3.0)
     translation: StageOptions = StageOptions(16, 4e-4, 3.0)
     joint: StageOptions = StageOptions(8, 1e-3, 5.0)
+    codec: StageOptions = StageOptions(32, 1e-3, 5.0)
+    refiner: StageOptions = StageOptions(8, 1e-3, 5.0)
     l1_weight: float = 150.0
     decoded_tf_weight: float = 1000.0
     unrendered_tfs: int = 32
@@ -135,13 +140,13 @@ class TrainingOptions:
     tf_edit_weight: float = 0.3
     opacity_l1_weight: float = 50.0
     cosine: bool = True
-    grid_rate: float = 30.0
     beta2: float = 0.99
     average_decay: float = 0.999
     kaiming_init: bool = True
     adversarial_start: float = 1.0
     one_stage: bool = True
     opacity_time_share: float = 0.4
+    codec_time_share: float = 0.15
     seed: int = 0
 
     def __post_init__(self) -> None:
@@ -158,14 +163,12 @@ class TrainingOptions:
             raise TrainingError("The weights of the losses must not be negative.")
         if self.unrendered_tfs < 0:
             raise TrainingError("The number of unrendered TFs must not be negative.")
-        if not self.grid_rate > 0:
-            raise TrainingError("The feature grid's learning rate must be above 0.")
         if not 0 <= self.beta2 < 1:
             raise TrainingError("The decay of the squared gradients must be from 0 to below 1.")
         if not 0 <= self.average_decay < 1:
             raise TrainingError("The decay of the weight average must be from 0 to below 1.")
-        if not 0 < self.opacity_time_share < 1:
-            raise TrainingError("The opacity stage's share of the budget must be between 0 and 1.")
+        if not (0 < self.opacity_time_share < 1 and 0 < self.codec_time_share < 1):
+            raise TrainingError("A stage's share of the budget must be between 0 and 1.")
 
     @classmethod
     def faithful(cls, seed: int = 0) -> TrainingOptions:
@@ -221,7 +224,7 @@ class TrainingOptions:
     def from_json(cls, data: dict[str, Any]) -> TrainingOptions:
         """Rebuild options from :meth:`to_json`'s data."""
         values = dict(data)
-        for stage in ("opacity", "translation", "joint"):
+        for stage in ("opacity", "translation", "joint", "codec", "refiner"):
             values[stage] = StageOptions(**values[stage])
         return cls(**values)
 

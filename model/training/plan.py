@@ -12,6 +12,7 @@ import torch
 from model.errors import TrainingError
 from model.networks.size import NetworkSize
 from model.scene.scene import Scene
+from model.scene.volume import Volume
 from model.training.execution import STANDARD, Execution
 from model.training.options import PRESETS, Budget, TrainingOptions
 from model.training.sources import SampleSource
@@ -37,6 +38,8 @@ class TrainingPlan:
         A trained model whose weights are the initial ones; random by default.
     execution : Execution
         Execution settings of optimization steps.
+    volume : Volume, optional
+        The scene's, for networks that hold a coarse volume.
     interval : float
         Seconds between checkpoints.
     """
@@ -50,6 +53,7 @@ class TrainingPlan:
     device: torch.device
     start: WarmStart | None = None
     execution: Execution = STANDARD
+    volume: Volume | None = None
     interval: float = 60.0
 
     def recipe(self) -> dict[str, Any]:

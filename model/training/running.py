@@ -12,6 +12,7 @@ from model.errors import TrainingError
 from model.rendering.raycast import cuda
 from model.samples.sample_store import SampleStore
 from model.scene.scene import Scene
+from model.scene.volume import Volume
 from model.training import parallel
 from model.training.execution import Execution
 from model.training.execution_choice import choose_execution
@@ -52,7 +53,8 @@ def run_job(
     elif not parallel.rank_to_be():
         check_new(job.out)
     with parallel.process_group(choose_device(job.device)) as device:
-        source = _source(job, device.type)
+        volume = _volume(job)
+        source = _source(job, volume, device.type)
         check_image_size(job.size, source.scene)
         first = not parallel.rank()
         # From here on the folder is the run's: no wish to stop gets lost while all is prepared.
@@ -70,6 +72,7 @@ def run_job(
                 device=device,
                 start=None if job.start is None else WarmStart.read(job.start),
                 execution=execution,
+                volume=volume,
             )
             if first:
                 train(plan, job.resume, on_report, locked=True)
@@ -86,15 +89,28 @@ def shared_execution(job: TrainingJob, scene: Scene, device: torch.device) -> Ex
     return parallel.object_from_first(chosen)
 
 
-def _source(job: TrainingJob, device: str) -> SampleSource:
+def _volume(job: TrainingJob) -> Volume | None:
+    """Return the job's volume; None if it is not needed."""
+    needed = job.store is None or job.size.architecture == "refined"
+    return job.volume.read() if needed or job.volume.path is not None else None
+
+
+def _source(job: TrainingJob, volume: Volume | None, device: str) -> SampleSource:
     if job.store is not None:
         store = SampleStore(job.store)
-        if job.volume.path is not None:
-            _check_volume(job, store)
+        check_image_size(job.size, store.scene)
+        if volume is not None:
+            _check_volume(job, volume, store)
         return StoredSource(store)
-    volume = job.volume.read()
+    assert volume is not None
     scene = Scene.of(
-        volume, job.size.image_size, job.lighting, job.window, job.renderer, job.movable_light
+        volume,
+        job.size.image_size,
+        job.lighting,
+        job.window,
+        job.renderer,
+        job.movable_light,
+        job.tf_family,
     )
     on_gpu = device == "cuda" and scene.renderer == "raycast" and cuda.is_available()
     return StreamSource(
@@ -107,13 +123,19 @@ def _source(job: TrainingJob, device: str) -> SampleSource:
     )
 
 
-def _check_volume(job: TrainingJob, store: SampleStore) -> None:
-    volume = job.volume.read()
-    if volume.fingerprint != store.scene.volume_fingerprint:
+def _check_volume(job: TrainingJob, volume: Volume, store: SampleStore) -> None:
+    if volume.fingerprint == store.scene.volume_fingerprint:
+        return
+    if job.volume.path is None:
         raise TrainingError(
-            f"{store.path}: the data set shows '{store.scene.volume_name}', "
-            f"not {job.volume.path}; leave the volume out or name the right one."
+            f"{store.path}: the data set shows '{store.scene.volume_name}'; name its file, as "
+            "the model keeps a coarse copy of the volume.",
+            volume="FILE",
         )
+    raise TrainingError(
+        f"{store.path}: the data set shows '{store.scene.volume_name}', "
+        f"not {job.volume.path}; name the right one."
+    )
 
 
 def _check_resumption(job: TrainingJob) -> None:

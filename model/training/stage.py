@@ -47,14 +47,17 @@ class StepResult:
 
 
 class Stage(ABC):
-    """Adversarial training of a generator and a discriminator.
+    """Training of a generator, by losses and, if there is one, against a discriminator.
 
     Subclasses define the generated image, the networks' inputs and the
     generator's losses besides the adversarial one.
 
     Attributes
     ----------
-    generator, discriminator : torch.nn.Module
+    needs_images : bool
+        Whether steps learn from rendered images; otherwise any batch will do.
+    generator : torch.nn.Module
+    discriminator : torch.nn.Module or None
     average : EMA
         Average of the generator, for evaluation and saved models.
     steps : int
@@ -68,22 +71,28 @@ class Stage(ABC):
     """
 
     name: str
+    needs_images = True
 
     def __init__(
         self,
         generator: nn.Module,
-        discriminator: nn.Module,
+        discriminator: nn.Module | None,
         stage: StageOptions,
         options: TrainingOptions,
         device: torch.device,
         execution: Execution = STANDARD,
     ) -> None:
+        last, fused = execution.channels_last, execution.fused
         if options.kaiming_init:
             kaiming_init(generator)
-            kaiming_init(discriminator)
-        last = execution.channels_last
         self.generator = place(generator, device, last)
-        self.discriminator = place(discriminator, device, last)
+        self.discriminator: nn.Module | None = None
+        self.discriminator_optimizer: torch.optim.Optimizer | None = None
+        if discriminator is not None:
+            if options.kaiming_init:
+                kaiming_init(discriminator)
+            self.discriminator = place(discriminator, device, last)
+            self.discriminator_optimizer = adam(self.discriminator, options.beta2, fused)
         self.average: EMA[Any] = EMA(self.generator, options.average_decay)
         self.stage = stage
         self.options = options
@@ -91,9 +100,7 @@ class Stage(ABC):
         self.steps = 0
         self.parts = 1
         self.execution = execution
-        fused = execution.fused
-        self.generator_optimizer = adam(self.generator, options.beta2, options.grid_rate, fused)
-        self.discriminator_optimizer = adam(self.discriminator, options.beta2, fused=fused)
+        self.generator_optimizer = adam(self.generator, options.beta2, fused)
         if execution.compiled:
             self._generate = torch.compile(self._generate)  # type: ignore[method-assign]
 
@@ -121,7 +128,8 @@ class Stage(ABC):
             When memory runs out even with parts of two samples, or with several ranks.
         """
         self._set_learning_rate(progress)
-        adversaries = progress >= self.options.adversarial_start
+        joined = progress >= self.options.adversarial_start
+        adversaries = joined and self.discriminator is not None
         judged: Losses = {}
         while True:
             try:
@@ -166,6 +174,7 @@ class Stage(ABC):
         self, parts: list[EncodedBatch], kept: tuple[Tensor, Any] | None
     ) -> float:
         """Perform a step of the discriminator and return its loss."""
+        assert self.discriminator is not None and self.discriminator_optimizer is not None
         self.discriminator_optimizer.zero_grad(set_to_none=True)
         whole = sum(map(len, parts))
         reported = 0.0
@@ -201,7 +210,8 @@ class Stage(ABC):
         cosine = self.options.cosine
         decay = cosine_decay(progress) if cosine else halving_decay(progress, halvings)
         for optimizer in (self.generator_optimizer, self.discriminator_optimizer):
-            set_rate(optimizer, self.stage.learning_rate * decay)
+            if optimizer is not None:
+                set_rate(optimizer, self.stage.learning_rate * decay)
 
     def _autocast(self) -> AbstractContextManager[None]:
         # bfloat16 has float32's exponent range, so no loss scaling is needed.
@@ -209,17 +219,17 @@ class Stage(ABC):
         rounded = precision != torch.float32
         return torch.autocast(self.device.type, precision if rounded else None, rounded)
 
-    @abstractmethod
     def _real(self, batch: EncodedBatch) -> Tensor:
-        """Rendered images of a batch."""
+        """Rendered images of a batch, which the discriminator is shown."""
+        raise NotImplementedError
+
+    def _judge(self, batch: EncodedBatch, image: Tensor) -> Tensor:
+        """Discriminator's logits for images of a batch."""
+        raise NotImplementedError
 
     @abstractmethod
     def _generate(self, batch: EncodedBatch) -> tuple[Tensor, Any]:
         """Generate images for a batch; also return other outputs needed by the losses."""
-
-    @abstractmethod
-    def _judge(self, batch: EncodedBatch, image: Tensor) -> Tensor:
-        """Discriminator's logits for images of a batch."""
 
     @abstractmethod
     def _generator_losses(self, batch: EncodedBatch, fake: Tensor, extra: Any) -> dict[str, Tensor]:

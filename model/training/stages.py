@@ -5,8 +5,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from model.networks.generator_network import OpacityNetwork
-from model.networks.paper.opacity import OpacityDiscriminator
+from model.networks.paper.opacity import OpacityDiscriminator, OpacityGenerator
 from model.networks.paper.translation import TranslationDiscriminator, TranslationGenerator
 from model.networks.size import NetworkSize
 from model.training.batch import EncodedBatch
@@ -25,7 +24,7 @@ class OpacityStage(Stage):
     ----------
     size : NetworkSize
     options : TrainingOptions
-    opacity : OpacityNetwork
+    opacity : OpacityGenerator
         The generator.
     codec_loss : CodecLoss
     device : torch.device
@@ -33,14 +32,14 @@ class OpacityStage(Stage):
     """
 
     name = "opacity"
-    generator: OpacityNetwork
-    average: EMA[OpacityNetwork]
+    generator: OpacityGenerator
+    average: EMA[OpacityGenerator]
 
     def __init__(
         self,
         size: NetworkSize,
         options: TrainingOptions,
-        opacity: OpacityNetwork,
+        opacity: OpacityGenerator,
         codec_loss: CodecLoss,
         device: torch.device,
         execution: Execution = STANDARD,
@@ -57,6 +56,7 @@ class OpacityStage(Stage):
         return output.image, output.decoded_tf
 
     def _judge(self, batch: EncodedBatch, image: Tensor) -> Tensor:
+        assert self.discriminator is not None
         logits: Tensor = self.discriminator(batch.inputs, image)
         return logits
 
@@ -83,6 +83,7 @@ class ColorStage(Stage):
         return batch.image
 
     def _judge(self, batch: EncodedBatch, image: Tensor) -> Tensor:
+        assert self.discriminator is not None
         logits: Tensor = self.discriminator(batch.inputs, image)
         return logits
 
@@ -94,7 +95,7 @@ class TranslationStage(ColorStage):
     ----------
     size : NetworkSize
     options : TrainingOptions
-    opacity : OpacityNetwork
+    opacity : OpacityGenerator
         The trained generator of stage 1; encodes opacity TFs.
     conditions : int
         Number of condition values.
@@ -109,7 +110,7 @@ class TranslationStage(ColorStage):
         self,
         size: NetworkSize,
         options: TrainingOptions,
-        opacity: OpacityNetwork,
+        opacity: OpacityGenerator,
         conditions: int,
         device: torch.device,
         execution: Execution = STANDARD,

@@ -174,18 +174,20 @@ def _migrate(recipe: dict[str, Any]) -> None:
 
 
 def _networks(stage: Stage) -> dict[str, torch.nn.Module]:
-    return {
+    networks = {
         "generator": stage.generator,
         "discriminator": stage.discriminator,
         "average": stage.average.network,
     }
+    return {name: network for name, network in networks.items() if network is not None}
 
 
 def _optimizers(stage: Stage) -> dict[str, torch.optim.Optimizer]:
-    return {
+    optimizers = {
         "generator_optimizer": stage.generator_optimizer,
         "discriminator_optimizer": stage.discriminator_optimizer,
     }
+    return {name: optimizer for name, optimizer in optimizers.items() if optimizer is not None}
 
 
 def _stage_tensors(stage: Stage) -> dict[str, Tensor]:

@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import asdict
 from importlib.metadata import version
+from itertools import repeat
 from pathlib import Path
 
 import numpy as np
@@ -100,7 +101,7 @@ class _Run:
         self.plan = plan
         self.on_report = on_report
         self.schedule = Schedule(
-            plan.size, plan.options, plan.source.scene, plan.device, plan.execution
+            plan.size, plan.options, plan.source.scene, plan.device, plan.execution, plan.volume
         )
         if plan.start is not None:
             plan.start.check(plan.size, plan.source.scene)
@@ -135,7 +136,9 @@ class _Run:
     def _first_progress(self, resume: bool) -> Progress:
         plan = self.plan
         check_image_size(plan.size, plan.source.scene)
-        plan.source.check(max(s.stage.batch_size for s in self.schedule.stages.values()))
+        stages = self.schedule.stages.values()
+        sizes = [stage.stage.batch_size for stage in stages if stage.needs_images]
+        plan.source.check(max(sizes, default=1))
         if not resume:
             check_new(plan.folder)
             return Progress(self.schedule.names[0])
@@ -151,7 +154,7 @@ class _Run:
     def _train_stage(self, stage: Stage) -> None:
         share, _, _ = self._decide()
         recent: list[Losses] = []
-        for samples in self._batches(stage.stage.batch_size):
+        for samples in self._batches(stage):
             if share >= 1 and stage.steps:
                 break
             parts = stage.parts
@@ -203,12 +206,13 @@ class _Run:
         spent = self.plan.budget.spent(self.progress.seconds, self.progress.samples)
         return self.schedule.share(self.progress.stage, spent)
 
-    def _batches(self, batch_size: int) -> Iterator[SampleBatch]:
+    def _batches(self, stage: Stage) -> Iterator[SampleBatch]:
         """Endless training samples from the run's current batch."""
-        stage = self.schedule.names.index(self.progress.stage)
-        seed = self.plan.options.seed
-        own = parallel.own_stage(stage)
-        return self.plan.source.batches(own, batch_size, seed, self.progress.batch)
+        size, source = stage.stage.batch_size, self.plan.source
+        if not stage.needs_images:
+            return repeat(source.first("train", size))
+        own = parallel.own_stage(self.schedule.names.index(self.progress.stage))
+        return source.batches(own, size, self.plan.options.seed, self.progress.batch)
 
     def _encoded(self, samples: SampleBatch) -> EncodedBatch:
         plan = self.plan

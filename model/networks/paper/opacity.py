@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
+from typing import NamedTuple
 
 from torch import Tensor, nn
 
@@ -17,13 +18,30 @@ from model.networks.blocks import (
     score_head,
     upsample,
 )
+from model.networks.codec import LatentCodec
 from model.networks.encoding import EncodedInputs
-from model.networks.generator_network import OpacityNetwork
 from model.networks.size import NetworkSize
 from model.scene.view import VIEW_PARAMETERS
 
 
-class OpacityGenerator(OpacityNetwork):
+class OpacityOutput(NamedTuple):
+    """Output of the opacity generator for N views and opacity TFs.
+
+    Attributes
+    ----------
+    image : Tensor, shape (N, 1, S, S)
+        Opacity image, in [-1, 1].
+    decoded_tf : Tensor, shape (N, 256)
+        The opacity TF decoded from the latent code, in [-1, 1].
+    latent : Tensor, shape (N, latent_dim)
+    """
+
+    image: Tensor
+    decoded_tf: Tensor
+    latent: Tensor
+
+
+class OpacityGenerator(LatentCodec):
     """The paper's opacity generator: 2-D convolutions from latent code and view to an image."""
 
     def __init__(self, size: NetworkSize) -> None:
@@ -42,13 +60,20 @@ class OpacityGenerator(OpacityNetwork):
         self.image = nn.Sequential(*blocks, nn.Tanh())
         initialize(self)
 
-    def encode_view(self, view: Tensor) -> tuple[Tensor, ...]:
-        """Codes (N, channels) of views (N, 5)."""
-        return (self.view(view),)
+    def forward(self, inputs: EncodedInputs) -> OpacityOutput:
+        """Generate opacity images; of the conditions, only the view parameters are used."""
+        latent = self.encode(inputs.opacity_tf)
+        image = self.decode_image(self.encode_view(inputs.conditions), latent)
+        return OpacityOutput(image, self.decode(latent), latent)
 
-    def decode_image(self, view_features: tuple[Tensor, ...], latent: Tensor) -> Tensor:
-        """Opacity images (N, 1, S, S) from codes of views and latent codes."""
-        fused = self.merge(concatenate(*view_features, self.latent(latent)))
+    def encode_view(self, conditions: Tensor) -> Tensor:
+        """Codes (N, channels) of the view parameters, the first of the conditions (N, C)."""
+        code: Tensor = self.view(conditions[:, :VIEW_PARAMETERS])
+        return code
+
+    def decode_image(self, view: Tensor, latent: Tensor) -> Tensor:
+        """Opacity images (N, 1, S, S) in [-1, 1] from codes of views and latent codes."""
+        fused = self.merge(concatenate(view, self.latent(latent)))
         image: Tensor = self.image(fused[:, :, None, None])
         return image
 

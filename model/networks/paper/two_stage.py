@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from torch import Tensor
 
-from model.networks.generator_network import GeneratorNetwork, OpacityNetwork
+from model.networks.codec import LatentCodec
+from model.networks.encoding import EncodedInputs
+from model.networks.generator_network import GeneratorNetwork
 from model.networks.paper.opacity import OpacityGenerator
 from model.networks.paper.translation import TranslationGenerator
 from model.networks.size import NetworkSize
-from model.scene.view import VIEW_PARAMETERS
 
 
 class TwoStageGenerator(GeneratorNetwork):
@@ -20,35 +21,47 @@ class TwoStageGenerator(GeneratorNetwork):
     Parameters
     ----------
     size : NetworkSize
-    opacity : OpacityNetwork, optional
+    opacity : OpacityGenerator, optional
     translation : TranslationGenerator, optional
-        Networks to combine; by default the paper's, with initial weights.
+        Networks to combine; by default with initial weights.
     """
+
+    takes_code = True
 
     def __init__(
         self,
         size: NetworkSize,
-        opacity: OpacityNetwork | None = None,
+        opacity: OpacityGenerator | None = None,
         translation: TranslationGenerator | None = None,
     ) -> None:
         super().__init__()
         self.opacity = opacity or OpacityGenerator(size)
         self.translation = translation or TranslationGenerator(size)
 
-    def encode_view(self, conditions: Tensor) -> tuple[Tensor, ...]:
-        """Opacity generator's features of the view, and translation's code of all conditions."""
-        view = conditions[:, :VIEW_PARAMETERS]
-        return *self.opacity.encode_view(view), self.translation.view(conditions)
+    @property
+    def codec(self) -> LatentCodec:
+        """The opacity generator's."""
+        return self.opacity
 
-    def encode_color(self, color_tf: Tensor) -> Tensor:
-        """Codes (N, channels) of colour TFs (N, 3, 256)."""
-        code: Tensor = self.translation.color_tf(color_tf)
-        return code
+    def features(self, inputs: EncodedInputs) -> tuple[Tensor, ...]:
+        """Codes of the view, one for each stage, and of both TFs."""
+        latent = self.opacity.encode(inputs.opacity_tf)
+        return self.latent_features(inputs.conditions, latent, inputs.color_tf)
 
-    def decode(
-        self, view_features: tuple[Tensor, ...], latent: Tensor, color: Tensor
-    ) -> tuple[Tensor, Tensor]:
+    def latent_features(
+        self, conditions: Tensor, latent: Tensor, color_tf: Tensor
+    ) -> tuple[Tensor, ...]:
+        """Return the same from latent codes."""
+        view = self.translation.view(conditions)
+        return (
+            self.opacity.encode_view(conditions),
+            view,
+            latent,
+            self.translation.color_tf(color_tf),
+        )
+
+    def decode(self, *features: Tensor) -> tuple[Tensor, Tensor]:
         """Generate the opacity image, then translate it to the colour image."""
-        *opacity_features, view = view_features
-        opacity_image = self.opacity.decode_image(tuple(opacity_features), latent)
+        opacity_view, view, latent, color = features
+        opacity_image = self.opacity.decode_image(opacity_view, latent)
         return self.translation.decode(view, latent, color, opacity_image), opacity_image

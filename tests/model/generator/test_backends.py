@@ -8,6 +8,7 @@ from typing import get_args
 import numpy as np
 import pytest
 import torch
+from blobs import blobs
 from torch import Tensor
 
 from model.benchmarks.generator import compare_backends, time_parts
@@ -21,11 +22,12 @@ from model.generator.backends import (
     make_decode,
     obstacle,
 )
-from model.generator.generator import Generator, LastValue
+from model.generator.generator import Generator
 from model.networks.blocks import place
 from model.networks.build import build_generator
 from model.networks.card import ModelCard
 from model.networks.checkpoint import save_model
+from model.networks.encoding import EncodedInputs
 from model.networks.generator_network import GeneratorNetwork
 from model.networks.size import Architecture, NetworkSize
 from model.samples.sampling import draw_sample
@@ -35,10 +37,10 @@ from model.scene.scene import Scene
 CPU = torch.device("cpu")
 
 
-def network_of(architecture: Architecture, scene: Scene, rays: bool = False) -> GeneratorNetwork:
+def network_of(architecture: Architecture, scene: Scene) -> GeneratorNetwork:
     torch.manual_seed(0)
-    size = NetworkSize(0.125, 16, 64, rays=rays, architecture=architecture)
-    network = build_generator(size, scene)
+    size = NetworkSize(0.125, 16, 64, architecture=architecture)
+    network = build_generator(size, scene, blobs())
     for parameter in network.parameters():
         # Images far from one grey: as first weights, the paper's are too small for that.
         if parameter.ndim > 1:
@@ -46,12 +48,18 @@ def network_of(architecture: Architecture, scene: Scene, rays: bool = False) -> 
     return place(network, CPU).eval()
 
 
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    """With light that is refined, as otherwise there is nothing to decode."""
+    return Scene.of(blobs(), 64, "global", renderer="vtk")
+
+
 @torch.inference_mode()
-def inputs_of(network: GeneratorNetwork, count: int) -> tuple[tuple[Tensor, ...], Tensor, Tensor]:
+def inputs_of(network: GeneratorNetwork, count: int) -> tuple[Tensor, ...]:
     torch.manual_seed(count)
-    view_features = network.encode_view(torch.rand(count, 5) * 2 - 1)
-    latent = network.opacity.encode(torch.rand(count, 256))
-    return view_features, latent, network.encode_color(torch.rand(count, 3, 256))
+    view, color = torch.rand(count, 5) * 2 - 1, torch.rand(count, 3, 256) * 2 - 1
+    # Faint enough to look inside.
+    return network.features(EncodedInputs(view, torch.rand(count, 256) * 0.2 - 1, color))
 
 
 def usable(name: str, precision: str = "float32") -> Backend:
@@ -62,14 +70,12 @@ def usable(name: str, precision: str = "float32") -> Backend:
     return backend
 
 
-@pytest.mark.parametrize(
-    ("architecture", "rays"), [(a, False) for a in get_args(Architecture)] + [("grid", True)]
-)
+@pytest.mark.parametrize("architecture", get_args(Architecture))
 @pytest.mark.parametrize("name", [b for b in BACKENDS if b not in ("eager", "compiled")])
 def test_libraries_draw_what_torch_draws(
-    architecture: Architecture, rays: bool, name: str, scene: Scene
+    architecture: Architecture, name: str, scene: Scene
 ) -> None:
-    network = network_of(architecture, scene, rays)
+    network = network_of(architecture, scene)
     decode = make_decode(network, usable(name), CPU)
     with torch.inference_mode():
         for count in (1, 3, 1):
@@ -81,7 +87,7 @@ def test_libraries_draw_what_torch_draws(
 
 @pytest.mark.parametrize("name", ["eager", "openvino"])
 def test_bfloat16_is_near(name: str, scene: Scene) -> None:
-    network = network_of("grid", scene)
+    network = network_of("refined", scene)
     rows = {
         (row.backend, row.precision, row.batch): row
         for row in compare_backends(network, scene, CPU, seconds=0.001, names=(name,))
@@ -91,20 +97,16 @@ def test_bfloat16_is_near(name: str, scene: Scene) -> None:
     assert exact.difference is not None
     assert rounded.difference is not None
     assert exact.difference < 0.05 < rounded.difference < 20
-    assert all(part.view > 0 for part in time_parts(network, scene, CPU, seconds=0.001))
+    assert all(part.features > 0 for part in time_parts(network, scene, CPU, seconds=0.001))
 
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 def test_compiled_drawing_draws_the_same(scene: Scene) -> None:
-    network = network_of("grid", scene)
+    network = network_of("refined", scene)
     decode = make_decode(network, usable("compiled"), CPU)
     with torch.inference_mode():
-        inputs = (
-            network.encode_view(torch.zeros(1, 5)),
-            network.opacity.encode(torch.rand(1, 256)),
-            network.encode_color(torch.rand(1, 3, 256)),
-        )
+        inputs = inputs_of(network, 1)
         for ours, expected in zip(decode(*inputs), network.decode(*inputs), strict=True):
             torch.testing.assert_close(ours, expected, rtol=0, atol=1e-4)
 
@@ -121,14 +123,14 @@ def test_a_library_that_is_not_installed_is_named(
 ) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     with pytest.raises(DeviceError, match=r"openvino must be installed.*choose eager"):
-        make_decode(network_of("grid", scene), Backend("openvino"), CPU)
+        make_decode(network_of("refined", scene), Backend("openvino"), CPU)
     assert choose_backends("auto", "float32", CPU) == [EAGER]
 
 
 @pytest.fixture
 def folder(scene: Scene, tmp_path: Path) -> Path:
-    network = network_of("grid", scene)
-    size = NetworkSize(0.125, 16, 64, architecture="grid")
+    network = network_of("refined", scene)
+    size = NetworkSize(0.125, 16, 64, architecture="refined")
     card = ModelCard(scene=scene, preset="tiny", size=size, training={}, metrics={}, versions={})
     save_model(tmp_path, card, network)
     return tmp_path
@@ -181,7 +183,9 @@ def test_a_backend_that_fails_does_not_end_the_comparison(
 
     monkeypatch.setattr("model.generator.backends._openvino", broken)
     names: list[BackendName] = ["openvino", "eager"]
-    rows = list(compare_backends(network_of("grid", scene), scene, CPU, seconds=0.001, names=names))
+    rows = list(
+        compare_backends(network_of("refined", scene), scene, CPU, seconds=0.001, names=names)
+    )
     assert {row.backend for row in rows} == {"eager", "openvino"}
     unknown = "this CPU knows no bfloat16"
     for row in rows:
@@ -193,11 +197,11 @@ def test_a_backend_that_fails_does_not_end_the_comparison(
 DROPPED = """
 import gc, signal, sys
 sys.path[:0] = ["tests/model", "tests/model/generator"]
-from conftest import blobs
+from blobs import blobs
 from model.generator.backends import Backend, make_decode
 from model.scene.scene import Scene
 from test_backends import CPU, inputs_of, network_of
-network = network_of("grid", Scene.of(blobs(), image_size=64))
+network = network_of("refined", Scene.of(blobs(), 64, "global", renderer="vtk"))
 decode = make_decode(network, Backend("openvino"), CPU)
 for count in (1, 2):
     decode(*inputs_of(network, count))
@@ -245,18 +249,3 @@ def test_what_is_kept_between_images_changes_none(folder: Path, scene: Scene) ->
         inputs = SceneInputs(view.view, opacity.opacity_tf, color.color_tf)
         fresh = Generator.load(folder, "cpu").render(inputs)
         np.testing.assert_array_equal(kept.render(inputs), fresh)
-
-
-def test_a_last_value_is_worked_out_once() -> None:
-    calls: list[float] = []
-
-    def square(x: torch.Tensor) -> torch.Tensor:
-        calls.append(float(x))
-        return x * x
-
-    last = LastValue(square)
-    argument = torch.tensor(3.0)
-    assert float(last(argument)) == float(last(torch.tensor(3.0))) == 9
-    argument += 1  # what was given may change afterwards
-    assert float(last(argument)) == 16
-    assert calls == [3, 4]

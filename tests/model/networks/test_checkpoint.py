@@ -144,6 +144,21 @@ def test_a_malformed_description(folder: Path, changes: dict[str, Any]) -> None:
         load_model(folder)
 
 
+def test_the_papers_models_of_format_2_are_read_and_feature_grids_are_named(
+    folder: Path, card: ModelCard
+) -> None:
+    size = {k: v for k, v in card.to_json()["size"].items() if k != "nodes"}
+    scene = card.scene.to_json()
+    del scene["dimensions"], scene["tf_family"]
+    edit(folder, tfscope_model=2, scene=scene, size={**size, "features": 32, "rays": True})
+    loaded, _ = load_model(folder)
+    assert loaded.size == card.size
+    assert loaded.scene.tf_family == "paper"
+    edit(folder, size={**size, "features": 32, "rays": True, "architecture": "grid"})
+    with pytest.raises(CheckpointError, match="feature grid, which this tfscope no longer draws"):
+        load_model(folder)
+
+
 def test_a_size_that_is_not_the_scenes(folder: Path) -> None:
     edit(folder, size={"width": 0.125, "opacity_size": 16, "image_size": 32, "latent_dim": 8})
     with pytest.raises(CheckpointError, match="draws 32 pixels but the scene has 64"):

@@ -22,7 +22,6 @@ from model.scene.scene import Scene
 from model.scene.volume import Volume
 from model.sensitivity.agreement import cosine, rank_correlation, sensitivity_agreement
 from model.sensitivity.exact import region_sensitivity, sensitivity_field
-from model.sensitivity.learned import Sensitivity
 
 SIZE = NetworkSize(0.125, 16, 32)
 
@@ -69,7 +68,7 @@ def test_the_renderers_own_sensitivity_agrees_with_itself(
     scene = replace(scene, image_size=32)
 
     monkeypatch.setattr(
-        "model.sensitivity.agreement.generator_sensitivity", own(volume, lambda s: factor * s)
+        "model.sensitivity.agreement.Sensitivity", own(volume, lambda s: factor * s)
     )
     samples = [draw_sample(scene, 0, "holdout", i) for i in range(3)]
     agreement = sensitivity_agreement(generator_of(scene), volume, samples)
@@ -90,7 +89,7 @@ def test_only_smooth_edits_inside_the_window_count(
         jitter = np.where(bins % 2, 0.3, -0.3) * np.abs(slopes[..., ~outside]).max()
         return np.where(outside, 1e6, slopes + jitter)
 
-    monkeypatch.setattr("model.sensitivity.agreement.generator_sensitivity", own(volume, disturbed))
+    monkeypatch.setattr("model.sensitivity.agreement.Sensitivity", own(volume, disturbed))
     samples = [draw_sample(scene, 0, "holdout", i) for i in range(3)]
     agreement = sensitivity_agreement(generator_of(scene), volume, samples)
     assert agreement.image_cosine.min() > 0.99
@@ -103,21 +102,25 @@ def test_chance_does_not_agree(
     scene = replace(scene, image_size=32)
     rng = np.random.default_rng(0)
 
-    def noise(*_: object, edit_width: float) -> Sensitivity:
-        return Sensitivity(
-            rng.random((32, 32, 3), dtype=np.float32),
-            rng.normal(size=(8, 32, 32, 3)).astype(np.float32),
-            rng.normal(size=(8, 256)).astype(np.float32),
-        )
+    class Noise:
+        def __init__(self, *_: object, edit_width: float) -> None:
+            self.slopes = rng.normal(size=(8, 256))
 
-    monkeypatch.setattr("model.sensitivity.agreement.generator_sensitivity", noise)
+        def region(self, region: Region) -> np.ndarray:
+            return (rng.normal(size=8) @ self.slopes).astype(np.float32)
+
+        def field(self, block: int) -> np.ndarray:
+            blocks = -(-32 // block)
+            return (rng.normal(size=(blocks, blocks, 8)) @ self.slopes).astype(np.float32)
+
+    monkeypatch.setattr("model.sensitivity.agreement.Sensitivity", Noise)
     samples = [draw_sample(scene, 0, "holdout", i) for i in range(12)]
     agreement = sensitivity_agreement(generator_of(scene), volume, samples).to_json()
     assert abs(agreement["block_cosine"]["median"]) < 0.1
     assert abs(agreement["image_cosine"]["median"]) < 0.3
 
 
-def test_lit_scenes_are_refused(volume: Volume, scene: Scene) -> None:
-    lit = replace(scene, image_size=32, lighting="direct", light=LightDirection())
-    with pytest.raises(RenderError, match="unlit"):
+def test_scenes_in_global_light_are_refused(volume: Volume, scene: Scene) -> None:
+    lit = replace(scene, image_size=32, lighting="global", light=LightDirection())
+    with pytest.raises(RenderError, match="direct light"):
         sensitivity_agreement(generator_of(lit), volume, [draw_sample(lit, 0, "holdout", 0)])

@@ -21,7 +21,7 @@ from model.scene.region import Region
 from model.scene.scene import Scene
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
 from model.scene.view import View
-from model.sensitivity.learned import Sensitivity, generator_sensitivity
+from model.sensitivity.learned import Sensitivity
 
 VIEW = View(40, 20, 3, 0.8)
 SIZE = NetworkSize(0.25, 16, 32, modulation=True)
@@ -50,7 +50,7 @@ def generator(scene: Scene) -> Generator:
 
 @pytest.fixture(scope="module")
 def sensitivity(generator: Generator, tf: TransferFunction) -> Sensitivity:
-    return generator_sensitivity(generator, SceneInputs.of(VIEW, tf), edit_width=0)
+    return Sensitivity(generator, SceneInputs.of(VIEW, tf), edit_width=0)
 
 
 def image(generator: Generator, tf: TransferFunction, change: NDArray) -> NDArray[np.float64]:
@@ -107,7 +107,7 @@ def test_a_sensitivity_is_the_response_to_an_edit_of_its_width(
     generator: Generator, tf: TransferFunction
 ) -> None:
     region = Region(5, 9, 21, 14)
-    ours = generator_sensitivity(generator, SceneInputs.of(VIEW, tf), edit_width=5.0).region(region)
+    ours = Sensitivity(generator, SceneInputs.of(VIEW, tf), edit_width=5.0).region(region)
     bins = np.arange(256)
     for center in (3, 90, 200):
         edit = np.exp(-((bins - center) ** 2) / 50)
@@ -138,10 +138,34 @@ def test_it_has_the_rank_of_the_latent_code(sensitivity: Sensitivity) -> None:
     assert values[8] < 1e-5 * values[0]
 
 
-def test_a_black_region_has_no_sensitivity(sensitivity: Sensitivity) -> None:
-    black = replace(sensitivity, image=np.zeros_like(sensitivity.image))
-    assert not black.region(Region(0, 0, 4, 4)).any()
-    assert np.isfinite(black.field(8)).all()
+def test_a_black_region_has_no_sensitivity(
+    generator: Generator, tf: TransferFunction, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    decode = generator.network.decode
+
+    def half_black(*features: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+        image, opacity = decode(*features)
+        black = torch.arange(32) < 16
+        return torch.where(black, -1.0, image), opacity
+
+    monkeypatch.setattr(generator.network, "decode", half_black)
+    ours = Sensitivity(generator, SceneInputs.of(VIEW, tf))
+    assert not ours.region(Region(0, 0, 4, 4)).any()
+    for block in (1, 8):
+        field = ours.field(block)
+        assert np.isfinite(field).all()
+        assert not field[:, : 16 // block].any()
+        assert field[:, 16 // block :].any()
+
+
+def test_a_change_is_the_derivative_of_the_image(
+    generator: Generator, sensitivity: Sensitivity, tf: TransferFunction
+) -> None:
+    edit = np.random.default_rng(0).normal(size=256)
+    h = 1e-5
+    expected = (image(generator, tf, h * edit) - image(generator, tf, -h * edit)) / (2 * h)
+    ours = sensitivity.change(edit.astype(np.float32))
+    np.testing.assert_allclose(ours, expected, atol=1e-3 * np.abs(expected).max())
 
 
 def test_regions_outside_are_refused(sensitivity: Sensitivity) -> None:

@@ -55,11 +55,11 @@ def test_a_job_comes_back_from_its_file(job: TrainingJob, tmp_path: Path) -> Non
         ("{", "cannot be read"),
         ("[]", "not a training job"),
         ('{"tfscope_job": 9}', "not a training job"),
-        ('{"tfscope_job": 1}', "malformed"),
+        ('{"tfscope_job": 2}', "malformed"),
         (json.dumps({**FULL.to_json(), "unknown": 1}), "malformed"),
         (json.dumps({**FULL.to_json(), "window": 3}), "malformed"),
         (json.dumps({**FULL.to_json(), "settings": "abc"}), "malformed"),
-        (json.dumps({**FULL.to_json(), "preset": "huge"}), "choose draft, compact, paper"),
+        (json.dumps({**FULL.to_json(), "preset": "huge"}), "choose draft, compact, large, paper"),
     ],
 )
 def test_a_file_that_is_no_job_is_refused(content: str, message: str, tmp_path: Path) -> None:
@@ -84,7 +84,7 @@ def test_a_file_that_is_no_job_is_refused(content: str, message: str, tmp_path: 
         ({"settings": ("nonsense=1",)}, "no 'nonsense'"),
         ({"lighting": "none"}, "no light that could be moved"),
         ({"start": Path("runs/a")}, "write over the model"),
-        ({"faithful": True, "architecture": "grid"}, "paper's recipe"),
+        ({"faithful": True, "architecture": "refined"}, "paper's recipe"),
         ({"store": Path("s.zarr")}, "lighting and movable light and window and reuse"),
     ],
 )
@@ -95,7 +95,7 @@ def test_jobs_that_make_no_sense_are_refused(change: dict, message: str) -> None
 
 def test_the_papers_recipe_has_nothing_added_to_it() -> None:
     size = TrainingJob(Path("x"), preset="draft", faithful=True, samples=1).size
-    assert (size.architecture, size.rays, size.modulation) == ("paper", False, False)
+    assert (size.architecture, size.modulation, size.deep_codec) == ("paper", False, False)
 
 
 @pytest.fixture
@@ -203,6 +203,16 @@ def test_another_volume_than_the_data_sets_is_refused(job: TrainingJob, tmp_path
         run_job(replace(job, volume=VolumeSource(path)))
 
 
+def write_mhd(path: Path, volume: Volume) -> None:
+    """A MetaImage of bytes with that volume's spacing."""
+    path.with_suffix(".raw").write_bytes(volume.scalars.tobytes())
+    sizes, spacing = (" ".join(map(str, x)) for x in (volume.dimensions, volume.spacing))
+    path.write_text(
+        f"NDims = 3\nDimSize = {sizes}\nElementSpacing = {spacing}\n"
+        f"ElementType = MET_UCHAR\nElementDataFile = {path.stem}.raw\n"
+    )
+
+
 def test_a_model_with_a_movable_light_is_trained_and_follows_it(
     volume: Volume, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -219,9 +229,12 @@ def test_a_model_with_a_movable_light_is_trained_and_follows_it(
     render_store(store, volume, workers=1)
     stored = SampleStore(store.path).read("train", range(32))
     assert stored.inputs["light"].shape == (32, 2)
-    for architecture in ("paper", "grid"):
+    voxels = tmp_path / "blobs.mhd"
+    write_mhd(voxels, volume)
+    for architecture in ("paper", "refined"):
         job = TrainingJob(
             tmp_path / architecture,
+            volume=VolumeSource(voxels),
             store=store.path,
             preset="draft",
             architecture=architecture,

@@ -1,12 +1,9 @@
-import math
-
 import numpy as np
 import pytest
 import torch
 from torch import nn
 
-from model.networks.grid.feature_grid import FeatureGrid
-from model.training.optimizers import adam, cosine_decay, halving_decay, set_rate
+from model.training.optimizers import cosine_decay, halving_decay
 
 
 def test_the_cosine_rises_and_falls_like_torchs_own_schedules() -> None:
@@ -38,19 +35,3 @@ def test_rates_stay_above_zero_and_at_most_one(progress: float) -> None:
 
 def test_halvings() -> None:
     assert [halving_decay(p, 4) for p in (0, 0.24, 0.25, 0.99)] == [1, 1, 0.5, 0.125]
-
-
-def test_only_the_feature_grid_has_another_rate() -> None:
-    network = nn.ModuleDict({"grid": FeatureGrid((1, 1, 1), 8, 2), "other": nn.Linear(3, 4)})
-    optimizer = adam(network, 0.999, 10.0)
-    set_rate(optimizer, 1e-3)
-    before = {name: p.detach().clone() for name, p in network.named_parameters()}
-    for parameter in network.parameters():
-        parameter.grad = torch.ones_like(parameter)
-    optimizer.step()
-    for name, parameter in network.named_parameters():
-        # Adam's first step has the length of the learning rate.
-        step = 1e-2 if name == "grid.features" else 1e-3
-        moved = (before[name] - parameter.detach()).numpy()
-        assert moved == pytest.approx(np.full(moved.shape, step), rel=1e-3), name
-    assert math.isclose(sum(len(g["params"]) for g in optimizer.param_groups), 3)

@@ -36,7 +36,6 @@ def test_options_survive_json() -> None:
         {"adversarial_start": 2.0},
         {"opacity_time_share": 0.0},
         {"beta2": 1.0},
-        {"grid_rate": 0.0},
         {"unrendered_tfs": -1},
         {"l1_weight": -1.0},
         {"thick_layer_weight": -0.1},

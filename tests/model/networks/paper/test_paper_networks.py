@@ -83,6 +83,7 @@ def test_presets_are_those_of_the_documentation() -> None:
     assert {name: size.image_size for name, size in PRESETS.items()} == {
         "draft": 64,
         "compact": 128,
+        "large": 256,
         "paper": 256,
     }
     assert PRESETS["paper"] == NetworkSize()
@@ -153,10 +154,16 @@ def test_the_image_has_the_whole_gradient_to_the_opacity_tf() -> None:
 
     latent = network.opacity.encode(tf).detach().requires_grad_()
     through_image = network.translation(
-        view, latent.detach(), color, network.opacity.render_latent(view, latent)
+        view,
+        latent.detach(),
+        color,
+        network.opacity.decode_image(network.opacity.encode_view(view), latent),
     )
     through_code = network.translation(
-        view, latent, color, network.opacity.render_latent(view, latent.detach())
+        view,
+        latent,
+        color,
+        network.opacity.decode_image(network.opacity.encode_view(view), latent.detach()),
     )
     parts = [
         torch.autograd.grad((image * weights).sum(), latent)[0]
@@ -164,7 +171,7 @@ def test_the_image_has_the_whole_gradient_to_the_opacity_tf() -> None:
     ]
     assert all(part.abs().max() > 0 for part in parts)
     whole = torch.autograd.grad(
-        (network.render_latent(view, latent, color)[0] * weights).sum(), latent
+        (network.decode(*network.latent_features(view, latent, color))[0] * weights).sum(), latent
     )[0]
     torch.testing.assert_close(whole, parts[0] + parts[1])
 

@@ -1,1 +1,0 @@
-"""Networks that sample a learned 3-D grid of features."""
