@@ -209,6 +209,7 @@ def dataset(
     renderer: options.SampleRendererName = options.SampleRenderer.RAYCAST,
     lighting: options.LightingName = options.LightingOption.NONE,
     movable_light: options.MovableLight = False,
+    family: options.TFFamilyName = options.TFFamilyOption.DRAWN,
     window: options.Window = None,
     holdout: Annotated[
         int | None,
@@ -235,6 +236,7 @@ def dataset(
         options.parse_window(window),
         options.renderer_name(renderer),
         movable_light,
+        options.family_name(family),
     )
     make_dataset(source, scene, out, count, holdout, seed, workers, scheduler)
 
@@ -245,7 +247,9 @@ def train(
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder of run and model.")],
     preset: Annotated[
         options.Preset,
-        typer.Option("--preset", help="64 x 64, 128 x 128 for CPUs, or the paper's 256 x 256."),
+        typer.Option(
+            "--preset", help="64 x 64, 128 x 128, 256 x 256, or the paper's networks at 256 x 256."
+        ),
     ] = options.Preset.COMPACT,
     volume: options.VolumeFile = None,
     raw: options.RawLayoutText = None,
@@ -278,8 +282,8 @@ def train(
         options.ArchitectureOption | None,
         typer.Option(
             "--architecture",
-            help="The paper's two networks, a 3-D feature grid, or the grid's opacity image in "
-            "front of the paper's second network. (default: the preset's)",
+            help="A coarse volume whose images a small network refines, or the paper's two "
+            "networks. (default: the preset's)",
         ),
     ] = None,
     settings: Annotated[
@@ -303,6 +307,7 @@ def train(
     renderer: options.SampleRendererName = options.SampleRenderer.RAYCAST,
     lighting: options.LightingName = options.LightingOption.NONE,
     movable_light: options.MovableLight = False,
+    family: options.TFFamilyName = options.TFFamilyOption.DRAWN,
     window: options.Window = None,
     seed: options.Seed = 0,
     workers: options.Workers = None,
@@ -329,6 +334,7 @@ def train(
 ) -> None:
     """Train a generator of one volume's renderings."""
     from model.training.job import TrainingJob
+    from model.training.options import preset_size
     from model.training.stopping import ask_to_stop
 
     if stop:
@@ -336,6 +342,10 @@ def train(
         ask_to_stop(out)
         typer.echo(f"The run in {out} will be saved and end after its present step.")
         return
+    size = preset_size(str(preset), options.architecture_name(architecture))
+    scattering = str(renderer) == "vtk" and str(lighting) == "global"
+    # Only the codec learns then, unless a stored data set shows something else.
+    only_codec = size.architecture == "refined" and not (faithful or scattering or store)
     asked = TrainingJob(
         out=out,
         volume=VolumeSource(volume, raw, component),
@@ -344,10 +354,11 @@ def train(
         architecture=options.architecture_name(architecture),
         faithful=faithful,
         settings=tuple(settings or ()),
-        minutes=options.minutes_of(minutes, samples, 60.0),
+        minutes=options.minutes_of(minutes, samples, 5.0 if only_codec else 60.0),
         samples=samples,
         lighting=options.lighting(lighting),
         movable_light=movable_light,
+        tf_family=options.family_name(family),
         renderer=options.renderer_name(renderer),
         window=options.parse_window(window),
         reuse=reuse,
@@ -443,10 +454,6 @@ def study(
     preset: Annotated[
         options.Preset, typer.Option("--preset", help="Size of all networks.")
     ] = options.Preset.DRAFT,
-    architecture: Annotated[
-        options.ArchitectureOption | None,
-        typer.Option("--architecture", help="Of all networks. (default: the preset's)"),
-    ] = None,
     minutes: Annotated[
         float | None, typer.Option("--minutes", help="Budget of each model. (default: 10)")
     ] = None,
@@ -481,7 +488,7 @@ def study(
         out=out,
         volume=VolumeSource(volume, raw, component),
         preset=str(preset),
-        architecture=options.architecture_name(architecture),
+        architecture="paper",
         settings=tuple(settings or ()),
         minutes=options.minutes_of(minutes, samples, 10.0),
         samples=samples,

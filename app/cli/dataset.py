@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from app.cli.console import console, counting
 from model.errors import DatasetError, TfscopeError
-from model.scene.scene import Lighting, RendererName, Scene
+from model.scene.scene import Lighting, RendererName, Scene, TFFamily
 from model.scene.transfer_function import Range
 from model.scene.volume import Volume
 from model.volume_files.source import VolumeSource
@@ -28,6 +28,7 @@ class SceneOptions(NamedTuple):
     window: Range | None
     renderer: RendererName
     movable_light: bool
+    tf_family: TFFamily
 
 
 def make_dataset(

@@ -82,6 +82,18 @@ def _print_agreement(agreement: dict[str, Any]) -> None:
     console.print(table)
 
 
+def _print_alternatives(alternatives: dict[str, Any]) -> None:
+    title = f"what could be used instead, {alternatives['count']} samples"
+    table = Table(title=title, title_justify="left")
+    for name in ("", "image RMSE", "SSIM", "colour EMD", "ms an image", "MB"):
+        table.add_column(name, justify="right" if name else "left")
+    for row in alternatives["rows"]:
+        cells = [f"{row[key]:.4f}" for key in ("rmse", "ssim", "emd")]
+        table.add_row(row["name"], *cells, f"{row['ms']:.1f}", f"{row['bytes'] / 1e6:.1f}")
+    console.print(table)
+    console.print(alternatives["verdict"])
+
+
 def _print(result: dict[str, Any]) -> None:
     neighbor = result["nearest_neighbor"]
     statistics = ("mean", "median", "p95")
@@ -99,6 +111,10 @@ def _print(result: dict[str, Any]) -> None:
         table.add_row(label, *cells)
     console.print(table)
     console.print(f"nearest: the nearest of {neighbor['count']} training images, by RMSE")
+    kinds = [f"{kind} {k['rmse']:.4f} ({k['count']})" for kind, k in result["kinds"].items()]
+    console.print(f"image RMSE by kind of opacity TF (samples): {', '.join(kinds)}")
+    if "alternatives" in result:
+        _print_alternatives(result["alternatives"])
     whole = sum(scale["error"] for scale in result["scales"]) or 1.0
     shares = [f"{scale['error'] / whole:.0%} of {scale['pixels']}" for scale in result["scales"]]
     console.print(f"the squared error, by the size of details in pixels: {', '.join(shares)}")

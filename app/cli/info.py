@@ -5,14 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 from app.cli.console import print_facts
-from model.networks.card import MODEL_FILE, ModelCard
+from model.networks.card import MODEL_FILE, ModelCard, verdict_of
 from model.volume_files import describe
 from model.volume_files.source import VolumeSource
 
 ARCHITECTURES = {
+    "refined": "coarse volume, refined",
     "paper": "the paper's two networks",
-    "grid": "feature grid",
-    "grid-translation": "feature grid, then the paper's translation",
 }
 
 
@@ -25,17 +24,24 @@ def print_info(source: VolumeSource) -> None:
         from model.networks.checkpoint import load_model
 
         card, network = load_model(path)
-        print_facts(str(path), [*_card_rows(card), ("parameters", f"{parameter_count(network):,}")])
+        print_facts(
+            str(path),
+            [*_card_rows(card, verdict_of(path)), ("parameters", f"{parameter_count(network):,}")],
+        )
     else:
         print_facts(str(path), describe(source.read()))
 
 
-def _card_rows(card: ModelCard) -> list[tuple[str, str]]:
+def _card_rows(card: ModelCard, verdict: str) -> list[tuple[str, str]]:
     scene, size, training = card.scene, card.size, card.training
     rows = [
         ("volume", scene.volume_name),
         ("scalar range", "{:.10g} to {:.10g}".format(*scene.scalar_range)),
         ("scalar window", "{:.10g} to {:.10g}".format(*scene.scalar_window)),
+        (
+            "random TFs",
+            {"paper": "the paper's mixtures", "drawn": "as people draw them"}[scene.tf_family],
+        ),
         ("lighting", scene.lighting + (", movable light" if scene.light_range else "")),
         ("rendered by", {"vtk": "VTK", "raycast": "the ray caster"}[scene.renderer]),
         ("preset", f"{card.preset} (width {size.width:g} of the paper's)"),
@@ -48,6 +54,8 @@ def _card_rows(card: ModelCard) -> list[tuple[str, str]]:
     while isinstance(course.get("seconds"), int | float):
         rows.append((name, _course(course)))
         name, course = "before that", course.get("start", {})
+    if verdict:
+        rows.append(("worth", verdict))
     for name, value in card.metrics.get("holdout", {}).items():
         rows.append((f"hold-out {name}", f"{value:.4f}"))
     return rows

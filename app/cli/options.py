@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, cast
 import typer
 
 from model.errors import TfscopeError
-from model.scene.scene import Lighting, RendererName
+from model.scene.scene import Lighting, RendererName, TFFamily
 from model.scene.transfer_function import Range
 
 if TYPE_CHECKING:
@@ -85,15 +85,22 @@ class Preset(StrEnum):
 
     DRAFT = "draft"
     COMPACT = "compact"
+    LARGE = "large"
     PAPER = "paper"
 
 
 class ArchitectureOption(StrEnum):
     """Architectures of generators, for the command line."""
 
+    REFINED = "refined"
     PAPER = "paper"
-    GRID = "grid"
-    GRID_TRANSLATION = "grid-translation"
+
+
+class TFFamilyOption(StrEnum):
+    """Families of random TFs, for the command line."""
+
+    PAPER = "paper"
+    DRAWN = "drawn"
 
 
 VolumeFile = Annotated[
@@ -158,6 +165,14 @@ MovableLight = Annotated[
         "--movable-light", help="Draw the light's direction at random: models can follow it."
     ),
 ]
+TFFamilyName = Annotated[
+    TFFamilyOption,
+    typer.Option(
+        "--tf-family",
+        help="Random opacity TFs: the paper's mixtures of Gaussian modes, or also ramps, "
+        "plateaus, steps, bands, free curves, constants and empty ones, as people draw them.",
+    ),
+]
 SampleRendererName = Annotated[
     SampleRenderer,
     typer.Option(
@@ -212,6 +227,11 @@ Seed = Annotated[
 def renderer_name(option: StrEnum) -> RendererName:
     """Return the renderer's name of an option."""
     return cast(RendererName, str(option))
+
+
+def family_name(option: TFFamilyOption) -> TFFamily:
+    """Return the TF family of an option."""
+    return cast(TFFamily, str(option))
 
 
 def architecture_name(option: ArchitectureOption | None) -> Architecture | None:

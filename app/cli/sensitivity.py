@@ -112,7 +112,7 @@ def _by_generator(
     order: SensitivityOrder, volume: Volume, inputs: SceneInputs, region: Region | None
 ) -> _Differentiated:
     from model.generator.generator import Generator
-    from model.sensitivity.learned import generator_sensitivity
+    from model.sensitivity.learned import Sensitivity
 
     generator = Generator.load(model_folder(order.model, volume), order.device)
     scene = generator.scene
@@ -125,7 +125,7 @@ def _by_generator(
         raise RenderError(
             f"The model draws {scene.image_size} x {scene.image_size} pixels; leave --size out."
         )
-    found = generator_sensitivity(generator, inputs, _edit_width(order))
+    found = Sensitivity(generator, inputs, _edit_width(order))
     sensitivity = found.region(region) if region is not None else found.field(order.block)
     return _Differentiated(np.clip(found.image, 0, 1), sensitivity)
 

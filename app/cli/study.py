@@ -75,7 +75,7 @@ def study_models(order: StudyOrder) -> None:
 
 def _store(order: StudyOrder, volume: Volume, size: NetworkSize) -> SampleStore:
     """Return the study's store after rendering its missing samples."""
-    scene = Scene.of(volume, size.image_size, renderer="raycast")
+    scene = Scene.of(volume, size.image_size, renderer="raycast", tf_family="paper")
     counts: dict[Split, int] = {"train": order.images, "holdout": order.count}
     try:
         order.job.out.mkdir(parents=True, exist_ok=True)

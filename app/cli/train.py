@@ -22,6 +22,8 @@ from rich.progress import (
 from rich.text import Text
 
 from app.cli.console import console
+from model.errors import DatasetError, VolumeError
+from model.evaluation.alternatives import record_verdict
 from model.training import parallel
 from model.training.execution import Execution
 from model.training.job import TrainingJob
@@ -48,9 +50,18 @@ def train_model(job: TrainingJob, lines: bool) -> None:
         raise
     if lines or parallel.rank_to_be():
         return
+    _say_what_it_is_worth(job)
     volume = [] if job.volume.path is None else ["--volume", str(job.volume.path)]
     window = shlex.join(["python", "main.py", "--model", str(job.out), *volume])
     console.print(f"The model is in {job.out}; open it with: {window}")
+
+
+def _say_what_it_is_worth(job: TrainingJob) -> None:
+    """Write into the model's card how it compares with what could be used instead."""
+    try:
+        console.print(record_verdict(job.out, job.volume.read()))
+    except (VolumeError, DatasetError):
+        console.print("Without its volume, the model is not compared with the ray caster.")
 
 
 def _run_with_bar(job: TrainingJob) -> None:

@@ -30,6 +30,7 @@ from model.scene.volume import Volume
 if TYPE_CHECKING:
     from model.generator.backends import BackendName
     from model.generator.generator import Generator
+    from model.rendering.raycast.renderer import RaycastRenderer
     from model.rendering.renderer import Renderer
 
 BACKEND_NAMES: dict[BackendName, str] = {
@@ -120,25 +121,36 @@ class RendererEngine:
         return np.stack([self._renderer.render(i, quality.size, distance) for i in wanted])
 
     def region_sensitivity(self, request: RegionSensitivityRequest) -> Array:
-        """Differentiate the image exactly; supported by the unlit ray caster only."""
-        from model.rendering.raycast.renderer import RaycastRenderer
+        """Differentiate the image exactly; not offered by VTK, nor under global light."""
         from model.scene.tf_perturbation import response_to_edits
         from model.sensitivity.exact import region_sensitivity
 
-        if not isinstance(self._renderer, RaycastRenderer):
-            raise NotOfferedError("VTK does not know its derivative; choose the ray caster.")
-        slopes = region_sensitivity(
-            self._renderer, request.inputs, request.quality.size, request.region
-        )
+        size = request.quality.size
+        slopes = region_sensitivity(self._ray_caster(), request.inputs, size, request.region)
         return response_to_edits(slopes, request.width)
 
     def value_sensitivity(self, request: ValueSensitivityRequest) -> Array:
-        """Not offered yet."""
-        raise NotOfferedError("The renderers do not offer the sensitivity to a scalar value yet.")
+        """Differentiate the image exactly; not offered by VTK, nor under global light."""
+        from model.sensitivity.exact import value_sensitivity
+
+        size = request.quality.size
+        return value_sensitivity(
+            self._ray_caster(), request.inputs, size, request.value, request.width
+        )
 
     def visibility(self, request: VisibilityRequest) -> Array:
-        """Not offered yet."""
-        raise NotOfferedError("The renderers do not offer the visibility of scalar values yet.")
+        """Return the visibility of each scalar value; not offered by VTK."""
+        from model.sensitivity.exact import visibility
+
+        size = request.quality.size
+        return visibility(self._ray_caster(), request.inputs, size, request.region)
+
+    def _ray_caster(self) -> RaycastRenderer:
+        from model.rendering.raycast.renderer import RaycastRenderer
+
+        if not isinstance(self._renderer, RaycastRenderer):
+            raise NotOfferedError("VTK does not know its derivative; choose the ray caster.")
+        return self._renderer
 
     def latent_images(self, request: LatentRequest) -> Array:
         """Not supported: renderers have no latent codes."""
@@ -178,14 +190,18 @@ class GeneratorEngine:
 
     def region_sensitivity(self, request: RegionSensitivityRequest) -> Array:
         """Differentiate the generated image; the region is in its pixels."""
-        from model.sensitivity.learned import generator_sensitivity
+        from model.sensitivity.learned import Sensitivity
 
-        found = generator_sensitivity(self._generator, request.inputs, request.width)
+        found = Sensitivity(self._generator, request.inputs, request.width)
         return found.region(request.region)
 
     def value_sensitivity(self, request: ValueSensitivityRequest) -> Array:
-        """Not offered yet."""
-        raise NotOfferedError("Generators do not offer the sensitivity to a scalar value yet.")
+        """Differentiate the generated image forwards."""
+        from model.scene.tf_perturbation import edit_around
+        from model.sensitivity.learned import Sensitivity
+
+        edit = edit_around(request.value, self.scene.scalar_range, request.width)
+        return Sensitivity(self._generator, request.inputs).change(edit)
 
     def visibility(self, request: VisibilityRequest) -> Array:
         """Not supported: generators have no samples along rays."""

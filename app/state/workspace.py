@@ -18,6 +18,7 @@ from app.state.transfer_function_keeper import TransferFunctionKeeper
 from app.state.transfer_function_store import TransferFunctionStore
 from app.state.viewer_state import ViewerState
 from model.generator.catalog import model_for
+from model.networks.card import verdict_of
 from model.scene.inputs import outside_range
 from model.scene.scene import RendererName, Scene
 
@@ -130,6 +131,7 @@ class Workspace(QObject):
         else:
             build = partial(self._builders.generator, folder, self._generator_settings)
             self._generator.start(build, "Loading the model …")
+            self.news.emit(self._worth())
         self._follow_scene()
 
     def set_reference_size(self, size: int | None) -> None:
@@ -169,7 +171,7 @@ class Workspace(QObject):
         self._open_shipped_model(opened)
         self._match_generator()
         self._follow_scene()
-        self.news.emit(" ".join(opened.volume.notes))
+        self.news.emit(" ".join(filter(None, [*opened.volume.notes, self._worth()])))
         self.volumeOpened.emit(opened)
         kept = self._keeper.load(opened.fingerprint)
         # After the engines: it requests the images, which they then take up.
@@ -218,6 +220,10 @@ class Workspace(QObject):
         if folder != self._model:
             self.open_model(folder)
             self._model_is_shipped = True
+
+    def _worth(self) -> str:
+        """What the model is worth, as its card says; empty where that is not known."""
+        return "" if self._model is None else verdict_of(self._model)
 
     def _matches(self) -> bool:
         """Return True if the model was trained on the open volume."""

@@ -12,21 +12,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import DatasetError, VolumeError
+from model.evaluation.alternatives import compare_alternatives
 from model.evaluation.error_profile import Group, error_profile, to_json
 from model.evaluation.holdout import evaluate, pictures
 from model.evaluation.report import extremes, picture_sheet
 from model.generator.generator import Generator
 from model.samples.sample_rendering import render_store
 from model.samples.sample_store import SampleStore
-from model.samples.sampling import draw_sample
+from model.samples.sampling import draw_sample, sample_kind
+from model.scene.random_tfs import SHARES
 from model.scene.volume import Volume
 from model.sensitivity.agreement import sensitivity_agreement
 from model.volume_files.source import VolumeSource, volume_of
 
 DEFAULT_SENSITIVITIES = 200
 
+COMPARED = 50
+"""Hold-out samples that are also drawn by what could be used instead of the model."""
+
 Progress = Callable[[str, int, int], None]
-"""Called with an activity ("rendering", "measuring", "differentiating"), done and total."""
+"""Called with an activity ("rendering", "measuring", "comparing", "differentiating"), what is
+done of it and in total."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +53,7 @@ class EvaluationJob:
         Training images that are searched for nearest neighbours.
     sensitivities : int or None
         Hold-out samples whose sensitivities are compared with the renderer's; None takes
-        :data:`DEFAULT_SENSITIVITIES` where the volume is at hand and the scene unlit.
+        :data:`DEFAULT_SENSITIVITIES` where the volume is at hand, but under global light.
     workers : int or None
         Rendering processes, one per processor by default.
     device : {"auto", "cpu", "cuda"}
@@ -74,7 +80,9 @@ class EvaluationResult:
     ----------
     figures : dict
         Plain data, see :meth:`model.evaluation.holdout.Evaluation.to_json`; with "profile",
-        and "sensitivity_agreement" once that is measured.
+        "kinds" (number of samples and RMSE by kind of the opacity TF), "alternatives" (see
+        :mod:`model.evaluation.alternatives`) where the volume is at hand, and
+        "sensitivity_agreement" once that is measured.
     profile : dict of list of Group
     sheet : ndarray of uint8, or None
         Worst, median and best samples, where the job is illustrated.
@@ -112,15 +120,16 @@ def run_evaluation(
     # By the backend that the window draws with: its images are what users see.
     generator = Generator.load(job.model, job.device, "auto")
     # Before anything is measured: what is missing had better be said first.
-    volume = _volume_to_differentiate(job, generator, on_note)
+    volume = _volume(job, generator, on_note)
     if job.store is not None:
-        result = _measure(job, generator, _store(job, generator, job.store), on_progress)
+        store = _store(job, generator, job.store)
+        result = _measure(job, generator, store, volume, on_progress)
     else:
         with tempfile.TemporaryDirectory() as scratch:
             store = _render(job, generator, Path(scratch), on_progress)
-            result = _measure(job, generator, store, on_progress)
+            result = _measure(job, generator, store, volume, on_progress)
     on_images(result)
-    if volume is not None:
+    if volume is not None and generator.scene.lighting != "global" and job.sensitivities != 0:
         result.figures["sensitivity_agreement"] = _agreement(job, generator, volume, on_progress)
     return result
 
@@ -168,7 +177,11 @@ def _render(
 
 
 def _measure(
-    job: EvaluationJob, generator: Generator, store: SampleStore, on_progress: Progress
+    job: EvaluationJob,
+    generator: Generator,
+    store: SampleStore,
+    volume: Volume | None,
+    on_progress: Progress,
 ) -> EvaluationResult:
     evaluation = evaluate(
         generator, store, job.count, lambda done: on_progress("measuring", done, job.count)
@@ -179,26 +192,46 @@ def _measure(
     sheet = None
     if job.illustrated:
         sheet = picture_sheet(*pictures(generator, store, extremes(errors)))
-    figures = {**evaluation.to_json(), "profile": to_json(profile)}
+    kinds = np.array(
+        [sample_kind(store.scene, store.seed, "holdout", index) for index in range(len(errors))]
+    )
+    figures = {
+        **evaluation.to_json(),
+        "profile": to_json(profile),
+        "kinds": {
+            kind: {"count": int(of_kind.sum()), "rmse": float(errors[of_kind].mean())}
+            for kind, of_kind in ((k, kinds == k) for k in SHARES)
+            if of_kind.any()
+        },
+    }
+    if volume is not None:
+        first = range(min(COMPARED, len(errors)))
+        inputs = [draw_sample(store.scene, store.seed, "holdout", index) for index in first]
+        figures["alternatives"] = compare_alternatives(
+            generator,
+            job.model,
+            volume,
+            inputs,
+            samples.rgba[: len(first)],
+            lambda done: on_progress("comparing", done, 4),
+        )
     return EvaluationResult(figures, profile, sheet, generator.scene.volume_name)
 
 
-def _volume_to_differentiate(
+def _volume(
     job: EvaluationJob, generator: Generator, on_note: Callable[[str], None]
 ) -> Volume | None:
-    """The volume that sensitivities are compared on.
-
-    None for lit scenes and when not asked for; unasked, also where it is not at hand.
-    """
+    """The volume that the model is compared on; None where it is not at hand."""
     scene = generator.scene
-    if job.sensitivities == 0 or scene.lighting != "none":
-        return None
     try:
         return volume_of(scene.volume_fingerprint, scene.volume_name, job.volume)
     except VolumeError:
-        if job.sensitivities is not None:
+        if job.sensitivities:
             raise
-        on_note("Without the volume, sensitivities are not compared with the renderer's.")
+        on_note(
+            "Without the volume, the model is compared neither with what could be used "
+            "instead, nor its sensitivities with the renderer's."
+        )
         return None
 
 

@@ -22,7 +22,7 @@ from model.training.plan import TrainingPlan
 from model.training.sources import StoredSource
 from model.training.state import STATE_FILE
 
-SMALL = NetworkSize(width=1 / 16, opacity_size=16, image_size=16, architecture="grid")
+SMALL = NetworkSize(width=1 / 16, opacity_size=16, image_size=16)
 STUDY = Study(
     "Two dimensions",
     "made up",
@@ -102,8 +102,8 @@ def test_a_collapse_is_a_result_and_the_study_goes_on(
         result = run_study(STUDY, plan, lambda v: begun.append(v.name))
     # Of another recipe nothing is known, even where a run collapsed before its first save.
     (plan.base.folder / "a" / STATE_FILE).unlink(missing_ok=True)
-    other = changed(plan, options=plan.base.options.with_settings(["grid_rate=3"]))
-    with pytest.raises(TrainingError, match=r"options\.grid_rate .*, not 3\.0"):
+    other = changed(plan, options=plan.base.options.with_settings(["beta2=0.9"]))
+    with pytest.raises(TrainingError, match=r"options\.beta2 .*, not 0\.9"):
         run_study(STUDY, other)
     assert "codes of all opacity TFs" in result["variants"]["a"]["collapsed"]
     assert result["variants"]["b"]["samples_seen"] == 24
@@ -139,8 +139,8 @@ def interrupt(*_: object) -> None:
 
 def test_another_recipe_needs_another_folder(plan: StudyPlan) -> None:
     run_study(STUDY, plan)
-    other = changed(plan, options=plan.base.options.with_settings(["grid_rate=3"]))
-    with pytest.raises(TrainingError, match=r"options\.grid_rate .*, not 3\.0"):
+    other = changed(plan, options=plan.base.options.with_settings(["beta2=0.9"]))
+    with pytest.raises(TrainingError, match=r"options\.beta2 .*, not 0\.9"):
         run_study(STUDY, other)
     with pytest.raises(TrainingError, match="another budget"):
         run_study(STUDY, changed(plan, budget=Budget(samples=32)))

@@ -1,0 +1,100 @@
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from model.errors import CheckpointError
+from model.evaluation.alternatives import (
+    Alternative,
+    compare_alternatives,
+    record_verdict,
+    verdict,
+)
+from model.generator.generator import Generator
+from model.networks.build import build_generator
+from model.networks.card import ModelCard, add_metrics, load_card, verdict_of
+from model.networks.checkpoint import save_model
+from model.networks.size import NetworkSize
+from model.samples.sample_rendering import make_renderer, render_samples
+from model.samples.sampling import draw_sample
+from model.scene.scene import Scene
+from model.scene.volume import Volume
+
+SIZE = NetworkSize(0.125, 32, 32, architecture="refined", nodes=2500)
+
+
+@pytest.fixture
+def scene(volume: Volume) -> Scene:
+    return Scene.of(volume, 32, "direct", renderer="raycast")
+
+
+@pytest.fixture
+def folder(volume: Volume, scene: Scene, tmp_path: Path) -> Path:
+    save_model(tmp_path, ModelCard(scene, "tiny", SIZE), build_generator(SIZE, scene, volume))
+    return tmp_path
+
+
+def test_each_is_measured_on_the_same_truth(folder: Path, volume: Volume, scene: Scene) -> None:
+    renderer = make_renderer(volume, scene)
+    images = render_samples(renderer, scene, 3, "holdout", range(6)).rgba
+    samples = [draw_sample(scene, 3, "holdout", index) for index in range(6)]
+    generator = Generator.load(folder, "cpu")
+    found = compare_alternatives(generator, folder, volume, samples, images)
+    rows = {row["name"]: row for row in found["rows"]}
+    assert list(rows) == [
+        "model",
+        "volume at half resolution",
+        "volume at the model's bytes",
+        "ray caster",
+    ]
+    # All but the rounding to bytes.
+    assert rows["ray caster"]["rmse"] < 1 / 255
+    expected = np.mean(
+        [
+            np.sqrt(np.mean((generator.render(s)[..., :3] - image[..., :3] / 255) ** 2))
+            for s, image in zip(samples, images, strict=True)
+        ]
+    )
+    assert rows["model"]["rmse"] == pytest.approx(expected, rel=1e-5)
+    # So small a volume fits into the model's bytes whole.
+    half, whole = rows["volume at half resolution"], rows["volume at the model's bytes"]
+    assert half["bytes"] == 8 * 12 * 10
+    assert whole["rmse"] < 0.01 < half["rmse"]
+    assert all(row["ms"] > 0 for row in rows.values())
+    renderer.close()
+
+
+def test_the_verdict_is_kept_in_the_card(folder: Path, volume: Volume) -> None:
+    assert verdict_of(folder) == ""
+    said = record_verdict(folder, volume)
+    assert verdict_of(folder) == said
+    assert load_card(folder).metrics["alternatives"]["count"] == 16
+    # The model itself is as it was.
+    assert Generator.load(folder, "cpu").scene == load_card(folder).scene
+    with pytest.raises(CheckpointError):
+        add_metrics(folder / "nowhere", a=1)
+    assert verdict_of(folder / "nowhere") == ""
+    content = json.loads((folder / "model.json").read_text())
+    content["metrics"] = []
+    (folder / "model.json").write_text(json.dumps(content))
+    assert verdict_of(folder) == ""
+
+
+def test_verdicts() -> None:
+    model = Alternative("model", 0.02, 0.95, 0.003, 10.0, 100)
+    coarse = Alternative("coarse", 0.03, 0.93, 0.004, 9.0, 100)
+    exact = Alternative("ray caster", 0.0, 1.0, 0.0, 40.0, 900)
+    said = verdict(model, coarse, exact)
+    assert said.startswith("The model is 4.0 times as fast as the ray caster, and nearer to")
+    assert said.endswith("It pays.")
+    said = verdict(model, coarse, replace(exact, ms=5.0))
+    assert "2.0 times as slow" in said
+    assert said.endswith("the ray caster serves better.")
+    # Where the truth is VTK's, a slower model may still be nearer to it.
+    assert verdict(model, coarse, replace(exact, ms=5.0, rmse=0.04)).endswith("It pays.")
+    assert "(in EMD)" in verdict(replace(model, rmse=0.04, ssim=0.9), coarse, exact)
+    assert "not nearer" in verdict(replace(model, rmse=0.04, ssim=0.9, emd=0.1), coarse, exact)
