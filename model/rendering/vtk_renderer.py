@@ -194,7 +194,7 @@ class VtkRenderer:
         _, up, back = view.basis()
         radius = self._volume.radius
         distance = view.camera_distance(radius)
-        center = np.array(self._volume.center)
+        center = np.array(self._volume.extent) / 2
         camera = self._renderer.GetActiveCamera()
         camera.SetFocalPoint(*center)
         camera.SetPosition(*(center + distance * back))
@@ -228,11 +228,14 @@ def _table_range(scalar_range: Range) -> Range:
 
 
 def _image_data(volume: Volume, scalars: NDArray[Any]) -> vtkImageData:
-    """Wrap the scalars in a vtkImageData without copying."""
+    """Wrap the scalars in a vtkImageData without copying.
+
+    Its first voxel is at 0, wherever the volume's is: views look at the volume's centre, and
+    far from 0 VTK's single-precision matrices lose the voxels.
+    """
     image = vtkImageData()
     image.SetDimensions(*volume.dimensions)
     image.SetSpacing(*volume.spacing)
-    image.SetOrigin(*volume.origin)
     image.GetPointData().SetScalars(numpy_to_vtk(np.ascontiguousarray(scalars).reshape(-1)))
     return image
 

@@ -23,7 +23,7 @@ class Geometry(Protocol):
     ----------
     dimensions : tuple of int
         Number of values along x, y and z.
-    spacing, origin, extent, center : tuple of float
+    spacing, extent : tuple of float
         See :class:`Volume`.
     radius, voxel_size : float
         See :class:`Volume`.
@@ -34,11 +34,7 @@ class Geometry(Protocol):
     @property
     def spacing(self) -> Triple: ...  # noqa: D102
     @property
-    def origin(self) -> Triple: ...  # noqa: D102
-    @property
     def extent(self) -> Triple: ...  # noqa: D102
-    @property
-    def center(self) -> Triple: ...  # noqa: D102
     @property
     def radius(self) -> float: ...  # noqa: D102
     @property

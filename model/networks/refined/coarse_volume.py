@@ -117,17 +117,6 @@ class CoarseVolume:
         return x, y, z
 
     @property
-    def origin(self) -> Triple:
-        """Place of the first node: 0 along every axis."""
-        return 0.0, 0.0, 0.0
-
-    @property
-    def center(self) -> Triple:
-        """Midpoint of the grid."""
-        x, y, z = (length / 2 for length in self.extent)
-        return x, y, z
-
-    @property
     def radius(self) -> float:
         """Radius of the bounding sphere: half, up to rounding."""
         return float(np.linalg.norm(self.extent)) / 2

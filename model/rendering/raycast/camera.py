@@ -25,7 +25,8 @@ def camera_array(view: View, volume: Geometry) -> NDArray[np.float64]:
     right, up, back = view.basis()
     spacing = np.array(volume.spacing)
     distance = view.camera_distance(volume.radius)
-    eye = np.array(volume.center) + distance * back - np.array(volume.origin)
+    # From the first voxel, not from the origin, which may be far away.
+    eye = np.array(volume.extent) / 2 + distance * back
     tangent = math.tan(math.radians(VIEW_ANGLE / 2))
     return np.concatenate(
         [

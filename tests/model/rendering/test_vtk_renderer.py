@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterator
+from dataclasses import replace
 from fractions import Fraction
 from itertools import pairwise
 
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 
 from model.rendering.vtk_renderer import VtkRenderer, per_sample
 from model.scene.inputs import SceneInputs
+from model.scene.scene import Lighting
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume
@@ -268,3 +270,16 @@ def test_a_renderer_works_in_a_thread_of_its_own(volume: Volume) -> None:
     thread.start()
     thread.join()
     assert np.array_equal(images[0], render(volume, VIEW, MODES, RAINBOW, SIZE))
+
+
+@pytest.mark.parametrize("far", [1e7, 1e9, 1e12])
+@pytest.mark.parametrize("lighting", ["none", "direct"])
+def test_volumes_far_from_the_origin_look_as_near_it(
+    volume: Volume, far: float, lighting: Lighting
+) -> None:
+    moved = replace(volume, origin=(far, -far, 3 * far))
+    near, there = (
+        render(v, VIEW, MODES, RAINBOW, SIZE, lighting=lighting) for v in (volume, moved)
+    )
+    assert near.max() > 0.1
+    np.testing.assert_array_equal(there, near)

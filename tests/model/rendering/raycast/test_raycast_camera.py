@@ -148,3 +148,10 @@ def test_a_volume_of_2_x_2_x_2_voxels() -> None:
         expected = render(volume, view, MODES.sample(RANGE), RAINBOW.sample(RANGE), 17, 0.1)
         np.testing.assert_allclose(image, expected, atol=5e-3)
         assert image[..., 3].max() > 0.02
+
+
+@pytest.mark.parametrize("far", [1e7, 1e12])
+def test_it_does_not_matter_where_the_volume_is(volume: Volume, far: float) -> None:
+    moved = Volume(volume.scalars, volume.spacing, (far, -far, 3 * far))
+    view = View(35.0, 25.0, 7.0, 0.5)
+    np.testing.assert_array_equal(camera_array(view, moved), camera_array(view, volume))
