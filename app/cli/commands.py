@@ -333,6 +333,7 @@ def train(
     ] = False,
 ) -> None:
     """Train a generator of one volume's renderings."""
+    from model.scene.scene import scatters
     from model.training.job import TrainingJob
     from model.training.options import preset_size
     from model.training.stopping import ask_to_stop
@@ -343,7 +344,7 @@ def train(
         typer.echo(f"The run in {out} will be saved and end after its present step.")
         return
     size = preset_size(str(preset), options.architecture_name(architecture))
-    scattering = str(renderer) == "vtk" and str(lighting) == "global"
+    scattering = scatters(options.renderer_name(renderer), options.lighting(lighting))
     # Only the codec learns then, unless a stored data set shows something else.
     only_codec = size.architecture == "refined" and not (faithful or scattering or store)
     asked = TrainingJob(

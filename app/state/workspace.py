@@ -222,7 +222,7 @@ class Workspace(QObject):
             self._model_is_shipped = True
 
     def _worth(self) -> str:
-        """What the model is worth, as its card says; empty where that is not known."""
+        """Verdict on the model, as its card has it; empty where that is not known."""
         return "" if self._model is None else verdict_of(self._model)
 
     def _matches(self) -> bool:

@@ -1,4 +1,4 @@
-"""What a user could take instead of a model: a coarse volume, or the ray caster itself.
+"""Alternatives to a model that a user could take: a coarse volume, or the ray caster itself.
 
 On some samples of a scene, a model is compared with the volume averaged to
 half its resolution, with the volume averaged to the model's bytes, both drawn by the ray

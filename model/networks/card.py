@@ -99,6 +99,12 @@ def read_header(folder: Path) -> dict[str, Any]:
     return {**header, "scene": scene, "size": _migrate_size(path, header.get("size"))}
 
 
+def write_header(folder: Path, header: dict[str, Any]) -> None:
+    """Write a model folder's description, whole or not at all; raise :class:`OSError` if not."""
+    text = json.dumps(header, indent=2, allow_nan=False)
+    write_atomically(folder / MODEL_FILE, (text + "\n").encode())
+
+
 def _migrate_size(path: Path, size: Any) -> Any:
     """Leave out what only feature grids had, which were an architecture up to format 2."""
     if not isinstance(size, dict):
@@ -130,9 +136,8 @@ def add_metrics(folder: Path, **metrics: Any) -> None:
     header = read_header(folder)
     header["metrics"] = {**header["metrics"], **metrics}
     header["tfscope_model"] = FORMAT_VERSION
-    text = json.dumps(header, indent=2, allow_nan=False)
     try:
-        write_atomically(folder / MODEL_FILE, (text + "\n").encode())
+        write_header(folder, header)
     except OSError as error:
         raise CheckpointError(
             f"{folder}: the card cannot be written ({error.strerror})."

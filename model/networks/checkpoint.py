@@ -8,7 +8,6 @@ only reads data and executes no code.
 from __future__ import annotations
 
 import hashlib
-import json
 from pathlib import Path
 
 import safetensors
@@ -19,7 +18,7 @@ from torch import Tensor
 from model.errors import CheckpointError
 from model.files import write_atomically
 from model.networks.build import build_generator
-from model.networks.card import MODEL_FILE, ModelCard, card_of, read_header
+from model.networks.card import MODEL_FILE, ModelCard, card_of, read_header, write_header
 from model.networks.generator_network import GeneratorNetwork
 from model.scene.migration import FORMAT_VERSION
 
@@ -45,17 +44,15 @@ def save_model(folder: Path, card: ModelCard, network: GeneratorNetwork) -> None
     try:
         folder.mkdir(parents=True, exist_ok=True)
         write_atomically(folder / name, content)
-        text = json.dumps(
+        write_header(
+            folder,
             {
                 "tfscope_model": FORMAT_VERSION,
                 "weights": name,
                 "sha256": digest,
                 **card.to_json(),
             },
-            indent=2,
-            allow_nan=False,
         )
-        write_atomically(folder / MODEL_FILE, (text + "\n").encode())
         for old in folder.glob("generator-*.safetensors"):
             if old.name != name:
                 old.unlink()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -46,8 +47,15 @@ def renderable_scalars(
     if volume.scalars.dtype in native and (volume.scalars.dtype.kind != "f" or fits_float32):
         return np.ascontiguousarray(volume.scalars), (lo, hi)
     scaled = np.empty(volume.scalars.shape, dtype=np.float32)
+    for plane, out in zip(unit_planes(volume), scaled, strict=True):
+        out[...] = plane
+    return scaled, (0.0, 1.0)
+
+
+def unit_planes(volume: Volume) -> Iterator[NDArray[np.float64]]:
+    """Yield a volume's planes along z with the scalar range mapped to [0, 1], one at a time."""
+    lo, hi = volume.scalar_range
     # The extremes of float64 would overflow in hi - lo: halve first.
     span = hi / 2 - lo / 2
-    for plane, out in zip(volume.scalars, scaled, strict=True):
-        out[...] = (plane.astype(np.float64) / 2 - lo / 2) / span
-    return scaled, (0.0, 1.0)
+    for plane in volume.scalars:
+        yield (plane.astype(np.float64) / 2 - lo / 2) / span

@@ -132,6 +132,11 @@ class Scene:
             )
 
     @property
+    def is_scattering(self) -> bool:
+        """Whether light scatters in the images: in VTK's global lighting alone."""
+        return scatters(self.renderer, self.lighting)
+
+    @property
     def window_samples(self) -> slice:
         """Slice of the 256 TF samples over the scalar range that lie inside the scalar window."""
         lo, hi = self.scalar_range
@@ -194,6 +199,11 @@ class Scene:
             return cls(**values)
         except (KeyError, TypeError, ValueError, AttributeError) as error:
             raise TfscopeError(f"The scene is malformed near {error}.") from error
+
+
+def scatters(renderer: RendererName, lighting: Lighting) -> bool:
+    """Return True if light scatters under a renderer's lighting, see :data:`RendererName`."""
+    return renderer == "vtk" and lighting == "global"
 
 
 def default_scalar_window(volume: Volume) -> Range:

@@ -154,16 +154,16 @@ class _Run:
     def _train_stage(self, stage: Stage) -> None:
         share, _, _ = self._decide()
         recent: list[Losses] = []
-        for samples in self._batches(stage):
+        for batch in self._batches(stage):
             if share >= 1 and stage.steps:
                 break
             parts = stage.parts
-            result = stage.step(self._encoded(samples), share)
+            result = stage.step(batch, share)
             losses = result.losses
             self._stop_if(stage, self.guard.check_step(stage, result))
             recent.append(losses)
             self.progress.batch += 1
-            self.progress.samples += len(samples) * parallel.ranks()
+            self.progress.samples += len(batch) * parallel.ranks()
             self.progress.seconds = time.monotonic() - self._started
             share, due, stop = self._decide()
             notice = "" if stage.parts == parts else _split_notice(stage)
@@ -206,13 +206,14 @@ class _Run:
         spent = self.plan.budget.spent(self.progress.seconds, self.progress.samples)
         return self.schedule.share(self.progress.stage, spent)
 
-    def _batches(self, stage: Stage) -> Iterator[SampleBatch]:
+    def _batches(self, stage: Stage) -> Iterator[EncodedBatch]:
         """Endless training samples from the run's current batch."""
         size, source = stage.stage.batch_size, self.plan.source
         if not stage.needs_images:
-            return repeat(source.first("train", size))
+            return repeat(self._encoded(source.first("train", size)))
         own = parallel.own_stage(self.schedule.names.index(self.progress.stage))
-        return source.batches(own, size, self.plan.options.seed, self.progress.batch)
+        samples = source.batches(own, size, self.plan.options.seed, self.progress.batch)
+        return map(self._encoded, samples)
 
     def _encoded(self, samples: SampleBatch) -> EncodedBatch:
         plan = self.plan

@@ -6,11 +6,11 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_cdt, maximum_filter, minimum_filter
+from scipy.ndimage import maximum_filter, minimum_filter
 
 from model.networks.refined.coarse_kernels import ENTRIES, LEVELS, SUBLEVELS
 from model.networks.refined.coarse_volume import SPREADS, CoarseVolume
-from model.rendering.raycast.cells import FARTHEST
+from model.rendering.raycast.cells import distances_to
 
 SHIFT = 3
 """Base-2 logarithm of a cell's edge, in nodes."""
@@ -56,10 +56,7 @@ class CoarseCells:
         shown = np.logical_or.accumulate(shown, axis=0)
         total = np.pad(shown.cumsum(axis=1, dtype=np.int32), ((0, 0), (1, 0)))
         occupied = total[self._widest, self._high + 1] > total[self._widest, self._low]
-        if not occupied.any():
-            return np.full(occupied.size, FARTHEST, dtype=np.int8)
-        distance = distance_transform_cdt(~occupied, "chessboard")
-        return np.minimum(distance, FARTHEST).astype(np.int8).ravel()
+        return distances_to(occupied)
 
 
 def _reduced(

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from model.rendering.scalars import unit_planes
 from model.scene.volume import Triple, Volume
 
 MEAN_STEPS = 255
@@ -55,15 +56,16 @@ class CoarseVolume:
     def of(cls, volume: Volume, most: int) -> CoarseVolume:
         """Average a volume onto a grid of at most about `most` nodes."""
         shape = coarse_shape(volume.dimensions, most)
-        planes = _Planes(volume)
         averages = [_averaging(n, m) for n, m in zip(volume.dimensions, shape, strict=True)]
         enlargements = [_enlarging(n, m) for n, m in zip(volume.dimensions, shape, strict=True)]
 
         def missed(means: NDArray[np.float32]) -> Iterator[NDArray[np.float32]]:
-            for plane, enlarged in zip(planes, _enlarged(means, enlargements), strict=True):
+            for plane, enlarged in zip(
+                _planes(volume), _enlarged(means, enlargements), strict=True
+            ):
                 yield plane - enlarged
 
-        means = _averaged(planes, averages)
+        means = _averaged(_planes(volume), averages)
         # Interpolation blurs the means once more. To add what they miss sharpens them: images
         # are a fifth to a third nearer to the truth, and a second time gains nothing.
         means += _averaged(missed(means), averages)
@@ -81,7 +83,7 @@ class CoarseVolume:
         """Average a volume as anyone would: by means alone, neither sharpened nor with spread."""
         shape = coarse_shape(volume.dimensions, most)
         averages = [_averaging(n, m) for n, m in zip(volume.dimensions, shape, strict=True)]
-        means = np.rint(_averaged(_Planes(volume), averages).clip(0, 1) * MEAN_STEPS)
+        means = np.rint(_averaged(_planes(volume), averages).clip(0, 1) * MEAN_STEPS)
         means = means.astype(np.uint8)
         return cls.over(volume.dimensions, volume.proportions, means, np.zeros_like(means))
 
@@ -145,18 +147,9 @@ def coarse_shape(dimensions: tuple[int, int, int], most: int) -> tuple[int, int,
     return x, y, z
 
 
-class _Planes:
-    """Planes of a volume along z, as float32 with the scalar range mapped to [0, 1]."""
-
-    def __init__(self, volume: Volume) -> None:
-        self._volume = volume
-
-    def __iter__(self) -> Iterator[NDArray[np.float32]]:
-        lo, hi = self._volume.scalar_range
-        # The extremes of float64 would overflow in hi - lo: halve first.
-        low, span = lo / 2, hi / 2 - lo / 2
-        for plane in self._volume.scalars:
-            yield ((plane.astype(np.float64) / 2 - low) / span).astype(np.float32)
+def _planes(volume: Volume) -> Iterator[NDArray[np.float32]]:
+    """Yield planes along z as float32, with the scalar range mapped to [0, 1]."""
+    return (plane.astype(np.float32) for plane in unit_planes(volume))
 
 
 def _averaging(voxels: int, nodes: int) -> sparse.csr_matrix:

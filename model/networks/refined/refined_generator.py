@@ -75,8 +75,7 @@ class RefinedGenerator(GeneratorNetwork):
         self.register_buffer("spreads", torch.from_numpy(_packed(spreads[: 0 if whole else None])))
         # Decoded TFs are drawn; a codec of less than half the paper's width loses too much.
         self._codec = LatentCodec(replace(size, width=max(0.5, size.width)))
-        scattering = scene.renderer == "vtk" and scene.lighting == "global"
-        self.refiner = Refiner(8, size.channels(128)) if scattering else None
+        self.refiner = Refiner(8, size.channels(128)) if scene.is_scattering else None
         self._renderer: CoarseRenderer | None = None
         self.register_load_state_dict_post_hook(  # type: ignore[no-untyped-call]
             RefinedGenerator._forget_renderer

@@ -70,10 +70,21 @@ class MinMaxCells:
         """
         total = np.concatenate([[0], np.cumsum(shown)])
         occupied = total[self._bins[..., 1].astype(np.intp) + 1] > total[self._bins[..., 0]]
-        if not occupied.any():
-            return np.full(occupied.size, FARTHEST, dtype=np.int8)
-        distance = distance_transform_cdt(~occupied, "chessboard")
-        return np.minimum(distance, FARTHEST).astype(np.int8).ravel()
+        return distances_to(occupied)
+
+
+def distances_to(occupied: NDArray[np.bool_]) -> NDArray[np.int8]:
+    """Chessboard distance of each cell (nz, ny, nx) to the nearest occupied one.
+
+    Returns
+    -------
+    ndarray of int8, 1-D, x fastest
+        In cells, at most :data:`FARTHEST`.
+    """
+    if not occupied.any():
+        return np.full(occupied.size, FARTHEST, dtype=np.int8)
+    distance = distance_transform_cdt(~occupied, "chessboard")
+    return np.minimum(distance, FARTHEST).astype(np.int8).ravel()
 
 
 @compiled

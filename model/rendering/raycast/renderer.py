@@ -1,4 +1,7 @@
-"""The ray caster as a renderer, with depth, opacity images and exact derivatives."""
+"""The ray caster as a renderer, with depth, opacity images and exact derivatives.
+
+Above 400 lines, as images and their derivatives share tables, cells and threads.
+"""
 
 from __future__ import annotations
 
@@ -269,12 +272,7 @@ class RaycastRenderer:
             camera_array(inputs.view, volume),
             distance * volume.voxel_size,
         )
-        run: Any = change_rows
-
-        def task(row: int) -> None:
-            run(*arguments, (row, min(row + ROWS_PER_TASK, size)), image)
-
-        list(self._executor.map(task, range(0, size, ROWS_PER_TASK)))
+        self._run(change_rows, arguments, image)
         return image
 
     def visibility(
@@ -353,13 +351,13 @@ class RaycastRenderer:
         draw: Any,
         arguments: tuple[Any, ...],
         image: NDArray[np.float32],
-        depth: NDArray[np.float32] | None,
+        *others: NDArray[np.float32] | None,
     ) -> None:
-        """Draw an image on this renderer's threads, a few rows at a time."""
+        """Fill an image, and other outputs, on this renderer's threads, a few rows at a time."""
         size = len(image)
 
         def task(row: int) -> None:
-            draw(*arguments, (row, min(row + ROWS_PER_TASK, size)), image, depth)
+            draw(*arguments, (row, min(row + ROWS_PER_TASK, size)), image, *others)
 
         list(self._executor.map(task, range(0, size, ROWS_PER_TASK)))
 

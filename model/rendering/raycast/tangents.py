@@ -1,4 +1,4 @@
-"""How an image changes with its opacity TF, and which scalar values it shows; on CPU threads.
+"""Change of an image with its opacity TF, and visibility of scalar values; on CPU threads.
 
 The change of a pixel is the tangent of front-to-back compositing. With transparency T_i in
 front of sample i, opacity a_i, colour c_i and their changes,

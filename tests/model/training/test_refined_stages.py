@@ -26,7 +26,7 @@ from model.training.trainer import train
 
 SIZE = NetworkSize(0.125, 32, 32, architecture="refined")
 SCATTER = (0.9, 0.7, 0.5)
-"""What the made-up light does to each colour channel of the coarse lit image."""
+"""Factors of the coarse lit image's colour channels under the made-up light."""
 
 
 @pytest.fixture
