@@ -24,6 +24,11 @@ def per_sample(opacity: NDArray[np.floating], sample_distance: float) -> NDArray
         return -np.expm1(sample_distance * np.log1p(-opacity.astype(np.float64)))
 
 
+def least_transparency(sample_distance: float) -> float:
+    """Transparency of a sample at :data:`NEARLY_OPAQUE`, below which derivatives are clamped."""
+    return float((1 - NEARLY_OPAQUE) ** sample_distance)
+
+
 def per_sample_derivative(
     opacity: NDArray[np.floating], sample_distance: float
 ) -> NDArray[np.float64]:

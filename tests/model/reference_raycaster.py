@@ -2,9 +2,9 @@
 
 Written from the emission-absorption model alone. It knows the agreements that
 every renderer here keeps: the camera's basis and view angle, a near plane in
-front of which nothing is drawn, sample k of a ray k + 1 steps behind the point
-where the ray enters the grid, and opacities that are corrected for the step at
-256 scalar values and linear between them.
+front of which nothing is drawn, a sample at the end of each step from the point where
+the ray enters the grid, the last step being shorter, and opacities that are corrected
+for the step at 256 scalar values and linear between them.
 """
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ class Rays:
     ----------
     bins : ndarray, shape (size, size, samples)
         0 to 255; NaN behind a ray's end.
-    first : ndarray, shape (size, size)
-        World distance from the eye to the first sample.
-    step : float
-        World distance between samples.
+    shares : ndarray, shape (size, size, samples)
+        Length of the step in front of each sample, as a fraction of a whole one.
+    along : ndarray, shape (size, size, samples)
+        World distance from the eye to each sample.
     """
 
     bins: Array
-    first: Array
-    step: float
+    shares: Array
+    along: Array
 
 
 def cast(volume: Volume, view: View, size: int, sample_distance: float) -> Rays:
@@ -59,9 +59,10 @@ def cast(volume: Volume, view: View, size: int, sample_distance: float) -> Rays:
     enter = np.fmax(near, np.fmin(*faces).max(axis=-1))
     leave = np.fmax(*faces).min(axis=-1)
     step = sample_distance * volume.voxel_size
-    count = np.floor(np.maximum(leave - enter, 0) / step).astype(int)
-    k = np.arange(max(count.max(), 1))
-    along = enter[..., None] + (k + 1) * step
+    steps = (np.maximum(leave - enter, 0) / step)[..., None]
+    k = np.arange(max(int(np.ceil(steps.max())), 1))
+    shares = np.clip(steps - k, 0, 1)
+    along = enter[..., None] + (k + shares) * step
     positions = eye + along[..., None] * towards[..., None, :]
     voxels = positions / np.array(volume.spacing)
     lo, hi = volume.scalar_range
@@ -69,9 +70,8 @@ def cast(volume: Volume, view: View, size: int, sample_distance: float) -> Rays:
     values = map_coordinates(
         scaled, np.moveaxis(voxels[..., ::-1], -1, 0), order=1, mode="nearest", prefilter=False
     )
-    inside = k < count[..., None]
-    bins = np.where(inside, np.clip(255 * values, 0, 255), np.nan)
-    return Rays(bins, enter + step, step)
+    bins = np.where(shares > 0, np.clip(255 * values, 0, 255), np.nan)
+    return Rays(bins, shares, along)
 
 
 def correct(opacity: Array, sample_distance: float) -> Array:
@@ -79,14 +79,21 @@ def correct(opacity: Array, sample_distance: float) -> Array:
     return 1 - (1 - opacity) ** sample_distance
 
 
-def composite(bins: Array, per_sample: Array, color: Array) -> Array:
+def alphas_of(bins: Array, shares: Array, per_sample: Array) -> Array:
+    """Opacity of each sample, 0 behind a ray's end; see :func:`composite`."""
+    alpha = np.interp(np.nan_to_num(bins), np.arange(256), per_sample)
+    return np.where(np.isfinite(bins), 1 - np.maximum(1 - alpha, 0) ** shares, 0)
+
+
+def composite(bins: Array, shares: Array, per_sample: Array, color: Array) -> Array:
     """Composite samples front to back.
 
     Parameters
     ----------
-    bins : ndarray, shape (..., samples)
+    bins, shares : ndarray, shape (..., samples)
+        See :class:`Rays`.
     per_sample : ndarray, shape (256,)
-        Opacity of a sample at each bin.
+        Opacity of a whole step at each bin.
     color : ndarray, shape (256, 3)
 
     Returns
@@ -94,9 +101,8 @@ def composite(bins: Array, per_sample: Array, color: Array) -> Array:
     ndarray, shape (..., 4)
         RGBA, premultiplied.
     """
-    there = np.isfinite(bins)
-    at, every = np.where(there, bins, 0), np.arange(256)
-    alpha = np.where(there, np.interp(at, every, per_sample), 0)
+    at, every = np.nan_to_num(bins), np.arange(256)
+    alpha = alphas_of(bins, shares, per_sample)
     through = np.cumprod(1 - alpha, axis=-1)
     weight = alpha * np.concatenate([np.ones_like(through[..., :1]), through[..., :-1]], axis=-1)
     channels = [(weight * np.interp(at, every, c)).sum(axis=-1) for c in color.T]
@@ -105,11 +111,9 @@ def composite(bins: Array, per_sample: Array, color: Array) -> Array:
 
 def depth(rays: Rays, per_sample: Array) -> Array:
     """World distance at which the accumulated opacity reaches 1/255; infinite where never."""
-    there = np.isfinite(rays.bins)
-    alpha = np.where(there, np.interp(rays.bins, np.arange(256), per_sample), 0)
+    alpha = alphas_of(rays.bins, rays.shares, per_sample)
     visible = 1 - np.cumprod(1 - alpha, axis=-1) >= 1 / 255
-    found = visible.any(axis=-1)
-    return np.where(found, rays.first + visible.argmax(axis=-1) * rays.step, np.inf)
+    return np.where(visible, rays.along, np.inf).min(axis=-1)
 
 
 def render(
@@ -117,4 +121,5 @@ def render(
 ) -> Array:
     """Render an image, RGBA (size, size, 4), from TFs of 256 values."""
     rays = cast(volume, view, size, sample_distance)
-    return composite(rays.bins, correct(opacity.astype(np.float64), sample_distance), color)
+    per_sample = correct(opacity.astype(np.float64), sample_distance)
+    return composite(rays.bins, rays.shares, per_sample, color)

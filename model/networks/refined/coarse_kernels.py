@@ -11,6 +11,9 @@ a_i its opacity. Its exact derivatives are
 
 There is no division by 1 - a_i, so that both also hold at opaque samples.
 
+The last sample, whose step is shorter, counts as its entry times the step's share of a whole
+one: that is linear in the table, and the ray caster's power only for faint entries.
+
 Under light a second image is composited of the entries under that light: (d r + s a,
 d g + s a, d b + s a, a), with a diffuse factor d and a gloss s that count as constant.
 """
@@ -64,7 +67,7 @@ def _find_entries(nodes: Any, shape: Any, ray: Any, k: int, entries: Any, stagin
     """
     first, last = np.float32(k), np.float32(ray.count - 1)
     for m in range(BATCH):
-        t = min(first + np.float32(np.int32(m)), last)
+        t = min(first + np.float32(np.int32(m)), ray.last)
         x = ray.start[0] + t * ray.step[0]
         y = ray.start[1] + t * ray.step[1]
         z = ray.start[2] + t * ray.step[2]
@@ -158,6 +161,7 @@ def draw(
             d, s = ONE, ZERO
             shared = 0
             through = ONE
+            end = np.int32(ENTRIES)
             k = 0
             while k < ray.count and through >= opaque:
                 behind = skip_empty(ray, k, cells, cell_shape, shift)
@@ -165,6 +169,9 @@ def draw(
                     k = behind
                     continue
                 _find_entries(nodes, shape, ray, k, entries, staging)
+                if ray.count - k <= BATCH:
+                    end = entries[ray.count - 1 - k]
+                    entries[ray.count - 1 - k] = np.int32(ENTRIES)
                 if light is not None or glow is not None:
                     clear = through
                     for m in range(BATCH):
@@ -183,11 +190,21 @@ def draw(
                 for m in range(0, BATCH, GROUP):
                     through = composite_group(table, opacities, entries, m, total, through)
                 k += BATCH
+            through *= ray.rest
+            at = np.uint64(4) * np.uint64(np.uint32(end))
+            a = table[at + np.uint64(3)]
             for channel in range(4):
-                images[0, row, column, channel] = total[channel]
+                images[0, row, column, channel] = (
+                    total[channel] + through * table[at + np.uint64(channel)]
+                )
             if light is not None or glow is not None:
                 lit = images[1, row, column]
-                lit[0], lit[1], lit[2], lit[3] = red, green, blue, total[3]
+                if through * a > FAINT:
+                    d, s = shade(means, shape, light, glow, ray, ray.last)
+                    red += through * (d * table[at] + s * a)
+                    green += through * (d * table[at + np.uint64(1)] + s * a)
+                    blue += through * (d * table[at + np.uint64(2)] + s * a)
+                lit[0], lit[1], lit[2], lit[3] = red, green, blue, images[0, row, column, 3]
 
 
 @compiled
@@ -240,11 +257,12 @@ def pull_back(
                 entry = np.uint64(np.uint32(path[k]))
                 at = np.uint64(4) * entry
                 r, green, b = table[at], table[at + np.uint64(1)], table[at + np.uint64(2)]
-                a, t = table[at + np.uint64(3)], clear[k]
+                share = ray.rest if k == ray.count - 1 else ONE
+                a, t = table[at + np.uint64(3)], share * clear[k]
                 red_weight, green_weight, blue_weight, weight = g[0], g[1], g[2], g[3]
                 if light is not None or glow is not None:
                     h = gradients[1, row, column]
-                    d, s = shade(means, shape, light, glow, ray, np.float32(k))
+                    d, s = shade(means, shape, light, glow, ray, min(np.float32(k), ray.last))
                     red_weight += d * h[0]
                     green_weight += d * h[1]
                     blue_weight += d * h[2]
@@ -254,7 +272,7 @@ def pull_back(
                 out[entry, 2] += t * blue_weight
                 out[entry, 3] += t * (weight - behind)
                 color = r * red_weight + green * green_weight + b * blue_weight
-                behind += color + a * (weight - behind)
+                behind += share * (color + a * (weight - behind))
 
 
 @compiled
@@ -294,12 +312,16 @@ def push_forward(
                 _find_entries(nodes, shape, ray, k, entries, staging)
                 for m in range(min(BATCH, ray.count - k)):
                     at = np.uint64(4) * np.uint64(np.uint32(entries[m]))
+                    if k + m == ray.count - 1:
+                        through *= ray.rest
+                        change *= ray.rest
                     a, da = table[at + np.uint64(3)], changes[at + np.uint64(3)]
                     for channel in range(4):
                         e, de = table[at + np.uint64(channel)], changes[at + np.uint64(channel)]
                         images[0, row, column, channel] += through * de + change * e
                     if light is not None or glow is not None:
-                        d, s = shade(means, shape, light, glow, ray, np.float32(k + m))
+                        t = min(np.float32(k + m), ray.last)
+                        d, s = shade(means, shape, light, glow, ray, t)
                         for channel in range(3):
                             e = d * table[at + np.uint64(channel)] + s * a
                             de = d * changes[at + np.uint64(channel)] + s * da

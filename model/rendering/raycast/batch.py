@@ -124,7 +124,7 @@ def fetch(voxels: Any, shape: Any, scale: Any, ray: Any, k: int, levels: Any, st
     # In float32, as 64-bit integers would halve the vector width; exact up to 2^24 samples.
     first, last = np.float32(k), np.float32(ray.count - 1)
     for m in range(len(levels)):
-        t = min(first + np.float32(np.int32(m)), last)
+        t = min(first + np.float32(np.int32(m)), ray.last)
         x = ray.start[0] + t * ray.step[0]
         y = ray.start[1] + t * ray.step[1]
         z = ray.start[2] + t * ray.step[2]

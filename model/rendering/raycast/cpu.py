@@ -54,7 +54,7 @@ def draw_rows(
                 voxels, shape, scale, cells, cell_shape, shift,
                 alphas, colors, light, glow, ray, opaque, levels, staging, total,
             )  # fmt: skip
-            visible = distance + first * step if first >= 0 else np.inf
+            visible = distance + min(first, ray.last) * step if first >= 0 else np.inf
             show(image, depth, row, column, total, visible)
 
 
@@ -81,9 +81,9 @@ def draw_rows_preintegrated(
             ray, distance = make_ray(camera, shape, step, column, row, size)
             red = green = blue = alpha = ZERO
             first = -1
-            if ray.count > 0 or ray.rest > 0:
+            if ray.count > 0:
                 red, green, blue, alpha, first = march_segments(
                     voxels, shape, scale, cells, cell_shape, shift, integrals, ray, opaque
                 )
-            visible = distance + first * step if first >= 0 else np.inf
+            visible = distance + min(first, ray.last) * step if first >= 0 else np.inf
             show(image, depth, row, column, (red, green, blue, alpha), visible)

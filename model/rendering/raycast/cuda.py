@@ -60,7 +60,7 @@ def _draw_pixels(
         voxels, shape, scale, cells, cell_shape, shift,
         alphas, colors, light, glow, ray, opaque, levels, None, total,
     )  # fmt: skip
-    visible = distance + first * step if first >= 0 else np.inf
+    visible = distance + min(first, ray.last) * step if first >= 0 else np.inf
     show(image, depth, row, column, total, visible)
 
 

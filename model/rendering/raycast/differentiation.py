@@ -19,7 +19,15 @@ import numpy as np
 
 from model.compilation import compiled, inlined
 from model.rendering.raycast.batch import fetch, stack_batch
-from model.rendering.raycast.marching import ONE, ZERO, make_ray, shade, skip_empty
+from model.rendering.raycast.marching import (
+    ONE,
+    ZERO,
+    make_ray,
+    opacity_of_part,
+    shade,
+    skip_empty,
+    slope_of_part,
+)
 from model.rendering.raycast.tables import LEVELS_PER_BIN
 from model.scene.transfer_function import TF_SAMPLES
 
@@ -38,6 +46,7 @@ def differentiate_windows(
     alphas: Any,
     colors: Any,
     light: Any,
+    least: Any,
     camera: Any,
     step: float,
     size: int,
@@ -56,6 +65,8 @@ def differentiate_windows(
         Colour at each level, not premultiplied.
     light : Light or None
         Parameters of gradient shading.
+    least : float32
+        Transparency of a sample below which the derivative is clamped.
     size : int
         Width and height of the image.
     longest : int
@@ -87,7 +98,9 @@ def differentiate_windows(
                     path, clear, diffuse, gloss, image,
                 )  # fmt: skip
                 energy += image[0] ** 2 + image[1] ** 2 + image[2] ** 2
-                _look_back(alphas, colors, path, clear, diffuse, gloss, count, image, gradient)
+                _look_back(
+                    alphas, colors, least, ray, path, clear, diffuse, gloss, count, image, gradient
+                )
         energies[n] = energy
 
 
@@ -136,12 +149,14 @@ def _look(
         for m in range(min(ray.count - k, len(levels))):
             level = np.uint64(np.uint32(levels[m]))
             a = alphas[level]
+            if k == ray.count - 1:
+                a = opacity_of_part(a, ray.rest)
             path[k] = levels[m]
             clear[k] = through
             if through > NEGLIGIBLE:
                 d, s = ONE, ZERO
                 if light is not None:
-                    d, s = shade(voxels, shape, light, None, ray, np.float32(k))
+                    d, s = shade(voxels, shape, light, None, ray, min(np.float32(k), ray.last))
                     diffuse[k], gloss[k] = d, s
                 weight = through * a
                 image[0] += weight * (d * colors[np.uint64(4) * level] + s)
@@ -160,6 +175,8 @@ def _look(
 def _look_back(
     alphas: Any,
     colors: Any,
+    least: Any,
+    ray: Any,
     path: Any,
     clear: Any,
     diffuse: Any,
@@ -179,6 +196,9 @@ def _look_back(
         color = red * colors[c] + green * colors[c + np.uint64(1)] + blue * colors[c + np.uint64(2)]
         color = diffuse[k] * color + gloss[k] * (red + green + blue)
         slope = clear[k] * (color - composited)
+        if k == ray.count - 1:
+            slope *= slope_of_part(a, ray.rest, least)
+            a = opacity_of_part(a, ray.rest)
         composited += a * (color - composited)
         lower = np.uint64(path[k] // LEVELS_PER_BIN)
         share = np.float32(path[k] % LEVELS_PER_BIN) / np.float32(LEVELS_PER_BIN)

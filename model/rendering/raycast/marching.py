@@ -1,9 +1,10 @@
 """Ray marching, shared by CPU threads and CUDA.
 
 Emission and absorption are composited front to back (paper, Eqs. 1 to 3).
-Positions are in voxels, with voxel (0, 0, 0) at the origin, x first. Sample k of
-a ray lies k + 1 steps behind the point where the ray enters the volume; empty-space
-skipping does not change the sample positions.
+Positions are in voxels, with voxel (0, 0, 0) at the origin, x first. A ray is divided into
+steps from where it enters the volume, the last one ending at the exit and therefore shorter.
+A sample lies at the end of each step, where VTK has its own, and counts by the step's length;
+VTK leaves the last step out. Empty-space skipping does not change the sample positions.
 
 Arguments that a scene does not need are None: Numba compiles one version for each
 combination of argument types, without the unused code.
@@ -20,6 +21,7 @@ from model.compilation import inlined
 from model.rendering.raycast.batch import fetch
 from model.rendering.raycast.compositing import GROUP, composite_group
 from model.rendering.raycast.shading import received, reflect
+from model.rendering.raycast.tables import NOTHING
 
 VISIBLE = np.float32(1 / 255)
 """Accumulated opacity at which a ray counts as having met something visible."""
@@ -50,14 +52,17 @@ class Ray(NamedTuple):
         Reciprocal of `step`; :data:`HUGE` where that is 0.
     count : int
         Number of samples.
+    last : float32
+        Position of the last sample, in steps behind the first one.
     rest : float32
-        Length between the last sample and the exit, as a fraction of a step.
+        Length of the last step, as a fraction of the others, above 0 and up to 1.
     """
 
     start: Any
     step: Any
     inverse: Any
     count: Any
+    last: Any
     rest: Any
 
 
@@ -83,7 +88,7 @@ def make_ray(camera: Any, shape: Any, step: float, column: int, row: int, size: 
     ray : Ray
         `count` is 0 for a ray that misses the volume.
     distance : float
-        World distance from the eye to the first sample.
+        World distance from the eye to the end of the first whole step.
     """
     x = (2 * column + 1) / size - 1
     y = 1 - (2 * row + 1) / size
@@ -96,7 +101,7 @@ def make_ray(camera: Any, shape: Any, step: float, column: int, row: int, size: 
     near, far = _clip(camera[1], dy, shape[1], near, far)
     near, far = _clip(camera[2], dz, shape[2], near, far)
     steps = (far - near) / step if far > near else 0.0
-    count = int(steps)
+    count = math.ceil(steps)
     first = near + step
     sx, sy, sz = _step(dx * step), _step(dy * step), _step(dz * step)
     ray = Ray(
@@ -108,7 +113,8 @@ def make_ray(camera: Any, shape: Any, step: float, column: int, row: int, size: 
         (sx, sy, sz),
         (_inverse(sx), _inverse(sy), _inverse(sz)),
         count,
-        np.float32(steps - count),
+        np.float32(steps - 1),
+        np.float32(steps - (count - 1)),
     )
     return ray, first
 
@@ -144,7 +150,7 @@ def skip_empty(ray: Any, k: int, cells: Any, cell_shape: Any, shift: int, margin
     margin : int
         Number of cells around a visible cell that also count as visible.
     """
-    t = np.float32(k)
+    t = min(np.float32(k), ray.last)
     cx = int(ray.start[0] + t * ray.step[0]) >> shift
     cy = int(ray.start[1] + t * ray.step[1]) >> shift
     cz = int(ray.start[2] + t * ray.step[2]) >> shift
@@ -220,11 +226,13 @@ def march(
     int
         The sample at which the opacity reaches :data:`VISIBLE`, or -1.
     """
+    # The last sample is left to the end, as only its step has another length.
     total[0] = total[1] = total[2] = total[3] = ZERO
     through = ONE
     diffuse, gloss = ONE, ZERO
     shared = 0
     first = -1
+    end = np.int32(NOTHING)
     k = 0
     while k < ray.count:
         behind = skip_empty(ray, k, cells, cell_shape, shift)
@@ -234,6 +242,9 @@ def march(
             continue
         # A whole batch, even beyond the cell's end: partial vectors would not be faster.
         fetch(voxels, shape, scale, ray, k, levels, staging)
+        if ray.count - k <= len(levels):
+            end = levels[ray.count - 1 - k]
+            levels[ray.count - 1 - k] = np.int32(NOTHING)
         before = through
         if colors is not None and light is None and glow is None and staging is not None:
             for m in range(0, len(levels), GROUP):
@@ -270,7 +281,35 @@ def march(
         k += len(levels)
         if through < opaque:
             break
+    a = alphas[np.uint64(np.uint32(end))]
+    if a > TINY and through >= opaque:
+        part = through * opacity_of_part(a, ray.rest)
+        total[3] += part
+        if colors is not None:
+            at = np.uint64(4) * np.uint64(np.uint32(end))
+            if light is not None or glow is not None:
+                diffuse, gloss = shade(voxels, shape, light, glow, ray, ray.last)
+            for channel in range(3):
+                color = colors[at + np.uint64(channel)] / a
+                total[channel] += part * (diffuse * color + gloss)
+        if first < 0 and through - part <= ONE - VISIBLE:
+            first = ray.count - 1
     return first
+
+
+@inlined
+def opacity_of_part(a: Any, share: Any) -> Any:
+    """Return the opacity of a fraction of a step, a being that of a whole one."""
+    return -math.expm1(share * math.log1p(-a))
+
+
+@inlined
+def slope_of_part(a: Any, share: Any, least: Any) -> Any:
+    """Return the derivative of :func:`opacity_of_part` by a.
+
+    It diverges at a = 1; where the transparency 1 - a is below `least`, it is clamped.
+    """
+    return share * max(ONE - a, least) ** (share - ONE)
 
 
 @inlined

@@ -35,17 +35,15 @@ def march_segments(
     first = -1
     before = _level_at(voxels, shape, scale, ray, np.float32(-1))
     k = 0
-    while k <= ray.count:
-        # The segment behind the last sample is shorter than the others.
-        share = np.float32(1) if k < ray.count else ray.rest
-        if k < ray.count:
-            # A segment may cross a cell next to those of its ends.
-            behind = skip_empty(ray, k, cells, cell_shape, shift, 1)
-            if behind > k:
-                k = min(behind, ray.count)
-                before = -1.0
-                continue
-        here = _level_at(voxels, shape, scale, ray, np.float32(k - 1) + share)
+    while k < ray.count:
+        # A segment may cross a cell next to those of its ends.
+        behind = skip_empty(ray, k, cells, cell_shape, shift, 1)
+        if behind > k:
+            k = behind
+            before = -1.0
+            continue
+        share = np.float32(1) if k < ray.count - 1 else ray.rest
+        here = _level_at(voxels, shape, scale, ray, min(np.float32(k), ray.last))
         if before < 0.0:
             # The segment up to this sample is empty.
             before = here

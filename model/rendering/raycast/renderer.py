@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import RenderError
-from model.rendering.opacity_correction import per_sample_derivative
+from model.rendering.opacity_correction import least_transparency, per_sample_derivative
 from model.rendering.raycast import cuda
 from model.rendering.raycast.camera import camera_array
 from model.rendering.raycast.cells import SHIFT, MinMaxCells
@@ -211,6 +211,7 @@ class RaycastRenderer:
             self._opacities(opacity_tf, self.sample_distance),
             color_table(inputs.color_tf, scalar_range),
             self._gradient_light(inputs),
+            np.float32(least_transparency(self.sample_distance)),
             camera_array(inputs.view, volume),
             step,
             size,
@@ -269,6 +270,7 @@ class RaycastRenderer:
             changes,
             color_table(inputs.color_tf, volume.scalar_range),
             self._gradient_light(inputs),
+            np.float32(least_transparency(distance)),
             camera_array(inputs.view, volume),
             distance * volume.voxel_size,
         )

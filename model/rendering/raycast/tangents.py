@@ -17,7 +17,15 @@ import numpy as np
 from model.compilation import compiled
 from model.rendering.raycast.batch import fetch, stack_batch
 from model.rendering.raycast.differentiation import NEGLIGIBLE
-from model.rendering.raycast.marching import ONE, ZERO, make_ray, shade, skip_empty
+from model.rendering.raycast.marching import (
+    ONE,
+    ZERO,
+    make_ray,
+    opacity_of_part,
+    shade,
+    skip_empty,
+    slope_of_part,
+)
 from model.rendering.raycast.tables import LEVELS_PER_BIN
 from model.scene.transfer_function import TF_SAMPLES
 
@@ -34,6 +42,7 @@ def change_rows(
     changes: Any,
     colors: Any,
     light: Any,
+    least: Any,
     camera: Any,
     step: float,
     rows: Any,
@@ -50,6 +59,8 @@ def change_rows(
     colors : ndarray of float32, shape (4 levels,)
         Colour at each level, not premultiplied.
     light : Light or None
+    least : float32
+        Transparency of a sample below which the derivative is clamped.
     rows : tuple of int
         First row, and the row after the last.
     image : ndarray of float32, shape (size, size, 3)
@@ -72,13 +83,17 @@ def change_rows(
                 for m in range(min(len(levels), ray.count - k)):
                     level = np.uint64(np.uint32(levels[m]))
                     a, da = alphas[level], changes[level]
+                    if k + m == ray.count - 1:
+                        da *= slope_of_part(a, ray.rest, least)
+                        a = opacity_of_part(a, ray.rest)
                     weight = through * da + change * a
                     change = change * (ONE - a) - through * da
                     through *= ONE - a
                     if weight != ZERO:
                         d, s = ONE, ZERO
                         if light is not None:
-                            d, s = shade(voxels, shape, light, None, ray, np.float32(k + m))
+                            t = min(np.float32(k + m), ray.last)
+                            d, s = shade(voxels, shape, light, None, ray, t)
                         at = np.uint64(4) * level
                         red += weight * (d * colors[at] + s)
                         green += weight * (d * colors[at + np.uint64(1)] + s)
@@ -126,7 +141,10 @@ def add_visibility(
                     continue
                 fetch(voxels, shape, scale, ray, k, levels, staging)
                 for m in range(min(len(levels), ray.count - k)):
-                    weight = through * alphas[np.uint64(np.uint32(levels[m]))]
+                    a = alphas[np.uint64(np.uint32(levels[m]))]
+                    if k + m == ray.count - 1:
+                        a = opacity_of_part(a, ray.rest)
+                    weight = through * a
                     through -= weight
                     lower = np.uint64(levels[m] // LEVELS_PER_BIN)
                     share = np.float32(levels[m] % LEVELS_PER_BIN) / np.float32(LEVELS_PER_BIN)

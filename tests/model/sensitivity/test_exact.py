@@ -70,13 +70,16 @@ class Reference:
 
     def __init__(self, renderer: RaycastRenderer, region: Region = REGION) -> None:
         self.step = renderer.sample_distance
-        bins = cast(small_volume(), VIEW, SIZE, self.step).bins
-        bins = bins[region.top : region.bottom, region.left : region.right]
+        rays = cast(small_volume(), VIEW, SIZE, self.step)
+        within = slice(region.top, region.bottom), slice(region.left, region.right)
+        bins, self.shares = rays.bins[within], rays.shares[within]
         # The renderer's tables hold some values per bin of the TF, the nearest of which counts.
         self.bins = np.rint(LEVELS_PER_BIN * bins) / LEVELS_PER_BIN
 
     def norm(self, per_sample: Array) -> float:
-        image = composite(self.bins, per_sample, COLOR.sample(RANGE).astype(np.float64))
+        image = composite(
+            self.bins, self.shares, per_sample, COLOR.sample(RANGE).astype(np.float64)
+        )
         return float(np.sqrt((image[..., :3] ** 2).sum()))
 
     def differences(self, opacity: Array, below: float = 1e-6, above: float = 1e-6) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from reference_raycaster import cast, composite, correct
+from reference_raycaster import alphas_of, cast, composite, correct
 from test_exact import COLOR, RANGE, SIZE, VIEW, random_opacity, small_volume, tf_of
 
 from model.errors import RenderError
@@ -40,15 +40,16 @@ def inputs_of(opacity: Array) -> SceneInputs:
     return SceneInputs.of(VIEW, tf_of(opacity))
 
 
-def bins_of(step: float) -> Array:
-    bins = cast(small_volume(), VIEW, SIZE, step).bins
-    return np.rint(LEVELS_PER_BIN * bins) / LEVELS_PER_BIN
+def samples_of(step: float) -> tuple[Array, Array]:
+    """Bin of each sample, and its share of a step."""
+    rays = cast(small_volume(), VIEW, SIZE, step)
+    return np.rint(LEVELS_PER_BIN * rays.bins) / LEVELS_PER_BIN, rays.shares
 
 
 @pytest.mark.parametrize("step", [0.5, 1.0, 2.0])
 @pytest.mark.parametrize("name", TFS)
 def test_a_change_is_the_difference_of_images(name: str, step: float) -> None:
-    opacity, bins = TFS[name], bins_of(step)
+    opacity, samples = TFS[name], samples_of(step)
     color = COLOR.sample(RANGE).astype(np.float64)
     renderer = RaycastRenderer(small_volume(), sample_distance=step)
     for value, width in ((100.0, 0.0), (60.0, 6.0), (250.0, 3.0)):
@@ -57,7 +58,7 @@ def test_a_change_is_the_difference_of_images(name: str, step: float) -> None:
         # One-sided where there is nothing to take away.
         below = h if (opacity - h * edit >= 0).all() else 0.0
         plus, minus = (
-            composite(bins, correct(opacity + sign * edit, step), color)[..., :3]
+            composite(*samples, correct(opacity + sign * edit, step), color)[..., :3]
             for sign in (h, -below)
         )
         expected = (plus - minus) / (h + below)
@@ -113,10 +114,10 @@ def test_under_direct_light_it_is_the_difference_of_lit_images() -> None:
 
 @pytest.mark.parametrize("name", TFS)
 def test_visibility_is_what_each_value_adds_to_the_opacity(name: str) -> None:
-    opacity, bins = TFS[name], bins_of(0.5)[3:13, 2:11]
-    there = np.isfinite(bins)
-    at = np.where(there, bins, 0)
-    alpha = np.where(there, np.interp(at, np.arange(256), correct(opacity, 0.5)), 0)
+    opacity = TFS[name]
+    bins, shares = (numbers[3:13, 2:11] for numbers in samples_of(0.5))
+    at = np.nan_to_num(bins)
+    alpha = alphas_of(bins, shares, correct(opacity, 0.5))
     clear = np.cumprod(1 - alpha, axis=-1)
     weight = alpha * np.concatenate([np.ones_like(clear[..., :1]), clear[..., :-1]], axis=-1)
     lower = np.floor(at).astype(int)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -50,10 +51,19 @@ def table_of(seed: int, highest: float) -> NDArray[np.float32]:
     return table
 
 
-def entries_of(coarse: CoarseVolume, view: View) -> NDArray[np.int64]:
-    """Entry of each sample (SIZE, SIZE, samples); the transparent one behind the exit."""
-    volume = Volume(coarse.means, coarse.spacing)
-    means = cast(volume, view, SIZE, STEP).bins
+class Samples(NamedTuple):
+    """Entry of each sample, the transparent one behind the exit, and its share of a step.
+
+    Both have the shape (SIZE, SIZE, samples).
+    """
+
+    entries: NDArray[np.int64]
+    shares: NDArray[np.float64]
+
+
+def samples_of(coarse: CoarseVolume, view: View) -> Samples:
+    rays = cast(Volume(coarse.means, coarse.spacing), view, SIZE, STEP)
+    means = rays.bins
     # Squared levels, over the same range as the means.
     squares = coarse.spreads.astype(float) ** 2
     squares.flat[:2] = (squares.min(), squares.max())
@@ -62,12 +72,12 @@ def entries_of(coarse: CoarseVolume, view: View) -> NDArray[np.int64]:
     there = np.isfinite(means)
     levels = np.floor(np.where(there, means, 0) * SUBLEVELS + 0.5).astype(int)
     deviations = np.floor(np.sqrt(np.where(there, spreads, 0)) + 0.5).astype(int)
-    return np.where(there, deviations * LEVELS + levels, ENTRIES)
+    return Samples(np.where(there, deviations * LEVELS + levels, ENTRIES), rays.shares)
 
 
-def composited(entries: NDArray[np.int64], table: NDArray[np.float64]) -> NDArray[np.float64]:
+def composited(samples: Samples, table: NDArray[np.float64]) -> NDArray[np.float64]:
     """Pixels (..., 4) by the emission-absorption sum."""
-    rows = table[entries]
+    rows = samples.shares[..., None] * table[samples.entries]
     clear = np.cumprod(1 - rows[..., 3], axis=-1)
     before = np.concatenate([np.ones_like(clear[..., :1]), clear[..., :-1]], axis=-1)
     return (before[..., None] * rows).sum(axis=-2)
@@ -85,7 +95,7 @@ def draw(renderer: CoarseRenderer, table: NDArray[np.float32], view: View) -> ND
 @pytest.mark.parametrize("highest", [0.02, 0.4, 1.0])
 def test_images_are_those_of_the_sum(view: View, highest: float) -> None:
     coarse, table = coarse_volume(), table_of(0, highest)
-    expected = composited(entries_of(coarse, view), table.astype(np.float64))
+    expected = composited(samples_of(coarse, view), table.astype(np.float64))
     found = draw(CoarseRenderer(coarse), table, view)
     # Rounding puts a few samples into the next entry.
     assert np.quantile(abs(found - expected), 0.99) < 0.002
@@ -100,7 +110,7 @@ def test_nothing_that_shows_is_skipped() -> None:
     for spread in range(4, 7):
         table[spread * LEVELS + 100 * SUBLEVELS : spread * LEVELS + 112 * SUBLEVELS] = 0.3
     for view in VIEWS:
-        expected = composited(entries_of(coarse, view), table.astype(np.float64))
+        expected = composited(samples_of(coarse, view), table.astype(np.float64))
         found = draw(CoarseRenderer(coarse), table, view)
         assert np.sqrt(np.mean((found - expected) ** 2)) < 0.02
     assert expected.any()
@@ -125,12 +135,12 @@ def test_a_pull_back_is_the_adjoint_of_a_push_forward(lighting: Lighting) -> Non
 @pytest.mark.parametrize("highest", [0.02, 1.0])
 def test_the_unlit_derivative_against_differences_in_float64(highest: float) -> None:
     coarse, table = coarse_volume(), table_of(4, highest)
-    entries = entries_of(coarse, VIEWS[0])
+    samples = samples_of(coarse, VIEWS[0])
     rng = np.random.default_rng(0)
     change = gaussian_filter(rng.normal(size=(SPREADS, LEVELS, 4)), (3, 40, 0)).reshape(-1, 4)
     change = np.concatenate([change / abs(change).max(), np.zeros((1, 4))])
     h = 1e-6
-    plus, minus = (composited(entries, table + sign * h * change) for sign in (1, -1))
+    plus, minus = (composited(samples, table + sign * h * change) for sign in (1, -1))
     expected = (plus - minus) / (2 * h)
     pushed = CoarseRenderer(coarse).push_forward(
         table[None], change[None].astype(np.float32), [shot(VIEWS[0])], SIZE
