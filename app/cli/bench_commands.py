@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from app.cli import options
+from model.volume_files.source import VolumeSource
 
 bench = typer.Typer(help="Measure speed and accuracy on this machine.", no_args_is_help=True)
 
@@ -62,6 +63,53 @@ def renderers(
         seed,
         distance,
         reference,
+        json,
+        plot,
+    )
+
+
+@bench.command()
+def sizes(
+    volume: options.VolumeFile = None,
+    raw: options.RawLayoutText = None,
+    component: options.ComponentName = None,
+    edge: Annotated[
+        list[int] | None,
+        typer.Option(
+            "--edge",
+            min=8,
+            max=2048,
+            help="Voxels along the longest axis; may be repeated. (default: 64, 128, 256, 512)",
+        ),
+    ] = None,
+    size: Annotated[
+        int, typer.Option("--size", min=16, max=4096, help="Width and height in pixels.")
+    ] = 256,
+    count: Annotated[
+        int, typer.Option("--count", min=1, help="Random views and TFs per size.")
+    ] = 5,
+    slowest: Annotated[
+        float,
+        typer.Option(
+            "--slowest",
+            min=0.01,
+            help="Seconds per image from which a renderer is left out for larger volumes.",
+        ),
+    ] = 10.0,
+    json: options.JsonFile = None,
+    plot: Annotated[
+        Path | None, typer.Option("--plot", metavar="OUT.png", help="Also draw time over size.")
+    ] = None,
+) -> None:
+    """Ray caster, VTK and model: time of an image over the size of the volume, and by light."""
+    from app.cli.bench_sizes import bench_sizes
+
+    bench_sizes(
+        VolumeSource(volume, raw, component),
+        edge or [64, 128, 256, 512],
+        size,
+        count,
+        slowest,
         json,
         plot,
     )

@@ -82,8 +82,10 @@ def _print(comparison: RendererComparison) -> None:
         )
     console.print(table)
     facts = [f"min-max cells: {100 * comparison.cells_share:.1f} % of the volume's memory"]
-    if comparison.field_cost is not None:
-        facts.append(f"exact sensitivity of 16 x 16 blocks: {comparison.field_cost:.1f} images")
+    facts += [
+        f"sensitivity, {name}: {cost:.1f} images"
+        for name, cost in comparison.derivative_costs.items()
+    ]
     console.print(
         f"RMSE against VTK at {comparison.reference_distance:g} voxels; " + "; ".join(facts)
     )

@@ -167,6 +167,13 @@ def sensitivity(
             "the range; 0 for single samples of the TF. (default: 6)",
         ),
     ] = None,
+    lighting: Annotated[
+        options.LightingOption | None,
+        typer.Option(
+            "--lighting",
+            help="Of the renderer's image; under global light only regions, by differences.",
+        ),
+    ] = None,
     device: options.DeviceName = options.Device.AUTO,
 ) -> None:
     """Find where in the TF an edit changes a region, or where in the image an edit shows."""
@@ -184,6 +191,7 @@ def sensitivity(
             value=value,
             edit_width=edit_width,
             exact=exact,
+            lighting=lighting,
             device=str(device),
             out=out,
         )

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from app.cli import options
 from app.cli.outputs import check_outputs
 from app.cli.plots import Curve, Plot, save_plots
 from app.cli.render import DEFAULT_SIZE, load_fitted, model_folder
@@ -38,6 +39,7 @@ class SensitivityOrder:
     value: float | None
     edit_width: float | None
     exact: bool
+    lighting: options.LightingOption | None
     device: str
     out: Path
 
@@ -63,6 +65,8 @@ def save_sensitivity(order: SensitivityOrder) -> None:
     check_outputs(order.out)
     if order.exact and order.model is not None:
         raise RenderError("The exact sensitivity has no model; leave --exact or --model out.")
+    if order.lighting is not None and not order.exact:
+        raise RenderError("A model has the light that it was trained with; give --exact as well.")
     view = View.parse(order.view)
     region = Region.parse(order.region) if order.region else None
     volume = order.volume.read()
@@ -93,19 +97,29 @@ def _by_renderer(
     order: SensitivityOrder, volume: Volume, inputs: SceneInputs, region: Region | None
 ) -> _Differentiated:
     from model.rendering.raycast.renderer import RaycastRenderer
+    from model.sensitivity.differences import region_responses
     from model.sensitivity.exact import region_sensitivity, sensitivity_field
 
-    size = order.size or DEFAULT_SIZE
-    renderer = RaycastRenderer(volume)
+    size, width = order.size or DEFAULT_SIZE, _edit_width(order)
+    renderer = RaycastRenderer(
+        volume, options.lighting(order.lighting or options.LightingOption.NONE)
+    )
     try:
-        if region is not None:
-            sensitivity = region_sensitivity(renderer, inputs, size, region)
-        else:
-            sensitivity = sensitivity_field(renderer, inputs, size, order.block)
         image = renderer.render(inputs, size)[..., :3]
+        if renderer.is_differentiable and region is not None:
+            slopes = region_sensitivity(renderer, inputs, size, region)
+        elif renderer.is_differentiable:
+            slopes = sensitivity_field(renderer, inputs, size, order.block)
+        elif region is not None and width >= 1:
+            return _Differentiated(image, region_responses(renderer, inputs, size, region, width))
+        else:
+            raise RenderError(
+                "Under global light there is the sensitivity of a region to edits at least 1 wide; "
+                "give --region, or another --lighting."
+            )
     finally:
         renderer.close()
-    return _Differentiated(image, response_to_edits(sensitivity, _edit_width(order)))
+    return _Differentiated(image, response_to_edits(slopes, width))
 
 
 def _by_generator(
@@ -161,6 +175,8 @@ def _save_plot(
     label = f"scalar value{f' ({volume.units})' if volume.units else ''}"
     place = f"({region.left}, {region.top}) to ({region.right}, {region.bottom})"
     kind = "exact" if order.exact else "of the generator"
+    if order.lighting == "global":
+        kind = "by differences"
     sensitivity = Curve("sensitivity", values, result.sensitivity)
     limit = _limit(result.sensitivity, volume)
     title = f"Sensitivity of the region {place}, {kind}"

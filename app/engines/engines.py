@@ -121,22 +121,27 @@ class RendererEngine:
         return np.stack([self._renderer.render(i, quality.size, distance) for i in wanted])
 
     def region_sensitivity(self, request: RegionSensitivityRequest) -> Array:
-        """Differentiate the image exactly; not offered by VTK, nor under global light."""
+        """Differentiate the image exactly; under global light by differences."""
         from model.scene.tf_perturbation import response_to_edits
+        from model.sensitivity.differences import region_responses
         from model.sensitivity.exact import region_sensitivity
 
-        size = request.quality.size
-        slopes = region_sensitivity(self._ray_caster(), request.inputs, size, request.region)
+        renderer, size = self._ray_caster(), request.quality.size
+        if not renderer.is_differentiable:
+            width = max(request.width, 1.0)
+            return region_responses(renderer, request.inputs, size, request.region, width)
+        slopes = region_sensitivity(renderer, request.inputs, size, request.region)
         return response_to_edits(slopes, request.width)
 
     def value_sensitivity(self, request: ValueSensitivityRequest) -> Array:
-        """Differentiate the image exactly; not offered by VTK, nor under global light."""
-        from model.sensitivity.exact import value_sensitivity
+        """Differentiate the image exactly; under global light by differences."""
+        from model.sensitivity import differences, exact
 
-        size = request.quality.size
-        return value_sensitivity(
-            self._ray_caster(), request.inputs, size, request.value, request.width
-        )
+        renderer, size = self._ray_caster(), request.quality.size
+        differentiate: Callable[..., Array] = differences.value_sensitivity
+        if renderer.is_differentiable:
+            differentiate = exact.value_sensitivity
+        return differentiate(renderer, request.inputs, size, request.value, request.width)
 
     def visibility(self, request: VisibilityRequest) -> Array:
         """Return the visibility of each scalar value; not offered by VTK."""

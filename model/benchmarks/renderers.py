@@ -16,9 +16,11 @@ from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.renderer import Renderer, open_renderer
 from model.samples.sampling import draw_sample
 from model.scene.inputs import SceneInputs
+from model.scene.region import Region
 from model.scene.scene import Lighting, RendererName, Scene
+from model.scene.tf_perturbation import EDIT_WIDTH
 from model.scene.volume import Volume
-from model.sensitivity.exact import sensitivity_field
+from model.sensitivity import differences, exact
 
 SAMPLE_DISTANCES = (0.25, 0.5, 1.0, 2.0, 4.0)
 """Sample distances to compare, in voxels."""
@@ -73,9 +75,9 @@ class RendererComparison:
     count, size : int
         Number of views and TFs; width and height of images in pixels.
     rows : tuple of RendererRow
-    field_cost : float or None
-        Time of an exact sensitivity field with blocks of 16 x 16 pixels, relative to
-        that of an image, at the scene's sample distance; None in lit scenes.
+    derivative_costs : dict of float
+        Time of derivatives by what is differentiated, relative to that of an image, at the
+        scene's sample distance; under global light by differences.
     reference_distance : float
         Sample distance of VTK's reference images, in voxels.
     cells_share : float
@@ -88,7 +90,7 @@ class RendererComparison:
     count: int
     size: int
     rows: tuple[RendererRow, ...]
-    field_cost: float | None
+    derivative_costs: dict[str, float]
     reference_distance: float
     cells_share: float
 
@@ -153,7 +155,7 @@ def compare_renderers(
         references = [draw("vtk", sample, reference_distance)[0] for sample in samples]
         rows = tuple(_measure(draw, samples, references, distance) for distance in distances)
         raycast.sample_distance = scene.sample_distance
-        cost = _field_cost(raycast, samples, scene) if scene.lighting == "none" else None
+        costs = _derivative_costs(raycast, samples, scene)
     finally:
         for renderer in renderers.values():
             renderer.close()
@@ -164,7 +166,7 @@ def compare_renderers(
         count=count,
         size=scene.image_size,
         rows=rows,
-        field_cost=cost,
+        derivative_costs=costs,
         reference_distance=reference_distance,
         cells_share=raycast.cells.nbytes / volume.scalars.nbytes,
     )
@@ -205,16 +207,36 @@ def _measure(
     )
 
 
-def _field_cost(renderer: RaycastRenderer, samples: list[SceneInputs], scene: Scene) -> float:
-    """Return the time of sensitivity fields relative to that of images."""
+def _derivative_costs(
+    renderer: RaycastRenderer, samples: list[SceneInputs], scene: Scene
+) -> dict[str, float]:
+    """Return the time of derivatives relative to that of images."""
     size, distance = scene.image_size, scene.sample_distance
-    rendering = differentiating = 0.0
+    middle = sum(scene.scalar_window) / 2
+    whole = Region(0, 0, size, size)
+    ways: dict[str, Callable[[SceneInputs], object]]
+    if renderer.is_differentiable:
+        ways = {
+            "one value": lambda s: exact.value_sensitivity(renderer, s, size, middle, EDIT_WIDTH),
+            "whole image": lambda s: exact.region_sensitivity(renderer, s, size, whole),
+            "16 x 16 blocks": lambda s: exact.sensitivity_field(renderer, s, size, FIELD_BLOCK),
+        }
+    else:
+        ways = {
+            "one value": lambda s: differences.value_sensitivity(
+                renderer, s, size, middle, EDIT_WIDTH
+            )
+        }
+    rendering, differentiating = 0.0, dict.fromkeys(ways, 0.0)
     for number, sample in enumerate([samples[0], *samples]):
-        taken = _timed(renderer, sample, distance, size)[1]
-        start = time.perf_counter()
-        sensitivity_field(renderer, sample, size, FIELD_BLOCK)
+        taken = {"image": _timed(renderer, sample, distance, size)[1]}
+        for name, differentiate in ways.items():
+            start = time.perf_counter()
+            differentiate(sample)
+            taken[name] = time.perf_counter() - start
         if number:
             # The first one includes compilation and is not counted.
-            rendering += taken
-            differentiating += time.perf_counter() - start
-    return differentiating / rendering
+            rendering += taken["image"]
+            for name in ways:
+                differentiating[name] += taken[name]
+    return {name: seconds / rendering for name, seconds in differentiating.items()}

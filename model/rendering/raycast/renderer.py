@@ -139,6 +139,12 @@ class RaycastRenderer:
         self._cuda = cuda.Painter(self._voxels) if device == "cuda" else None
 
     @property
+    def is_differentiable(self) -> bool:
+        """Whether the exact derivative is there: on the CPU, not under global light."""
+        on_cpu = self._cuda is None
+        return on_cpu and self._lighting != "global" and not self._preintegrated
+
+    @property
     def scalar_range(self) -> Range:
         """Smallest and largest scalar value of the volume."""
         return self._volume.scalar_range
@@ -388,7 +394,7 @@ class RaycastRenderer:
         return gradient_light(inputs.view, inputs.light or self._light, self._volume)
 
     def _check_differentiable(self) -> None:
-        if self._lighting == "global" or self._preintegrated or self._cuda is not None:
+        if not self.is_differentiable:
             raise RenderError(
                 "The exact sensitivity is there for unlit scenes and direct light on the CPU, "
                 "without pre-integration; choose those."

@@ -83,6 +83,7 @@ COMMANDS = (
     "evaluate",
     "bench",
     "bench renderers",
+    "bench sizes",
     "bench generator",
     "bench training",
     "bench codec",
@@ -214,6 +215,23 @@ def test_renderers_are_compared(
         assert rows[0]["error"][name] < rows[-1]["error"][name]
     assert imread(tmp_path / "r.png").shape[1] == 800
     assert "ball" in capsys.readouterr().out
+
+
+def test_costs_are_measured_over_sizes(raw_file: Path, tmp_path: Path) -> None:
+    files = f"--json {tmp_path / 's.json'} --plot {tmp_path / 's.png'}"
+    arguments = f"--volume {raw_file} --edge 24 --edge 12 --size 16 --count 1 --slowest 0.01"
+    assert run(f"bench sizes {arguments} {files}".split()) == 0
+    rows = json.loads((tmp_path / "s.json").read_text())["rows"]
+    assert [(row["edge"], row["lighting"]) for row in rows] == [
+        (edge, lighting) for edge in (12, 24) for lighting in ("none", "direct", "global")
+    ]
+    for small, large in zip(rows[:3], rows[3:], strict=True):
+        assert large["voxels"] == pytest.approx(8 * small["voxels"], rel=0.2)
+        # What was too slow for the small volume is not tried with the large one.
+        quick = {name for name, taken in small["seconds"].items() if taken <= 0.01}
+        assert set(large["seconds"]) == quick
+        assert set(small["seconds"]) == {"raycast", "vtk", "model"}
+    assert imread(tmp_path / "s.png").shape[1] == 800
 
 
 @pytest.mark.slow

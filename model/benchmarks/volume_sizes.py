@@ -1,0 +1,128 @@
+"""Cost of an image over the size of the volume: ray caster, VTK and a model, side by side.
+
+A volume of any size is a real one, enlarged or averaged by linear interpolation: its
+structures are as many, and as opaque along a ray, as in the real one. Models take as many
+bytes for all sizes. An untrained one draws as fast as a trained one.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+import torch
+from scipy.ndimage import zoom
+
+from model.generator.generator import Generator
+from model.networks.build import build_generator
+from model.networks.card import ModelCard
+from model.rendering.renderer import open_renderer
+from model.samples.sampling import draw_sample
+from model.scene.inputs import SceneInputs
+from model.scene.scene import Lighting, Scene
+from model.scene.volume import Volume
+from model.training.options import preset_size
+
+LIGHTINGS: tuple[Lighting, ...] = ("none", "direct", "global")
+
+_CPU = torch.device("cpu")
+
+Draw = Callable[[SceneInputs], object]
+
+
+@dataclass(frozen=True)
+class CostRow:
+    """Time of an image.
+
+    Attributes
+    ----------
+    edge : int
+        Voxels along the volume's longest axis.
+    voxels : int
+    lighting : {"none", "direct", "global"}
+    seconds : dict of float
+        Mean time of an image by "raycast", "vtk" and "model".
+    """
+
+    edge: int
+    voxels: int
+    lighting: Lighting
+    seconds: dict[str, float]
+
+
+def of_size(volume: Volume, edge: int) -> Volume:
+    """Enlarge or shrink a volume to a number of voxels along its longest axis, in bytes."""
+    lo, hi = volume.scalar_range
+    factor = edge / max(volume.dimensions)
+    unit = (volume.scalars.astype(np.float32) - lo) / (hi - lo)
+    scalars = zoom(unit, factor, order=1, grid_mode=True, mode="nearest")
+    ratios = ((n - 1) / (m - 1) for n, m in zip(unit.shape[::-1], scalars.shape[::-1], strict=True))
+    sx, sy, sz = (s * r for s, r in zip(volume.spacing, ratios, strict=True))
+    return Volume(np.rint(255 * scalars).astype(np.uint8), (sx, sy, sz), name=volume.name)
+
+
+def costs_over_sizes(
+    volume: Volume,
+    edges: tuple[int, ...],
+    size: int,
+    count: int,
+    slowest: float,
+    seed: int = 0,
+) -> Iterator[CostRow]:
+    """Time images of all renderers and of a model of the preset `compact`.
+
+    Parameters
+    ----------
+    volume : Volume
+    edges : tuple of int
+        Voxels along the longest axis, in increasing order.
+    size : int
+        Width and height of the images in pixels.
+    count : int
+        Views and TFs per measurement, each with a light that was not there before.
+    slowest : float
+        Seconds for an image after which a renderer is left out for larger volumes.
+
+    Yields
+    ------
+    CostRow
+    """
+    given_up: set[tuple[str, Lighting]] = set()
+    for edge in edges:
+        enlarged = of_size(volume, edge)
+        for lighting in LIGHTINGS:
+            scene = Scene.of(enlarged, size, lighting, renderer="raycast")
+            samples = [draw_sample(scene, seed, "holdout", index) for index in range(count + 1)]
+            seconds = {}
+            for name in ("raycast", "vtk", "model"):
+                if (name, lighting) in given_up:
+                    continue
+                draw, close = _opened(name, enlarged, scene)
+                # The first image takes compilation and preparation.
+                draw(samples[0])
+                start = time.perf_counter()
+                for sample in samples[1:]:
+                    draw(sample)
+                seconds[name] = (time.perf_counter() - start) / count
+                close()
+                if seconds[name] > slowest:
+                    given_up.add((name, lighting))
+            yield CostRow(edge, enlarged.scalars.size, lighting, seconds)
+
+
+def _opened(name: str, volume: Volume, scene: Scene) -> tuple[Draw, Callable[[], None]]:
+    """Open a renderer or a model; return how it draws, and how it is closed."""
+    if name == "model":
+        size = replace(preset_size("compact"), opacity_size=16, image_size=scene.image_size)
+        card = ModelCard(scene, "untrained", size)
+        return Generator(card, build_generator(size, scene, volume), _CPU).render, lambda: None
+    renderer = open_renderer(
+        "vtk" if name == "vtk" else "raycast",
+        volume,
+        scene.lighting,
+        scene.light,
+        scene.sample_distance,
+    )
+    return lambda inputs: renderer.render(inputs, scene.image_size), renderer.close
