@@ -46,6 +46,10 @@ def renderers(
             "(default: 1/16, 1/4 in global lighting)",
         ),
     ] = None,
+    preintegrated: Annotated[
+        bool,
+        typer.Option("--preintegrated", help="Pre-integrate the ray caster's TFs; only unlit."),
+    ] = False,
     json: options.JsonFile = None,
     plot: Annotated[
         Path | None,
@@ -63,6 +67,7 @@ def renderers(
         seed,
         distance,
         reference,
+        preintegrated,
         json,
         plot,
     )

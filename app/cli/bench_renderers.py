@@ -27,6 +27,7 @@ def bench_renderers(
     seed: int,
     distances: list[float] | None,
     reference: float | None,
+    preintegrated: bool,
     json_path: Path | None,
     plot: Path | None,
 ) -> None:
@@ -45,6 +46,7 @@ def bench_renderers(
                 seed,
                 distances,
                 reference,
+                preintegrated,
                 lambda done, total: progress.update(task, completed=done, total=total),
             )
         comparisons.append(comparison)

@@ -93,6 +93,13 @@ def render(
         int | None,
         typer.Option("--size", min=16, max=4096, help="Pixels. (default: the model's, or 256)"),
     ] = None,
+    preintegrated: Annotated[
+        bool,
+        typer.Option(
+            "--preintegrated",
+            help="The unlit ray caster misses no narrow peaks of the TF: more exact, and slower.",
+        ),
+    ] = False,
     device: options.DeviceName = options.Device.AUTO,
     backend: options.BackendName = options.BackendOption.EAGER,
     precision: options.PrecisionName = options.PrecisionOption.FLOAT32,
@@ -110,6 +117,7 @@ def render(
             lighting=lighting,
             light=light,
             size=size,
+            preintegrated=preintegrated,
             device=str(device),
             backend=str(backend),
             precision=str(precision),

@@ -41,6 +41,7 @@ class RenderOrder:
     lighting: options.LightingOption | None
     light: str | None
     size: int | None
+    preintegrated: bool
     device: str
     backend: str
     precision: str
@@ -100,7 +101,7 @@ def _render_volume(
         raise RenderError("An unlit image has no light to be moved.", lighting="direct")
     step = scene.sample_distance if scene else DEFAULT_SAMPLE_DISTANCE
     name = cast(RendererName, order.renderer)
-    renderer = open_renderer(name, volume, lighting, light, step)
+    renderer = open_renderer(name, volume, lighting, light, step, preintegrated=order.preintegrated)
     try:
         size = order.size or (scene.image_size if scene else DEFAULT_SIZE)
         return renderer.render(SceneInputs.of(view, tf, light=direction), size)
@@ -113,6 +114,8 @@ def _render_generator(
 ) -> NDArray[np.float32]:
     from model.generator.generator import Generator
 
+    if order.preintegrated:
+        raise RenderError("Pre-integration is the ray caster's; give --renderer raycast.")
     folder = order.model or model_folder(None, order.volume.read())
     generator = Generator.load(folder, order.device, order.backend, order.precision)
     scene = generator.scene

@@ -109,6 +109,7 @@ def compare_renderers(
     seed: int = 0,
     distances: Sequence[float] | None = None,
     reference_distance: float | None = None,
+    preintegrated: bool = False,
     on_progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> RendererComparison:
     """Time both renderers alternately on the same images and measure their errors.
@@ -125,15 +126,17 @@ def compare_renderers(
         the reference distance.
     reference_distance : float, optional
         Sample distance of VTK's reference images, in voxels.
+    preintegrated : bool
+        Whether the ray caster integrates the TFs over each step.
     on_progress : callable
         Called with the numbers of images done and in total.
     """
     samples = [draw_sample(scene, seed, "holdout", i) for i in range(count)]
-    renderers = {
-        name: open_renderer(name, volume, scene.lighting, scene.light) for name in RENDERERS
+    raycast = RaycastRenderer(volume, scene.lighting, scene.light, preintegrated=preintegrated)
+    renderers: dict[str, Renderer] = {
+        "vtk": open_renderer("vtk", volume, scene.lighting, scene.light),
+        "raycast": raycast,
     }
-    raycast = renderers["raycast"]
-    assert isinstance(raycast, RaycastRenderer)
     reference_distance = reference_distance or REFERENCE_DISTANCE[scene.lighting]
     distances = distances or [d for d in SAMPLE_DISTANCES if d > reference_distance]
     total = count * (2 * len(distances) + 1)

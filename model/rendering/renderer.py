@@ -7,6 +7,7 @@ from typing import Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from model.errors import RenderError
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
 from model.scene.scene import Lighting, RendererName
@@ -50,6 +51,7 @@ def open_renderer(
     sample_distance: float = 0.5,
     threads: int | None = None,
     device: Literal["cpu", "cuda"] = "cpu",
+    preintegrated: bool = False,
 ) -> Renderer:
     """Create a renderer by name, importing only the libraries that it needs.
 
@@ -63,16 +65,28 @@ def open_renderer(
         ignored by VTK.
     device : {"cpu", "cuda"}
         Device of the ray caster; ignored by VTK.
+    preintegrated : bool
+        See :class:`model.rendering.raycast.renderer.RaycastRenderer`.
 
     Raises
     ------
     RenderError
-        When the renderer cannot run on this machine.
+        When the renderer cannot run on this machine, or is not pre-integrated.
     """
     if name == "vtk":
+        if preintegrated:
+            raise RenderError("Pre-integration is the ray caster's; choose that, or leave it out.")
         from model.rendering.vtk_renderer import VtkRenderer
 
         return VtkRenderer(volume, lighting, light, sample_distance)
     from model.rendering.raycast.renderer import RaycastRenderer
 
-    return RaycastRenderer(volume, lighting, light, sample_distance, threads=threads, device=device)
+    return RaycastRenderer(
+        volume,
+        lighting,
+        light,
+        sample_distance,
+        threads=threads,
+        preintegrated=preintegrated,
+        device=device,
+    )

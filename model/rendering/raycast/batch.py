@@ -130,7 +130,8 @@ def fetch(voxels: Any, shape: Any, scale: Any, ray: Any, k: int, levels: Any, st
         z = ray.start[2] + t * ray.step[2]
         if staging is None:
             value = interpolate(voxels, shape, x, y, z)
-            levels[m] = _level(value, scale, first + np.float32(np.int32(m)) > last)
+            level = level_of(value, scale)
+            levels[m] = np.int32(NOTHING) if first + np.float32(np.int32(m)) > last else level
         else:
             staging.place[m], staging.x[m], staging.y[m], staging.z[m] = locate(shape, x, y, z)
     if staging is not None:
@@ -152,11 +153,12 @@ def fetch(voxels: Any, shape: Any, scale: Any, ray: Any, k: int, levels: Any, st
                 staging.y[m],
                 staging.z[m],
             )
-            levels[m] = _level(value, scale, first + np.float32(np.int32(m)) > last)
+            level = level_of(value, scale)
+            levels[m] = np.int32(NOTHING) if first + np.float32(np.int32(m)) > last else level
 
 
 @inlined
-def _level(value: Any, scale: Any, outside: Any) -> Any:
-    """Round a value to the nearest level, clamped to the tables; :data:`NOTHING` if outside."""
+def level_of(value: Any, scale: Any) -> Any:
+    """Round a value to the nearest level, clamped to the tables."""
     level = min(max((value - scale[0]) * scale[1], ZERO), np.float32(LEVELS - 1))
-    return np.int32(NOTHING) if outside else np.int32(level + HALF)
+    return np.int32(level + HALF)

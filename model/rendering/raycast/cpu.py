@@ -8,7 +8,7 @@ import numpy as np
 
 from model.compilation import compiled
 from model.rendering.raycast.batch import stack_batch
-from model.rendering.raycast.marching import ZERO, make_ray, march, show
+from model.rendering.raycast.marching import make_ray, march, show
 from model.rendering.raycast.preintegration import march_segments
 
 
@@ -76,14 +76,13 @@ def draw_rows_preintegrated(
 ) -> None:
     """Draw some rows of an image with pre-integrated classification; see :func:`draw_rows`."""
     size = image.shape[1]
+    levels, staging, total = stack_batch(voxels)
     for row in range(rows[0], rows[1]):
         for column in range(size):
             ray, distance = make_ray(camera, shape, step, column, row, size)
-            red = green = blue = alpha = ZERO
-            first = -1
-            if ray.count > 0:
-                red, green, blue, alpha, first = march_segments(
-                    voxels, shape, scale, cells, cell_shape, shift, integrals, ray, opaque
-                )
+            first = march_segments(
+                voxels, shape, scale, cells, cell_shape, shift,
+                integrals, ray, opaque, levels, staging, total,
+            )  # fmt: skip
             visible = distance + min(first, ray.last) * step if first >= 0 else np.inf
-            show(image, depth, row, column, (red, green, blue, alpha), visible)
+            show(image, depth, row, column, total, visible)

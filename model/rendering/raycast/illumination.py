@@ -16,9 +16,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from model.compilation import compiled
+from model.compilation import compiled, inlined
 from model.rendering.opacity_correction import NEARLY_OPAQUE
 from model.rendering.raycast.shading import Light, LightGrid
+from model.rendering.raycast.trilinear import interpolate
 from model.scene.light import LightDirection
 from model.scene.view import View
 from model.scene.volume import Geometry
@@ -28,6 +29,9 @@ DIFFUSE, SPECULAR, POWER = 0.9, 0.2, 20
 
 AMBIENT, DISTANT = 0.4, 0.65
 """Global lighting: unoccluded ambient light and distant light."""
+
+DARK, DARKEST = np.float32(1e-20), np.float32(-46)
+"""Light that counts as none, and its logarithm."""
 
 LONGEST_AXIS = 64
 """Nodes along the longest axis of the light grid."""
@@ -74,6 +78,9 @@ class Illumination:
         Threads for the computation.
     longest : int
         Number of nodes along the longest axis.
+    ambient_longest : int, optional
+        The same for ambient light, which takes a sweep for each of its 14 directions and
+        changes less from node to node; as many by default.
     """
 
     def __init__(
@@ -83,6 +90,7 @@ class Illumination:
         volume: Geometry,
         executor: Executor,
         longest: int = LONGEST_AXIS,
+        ambient_longest: int | None = None,
     ) -> None:
         extent = np.array(volume.extent)
         dimensions = np.array(volume.dimensions)
@@ -93,12 +101,17 @@ class Illumination:
         self._scalars, self._bins, self._volume = scalars, bins, volume
         self._executor = executor
         self._opacities: NDArray[np.float32] | None = None
+        self._coarser = (
+            Illumination(scalars, bins, volume, executor, ambient_longest)
+            if ambient_longest is not None
+            else None
+        )
 
     def grid(self, view: View, light: LightDirection, opacities: NDArray[np.float32]) -> LightGrid:
         """Compute the light for a view, a light direction and the opacity TF's 256 samples."""
         if self._opacities is None or not np.array_equal(opacities, self._opacities):
             self._extinction = self._mean_extinction(opacities)
-            self._ambient = np.mean(list(self._executor.map(self._sweep, AROUND)), axis=0)
+            self._ambient = self._ambient_light(opacities)
             self._opacities = opacities.copy()
         distant = self._sweep(travel_direction(view, light))
         received = np.float32(AMBIENT) * self._ambient + np.float32(DISTANT) * distant
@@ -106,6 +119,15 @@ class Illumination:
         sx, sy, sz = self._scale
         # Light above 1 would exceed the colour range.
         return LightGrid(np.minimum(received, 1).reshape(-1), (nx, ny, nz), (sx, sy, sz))
+
+    def _ambient_light(self, opacities: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Light from all directions at each node, for the extinction of these opacities."""
+        if self._coarser is None:
+            return np.asarray(np.mean(list(self._executor.map(self._sweep, AROUND)), axis=0))
+        self._coarser._extinction = self._coarser._mean_extinction(opacities)
+        enlarged = np.empty_like(self._extinction)
+        _enlarge(self._coarser._ambient_light(opacities), enlarged)
+        return enlarged
 
     def _mean_extinction(self, opacities: NDArray[np.float32]) -> NDArray[np.float32]:
         """Mean extinction per world length around each grid node."""
@@ -132,14 +154,12 @@ class Illumination:
         order = np.argsort(-np.abs(steps), kind="stable")
         axes = tuple(2 - order)
         along, u, v = steps[order]
-        transmitted = np.empty_like(self._extinction)
-        extinction_view, view = (
-            np.transpose(grid, axes)[:: 1 if along > 0 else -1]
-            for grid in (self._extinction, transmitted)
-        )
+        backwards = slice(None, None, 1 if along > 0 else -1)
+        extinction = np.ascontiguousarray(np.transpose(self._extinction, axes)[backwards])
+        transmitted = np.empty_like(extinction)
         length = 1 / abs(along)
-        _sweep_layers(extinction_view, u * length, v * length, length, view)
-        return transmitted
+        _sweep_layers(extinction, u * length, v * length, np.float32(length), transmitted)
+        return np.ascontiguousarray(np.transpose(transmitted[backwards], np.argsort(axes)))
 
 
 @compiled
@@ -171,6 +191,21 @@ def _window(index: int, count: int, voxels: int) -> Any:
 
 
 @compiled
+def _enlarge(grid: Any, out: Any) -> None:
+    """Interpolate a grid at the nodes of a finer one over the same extent."""
+    shape = (grid.shape[2], grid.shape[1], grid.shape[0])
+    nz, ny, nx = out.shape
+    flat = grid.reshape(-1)
+    for k in range(nz):
+        z = np.float32(k * (shape[2] - 1) / (nz - 1))
+        for j in range(ny):
+            y = np.float32(j * (shape[1] - 1) / (ny - 1))
+            for i in range(nx):
+                x = np.float32(i * (shape[0] - 1) / (nx - 1))
+                out[k, j, i] = interpolate(flat, shape, x, y, z)
+
+
+@compiled
 def _sweep_layers(extinction: Any, u: float, v: float, length: float, out: Any) -> None:
     """Propagate light from layer to layer along the first axis.
 
@@ -186,23 +221,30 @@ def _sweep_layers(extinction: Any, u: float, v: float, length: float, out: Any) 
         World length of its path between adjacent layers.
     """
     layers, rows, columns = out.shape
+    # The light comes from a square of nodes, the same for all but for those near the faces;
+    # a margin, in which light is not attenuated, stands for what lies outside the volume.
+    light = np.ones((rows + 3, columns + 3), dtype=np.float32)
+    dark = np.zeros((rows + 3, columns + 3), dtype=np.float32)
+    top, left = math.floor(-u), math.floor(-v)
+    down, right = np.float32(-u - top), np.float32(-v - left)
     out[0] = 1
     for n in range(1, layers):
+        light[1 : rows + 1, 1 : columns + 1] = out[n - 1]
+        dark[1 : rows + 1, 1 : columns + 1] = extinction[n - 1]
         for j in range(rows):
-            y = j - u
-            j0 = math.floor(y)
-            fy = y - j0
+            near, far = 1 + j + top, 2 + j + top
             for i in range(columns):
-                x = i - v
-                i0 = math.floor(x)
-                fx = x - i0
-                light = path = 0.0
-                for dj, wy in ((0, 1 - fy), (1, fy)):
-                    for di, wx in ((0, 1 - fx), (1, fx)):
-                        if 0 <= j0 + dj < rows and 0 <= i0 + di < columns:
-                            light += wy * wx * out[n - 1, j0 + dj, i0 + di]
-                            path += wy * wx * extinction[n - 1, j0 + dj, i0 + di]
-                        else:
-                            # Light is not attenuated outside the volume.
-                            light += wy * wx
-                out[n, j, i] = light * math.exp(-path * length)
+                at = 1 + i + left
+                received = _mixed(light, near, far, at, down, right)
+                path = _mixed(dark, near, far, at, down, right)
+                # Ever smaller numbers would end as denormal ones, which take 100 times as long.
+                rest = received * math.exp(max(-path * length, DARKEST))
+                out[n, j, i] = rest if rest > DARK else np.float32(0)
+
+
+@inlined
+def _mixed(grid: Any, near: int, far: int, at: int, down: Any, right: Any) -> Any:
+    """Interpolate between two rows of a grid, and between a column and the next."""
+    first = grid[near, at] + right * (grid[near, at + 1] - grid[near, at])
+    second = grid[far, at] + right * (grid[far, at + 1] - grid[far, at])
+    return first + down * (second - first)

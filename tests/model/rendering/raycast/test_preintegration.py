@@ -69,7 +69,8 @@ def test_a_peak_of_one_bin_does_not_depend_on_a_shift_below_a_step(
     found = [
         central(ramp(s, falling), opacity_tf, preintegrated=True, **options)[3] for s in shifts
     ]
-    np.testing.assert_allclose(found, expected, rtol=1e-3)
+    # The last step's share of a peak, whose levels are sixteenths of a bin, is rounded.
+    np.testing.assert_allclose(found, expected, rtol=0.015)
     # The test's own control: by samples alone the peak comes and goes.
     sampled = [central(ramp(s, falling), opacity_tf, **options)[3] for s in shifts]
     assert np.abs(np.array(sampled) - expected).max() > expected / 2
