@@ -206,7 +206,7 @@ def _enlarge(grid: Any, out: Any) -> None:
 
 
 @compiled
-def _sweep_layers(extinction: Any, u: float, v: float, length: float, out: Any) -> None:
+def _sweep_layers(extinction: Any, u: float, v: float, length: Any, out: Any) -> None:
     """Propagate light from layer to layer along the first axis.
 
     A node's own extinction does not attenuate its light: opaque surfaces would
@@ -217,7 +217,7 @@ def _sweep_layers(extinction: Any, u: float, v: float, length: float, out: Any) 
     u, v : float
         Displacement of the light along the other two axes between adjacent
         layers, in grid steps; at most 1 in magnitude.
-    length : float
+    length : float32
         World length of its path between adjacent layers.
     """
     layers, rows, columns = out.shape
