@@ -39,6 +39,7 @@ AGREEMENTS = {
     "image_rank": "whole image, rank correlation",
     "block_cosine": "8 x 8 blocks, cosine",
     "block_rank": "8 x 8 blocks, rank correlation",
+    "single_cosine": "whole image, single bins, cosine",
 }
 PROFILES = {
     "azimuth": "azimuth, degrees",

@@ -40,12 +40,16 @@ class Agreement:
         image's sensitivities, over scalar values.
     block_cosine, block_rank : ndarray
         The same for the sensitivities of all blocks, over blocks and scalar values.
+    single_cosine : ndarray
+        The whole image's for edits of single bins, which nobody makes, but which smooth edits
+        are made of.
     """
 
     image_cosine: NDArray[np.float64]
     image_rank: NDArray[np.float64]
     block_cosine: NDArray[np.float64]
     block_rank: NDArray[np.float64]
+    single_cosine: NDArray[np.float64]
 
     def to_json(self) -> dict[str, dict[str, float]]:
         """Return median and quartiles of each measure as plain data."""
@@ -100,7 +104,8 @@ def sensitivity_agreement(
             for pair in pairs:
                 ours, exact = (response_to_edits(s[..., inside], EDIT_WIDTH).ravel() for s in pair)
                 row += [cosine(ours, exact), rank_correlation(ours, exact)]
-            rows.append(row)
+            ours, exact = (slopes[inside] for slopes in pairs[0])
+            rows.append([*row, cosine(ours, exact)])
             on_progress(done)
     finally:
         renderer.close()

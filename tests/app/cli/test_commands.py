@@ -367,7 +367,7 @@ def test_evaluate_compares_with_the_nearest_neighbour(
     assert f"{result['rmse']['mean']:.4f}" in capsys.readouterr().out
     agreement = result["sensitivity_agreement"]
     assert agreement["count"] == 3
-    for measure in ("image_cosine", "image_rank", "block_cosine", "block_rank"):
+    for measure in ("image_cosine", "image_rank", "block_cosine", "block_rank", "single_cosine"):
         assert -1 <= agreement[measure]["quartile1"] <= agreement[measure]["median"] <= 1
     # A data set of the model's own scene and seed holds the same samples, and more.
     assert (

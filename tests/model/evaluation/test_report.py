@@ -53,7 +53,7 @@ class Check(HTMLParser):
 def test_the_page_is_whole_and_says_what_was_measured() -> None:
     summary = {"mean": 0.1234, "median": 0.1, "p95": 0.3, "interval": [0.11, 0.13]}
     agreement = {"quartile1": 0.11, "median": 0.22, "quartile3": 0.33}
-    names = ("image_cosine", "image_rank", "block_cosine", "block_rank")
+    names = ("image_cosine", "image_rank", "block_cosine", "block_rank", "single_cosine")
     result = {
         "count": 9,
         **dict.fromkeys(MEASURES, summary),

@@ -94,6 +94,7 @@ def test_only_smooth_edits_inside_the_window_count(
     agreement = sensitivity_agreement(generator_of(scene), volume, samples)
     assert agreement.image_cosine.min() > 0.99
     assert agreement.block_cosine.min() > 0.98
+    assert agreement.single_cosine.max() < 0.9
 
 
 def test_chance_does_not_agree(
