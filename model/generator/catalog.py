@@ -24,7 +24,7 @@ def volume_for(model: Path) -> Path | None:
 
 
 def model_for(volume_fingerprint: str) -> Path | None:
-    """Return the shipped model of a volume, or None if there is none."""
+    """Return the first shipped model of a volume in alphabetical order, or None without any."""
     folders = (f for f in shipped_models() if _fingerprint(f) == volume_fingerprint)
     return next(folders, None)
 

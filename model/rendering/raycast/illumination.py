@@ -36,6 +36,9 @@ DARK, DARKEST = np.float32(1e-20), np.float32(-46)
 LONGEST_AXIS = 64
 """Nodes along the longest axis of the light grid."""
 
+VOXELS = 4
+"""Voxels along each axis that stand for those around a node."""
+
 AROUND = [
     np.array(direction) / np.linalg.norm(direction)
     for direction in itertools.product((-1, 0, 1), repeat=3)
@@ -98,8 +101,14 @@ class Illumination:
         self._counts = np.clip(counts, 2, dimensions)
         self._spacing = extent / (self._counts - 1)
         self._scale = ((self._counts - 1) / (dimensions - 1)).astype(np.float32)
-        self._scalars, self._bins, self._volume = scalars, bins, volume
-        self._executor = executor
+        self._volume, self._executor = volume, executor
+        # TF bins once for all TFs: 16 MB for a cube of 64 nodes.
+        self._levels = np.empty((*self._counts[::-1], VOXELS**3), dtype=np.uint8)
+
+        def look(layer: int) -> None:
+            _look_around(scalars, bins, layer, self._levels)
+
+        list(executor.map(look, range(len(self._levels))))
         self._opacities: NDArray[np.float32] | None = None
         self._coarser = (
             Illumination(scalars, bins, volume, executor, ambient_longest)
@@ -132,11 +141,11 @@ class Illumination:
     def _mean_extinction(self, opacities: NDArray[np.float32]) -> NDArray[np.float32]:
         """Mean extinction per world length around each grid node."""
         opacity = np.minimum(opacities.astype(np.float64), NEARLY_OPAQUE)
-        table = -np.log1p(-opacity) / self._volume.voxel_size
+        table = (-np.log1p(-opacity) / self._volume.voxel_size).astype(np.float32)
         extinction = np.empty(self._counts[::-1], dtype=np.float32)
 
         def fill(layer: int) -> None:
-            _average(self._scalars, self._bins, table, layer, extinction)
+            _average(self._levels[layer], table, extinction[layer])
 
         list(self._executor.map(fill, range(len(extinction))))
         return extinction
@@ -163,31 +172,42 @@ class Illumination:
 
 
 @compiled
-def _average(scalars: Any, bins: Any, table: Any, layer: int, out: Any) -> None:
-    """Average table values of the voxels around each node of a layer, about 4 x 4 x 4 samples."""
+def _look_around(scalars: Any, bins: Any, layer: int, out: Any) -> None:
+    """Find the TF bins of voxels around each node of a layer, :data:`VOXELS` along each axis."""
     offset, factor = bins
-    nz, ny, nx = out.shape
-    z_first, z_last, z_step = _window(layer, nz, scalars.shape[0])
+    nz, ny, nx = out.shape[:3]
     for j in range(ny):
-        y_first, y_last, y_step = _window(j, ny, scalars.shape[1])
         for i in range(nx):
-            x_first, x_last, x_step = _window(i, nx, scalars.shape[2])
-            total, count = 0.0, 0
-            for z in range(z_first, z_last, z_step):
-                for y in range(y_first, y_last, y_step):
-                    for x in range(x_first, x_last, x_step):
-                        total += table[int((scalars[z, y, x] - offset) * factor + 0.5)]
-                        count += 1
-            out[layer, j, i] = total / count
+            n = 0
+            for c in range(VOXELS):
+                z = _voxel(layer, nz, scalars.shape[0], c)
+                for b in range(VOXELS):
+                    y = _voxel(j, ny, scalars.shape[1], b)
+                    for a in range(VOXELS):
+                        x = _voxel(i, nx, scalars.shape[2], a)
+                        out[layer, j, i, n] = int((scalars[z, y, x] - offset) * factor + 0.5)
+                        n += 1
 
 
-@compiled
-def _window(index: int, count: int, voxels: int) -> Any:
-    """Voxels around a node of the coarse grid along an axis: first, stop and step."""
+@inlined
+def _voxel(index: int, count: int, voxels: int, part: int) -> int:
+    """Return the voxel in the middle of a part of those around a node, along an axis."""
     size = (voxels - 1) / (count - 1)
     first = max(math.ceil((index - 0.5) * size), 0)
     last = min(math.floor((index + 0.5) * size) + 1, voxels)
-    return first, last, max((last - first) // 4, 1)
+    return first + (2 * part + 1) * (last - first) // (2 * VOXELS)
+
+
+@compiled
+def _average(levels: Any, table: Any, out: Any) -> None:
+    """Average a table's values over the levels (ny, nx, n) around each node of a layer."""
+    ny, nx, count = levels.shape
+    for j in range(ny):
+        for i in range(nx):
+            total = np.float32(0)
+            for n in range(count):
+                total += table[np.uint64(levels[j, i, n])]
+            out[j, i] = total / np.float32(count)
 
 
 @compiled

@@ -12,7 +12,7 @@ import pytest
 from skimage.io import imread
 
 from app.cli import run
-from model.generator.catalog import model_for, shipped_models
+from model.generator.catalog import shipped_models
 from model.networks.card import load_card
 from model.rendering.vtk_renderer import VtkRenderer
 from model.samples.sample_store import SampleStore
@@ -407,7 +407,7 @@ def test_the_window_opens_the_volume_of_a_model(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr("app.launch.run_window", lambda volume, *_: opened.append(volume) or 0)
     for folder in shipped_models():
         run(["--model", str(folder)])
-        assert model_for(read_volume(opened[-1]).fingerprint) == folder
+        assert read_volume(opened[-1]).fingerprint == load_card(folder).scene.volume_fingerprint
     run(["--model", "nowhere"])
     assert opened[-1] == DEFAULT_VOLUME
 
