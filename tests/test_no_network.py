@@ -48,11 +48,14 @@ OURS = (
         ["--model", str(MODEL), "--screenshot", "OUT/window.png"],
         ["--help"],
         ["info", str(MODEL)],
-        [
-            *("render", "--renderer", "generator", "--model", str(MODEL)),
-            *("--backend", "openvino", "--size", "32", "--out", "OUT/image.png"),
-        ],
-        # The ray caster's kernels are compiled anew, as nothing is in the cache.
+        # Kernels are compiled anew, as nothing is in the cache.
+        pytest.param(
+            [
+                *("render", "--renderer", "generator", "--model", str(MODEL)),
+                *("--backend", "openvino", "--size", "32", "--out", "OUT/image.png"),
+            ],
+            marks=pytest.mark.slow,
+        ),
         pytest.param(
             ["train", "--preset", "draft", "--samples", "8", "--workers", "1", "--out", "OUT/run"],
             marks=pytest.mark.slow,

@@ -106,7 +106,9 @@ def all_but_the_first_wait_for(gate: Path) -> Callable[..., SampleBatch]:
 
 
 @posix
-@pytest.mark.parametrize("lost", [1, 2], ids=["one", "all"])
+@pytest.mark.parametrize(
+    "lost", [pytest.param(1, id="one"), pytest.param(2, id="all", marks=pytest.mark.slow)]
+)
 def test_killed_workers_cost_nothing_but_their_blocks(
     lost: int,
     store: SampleStore,

@@ -114,6 +114,7 @@ def job(store: SampleStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     )
 
 
+@pytest.mark.slow
 def test_the_same_job_from_its_file_gives_the_same_model(job: TrainingJob, tmp_path: Path) -> None:
     told: list[Execution] = []
     run_job(job, on_execution=told.append)

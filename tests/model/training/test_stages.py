@@ -153,6 +153,7 @@ def test_faint_modes_count_by_what_a_thick_layer_shows() -> None:
     assert layers > 10 * curves
 
 
+@pytest.mark.slow
 def test_a_few_steps_on_one_batch_lower_its_losses(batch: EncodedBatch) -> None:
     fast = StageOptions(24, 2e-3, 6.0)
     opacity, translation = stages(TrainingOptions(opacity=fast, translation=fast))

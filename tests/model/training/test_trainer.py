@@ -174,7 +174,7 @@ def test_a_collapse_stops_the_run_and_keeps_the_last_good_state(
     assert load_progress(tmp_path)[0].samples == 6 * 16
 
 
-@pytest.mark.parametrize("end", ["of the stage", "by Ctrl-C"])
+@pytest.mark.parametrize("end", [pytest.param("of the stage", marks=pytest.mark.slow), "by Ctrl-C"])
 def test_what_has_just_collapsed_never_replaces_what_was_good(
     store: SampleStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, end: str
 ) -> None:

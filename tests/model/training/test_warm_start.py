@@ -61,6 +61,7 @@ def test_a_run_begins_where_the_model_was(
     assert anew["tf_rmse"] != pytest.approx(before["tf_rmse"], rel=0.03)
 
 
+@pytest.mark.slow
 def test_the_card_remembers_the_earlier_run(
     store: SampleStore, finished: Path, tmp_path: Path
 ) -> None:
