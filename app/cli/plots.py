@@ -84,9 +84,24 @@ def save_plots(path: Path, plots: list[Plot], height: int = 360) -> None:
         item.addLegend(labelTextColor="k")
         for curve, color in zip(plot.curves, COLORS, strict=False):
             _draw(item, curve, color, plot.logarithmic)
+        if plot.logarithmic:
+            # Room for the points' labels.
+            item.getViewBox().setDefaultPadding(0.1)
+            for axis, values in (
+                ("bottom", [curve.x for curve in plot.curves]),
+                ("left", [curve.y for curve in plot.curves]),
+            ):
+                item.getAxis(axis).setTicks([_ticks(np.concatenate(values))])
     application.processEvents()
     if not layout.grab().save(str(path), "PNG"):
         raise RenderError(f"{path}: the picture cannot be written; choose another place.")
+
+
+def _ticks(values: NDArray[np.floating]) -> list[tuple[float, str]]:
+    """Places and names of 1, 2 and 5 times powers of 10, around these values."""
+    low, high = (int(np.floor(np.log10(v))) for v in (values.min(), values.max()))
+    marks = [m * 10.0**power for power in range(low, high + 2) for m in (1, 2, 5)]
+    return [(float(np.log10(mark)), f"{mark:g}") for mark in marks]
 
 
 def _draw(item: object, curve: Curve, color: tuple[int, int, int], logarithmic: bool) -> None:
