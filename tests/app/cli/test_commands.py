@@ -217,6 +217,7 @@ def test_renderers_are_compared(
     assert "ball" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_costs_are_measured_over_sizes(raw_file: Path, tmp_path: Path) -> None:
     files = f"--json {tmp_path / 's.json'} --plot {tmp_path / 's.png'}"
     arguments = f"--volume {raw_file} --edge 24 --edge 12 --size 16 --count 1 --slowest 0.01"
