@@ -206,6 +206,7 @@ def _measure(
     }
     if volume is not None:
         first = range(min(COMPARED, len(errors)))
+        ways = 5 if store.scene.is_scattering else 4
         inputs = [draw_sample(store.scene, store.seed, "holdout", index) for index in first]
         figures["alternatives"] = compare_alternatives(
             generator,
@@ -213,7 +214,7 @@ def _measure(
             volume,
             inputs,
             samples.rgba[: len(first)],
-            lambda done: on_progress("comparing", done, 4),
+            lambda done: on_progress("comparing", done, ways),
         )
     return EvaluationResult(figures, profile, sheet, generator.scene.volume_name)
 

@@ -68,6 +68,22 @@ def test_each_is_measured_on_the_same_truth(folder: Path, volume: Volume, scene:
     renderer.close()
 
 
+def test_where_vtk_scatters_it_is_timed_too(volume: Volume, tmp_path: Path) -> None:
+    scene = Scene.of(volume, 32, "global", renderer="vtk")
+    save_model(tmp_path, ModelCard(scene, "tiny", SIZE), build_generator(SIZE, scene, volume))
+    renderer = make_renderer(volume, scene)
+    images = render_samples(renderer, scene, 3, "holdout", range(4)).rgba
+    renderer.close()
+    samples = [draw_sample(scene, 3, "holdout", index) for index in range(4)]
+    generator = Generator.load(tmp_path, "cpu")
+    found = compare_alternatives(generator, tmp_path, volume, samples, images)
+    *_, ray_caster, vtk = found["rows"]
+    assert (ray_caster["name"], vtk["name"]) == ("ray caster", "VTK")
+    assert vtk["rmse"] < 1 / 255 < ray_caster["rmse"]
+    times = f"{vtk['ms'] / found['rows'][0]['ms']:.0f}"
+    assert found["verdict"].endswith(f"VTK itself takes {times} times as long.")
+
+
 def test_the_verdict_is_kept_in_the_card(folder: Path, volume: Volume) -> None:
     assert verdict_of(folder) == ""
     said = record_verdict(folder, volume)
