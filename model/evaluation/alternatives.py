@@ -36,7 +36,7 @@ WORTH_WHILE = 1.5
 TIMED = 3
 """Samples that VTK's scattering is timed on: it takes seconds for each."""
 
-RECORDED = 16
+RECORDED = 48
 """Samples that the sentence in a model's card is measured on."""
 
 Draw = Callable[[SceneInputs], NDArray[np.float32]]

@@ -88,7 +88,7 @@ def test_the_verdict_is_kept_in_the_card(folder: Path, volume: Volume) -> None:
     assert verdict_of(folder) == ""
     said = record_verdict(folder, volume)
     assert verdict_of(folder) == said
-    assert load_card(folder).metrics["alternatives"]["count"] == 16
+    assert load_card(folder).metrics["alternatives"]["count"] == 48
     # The model itself is as it was.
     assert Generator.load(folder, "cpu").scene == load_card(folder).scene
     with pytest.raises(CheckpointError):
