@@ -97,8 +97,8 @@ def _by_renderer(
     order: SensitivityOrder, volume: Volume, inputs: SceneInputs, region: Region | None
 ) -> _Differentiated:
     from model.rendering.raycast.renderer import RaycastRenderer
-    from model.sensitivity.differences import region_responses
-    from model.sensitivity.exact import region_sensitivity, sensitivity_field
+    from model.sensitivity.exact import sensitivity_field
+    from model.sensitivity.rendered import region_responses
 
     size, width = order.size or DEFAULT_SIZE, _edit_width(order)
     renderer = RaycastRenderer(
@@ -106,20 +106,19 @@ def _by_renderer(
     )
     try:
         image = renderer.render(inputs, size)[..., :3]
-        if renderer.is_differentiable and region is not None:
-            slopes = region_sensitivity(renderer, inputs, size, region)
-        elif renderer.is_differentiable:
-            slopes = sensitivity_field(renderer, inputs, size, order.block)
-        elif region is not None and width >= 1:
-            return _Differentiated(image, region_responses(renderer, inputs, size, region, width))
-        else:
+        if not renderer.is_differentiable and (region is None or width < 1):
             raise RenderError(
                 "Under global light there is the sensitivity of a region to edits at least 1 wide; "
                 "give --region, or another --lighting."
             )
+        if region is not None:
+            found = region_responses(renderer, inputs, size, region, width)
+        else:
+            slopes = sensitivity_field(renderer, inputs, size, order.block)
+            found = response_to_edits(slopes, width)
     finally:
         renderer.close()
-    return _Differentiated(image, response_to_edits(slopes, width))
+    return _Differentiated(image, found)
 
 
 def _by_generator(

@@ -122,26 +122,20 @@ class RendererEngine:
 
     def region_sensitivity(self, request: RegionSensitivityRequest) -> Array:
         """Differentiate the image exactly; under global light by differences."""
-        from model.scene.tf_perturbation import response_to_edits
-        from model.sensitivity.differences import region_responses
-        from model.sensitivity.exact import region_sensitivity
+        from model.sensitivity.rendered import region_responses
 
         renderer, size = self._ray_caster(), request.quality.size
-        if not renderer.is_differentiable:
-            width = max(request.width, 1.0)
-            return region_responses(renderer, request.inputs, size, request.region, width)
-        slopes = region_sensitivity(renderer, request.inputs, size, request.region)
-        return response_to_edits(slopes, request.width)
+        width = request.width if renderer.is_differentiable else max(request.width, 1.0)
+        return region_responses(renderer, request.inputs, size, request.region, width)
 
     def value_sensitivity(self, request: ValueSensitivityRequest) -> Array:
         """Differentiate the image exactly; under global light by differences."""
-        from model.sensitivity import differences, exact
+        from model.sensitivity.rendered import value_sensitivity
 
-        renderer, size = self._ray_caster(), request.quality.size
-        differentiate: Callable[..., Array] = differences.value_sensitivity
-        if renderer.is_differentiable:
-            differentiate = exact.value_sensitivity
-        return differentiate(renderer, request.inputs, size, request.value, request.width)
+        size = request.quality.size
+        return value_sensitivity(
+            self._ray_caster(), request.inputs, size, request.value, request.width
+        )
 
     def visibility(self, request: VisibilityRequest) -> Array:
         """Return the visibility of each scalar value; not offered by VTK."""

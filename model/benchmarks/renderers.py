@@ -20,7 +20,8 @@ from model.scene.region import Region
 from model.scene.scene import Lighting, RendererName, Scene
 from model.scene.tf_perturbation import EDIT_WIDTH
 from model.scene.volume import Volume
-from model.sensitivity import differences, exact
+from model.sensitivity.exact import region_sensitivity, sensitivity_field
+from model.sensitivity.rendered import value_sensitivity
 
 SAMPLE_DISTANCES = (0.25, 0.5, 1.0, 2.0, 4.0)
 """Sample distances to compare, in voxels."""
@@ -217,19 +218,12 @@ def _derivative_costs(
     size, distance = scene.image_size, scene.sample_distance
     middle = sum(scene.scalar_window) / 2
     whole = Region(0, 0, size, size)
-    ways: dict[str, Callable[[SceneInputs], object]]
+    ways: dict[str, Callable[[SceneInputs], object]] = {
+        "one value": lambda s: value_sensitivity(renderer, s, size, middle, EDIT_WIDTH)
+    }
     if renderer.is_differentiable:
-        ways = {
-            "one value": lambda s: exact.value_sensitivity(renderer, s, size, middle, EDIT_WIDTH),
-            "whole image": lambda s: exact.region_sensitivity(renderer, s, size, whole),
-            "16 x 16 blocks": lambda s: exact.sensitivity_field(renderer, s, size, FIELD_BLOCK),
-        }
-    else:
-        ways = {
-            "one value": lambda s: differences.value_sensitivity(
-                renderer, s, size, middle, EDIT_WIDTH
-            )
-        }
+        ways["whole image"] = lambda s: region_sensitivity(renderer, s, size, whole)
+        ways["16 x 16 blocks"] = lambda s: sensitivity_field(renderer, s, size, FIELD_BLOCK)
     rendering, differentiating = 0.0, dict.fromkeys(ways, 0.0)
     for number, sample in enumerate([samples[0], *samples]):
         taken = {"image": _timed(renderer, sample, distance, size)[1]}

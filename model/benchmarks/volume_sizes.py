@@ -19,6 +19,7 @@ from model.generator.generator import Generator
 from model.networks.build import build_generator
 from model.networks.card import ModelCard
 from model.rendering.renderer import open_renderer
+from model.rendering.scalars import unit_planes
 from model.samples.sampling import draw_sample
 from model.scene.inputs import SceneInputs
 from model.scene.scene import Lighting, Scene
@@ -54,9 +55,8 @@ class CostRow:
 
 def of_size(volume: Volume, edge: int) -> Volume:
     """Enlarge or shrink a volume to a number of voxels along its longest axis, in bytes."""
-    lo, hi = volume.scalar_range
     factor = edge / max(volume.dimensions)
-    unit = (volume.scalars.astype(np.float32) - lo) / (hi - lo)
+    unit = np.stack([plane.astype(np.float32) for plane in unit_planes(volume)])
     scalars = zoom(unit, factor, order=1, grid_mode=True, mode="nearest")
     ratios = ((n - 1) / (m - 1) for n, m in zip(unit.shape[::-1], scalars.shape[::-1], strict=True))
     sx, sy, sz = (s * r for s, r in zip(volume.spacing, ratios, strict=True))

@@ -262,7 +262,7 @@ def pull_back(
                 red_weight, green_weight, blue_weight, weight = g[0], g[1], g[2], g[3]
                 if light is not None or glow is not None:
                     h = gradients[1, row, column]
-                    d, s = shade(means, shape, light, glow, ray, min(np.float32(k), ray.last))
+                    d, s = shade(means, shape, light, glow, ray, np.float32(k))
                     red_weight += d * h[0]
                     green_weight += d * h[1]
                     blue_weight += d * h[2]
@@ -320,8 +320,7 @@ def push_forward(
                         e, de = table[at + np.uint64(channel)], changes[at + np.uint64(channel)]
                         images[0, row, column, channel] += through * de + change * e
                     if light is not None or glow is not None:
-                        t = min(np.float32(k + m), ray.last)
-                        d, s = shade(means, shape, light, glow, ray, t)
+                        d, s = shade(means, shape, light, glow, ray, np.float32(k + m))
                         for channel in range(3):
                             e = d * table[at + np.uint64(channel)] + s * a
                             de = d * changes[at + np.uint64(channel)] + s * da

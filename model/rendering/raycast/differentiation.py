@@ -156,7 +156,7 @@ def _look(
             if through > NEGLIGIBLE:
                 d, s = ONE, ZERO
                 if light is not None:
-                    d, s = shade(voxels, shape, light, None, ray, min(np.float32(k), ray.last))
+                    d, s = shade(voxels, shape, light, None, ray, np.float32(k))
                     diffuse[k], gloss[k] = d, s
                 weight = through * a
                 image[0] += weight * (d * colors[np.uint64(4) * level] + s)

@@ -316,10 +316,11 @@ def slope_of_part(a: Any, share: Any, least: Any) -> Any:
 def shade(voxels: Any, shape: Any, light: Any, glow: Any, ray: Any, k: Any) -> Any:
     """Return the factor of the colour of sample k, and its gloss, under the scene's light."""
     diffuse, gloss = ONE, ZERO
+    t = min(k, ray.last)
     if light is not None:
-        diffuse, gloss = reflect(voxels, shape, light, ray, k)
+        diffuse, gloss = reflect(voxels, shape, light, ray, t)
     if glow is not None:
-        factor = received(glow, ray, k)
+        factor = received(glow, ray, t)
         diffuse, gloss = diffuse * factor, gloss * factor
     return diffuse, gloss
 

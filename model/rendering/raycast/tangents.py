@@ -92,8 +92,7 @@ def change_rows(
                     if weight != ZERO:
                         d, s = ONE, ZERO
                         if light is not None:
-                            t = min(np.float32(k + m), ray.last)
-                            d, s = shade(voxels, shape, light, None, ray, t)
+                            d, s = shade(voxels, shape, light, None, ray, np.float32(k + m))
                         at = np.uint64(4) * level
                         red += weight * (d * colors[at] + s)
                         green += weight * (d * colors[at + np.uint64(1)] + s)
