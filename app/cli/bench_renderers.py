@@ -10,7 +10,7 @@ from rich.table import Table
 from app.cli.console import console, counting
 from app.cli.machine import print_machine
 from app.cli.outputs import check_outputs, write_json
-from app.cli.plots import Curve, Plot, save_plots
+from app.figures.plots import Curve, Plot, save_plots
 from model.benchmarks.renderers import RENDERERS, RendererComparison, compare_renderers
 from model.scene.scene import Lighting, Scene
 from model.volume_files import read_volume

@@ -11,7 +11,7 @@ from rich.table import Table
 from app.cli.console import console
 from app.cli.machine import print_machine
 from app.cli.outputs import check_outputs, write_json
-from app.cli.plots import Curve, Plot, save_plots
+from app.figures.plots import Curve, Plot, save_plots
 from model.benchmarks.volume_sizes import LIGHTINGS, CostRow, costs_over_sizes
 from model.volume_files.source import VolumeSource
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, cast
 
 import typer
 
@@ -130,17 +130,28 @@ def render(
 def sensitivity(
     out: Annotated[
         Path,
-        typer.Option("--out", metavar="OUT", help="OUT.npz: all numbers, or OUT.png: a picture."),
+        typer.Option(
+            "--out", metavar="OUT", help="OUT.npz or OUT.csv: all numbers, OUT.png: a figure."
+        ),
     ],
-    exact: Annotated[
-        bool, typer.Option("--exact", help="The renderer's own derivative, not the generator's.")
-    ] = False,
     model: options.ModelFolder = None,
     volume: options.VolumeFile = None,
     raw: options.RawLayoutText = None,
     component: options.ComponentName = None,
+    engine: Annotated[
+        options.SensitivityEngine | None,
+        typer.Option(
+            "--engine",
+            help="The ray caster's own derivative, the generator's, or the generator's block by "
+            "block, as in the paper. (default: learned with --model, else exact)",
+        ),
+    ] = None,
     view: options.ViewText = "30,20,0,1",
     tf: options.TFFile = None,
+    lighting: Annotated[
+        options.LightingOption | None,
+        typer.Option("--lighting", help="Of the ray caster's image; global: by differences."),
+    ] = None,
     size: Annotated[
         int | None,
         typer.Option(
@@ -151,54 +162,55 @@ def sensitivity(
         str | None,
         typer.Option(
             "--region",
-            metavar="LEFT,TOP,RIGHT,BOTTOM",
-            help="Of one rectangle of pixels. (default: of all blocks)",
+            metavar="X0,Y0,X1,Y1",
+            help="Where in the TF does this rectangle of pixels react? (default: the whole image)",
         ),
     ] = None,
-    block: Annotated[
-        int, typer.Option("--block", min=1, help="Width and height of a block in pixels.")
-    ] = 16,
     value: Annotated[
         float | None,
+        typer.Option("--value", help="Where in the image does this scalar value show?"),
+    ] = None,
+    block: Annotated[
+        int | None,
         typer.Option(
-            "--value",
-            help="Scalar value whose field OUT.png shows. (default: all values together)",
+            "--block", min=1, help="All blocks of this many pixels, to edits at all values."
         ),
     ] = None,
-    edit_width: Annotated[
+    width: Annotated[
         float | None,
         typer.Option(
-            "--edit-width",
+            "--width",
             min=0,
-            max=256,
-            help="Width of the edits around each scalar value: standard deviation in 256ths of "
-            "the range; 0 for single samples of the TF. (default: 6)",
+            help="Standard deviation of the edits, in the data's units; 0 for single samples of "
+            "the TF. (default: 6 of 256 samples)",
         ),
     ] = None,
-    lighting: Annotated[
-        options.LightingOption | None,
+    measure: Annotated[
+        options.MeasureOption,
         typer.Option(
-            "--lighting",
-            help="Of the renderer's image; under global light only regions, by differences.",
+            "--measure",
+            help="signed: the change of brightness, as in the paper; change: the size of the "
+            "change, also where the picture is black.",
         ),
-    ] = None,
+    ] = options.MeasureOption.SIGNED,
     device: options.DeviceName = options.Device.AUTO,
 ) -> None:
     """Find where in the TF an edit changes a region, or where in the image an edit shows."""
-    from app.cli.sensitivity import SensitivityOrder, save_sensitivity
+    from app.cli.sensitivity import EngineName, SensitivityOrder, save_sensitivity
 
     save_sensitivity(
         SensitivityOrder(
             volume=VolumeSource(volume, raw, component),
             model=model,
+            engine=None if engine is None else cast(EngineName, str(engine)),
             view=view,
             tf=tf,
             size=size,
             region=region,
-            block=block,
             value=value,
-            edit_width=edit_width,
-            exact=exact,
+            block=block,
+            width=width,
+            measure=options.measure(measure),
             lighting=lighting,
             device=str(device),
             out=out,

@@ -14,6 +14,7 @@ from model.scene.transfer_function import Range
 
 if TYPE_CHECKING:
     from model.networks.size import Architecture
+    from model.sensitivity.measure import Measure
 
 
 class LightingOption(StrEnum):
@@ -22,6 +23,21 @@ class LightingOption(StrEnum):
     NONE = "none"
     DIRECT = "direct"
     GLOBAL = "global"
+
+
+class SensitivityEngine(StrEnum):
+    """Who differentiates, for the command line."""
+
+    EXACT = "exact"
+    LEARNED = "learned"
+    BLOCKWISE = "blockwise"
+
+
+class MeasureOption(StrEnum):
+    """Measures of a region's reaction to an edit, for the command line."""
+
+    SIGNED = "signed"
+    CHANGE = "change"
 
 
 class StudyName(StrEnum):
@@ -242,6 +258,11 @@ def architecture_name(option: ArchitectureOption | None) -> Architecture | None:
 def lighting(option: LightingOption) -> Lighting:
     """Return the lighting of an option."""
     return cast(Lighting, str(option))
+
+
+def measure(option: MeasureOption) -> Measure:
+    """Return the measure of an option."""
+    return cast("Measure", str(option))
 
 
 def parse_window(text: str | None) -> Range | None:

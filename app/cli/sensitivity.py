@@ -1,28 +1,36 @@
-"""``sensitivity``: the derivative of an image by the opacity TF, as numbers or as an image."""
+"""``sensitivity``: the derivative of an image by the opacity TF, as numbers or as a figure."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.cli import options
 from app.cli.outputs import check_outputs
-from app.cli.plots import Curve, Plot, save_plots
-from app.cli.render import DEFAULT_SIZE, load_fitted, model_folder
+from app.cli.render import DEFAULT_SAMPLE_DISTANCE, DEFAULT_SIZE, load_fitted, model_folder
 from model.errors import RenderError
+from model.networks.card import load_card
 from model.scene.default_tf import default_transfer_function
 from model.scene.inputs import SceneInputs
 from model.scene.region import Region
-from model.scene.scene import default_scalar_window
-from model.scene.tf_perturbation import EDIT_WIDTH, response_to_edits
-from model.scene.transfer_function import TF_SAMPLES, TransferFunction
+from model.scene.scene import Lighting, default_scalar_window
+from model.scene.tf_perturbation import EDIT_WIDTH, edit_around, response_to_edits
+from model.scene.transfer_function import TF_SAMPLES
 from model.scene.view import View
 from model.scene.volume import Volume
-from model.sensitivity.display import beside_overlay, field_of_value
+from model.sensitivity.measure import Measure
+from model.sensitivity.result import NUMBER_SUFFIXES, Kind, SensitivityResult, save_numbers
 from model.volume_files.source import VolumeSource
+
+EngineName = Literal["exact", "learned", "blockwise"]
+
+PAPER_BLOCKS = 16
+"""Blocks along each side by which ``blockwise`` makes the field of a value, as in the paper."""
 
 
 @dataclass(frozen=True)
@@ -31,99 +39,165 @@ class SensitivityOrder:
 
     volume: VolumeSource
     model: Path | None
+    engine: EngineName | None
     view: str
     tf: Path | None
     size: int | None
     region: str | None
-    block: int
     value: float | None
-    edit_width: float | None
-    exact: bool
+    block: int | None
+    width: float | None
+    measure: Measure
     lighting: options.LightingOption | None
     device: str
     out: Path
 
 
 @dataclass(frozen=True)
-class _Differentiated:
-    """An image and its sensitivity.
+class _Question:
+    """What is asked, in the units of the engines.
 
     Attributes
     ----------
-    image : ndarray of float32, shape (S, S, 3)
-    sensitivity : ndarray of float32, shape (256,) or (n, n, 256)
+    kind : {"region", "value", "blocks"}
+    inputs : SceneInputs
+    region : Region or None
+        None is the whole image.
+    edit : ndarray of float32, shape (256,)
+        Around the value.
+    block : int or None
+        Width and height of blocks in pixels.
+    width : float
+        In bins.
+    measure : {"change", "signed"}
     """
 
+    kind: Kind
+    inputs: SceneInputs
+    region: Region | None
+    edit: NDArray[np.float32] | None
+    block: int | None
+    width: float
+    measure: Measure
+
+    def pixels(self, size: int) -> Region:
+        """Return the region in an image of a size."""
+        return self.region or Region.whole(size)
+
+
+@dataclass(frozen=True)
+class _Answer:
     image: NDArray[np.float32]
     sensitivity: NDArray[np.float32]
+    source: str
 
 
 def save_sensitivity(order: SensitivityOrder) -> None:
     """Differentiate an image and write the result, replacing an existing file."""
-    if order.out.suffix.lower() not in (".png", ".npz"):
-        raise RenderError(f"{order.out}: the name must end in .png or .npz.")
+    suffix = order.out.suffix.lower()
+    if suffix not in (".png", *NUMBER_SUFFIXES):
+        raise RenderError(f"{order.out}: the name must end in .png, .npz or .csv.")
     check_outputs(order.out)
-    if order.exact and order.model is not None:
-        raise RenderError("The exact sensitivity has no model; leave --exact or --model out.")
-    if order.lighting is not None and not order.exact:
-        raise RenderError("A model has the light that it was trained with; give --exact as well.")
-    view = View.parse(order.view)
-    region = Region.parse(order.region) if order.region else None
+    _check_question(order)
     volume = order.volume.read()
-    tf = _transfer_function(order, volume)
+    question = _question(order, volume)
+    engine = order.engine or ("exact" if order.model is None else "learned")
+    if order.lighting is not None and engine != "exact":
+        raise RenderError(
+            "A model has the light that it was trained with; leave --lighting out, or give "
+            "--engine exact."
+        )
+    ways: dict[EngineName, Callable[[SensitivityOrder, Volume, _Question], _Answer]] = {
+        "exact": _by_renderer,
+        "learned": _by_generator,
+        "blockwise": _by_generator,
+    }
+    answer = ways[engine](order, volume, question)
+    result = _result(order, volume, question, answer)
+    if suffix == ".png":
+        from app.figures.sensitivity_figure import save_figure
+
+        save_figure(order.out, result)
+    else:
+        save_numbers(order.out, result)
+
+
+def _check_question(order: SensitivityOrder) -> None:
+    asked = [order.region, order.value, order.block]
+    with_blocks = order.engine == "blockwise" and order.value is not None and not order.region
+    if sum(one is not None for one in asked) > (2 if with_blocks else 1):
+        raise RenderError("Give one of --region, --value and --block, as each is a question.")
+    if order.block is not None and order.value is None and order.measure == "change":
+        raise RenderError(
+            "Blocks have the signed measure of the paper; leave --measure out, or give --value."
+        )
+
+
+def _question(order: SensitivityOrder, volume: Volume) -> _Question:
     lo, hi = volume.scalar_range
     if order.value is not None and not lo <= order.value <= hi:
         raise RenderError(
             f"The value {order.value:g} is outside the volume's range; give {lo:g} to {hi:g}."
         )
-    by = _by_renderer if order.exact else _by_generator
-    result = by(order, volume, SceneInputs.of(view, tf), region)
-    try:
-        if order.out.suffix.lower() == ".npz":
-            _save_numbers(order.out, result, volume, tf)
-        elif region is not None:
-            _save_plot(order, result, volume, tf, region)
-        else:
-            from skimage.io import imsave
+    width = EDIT_WIDTH if order.width is None else order.width / (hi - lo) * (TF_SAMPLES - 1)
+    region = Region.parse(order.region) if order.region else None
+    if order.tf is None:
+        tf = default_transfer_function(volume)
+    else:
+        tf = load_fitted(order.tf, volume.scalar_range)
+    edit, kind = None, "region"
+    if order.value is not None:
+        edit, kind = edit_around(order.value, volume.scalar_range, width), "value"
+    elif order.block is not None:
+        kind = "blocks"
+    return _Question(
+        kind,  # type: ignore[arg-type]
+        SceneInputs.of(View.parse(order.view), tf),
+        region,
+        edit,
+        order.block,
+        width,
+        order.measure,
+    )
 
-            field = field_of_value(result.sensitivity, order.value, volume.scalar_range)
-            picture = beside_overlay(result.image, field, order.block)
-            imsave(order.out, np.rint(picture * 255).astype(np.uint8), check_contrast=False)
-    except OSError as error:
-        raise RenderError(f"{order.out}: it cannot be written ({error.strerror}).") from error
 
-
-def _by_renderer(
-    order: SensitivityOrder, volume: Volume, inputs: SceneInputs, region: Region | None
-) -> _Differentiated:
+def _by_renderer(order: SensitivityOrder, volume: Volume, asked: _Question) -> _Answer:
     from model.rendering.raycast.renderer import RaycastRenderer
     from model.sensitivity.exact import sensitivity_field
-    from model.sensitivity.rendered import region_responses
+    from model.sensitivity.rendered import region_responses, value_sensitivity
 
-    size, width = order.size or DEFAULT_SIZE, _edit_width(order)
-    renderer = RaycastRenderer(
-        volume, options.lighting(order.lighting or options.LightingOption.NONE)
-    )
+    scene = load_card(order.model).scene if order.model else None
+    lighting: Lighting = scene.lighting if scene else "none"
+    light = scene.light if scene else None
+    if order.lighting is not None:
+        lighting, light = options.lighting(order.lighting), None
+    size = order.size or (scene.image_size if scene else DEFAULT_SIZE)
+    step = scene.sample_distance if scene else DEFAULT_SAMPLE_DISTANCE
+    renderer = RaycastRenderer(volume, lighting, light, step)
     try:
-        image = renderer.render(inputs, size)[..., :3]
-        if not renderer.is_differentiable and (region is None or width < 1):
+        if not renderer.is_differentiable and (asked.block or asked.width < 1):
             raise RenderError(
-                "Under global light there is the sensitivity of a region to edits at least 1 wide; "
-                "give --region, or another --lighting."
+                "Under global light there are regions and values, for edits at least one 256th "
+                "of the range wide; give --region or --value, or another --lighting."
             )
-        if region is not None:
-            found = region_responses(renderer, inputs, size, region, width)
+        image = renderer.render(asked.inputs, size)[..., :3]
+        if asked.edit is not None:
+            found = value_sensitivity(renderer, asked.inputs, size, asked.edit)
+        elif asked.block is not None:
+            slopes = sensitivity_field(renderer, asked.inputs, size, asked.block)
+            found = response_to_edits(slopes, asked.width)
         else:
-            slopes = sensitivity_field(renderer, inputs, size, order.block)
-            found = response_to_edits(slopes, width)
+            found = region_responses(
+                renderer, asked.inputs, size, asked.pixels(size), asked.width, asked.measure
+            )
+        how = "exact" if renderer.is_differentiable else "by differences"
     finally:
         renderer.close()
-    return _Differentiated(image, found)
+    light_name = "" if lighting == "none" else f", {lighting} light"
+    return _Answer(image, found, f"{how}, by the ray caster{light_name}")
 
 
-def _by_generator(
-    order: SensitivityOrder, volume: Volume, inputs: SceneInputs, region: Region | None
-) -> _Differentiated:
+def _by_generator(order: SensitivityOrder, volume: Volume, asked: _Question) -> _Answer:
     from model.generator.generator import Generator
     from model.sensitivity.learned import Sensitivity
 
@@ -138,63 +212,48 @@ def _by_generator(
         raise RenderError(
             f"The model draws {scene.image_size} x {scene.image_size} pixels; leave --size out."
         )
-    found = Sensitivity(generator, inputs, _edit_width(order))
-    sensitivity = found.region(region) if region is not None else found.field(order.block)
-    return _Differentiated(np.clip(found.image, 0, 1), sensitivity)
+    found = Sensitivity(generator, asked.inputs, asked.width)
+    blockwise = order.engine == "blockwise"
+    sensitivity: Any
+    if asked.edit is not None and blockwise:
+        block = asked.block or -(-scene.image_size // PAPER_BLOCKS)
+        sensitivity = found.blockwise_change(block, asked.edit)
+    elif asked.edit is not None:
+        sensitivity = found.change(asked.edit)
+    elif asked.block is not None:
+        sensitivity = (found.blockwise if blockwise else found.field)(asked.block)
+    elif asked.measure == "change":
+        sensitivity = found.change_norms(asked.pixels(scene.image_size))
+    else:
+        sensitivity = found.region(asked.pixels(scene.image_size))
+    how = "block by block" if blockwise else "learned"
+    return _Answer(np.clip(found.image, 0, 1), sensitivity, f"{how}, by the generator")
 
 
-def _edit_width(order: SensitivityOrder) -> float:
-    return EDIT_WIDTH if order.edit_width is None else order.edit_width
-
-
-def _transfer_function(order: SensitivityOrder, volume: Volume) -> TransferFunction:
-    if order.tf is None:
-        return default_transfer_function(volume)
-    return load_fitted(order.tf, volume.scalar_range)
-
-
-def _save_numbers(out: Path, result: _Differentiated, volume: Volume, tf: TransferFunction) -> None:
-    np.savez_compressed(
-        out,
-        scalar_values=np.linspace(*volume.scalar_range, TF_SAMPLES),
-        opacity=tf.opacity.sample(),
-        sensitivity=result.sensitivity,
-        image=result.image,
+def _result(
+    order: SensitivityOrder, volume: Volume, asked: _Question, answer: _Answer
+) -> SensitivityResult:
+    size = len(answer.image)
+    units = f" {volume.units}" if volume.units else ""
+    places = {
+        "region": f"the region {order.region}" if order.region else "the whole image",
+        "value": f"edits around {order.value:g}{units}" if order.value is not None else "",
+        "blocks": f"edits, in blocks of {order.block} pixels",
+    }
+    return SensitivityResult(
+        kind=asked.kind,
+        scalar_range=volume.scalar_range,
+        scalar_window=default_scalar_window(volume),
+        units=volume.units,
+        opacity=asked.inputs.opacity_tf.sample(volume.scalar_range),
+        image=answer.image,
+        sensitivity=answer.sensitivity,
+        width=asked.width,
+        measure=asked.measure,
+        source=answer.source,
+        place=places[asked.kind],
+        pixels=(asked.block or 1) ** 2
+        if asked.kind == "blocks"
+        else int(asked.pixels(size).mask(size).sum()),
+        edit=asked.edit,
     )
-
-
-def _save_plot(
-    order: SensitivityOrder,
-    result: _Differentiated,
-    volume: Volume,
-    tf: TransferFunction,
-    region: Region,
-) -> None:
-    values = np.linspace(*volume.scalar_range, TF_SAMPLES)
-    label = f"scalar value{f' ({volume.units})' if volume.units else ''}"
-    place = f"({region.left}, {region.top}) to ({region.right}, {region.bottom})"
-    kind = "exact" if order.exact else "of the generator"
-    if order.lighting == "global":
-        kind = "by differences"
-    sensitivity = Curve("sensitivity", values, result.sensitivity)
-    limit = _limit(result.sensitivity, volume)
-    title = f"Sensitivity of the region {place}, {kind}"
-    if limit is not None and np.abs(result.sensitivity).max() > limit:
-        title += f"; reaches {result.sensitivity[np.abs(result.sensitivity).argmax()]:.3g}"
-    opacity = Curve("opacity", values, tf.opacity.sample())
-    plots = [
-        Plot(title, label, "change of the l2 norm per opacity", (sensitivity,), y_limit=limit),
-        Plot("Opacity TF", label, "opacity", (opacity,)),
-    ]
-    save_plots(order.out, plots, height=300)
-
-
-def _limit(sensitivity: NDArray[np.float32], volume: Volume) -> float | None:
-    """Limit of the plot's axis, by the values of the scalar window.
-
-    Sensitivities to background values may be 100 times larger.
-    """
-    values = np.linspace(*volume.scalar_range, TF_SAMPLES)
-    lo, hi = default_scalar_window(volume)
-    inside = np.abs(sensitivity[(values >= lo) & (values <= hi)])
-    return 1.2 * float(inside.max(initial=0.0)) or None

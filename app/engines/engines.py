@@ -25,6 +25,7 @@ from app.engines.messages import (
 from model.errors import NotOfferedError
 from model.scene.light import LightDirection
 from model.scene.scene import Lighting, RendererName, Scene
+from model.scene.tf_perturbation import edit_over
 from model.scene.volume import Volume
 
 if TYPE_CHECKING:
@@ -126,23 +127,26 @@ class RendererEngine:
 
         renderer, size = self._ray_caster(), request.quality.size
         width = request.width if renderer.is_differentiable else max(request.width, 1.0)
-        return region_responses(renderer, request.inputs, size, request.region, width)
+        return region_responses(
+            renderer, request.inputs, size, request.region, width, request.measure
+        )
 
     def value_sensitivity(self, request: ValueSensitivityRequest) -> Array:
         """Differentiate the image exactly; under global light by differences."""
         from model.sensitivity.rendered import value_sensitivity
 
-        size = request.quality.size
-        return value_sensitivity(
-            self._ray_caster(), request.inputs, size, request.value, request.width
-        )
+        renderer, size = self._ray_caster(), request.quality.size
+        edit = edit_over(request.values, renderer.scalar_range, request.width)
+        return value_sensitivity(renderer, request.inputs, size, edit)
 
     def visibility(self, request: VisibilityRequest) -> Array:
         """Return the visibility of each scalar value; not offered by VTK."""
         from model.sensitivity.exact import visibility
 
-        size = request.quality.size
-        return visibility(self._ray_caster(), request.inputs, size, request.region)
+        renderer, size = self._ray_caster(), request.quality.size
+        return np.stack(
+            [visibility(renderer, request.inputs, size, region) for region in request.regions]
+        )
 
     def _ray_caster(self) -> RaycastRenderer:
         from model.rendering.raycast.renderer import RaycastRenderer
@@ -192,14 +196,15 @@ class GeneratorEngine:
         from model.sensitivity.learned import Sensitivity
 
         found = Sensitivity(self._generator, request.inputs, request.width)
+        if request.measure == "change":
+            return found.change_norms(request.region)
         return found.region(request.region)
 
     def value_sensitivity(self, request: ValueSensitivityRequest) -> Array:
         """Differentiate the generated image forwards."""
-        from model.scene.tf_perturbation import edit_around
         from model.sensitivity.learned import Sensitivity
 
-        edit = edit_around(request.value, self.scene.scalar_range, request.width)
+        edit = edit_over(request.values, self.scene.scalar_range, request.width)
         return Sensitivity(self._generator, request.inputs).change(edit)
 
     def visibility(self, request: VisibilityRequest) -> Array:

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from model.errors import TfscopeError
 from model.scene.inputs import SceneInputs
-from model.scene.region import Region
+from model.scene.region import ImageRegion
 from model.scene.scene import Scene
+from model.sensitivity.measure import Measure
 
 
 @dataclass(frozen=True)
@@ -68,36 +69,43 @@ class RegionSensitivityRequest(Request):
 
     Attributes
     ----------
-    region : Region
+    region : ImageRegion
     width : float
         Standard deviation of the edits, in bins of the TF.
+    measure : {"change", "signed"}
     """
 
-    region: Region
+    region: ImageRegion
     width: float
+    measure: Measure = "signed"
 
 
 @dataclass(frozen=True)
 class ValueSensitivityRequest(Request):
-    """Request for each pixel's sensitivity to edits at one scalar value: float32 (S, S, 3).
+    """Request for each pixel's sensitivity to edits at some scalar values: float32 (S, S, 3).
 
     Attributes
     ----------
-    value : float
-        Scalar value, in the data's units.
+    values : tuple of float
+        Lowest and highest scalar value of the edit, in the data's units.
     width : float
-        Standard deviation of the edit, in bins of the TF.
+        Standard deviation of the edit's flanks, in bins of the TF.
     """
 
-    value: float
+    values: tuple[float, float]
     width: float
 
 
 @dataclass(frozen=True)
 class VisibilityRequest(Request):
-    """Request for the visibility of each scalar value in a region: float32 (256,)."""
+    """Request for the visibility of each scalar value in n regions: float32 (n, 256)."""
 
-    region: Region
+    regions: tuple[ImageRegion, ...]
+
+
+@dataclass(frozen=True)
+class PickRequest(VisibilityRequest):
+    """Request for the visibility of each scalar value at a place that was clicked."""
 
 
 @dataclass(frozen=True, eq=False)

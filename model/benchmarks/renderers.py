@@ -18,7 +18,7 @@ from model.samples.sampling import draw_sample
 from model.scene.inputs import SceneInputs
 from model.scene.region import Region
 from model.scene.scene import Lighting, RendererName, Scene
-from model.scene.tf_perturbation import EDIT_WIDTH
+from model.scene.tf_perturbation import EDIT_WIDTH, edit_around
 from model.scene.volume import Volume
 from model.sensitivity.exact import region_sensitivity, sensitivity_field
 from model.sensitivity.rendered import value_sensitivity
@@ -217,9 +217,10 @@ def _derivative_costs(
     """Return the time of derivatives relative to that of images."""
     size, distance = scene.image_size, scene.sample_distance
     middle = sum(scene.scalar_window) / 2
-    whole = Region(0, 0, size, size)
+    edit = edit_around(middle, scene.scalar_range, EDIT_WIDTH)
+    whole = Region.whole(size)
     ways: dict[str, Callable[[SceneInputs], object]] = {
-        "one value": lambda s: value_sensitivity(renderer, s, size, middle, EDIT_WIDTH)
+        "one value": lambda s: value_sensitivity(renderer, s, size, edit)
     }
     if renderer.is_differentiable:
         ways["whole image"] = lambda s: region_sensitivity(renderer, s, size, whole)

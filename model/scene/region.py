@@ -1,10 +1,24 @@
-"""Rectangular image regions, over which sensitivities are computed."""
+"""Image regions, over which sensitivities are computed."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
 
 from model.errors import RenderError
+
+Mask = NDArray[np.bool_]
+"""Pixels of a region: shape (size, size), row 0 at the top."""
+
+
+class ImageRegion(Protocol):
+    """Part of an image, in an image of any size or of one size only."""
+
+    def mask(self, size: int) -> Mask:
+        """Return the region's pixels; raise :class:`RenderError` where there are none."""
 
 
 @dataclass(frozen=True)
@@ -33,13 +47,90 @@ class Region:
                 "left corner, such as 100,80,140,120."
             ) from None
 
-    def check(self, size: int) -> None:
-        """Raise :class:`RenderError` unless the region lies in an image of this size."""
+    @classmethod
+    def whole(cls, size: int) -> Region:
+        """Return the region of a whole image."""
+        return cls(0, 0, size, size)
+
+    def mask(self, size: int) -> Mask:
+        """Return the region's pixels in an image of this size.
+
+        Raises
+        ------
+        RenderError
+            When the region is empty or not inside the image.
+        """
         if not (0 <= self.left < self.right <= size and 0 <= self.top < self.bottom <= size):
             raise RenderError(
                 f"The region from ({self.left}, {self.top}) to ({self.right}, {self.bottom}) is "
                 f"empty or outside the image of {size} x {size} pixels."
             )
+        mask = np.zeros((size, size), dtype=bool)
+        mask[self.top : self.bottom, self.left : self.right] = True
+        return mask
+
+
+@dataclass(frozen=True)
+class Outline:
+    """Polygon in an image of any size, such as a rectangle or a lasso.
+
+    Attributes
+    ----------
+    points : tuple of (x, y)
+        Corners in order, as fractions of the image's width to the right and of its height
+        down; they may lie outside the image. Without points it is the whole image.
+    """
+
+    points: tuple[tuple[float, float], ...] = ()
+
+    @classmethod
+    def rectangle(cls, left: float, top: float, right: float, bottom: float) -> Outline:
+        """Return the outline of a rectangle."""
+        return cls(((left, top), (right, top), (right, bottom), (left, bottom)))
+
+    def moved(self, dx: float, dy: float) -> Outline:
+        """Return the outline moved to the right and down."""
+        return Outline(tuple((x + dx, y + dy) for x, y in self.points))
+
+    def mask(self, size: int) -> Mask:
+        """Return the pixels whose centres lie inside, in an image of this size.
+
+        An outline that is smaller than a pixel has the one in its middle.
+
+        Raises
+        ------
+        RenderError
+            When the whole outline lies outside the image.
+        """
+        if not self.points:
+            return np.ones((size, size), dtype=bool)
+        # Importing it takes a moment, and whole images do without.
+        from skimage.draw import polygon2mask
+
+        corners = np.array(self.points)[:, ::-1] * size - 0.5
+        mask: Mask = polygon2mask((size, size), corners)
+        if not mask.any():
+            row, column = np.floor(corners.mean(axis=0) + 0.5).astype(int)
+            if not (0 <= row < size and 0 <= column < size):
+                raise RenderError("The region lies outside the image; draw it inside.")
+            mask[row, column] = True
+        return mask
+
+
+def windows_of(mask: Mask) -> NDArray[np.int64]:
+    """Divide a mask into rectangles: the runs of pixels in each row.
+
+    Returns
+    -------
+    ndarray of int64, shape (n, 4)
+        First row, row after the last, first column, column after the last.
+    """
+    padded = np.zeros((len(mask), mask.shape[1] + 2), dtype=np.int8)
+    padded[:, 1:-1] = mask
+    steps = np.diff(padded, axis=1)
+    rows, starts = np.nonzero(steps == 1)
+    _, ends = np.nonzero(steps == -1)
+    return np.stack([rows, rows + 1, starts, ends], axis=1).astype(np.int64)
 
 
 def block_edges(size: int, block: int) -> list[int]:

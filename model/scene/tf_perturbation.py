@@ -8,8 +8,11 @@ renderer therefore both give sensitivities to Gaussian edits of some width.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 from scipy.ndimage import gaussian_filter1d
 
 from model.scene.transfer_function import TF_SAMPLES, Range
@@ -39,11 +42,60 @@ def edit_around(value: float, scalar_range: Range, width: float) -> NDArray[np.f
         Cut off at the ends of the TF. A derivative along it is the entry, at the value's
         bin, of :func:`response_to_edits`.
     """
-    lo, hi = scalar_range
-    place = round((value - lo) / (hi - lo) * (TF_SAMPLES - 1))
-    single = np.zeros(TF_SAMPLES, dtype=np.float32)
-    single[min(max(place, 0), TF_SAMPLES - 1)] = 1
-    return response_to_edits(single, width)
+    return edit_over((value, value), scalar_range, width)
+
+
+def edit_over(
+    values: tuple[float, float], scalar_range: Range, width: float
+) -> NDArray[np.float32]:
+    """Return a smooth edit over an interval of scalar values, whose opacities add up to 1.
+
+    Parameters
+    ----------
+    values : tuple of float
+        Lowest and highest value that the edit has in full, in the data's units.
+    scalar_range : tuple of float
+    width : float
+        Standard deviation of the flanks in bins; 0 for the interval's bins alone.
+
+    Returns
+    -------
+    ndarray of float32, shape (256,)
+        Cut off at the ends of the TF.
+    """
+    first, last = (_bin(value, scalar_range) for value in values)
+    flat = np.zeros(TF_SAMPLES, dtype=np.float32)
+    flat[first : last + 1] = 1 / (last - first + 1)
+    return response_to_edits(flat, width)
+
+
+def spaced_edits(width: float) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
+    """Return smooth edits close enough for the responses between them to be interpolated.
+
+    Parameters
+    ----------
+    width : float
+        Standard deviation in bins; the edits are 2/3 of it apart, in whole bins.
+
+    Returns
+    -------
+    bins : ndarray of int64, shape (n,)
+        The edits' places, from the first bin of the TF to the last.
+    edits : ndarray of float32, shape (n, 256)
+    """
+    spacing = max(1, math.ceil(2 * width / 3))
+    count = -(-(TF_SAMPLES - 1) // spacing) + 1
+    bins = np.linspace(0, TF_SAMPLES - 1, count).round().astype(np.int64)
+    return bins, response_to_edits(np.eye(TF_SAMPLES, dtype=np.float32)[bins], width)
+
+
+def norms_at_all_bins(
+    bins: NDArray[np.int64], squares: NDArray[np.floating]
+) -> NDArray[np.float32]:
+    """Square roots at all 256 bins, by a spline through squares at some bins."""
+    every = np.arange(TF_SAMPLES)
+    between = squares if len(bins) == TF_SAMPLES else CubicSpline(bins, squares)(every)
+    return np.sqrt(np.maximum(between, 0)).astype(np.float32)
 
 
 def response_to_edits(slopes: NDArray[np.float32], width: float) -> NDArray[np.float32]:
@@ -65,3 +117,9 @@ def response_to_edits(slopes: NDArray[np.float32], width: float) -> NDArray[np.f
     if width == 0:
         return slopes
     return np.asarray(gaussian_filter1d(slopes, width, axis=-1, mode="constant"))
+
+
+def _bin(value: float, scalar_range: Range) -> int:
+    lo, hi = scalar_range
+    place = round((value - lo) / (hi - lo) * (TF_SAMPLES - 1))
+    return min(max(place, 0), TF_SAMPLES - 1)

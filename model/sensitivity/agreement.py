@@ -90,7 +90,7 @@ def sensitivity_agreement(
     scene = generator.scene
     size = scene.image_size
     inside = scene.window_samples
-    whole, block = Region(0, 0, size, size), -(-size // BLOCKS)
+    whole, block = Region.whole(size), -(-size // BLOCKS)
     renderer = RaycastRenderer(volume, scene.lighting, scene.light, scene.sample_distance)
     rows = []
     try:

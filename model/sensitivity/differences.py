@@ -16,18 +16,19 @@ from scipy.interpolate import CubicSpline
 
 from model.rendering.renderer import Renderer
 from model.scene.inputs import SceneInputs
-from model.scene.region import Region
-from model.scene.tf_perturbation import edit_around
+from model.scene.region import ImageRegion
+from model.scene.tf_perturbation import response_to_edits
 from model.scene.transfer_function import TF_SAMPLES, OpacityTF
+from model.sensitivity.measure import Measure
 
 LARGEST_CHANGE = 0.02
 """Largest difference of opacity (per voxel length) to either side."""
 
 
 def value_sensitivity(
-    renderer: Renderer, inputs: SceneInputs, size: int, value: float, width: float
+    renderer: Renderer, inputs: SceneInputs, size: int, edit: NDArray[np.float32]
 ) -> NDArray[np.float32]:
-    """Change of each pixel by an edit of the opacity TF around one scalar value.
+    """Change of each pixel by an edit of the opacity TF.
 
     Parameters
     ----------
@@ -36,40 +37,46 @@ def value_sensitivity(
     inputs : SceneInputs
     size : int
         Width and height of the image in pixels.
-    value : float
-        In the data's units.
-    width : float
-        Standard deviation of the edit in bins; 0 for a single bin.
+    edit : ndarray of float32, shape (256,)
+        Differences of opacity, none of them negative, such as those of
+        :func:`model.scene.tf_perturbation.edit_around`.
 
     Returns
     -------
     ndarray of float32, shape (size, size, 3)
-        Per unit of opacity; an edit's opacities add up to 1.
+        Per unit of the edit.
     """
-    more, less, difference = _images(renderer, inputs, size, value, width)
+    more, less, difference = _images(renderer, inputs, size, edit)
     return np.asarray((more - less) / difference, dtype=np.float32)
 
 
 def region_responses(
-    renderer: Renderer, inputs: SceneInputs, size: int, region: Region, width: float
+    renderer: Renderer,
+    inputs: SceneInputs,
+    size: int,
+    region: ImageRegion,
+    width: float,
+    measure: Measure = "signed",
 ) -> NDArray[np.float32]:
-    """Response of a region to smooth edits around each scalar value (paper, Eq. 9).
+    """Response of a region to smooth edits around each scalar value.
 
     Parameters
     ----------
     renderer, inputs, size
         See :func:`value_sensitivity`.
-    region : Region
+    region : ImageRegion
     width : float
         Standard deviation of the edits in bins, at least 1. It is also the distance of the
         values that are computed, by two images each; a spline through them is as smooth as
         the responses are.
+    measure : {"signed", "change"}
+        Change of the l2 norm of the region's colours (paper, Eq. 9), which is 0 for a black
+        region, or the l2 norm of their change.
 
     Returns
     -------
     ndarray of float32, shape (256,)
-        Change of the l2 norm of the region's colours per unit of opacity, at scalar values
-        evenly spaced over the range; 0 for a black region.
+        Per unit of opacity, at scalar values evenly spaced over the range.
 
     Raises
     ------
@@ -80,41 +87,46 @@ def region_responses(
     """
     if width < 1:
         raise ValueError(f"edits are at least 1 bin wide, not {width:g}")
-    region.check(size)
-    scalar_range = inputs.opacity_tf.scalar_range
-    rows, columns = slice(region.top, region.bottom), slice(region.left, region.right)
-    image = renderer.render(inputs, size)[rows, columns, :3].astype(float)
+    mask = region.mask(size)
+    image = renderer.render(inputs, size)[mask, :3].astype(float)
     norm = np.linalg.norm(image)
-    if norm == 0:
+    if norm == 0 and measure == "signed":
         return np.zeros(TF_SAMPLES, dtype=np.float32)
     count = int(np.ceil((TF_SAMPLES - 1) / width)) + 1
-    bins = np.linspace(0, TF_SAMPLES - 1, count).round()
+    bins = np.linspace(0, TF_SAMPLES - 1, count).round().astype(int)
     responses = []
-    for value in np.linspace(*scalar_range, TF_SAMPLES)[bins.astype(int)]:
-        more, less, difference = _images(renderer, inputs, size, float(value), width)
-        # Not by the two norms: pixels that are black now would count by their square.
-        responses.append((image * (more - less)[rows, columns]).sum() / norm / difference)
-    return np.asarray(CubicSpline(bins, responses)(np.arange(TF_SAMPLES)), dtype=np.float32)
+    for edit in response_to_edits(np.eye(TF_SAMPLES, dtype=np.float32)[bins], width):
+        more, less, difference = _images(renderer, inputs, size, edit)
+        change = (more - less)[mask] / difference
+        if measure == "change":
+            responses.append(np.linalg.norm(change))
+        else:
+            # Not by the two norms: pixels that are black now would count by their square.
+            responses.append((image * change).sum() / norm)
+    between = CubicSpline(bins, responses)(np.arange(TF_SAMPLES))
+    if measure == "change":
+        between = np.maximum(between, 0)
+    return np.asarray(between, dtype=np.float32)
 
 
 def _images(
-    renderer: Renderer, inputs: SceneInputs, size: int, value: float, width: float
+    renderer: Renderer, inputs: SceneInputs, size: int, edit: NDArray[np.float32]
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], float]:
-    """Images with more and with less opacity around a value, and how far these TFs are apart."""
+    """Images with more and with less opacity, and how far these TFs are apart."""
     scalar_range = inputs.opacity_tf.scalar_range
     opacity = inputs.opacity_tf.sample(scalar_range).astype(float)
-    edit = edit_around(value, scalar_range, width).astype(float)
-    step = LARGEST_CHANGE / edit.max()
+    step = LARGEST_CHANGE / float(edit.max())
     above = step if (opacity + step * edit <= 1).all() else 0.0
     below = step if (opacity - step * edit >= 0).all() or above == 0 else 0.0
     more, less = (
-        renderer.render(_with_opacity(inputs, opacity + change * edit), size)[..., :3]
+        renderer.render(with_opacity(inputs, opacity + change * edit), size)[..., :3]
         for change in (above, -below)
     )
     return more, less, above + below
 
 
-def _with_opacity(inputs: SceneInputs, opacity: NDArray[np.float64]) -> SceneInputs:
+def with_opacity(inputs: SceneInputs, opacity: NDArray[np.floating]) -> SceneInputs:
+    """Return inputs with another opacity TF, given by its 256 opacities, which are clipped."""
     scalar_range = inputs.opacity_tf.scalar_range
     values = np.linspace(*scalar_range, TF_SAMPLES).tolist()
     points = tuple(zip(values, np.clip(opacity, 0, 1).tolist(), strict=True))

@@ -15,19 +15,16 @@ from numpy.typing import NDArray
 from model.errors import RenderError
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs
-from model.scene.region import Region, block_edges
-from model.scene.tf_perturbation import edit_around
+from model.scene.region import ImageRegion, block_edges, windows_of
+from model.scene.tf_perturbation import norms_at_all_bins, spaced_edits
 from model.scene.transfer_function import TF_SAMPLES
 
 MAX_NUMBERS = 1 << 28
 """Largest sensitivity field: 1024 x 1024 blocks, which need 2 GiB during summation."""
 
-BAND = 8
-"""Number of rows of a region that are differentiated at a time by one thread."""
-
 
 def region_sensitivity(
-    renderer: RaycastRenderer, inputs: SceneInputs, size: int, region: Region
+    renderer: RaycastRenderer, inputs: SceneInputs, size: int, region: ImageRegion
 ) -> NDArray[np.float32]:
     """Sensitivity of one region to edits at each scalar value of the TF.
 
@@ -38,7 +35,7 @@ def region_sensitivity(
     inputs : SceneInputs
     size : int
         Width and height of the image in pixels.
-    region : Region
+    region : ImageRegion
 
     Returns
     -------
@@ -52,41 +49,43 @@ def region_sensitivity(
     RenderError
         For a region outside the image, or global light.
     """
-    region.check(size)
-    tops = range(region.top, region.bottom, BAND)
-    windows = [(top, min(top + BAND, region.bottom), region.left, region.right) for top in tops]
-    gradients, energies = renderer.differentiate(inputs, size, np.array(windows, dtype=np.int64))
+    gradients, energies = renderer.differentiate(inputs, size, windows_of(region.mask(size)))
     return _sensitivity(gradients.sum(axis=0, keepdims=True), energies.sum(keepdims=True))[0]
 
 
-def value_sensitivity(
-    renderer: RaycastRenderer, inputs: SceneInputs, size: int, value: float, width: float
+def change_norms(
+    renderer: RaycastRenderer, inputs: SceneInputs, size: int, region: ImageRegion, width: float
 ) -> NDArray[np.float32]:
-    """Change of each pixel by an edit of the opacity TF around one scalar value.
+    """Norm of a region's change by smooth edits around each scalar value.
+
+    Unlike the change of the region's norm, it is above 0 where an edit shows on a black
+    region, and where it brightens some pixels and darkens others.
 
     Parameters
     ----------
-    renderer : RaycastRenderer
-        Unlit, or with direct light.
-    inputs : SceneInputs
-    size : int
-        Width and height of the image in pixels.
-    value : float
-        In the data's units.
+    renderer, inputs, size, region
+        See :func:`region_sensitivity`.
     width : float
-        Standard deviation of the edit in bins; 0 for a single bin.
+        Standard deviation of the edits in bins; 0 for single bins. Norms between edits 2/3
+        of it apart are interpolated.
 
     Returns
     -------
-    ndarray of float32, shape (size, size, 3)
-        Per unit of opacity; an edit's opacities add up to 1.
+    ndarray of float32, shape (256,)
+        l2 norm of dI over the region's pixels and colours, per unit of opacity.
+
+    Raises
+    ------
+    RenderError
+        For a region outside the image, or global light.
     """
-    edit = edit_around(value, renderer.scalar_range, width)
-    return renderer.change(inputs, size, edit)
+    bins, edits = spaced_edits(width)
+    windows = windows_of(region.mask(size))
+    return norms_at_all_bins(bins, renderer.squared_changes(inputs, size, windows, edits))
 
 
 def visibility(
-    renderer: RaycastRenderer, inputs: SceneInputs, size: int, region: Region
+    renderer: RaycastRenderer, inputs: SceneInputs, size: int, region: ImageRegion
 ) -> NDArray[np.float32]:
     """Share of each scalar value in a region's opacity (Correa and Ma 2011).
 
@@ -101,10 +100,9 @@ def visibility(
     RenderError
         For a region outside the image.
     """
-    region.check(size)
-    window = region.top, region.bottom, region.left, region.right
-    pixels = (region.bottom - region.top) * (region.right - region.left)
-    return (renderer.visibility(inputs, size, window) / pixels).astype(np.float32)
+    mask = region.mask(size)
+    visible = renderer.visibility(inputs, size, windows_of(mask))
+    return (visible / mask.sum()).astype(np.float32)
 
 
 def sensitivity_field(

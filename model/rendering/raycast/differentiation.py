@@ -91,9 +91,9 @@ def differentiate_windows(
         for row in range(windows[n, 0], windows[n, 1]):
             for column in range(windows[n, 2], windows[n, 3]):
                 ray, _ = make_ray(camera, shape, step, column, row, size)
-                if _misses(ray, cells, cell_shape, shift):
+                if misses(ray, cells, cell_shape, shift):
                     continue
-                count = _look(
+                count = look(
                     voxels, shape, scale, alphas, colors, light, ray, levels, staging,
                     path, clear, diffuse, gloss, image,
                 )  # fmt: skip
@@ -105,7 +105,7 @@ def differentiate_windows(
 
 
 @inlined
-def _misses(ray: Any, cells: Any, cell_shape: Any, shift: int) -> bool:
+def misses(ray: Any, cells: Any, cell_shape: Any, shift: int) -> bool:
     """Return True if a ray meets only empty cells: its pixel is black, its derivative zero."""
     k = 0
     while k < ray.count:
@@ -117,7 +117,7 @@ def _misses(ray: Any, cells: Any, cell_shape: Any, shift: int) -> bool:
 
 
 @inlined
-def _look(
+def look(
     voxels: Any,
     shape: Any,
     scale: Any,
@@ -138,13 +138,13 @@ def _look(
     Returns
     -------
     int
-        Number of samples recorded. The ray continues behind opaque samples until
-        the samples there are opaque too, as they matter for the derivative.
+        Number of samples recorded. The ray continues until any one of them could be taken
+        away without anything behind the last one showing.
     """
     image[:] = ZERO
-    through = behind = ONE
+    through = without_one = ONE
     k = 0
-    while k < ray.count:
+    while k < ray.count and without_one > NEGLIGIBLE:
         fetch(voxels, shape, scale, ray, k, levels, staging)
         for m in range(min(ray.count - k, len(levels))):
             level = np.uint64(np.uint32(levels[m]))
@@ -153,21 +153,18 @@ def _look(
                 a = opacity_of_part(a, ray.rest)
             path[k] = levels[m]
             clear[k] = through
-            if through > NEGLIGIBLE:
-                d, s = ONE, ZERO
-                if light is not None:
-                    d, s = shade(voxels, shape, light, None, ray, np.float32(k))
-                    diffuse[k], gloss[k] = d, s
-                weight = through * a
-                image[0] += weight * (d * colors[np.uint64(4) * level] + s)
-                image[1] += weight * (d * colors[np.uint64(4) * level + np.uint64(1)] + s)
-                image[2] += weight * (d * colors[np.uint64(4) * level + np.uint64(2)] + s)
-                through -= weight
-            else:
-                behind -= behind * a
+            without_one = max(without_one * (ONE - a), through)
+            # Samples behind an opaque one count, too: its derivative has what is behind it.
+            d, s = ONE, ZERO
+            if light is not None:
+                d, s = shade(voxels, shape, light, None, ray, np.float32(k))
+                diffuse[k], gloss[k] = d, s
+            weight = through * a
+            image[0] += weight * (d * colors[np.uint64(4) * level] + s)
+            image[1] += weight * (d * colors[np.uint64(4) * level + np.uint64(1)] + s)
+            image[2] += weight * (d * colors[np.uint64(4) * level + np.uint64(2)] + s)
+            through -= weight
             k += 1
-        if behind < NEGLIGIBLE:
-            break
     return k
 
 

@@ -6,6 +6,7 @@ Above 400 lines, as images and their derivatives share tables, cells and threads
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
@@ -19,6 +20,7 @@ from model.rendering.opacity_correction import least_transparency, per_sample_de
 from model.rendering.raycast import cuda
 from model.rendering.raycast.camera import camera_array
 from model.rendering.raycast.cells import SHIFT, MinMaxCells
+from model.rendering.raycast.change_norms import BAND, band_of, square_changes
 from model.rendering.raycast.cpu import draw_rows, draw_rows_preintegrated
 from model.rendering.raycast.differentiation import differentiate_windows
 from model.rendering.raycast.illumination import Illumination, gradient_light
@@ -208,34 +210,58 @@ class RaycastRenderer:
         RenderError
             Under global light, with pre-integration or on a GPU.
         """
-        self._check_differentiable()
-        volume, opacity_tf = self._volume, inputs.opacity_tf
-        scalar_range = volume.scalar_range
-        step = self.sample_distance * volume.voxel_size
-        arguments = (
-            *self._voxels_and_cells(opacity_tf, self.sample_distance),
-            self._opacities(opacity_tf, self.sample_distance),
-            color_table(inputs.color_tf, scalar_range),
-            self._gradient_light(inputs),
-            np.float32(least_transparency(self.sample_distance)),
-            camera_array(inputs.view, volume),
-            step,
-            size,
-            int(2 * volume.radius / step) + 2,
-        )
+        arguments = self._path_arguments(inputs, size)
         gradients = np.empty((len(windows), TF_SAMPLES))
         energies = np.empty(len(windows))
-        per_task = max(1, len(windows) // TASKS)
         run: Any = differentiate_windows
-
-        def task(first: int) -> None:
-            part = slice(first, first + per_task)
-            run(*arguments, windows[part], gradients[part], energies[part])
-
-        list(self._executor.map(task, range(0, len(windows), per_task)))
-        opacity = opacity_tf.sample(scalar_range)
-        gradients *= per_sample_derivative(opacity, self.sample_distance)
+        self._divide(
+            len(windows),
+            lambda part: run(*arguments, windows[part], gradients[part], energies[part]),
+        )
+        gradients *= self._per_sample_derivative(inputs)
         return gradients, energies
+
+    def squared_changes(
+        self,
+        inputs: SceneInputs,
+        size: int,
+        windows: NDArray[np.int64],
+        edits: NDArray[np.floating],
+    ) -> NDArray[np.float64]:
+        """Sum of the squared changes of windows of the image by each of several edits.
+
+        Parameters
+        ----------
+        inputs, size, windows
+            See :meth:`differentiate`.
+        edits : ndarray, shape (n, 256)
+            Differences of opacity (per voxel length) over the scalar range. The edits that
+            change one bin must follow one another, as those around increasing values do, and be
+            no more than :data:`model.rendering.raycast.change_norms.BAND`.
+
+        Returns
+        -------
+        ndarray of float64, shape (n,)
+            Sum of dI squared over the windows' pixels and colour channels.
+
+        Raises
+        ------
+        RenderError
+            Under global light, with pre-integration or on a GPU.
+        """
+        arguments = self._path_arguments(inputs, size)
+        by_bin, begin = band_of(edits * self._per_sample_derivative(inputs))
+        count = int(begin.max()) + BAND
+        parts: list[NDArray[np.float64]] = []
+        run: Any = square_changes
+
+        def task(part: slice) -> None:
+            squares = np.empty(count)
+            run(*arguments, by_bin, begin, windows[part], squares)
+            parts.append(squares)
+
+        self._divide(len(windows), task)
+        return np.asarray(np.sum(parts, axis=0)[: len(edits)])
 
     def change(
         self, inputs: SceneInputs, size: int, edit: NDArray[np.floating]
@@ -261,8 +287,7 @@ class RaycastRenderer:
         """
         self._check_differentiable()
         distance, volume = self.sample_distance, self._volume
-        opacity = inputs.opacity_tf.sample(volume.scalar_range)
-        changes = level_table(edit * per_sample_derivative(opacity, distance))
+        changes = level_table(edit * self._per_sample_derivative(inputs))
         shown = self._opacities(inputs.opacity_tf, distance) + abs(changes)
         image = np.empty((size, size, 3), dtype=np.float32)
         arguments = (
@@ -284,24 +309,21 @@ class RaycastRenderer:
         return image
 
     def visibility(
-        self, inputs: SceneInputs, size: int, window: tuple[int, int, int, int]
+        self, inputs: SceneInputs, size: int, windows: NDArray[np.int64]
     ) -> NDArray[np.float64]:
-        """Sum of T_i a_i over a window's samples at each of 256 scalar values.
+        """Sum of T_i a_i over the samples of windows at each of 256 scalar values.
 
         It does not depend on the lighting.
 
         Parameters
         ----------
-        inputs : SceneInputs
-        size : int
-            Width and height of the image in pixels.
-        window : tuple of int
-            First row, row after the last, first column, column after the last.
+        inputs, size, windows
+            See :meth:`differentiate`.
 
         Returns
         -------
         ndarray of float64, shape (256,)
-            They add up to the sum of the window's opacities.
+            They add up to the sum of the windows' opacities.
         """
         distance, volume = self.sample_distance, self._volume
         arguments = (
@@ -311,18 +333,16 @@ class RaycastRenderer:
             distance * volume.voxel_size,
             size,
         )
-        top, bottom, left, right = window
-        tops = range(top, bottom, ROWS_PER_TASK)
-        parts = np.zeros((len(tops), TF_SAMPLES))
+        parts: list[NDArray[np.float64]] = []
         run: Any = add_visibility
 
-        def task(index: int) -> None:
-            first = tops[index]
-            rows = first, min(first + ROWS_PER_TASK, bottom)
-            run(*arguments, (*rows, left, right), parts[index])
+        def task(part: slice) -> None:
+            visible = np.zeros(TF_SAMPLES)
+            run(*arguments, windows[part], visible)
+            parts.append(visible)
 
-        list(self._executor.map(task, range(len(tops))))
-        return np.asarray(parts.sum(axis=0))
+        self._divide(len(windows), task)
+        return np.asarray(np.sum(parts, axis=0))
 
     def close(self) -> None:
         """End the threads; the renderer cannot be used afterwards."""
@@ -392,6 +412,34 @@ class RaycastRenderer:
         if self._lighting != "direct":
             return None
         return gradient_light(inputs.view, inputs.light or self._light, self._volume)
+
+    def _divide(self, count: int, task: Callable[[slice], object]) -> None:
+        """Call a task on this renderer's threads for all parts of `count` windows."""
+        per_task = max(1, count // TASKS)
+        parts = [slice(first, first + per_task) for first in range(0, count, per_task)]
+        list(self._executor.map(task, parts))
+
+    def _path_arguments(self, inputs: SceneInputs, size: int) -> tuple[Any, ...]:
+        """First arguments of the kernels that look at all samples along a ray."""
+        self._check_differentiable()
+        volume, distance = self._volume, self.sample_distance
+        step = distance * volume.voxel_size
+        return (
+            *self._voxels_and_cells(inputs.opacity_tf, distance),
+            self._opacities(inputs.opacity_tf, distance),
+            color_table(inputs.color_tf, volume.scalar_range),
+            self._gradient_light(inputs),
+            np.float32(least_transparency(distance)),
+            camera_array(inputs.view, volume),
+            step,
+            size,
+            int(2 * volume.radius / step) + 2,
+        )
+
+    def _per_sample_derivative(self, inputs: SceneInputs) -> NDArray[np.float64]:
+        """Derivative of a sample's opacity by the TF's, at each bin."""
+        opacity = inputs.opacity_tf.sample(self._volume.scalar_range)
+        return per_sample_derivative(opacity, self.sample_distance)
 
     def _check_differentiable(self) -> None:
         if not self.is_differentiable:

@@ -115,38 +115,39 @@ def add_visibility(
     camera: Any,
     step: float,
     size: int,
-    window: Any,
+    windows: Any,
     visible: Any,
 ) -> None:
-    """Add the weight T_i a_i of each sample in a window to its two adjacent bins.
+    """Add the weight T_i a_i of each sample in windows to its two adjacent bins.
 
     Parameters
     ----------
-    window : tuple of int
+    windows : ndarray of int64, shape (n, 4)
         First row, row after the last, first column, column after the last.
     visible : ndarray of float64, shape (256,)
         Added to.
     """
     levels, staging, _ = stack_batch(voxels)
-    for row in range(window[0], window[1]):
-        for column in range(window[2], window[3]):
-            ray, _ = make_ray(camera, shape, step, column, row, size)
-            through = ONE
-            k = 0
-            while k < ray.count and through > NEGLIGIBLE:
-                behind = skip_empty(ray, k, cells, cell_shape, shift)
-                if behind > k:
-                    k = behind
-                    continue
-                fetch(voxels, shape, scale, ray, k, levels, staging)
-                for m in range(min(len(levels), ray.count - k)):
-                    a = alphas[np.uint64(np.uint32(levels[m]))]
-                    if k + m == ray.count - 1:
-                        a = opacity_of_part(a, ray.rest)
-                    weight = through * a
-                    through -= weight
-                    lower = np.uint64(levels[m] // LEVELS_PER_BIN)
-                    share = np.float32(levels[m] % LEVELS_PER_BIN) / np.float32(LEVELS_PER_BIN)
-                    visible[lower] += weight * (ONE - share)
-                    visible[np.uint64(min(int(lower) + 1, TF_SAMPLES - 1))] += weight * share
-                k += len(levels)
+    for n in range(len(windows)):
+        for row in range(windows[n, 0], windows[n, 1]):
+            for column in range(windows[n, 2], windows[n, 3]):
+                ray, _ = make_ray(camera, shape, step, column, row, size)
+                through = ONE
+                k = 0
+                while k < ray.count and through > NEGLIGIBLE:
+                    behind = skip_empty(ray, k, cells, cell_shape, shift)
+                    if behind > k:
+                        k = behind
+                        continue
+                    fetch(voxels, shape, scale, ray, k, levels, staging)
+                    for m in range(min(len(levels), ray.count - k)):
+                        a = alphas[np.uint64(np.uint32(levels[m]))]
+                        if k + m == ray.count - 1:
+                            a = opacity_of_part(a, ray.rest)
+                        weight = through * a
+                        through -= weight
+                        lower = np.uint64(levels[m] // LEVELS_PER_BIN)
+                        share = np.float32(levels[m] % LEVELS_PER_BIN) / np.float32(LEVELS_PER_BIN)
+                        visible[lower] += weight * (ONE - share)
+                        visible[np.uint64(min(int(lower) + 1, TF_SAMPLES - 1))] += weight * share
+                    k += len(levels)

@@ -97,7 +97,7 @@ def test_other_kinds_neither_evict_nor_settle_an_image(qtbot: QtBot, told: Told)
     assert engine.started.acquire(timeout=PATIENCE_S)
     image = make_request(2)
     told.client.submit(image)
-    told.client.submit(VisibilityRequest(2, image.inputs, image.quality, Region(0, 0, 1, 1)))
+    told.client.submit(VisibilityRequest(2, image.inputs, image.quality, (Region(0, 0, 1, 1),)))
     gate.release(2)
     qtbot.waitUntil(lambda: len(told.results) == 3)
     kinds = [type(result.request).__name__ for result in told.results]

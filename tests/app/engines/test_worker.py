@@ -161,7 +161,7 @@ def test_stopping_while_the_engine_is_built_closes_it(qtbot: QtBot) -> None:
 
 def visibility(sequence: int) -> VisibilityRequest:
     image = make_request(sequence)
-    return VisibilityRequest(sequence, image.inputs, image.quality, Region(0, 0, 2, 2))
+    return VisibilityRequest(sequence, image.inputs, image.quality, (Region(0, 0, 2, 2),))
 
 
 def test_each_kind_has_a_slot_of_its_own_and_its_turn(qtbot: QtBot) -> None:

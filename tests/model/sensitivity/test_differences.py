@@ -12,11 +12,11 @@ from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
 from model.scene.region import Region
 from model.scene.scene import Lighting
-from model.scene.tf_perturbation import response_to_edits
+from model.scene.tf_perturbation import edit_around, response_to_edits
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume
-from model.sensitivity import differences, exact
+from model.sensitivity import differences, exact, rendered
 
 SIZE = 32
 REGION = Region(4, 6, 28, 26)
@@ -40,8 +40,9 @@ def test_differences_are_near_the_exact_derivative(
     inputs = SceneInputs(INPUTS.view, opacity_tf, COLOR)
     renderer = RaycastRenderer(volume, lighting)
     for value in (30.0, 140.0):
-        expected = exact.value_sensitivity(renderer, inputs, SIZE, value, 6.0)
-        found = differences.value_sensitivity(renderer, inputs, SIZE, value, 6.0)
+        edit = edit_around(value, RANGE, 6.0)
+        expected = rendered.value_sensitivity(renderer, inputs, SIZE, edit)
+        found = differences.value_sensitivity(renderer, inputs, SIZE, edit)
         assert found.dtype == np.float32
         assert cosine(found, expected) > 0.995
         assert np.linalg.norm(found) == pytest.approx(np.linalg.norm(expected), rel=0.1)
@@ -55,9 +56,11 @@ def test_differences_are_near_the_exact_derivative(
 
 def test_vtk_has_them_too(volume: Volume) -> None:
     renderer = VtkRenderer(volume)
-    found = differences.value_sensitivity(renderer, INPUTS, SIZE, 140.0, 6.0)
+    found = differences.value_sensitivity(renderer, INPUTS, SIZE, edit_around(140.0, RANGE, 6.0))
     renderer.close()
-    expected = exact.value_sensitivity(RaycastRenderer(volume), INPUTS, SIZE, 140.0, 6.0)
+    expected = rendered.value_sensitivity(
+        RaycastRenderer(volume), INPUTS, SIZE, edit_around(140.0, RANGE, 6.0)
+    )
     assert cosine(found, expected) > 0.98
 
 
@@ -68,13 +71,13 @@ def test_under_global_light_an_edit_moves_the_shadow() -> None:
     opacity_tf = OpacityTF(RANGE, (GaussianMode(250.0, 5.0, 0.9),))
     inputs = SceneInputs(View(0.0, 0.0), opacity_tf, COLOR)
     renderer = RaycastRenderer(Volume(scalars), "global", LightDirection(-80.0, 0.0))
-    change = differences.value_sensitivity(renderer, inputs, SIZE, 100.0, 3.0)
+    change = differences.value_sensitivity(renderer, inputs, SIZE, edit_around(100.0, RANGE, 3.0))
     left, right = change[12:20, 8:11].mean(), change[12:20, 20:24].mean()
     assert left > 0
     assert abs(right) > 0.02 * left
     renderer.close()
     unlit = RaycastRenderer(Volume(scalars))
-    shadowless = exact.value_sensitivity(unlit, inputs, SIZE, 100.0, 3.0)
+    shadowless = rendered.value_sensitivity(unlit, inputs, SIZE, edit_around(100.0, RANGE, 3.0))
     assert abs(shadowless[12:20, 20:24]).mean() < 0.1 * abs(right)
     unlit.close()
 

@@ -3,7 +3,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from model.sensitivity.display import BACKDROP, FALLING, RISING, field_of_value, overlay
+from model.scene.tf_perturbation import edit_around
+from model.sensitivity.display import (
+    BACKDROP,
+    FLOOR,
+    color_bar,
+    field_of_value,
+    overlay,
+    per_small_edit,
+    scale_of,
+    shown_field,
+    shown_responses,
+    spread_blocks,
+)
 
 
 def test_a_value_between_two_samples_is_interpolated() -> None:
@@ -24,20 +36,60 @@ def test_without_a_value_each_counts_by_its_own_maximum() -> None:
     )
 
 
-def test_blocks_are_coloured_by_sign_over_the_dimmed_image() -> None:
-    image = np.full((5, 5, 3), 0.6, np.float32)
-    field = np.array([[2.0, 0.0, -1.0]] * 3, np.float32)
-    found = overlay(image, field, 2)
-    assert found.shape == (5, 5, 3)
-    gray = BACKDROP * 0.6
-    for x in (0, 1):
-        np.testing.assert_allclose(found[4, x], RISING)
-    for x in (2, 3):
-        np.testing.assert_allclose(found[0, x], gray, rtol=1e-6)
-    np.testing.assert_allclose(found[2, 4], gray / 2 + FALLING / 2, rtol=1e-6)
+def test_the_unit_is_an_edit_that_adds_a_hundredth_at_its_peak() -> None:
+    edit = edit_around(128.0, (0.0, 255.0), 6.0)
+    assert per_small_edit(edit) * edit.max() == pytest.approx(0.01)
+    # A picture whose every number changes by 2 per unit of the edit.
+    changes = np.full((8, 8, 3), 2.0, np.float32)
+    expected = 2.0 * per_small_edit(edit)
+    np.testing.assert_allclose(shown_field(changes, edit, "change"), expected)
+    np.testing.assert_allclose(shown_field(-changes, edit, "signed"), -expected)
+    norm = np.full(256, np.linalg.norm(changes))
+    np.testing.assert_allclose(shown_responses(norm, 64, 6.0), expected, rtol=1e-5)
 
 
-def test_a_field_of_zeros_leaves_the_dimmed_image() -> None:
-    image = np.random.default_rng(0).random((4, 4, 3)).astype(np.float32)
-    found = overlay(image, np.zeros((2, 2), np.float32), 2)
-    assert found[1, 3].tolist() == pytest.approx([BACKDROP * image[1, 3].mean()] * 3, rel=1e-5)
+def test_what_brightens_one_colour_and_darkens_another_is_a_change() -> None:
+    changes = np.array([[[1.0, -1.0, 0.0]]])
+    edit = np.eye(1, 256, 9)[0]
+    assert shown_field(changes, edit, "signed")[0, 0] == 0
+    assert shown_field(changes, edit, "change")[0, 0] > 0
+
+
+def test_rounding_is_not_shown() -> None:
+    rounding = 1e-7 * np.random.default_rng(0).normal(size=(32, 32))
+    assert scale_of(rounding) == FLOOR
+    image = np.random.default_rng(1).random((32, 32, 3))
+    found = overlay(image, rounding, scale_of(rounding), "change")
+    gray = BACKDROP * image.mean(axis=-1, keepdims=True)
+    np.testing.assert_allclose(found, np.broadcast_to(gray, found.shape), atol=1e-3)
+
+
+@pytest.mark.parametrize("measure", ["change", "signed"])
+def test_the_full_scale_has_the_end_of_the_colour_bar(measure: str) -> None:
+    image = np.full((1, 3, 3), 0.6)
+    found = overlay(image, np.array([[2.0, 0.0, -2.0]]), 1.0, measure)
+    bar = color_bar(measure)
+    np.testing.assert_allclose(found[0, 0], bar[-1])
+    np.testing.assert_allclose(found[0, 1], BACKDROP * 0.6)
+    np.testing.assert_allclose(found[0, 2], bar[0] if measure == "signed" else bar[-1])
+
+
+def test_the_sequential_map_grows_lighter_and_the_diverging_one_from_its_middle() -> None:
+    weights = np.array([0.2126, 0.7152, 0.0722])
+    lightness = color_bar("change") @ weights
+    assert (np.diff(lightness) > -0.01).all() and lightness[-1] - lightness[0] > 0.7
+    both = color_bar("signed", 65) @ weights
+    assert both[32] < both[0] and both[32] < both[-1]
+
+
+def test_without_trust_colours_are_gray() -> None:
+    image, field = np.zeros((1, 3, 3)), np.full((1, 3), 0.6)
+    found = overlay(image, field, 1.0, "change", np.array([[0, 1, 2]]))
+    spread = np.ptp(found[0], axis=-1)
+    assert spread[0] < 0.3 * spread[2] < spread[1] < spread[2]
+
+
+def test_blocks_are_spread_over_their_pixels() -> None:
+    found = spread_blocks(np.array([[1.0, 2.0, 3.0]] * 3, np.float32), 5, 2)
+    assert found[4].tolist() == [1, 1, 2, 2, 3]
+    assert found.shape == (5, 5)

@@ -15,7 +15,7 @@ from model.scene.inputs import SceneInputs
 from model.scene.region import Region
 from model.scene.scene import Lighting
 from model.scene.tf_perturbation import edit_around, response_to_edits
-from model.sensitivity.exact import region_sensitivity, value_sensitivity, visibility
+from model.sensitivity.exact import region_sensitivity, visibility
 
 Array = NDArray[np.float64]
 REGION = Region(2, 3, 11, 13)
@@ -62,7 +62,7 @@ def test_a_change_is_the_difference_of_images(name: str, step: float) -> None:
             for sign in (h, -below)
         )
         expected = (plus - minus) / (h + below)
-        found = value_sensitivity(renderer, inputs_of(opacity), SIZE, value, width)
+        found = renderer.change(inputs_of(opacity), SIZE, edit_around(value, RANGE, width))
         assert found.dtype == np.float32
         # Behind what is nearly opaque, differences are rounding.
         scale = max(np.abs(expected).max(), 1e-3)
@@ -103,10 +103,10 @@ def test_under_direct_light_it_is_the_difference_of_lit_images() -> None:
             renderer.render(inputs_of(opacity + sign * step * edit), SIZE) for sign in (0.5, -0.5)
         )
         expected = ((plus - minus) / step)[..., :3]
-        found = value_sensitivity(renderer, inputs_of(opacity), SIZE, value, 6.0)
+        found = renderer.change(inputs_of(opacity), SIZE, edit)
         size = np.sqrt(np.mean(expected**2))
         assert np.sqrt(np.mean((found - expected) ** 2)) < 5e-3 * size
-        other = value_sensitivity(unlit, inputs_of(opacity), SIZE, value, 6.0)
+        other = unlit.change(inputs_of(opacity), SIZE, edit)
         assert np.sqrt(np.mean((other - expected) ** 2)) > 0.1 * size
     renderer.close()
     unlit.close()
@@ -139,7 +139,7 @@ def test_regions_outside_and_global_light_are_refused() -> None:
     renderer.close()
     lit = RaycastRenderer(small_volume(), "global")
     with pytest.raises(RenderError, match="direct light on the CPU"):
-        value_sensitivity(lit, inputs_of(TFS["random"]), SIZE, 100.0, 6.0)
+        lit.change(inputs_of(TFS["random"]), SIZE, edit_around(100.0, RANGE, 6.0))
     with pytest.raises(RenderError, match="direct light on the CPU"):
         region_sensitivity(lit, inputs_of(TFS["random"]), SIZE, REGION)
     lit.close()
@@ -151,3 +151,18 @@ def test_an_edit_adds_up_to_one_and_matches_the_response(width: float) -> None:
     edit = edit_around(128.0, RANGE, width)
     assert edit.sum() == pytest.approx(1, abs=2e-3)
     assert edit @ slopes == pytest.approx(response_to_edits(slopes, width)[128], abs=1e-5)
+
+
+def test_what_lies_behind_an_opaque_sample_is_lit_too() -> None:
+    renderer = RaycastRenderer(small_volume(), "direct")
+    opacity = np.clip(2 * random_opacity(0.9), 0, 1)
+    assert (opacity == 1).any()
+    inputs = inputs_of(opacity)
+    windows = np.array([[REGION.top, REGION.bottom, REGION.left, REGION.right]])
+    gradients, _ = renderer.differentiate(inputs, SIZE, windows)
+    image = renderer.render(inputs, SIZE)[3:13, 2:11, :3].astype(np.float64)
+    forward = [
+        (image * renderer.change(inputs, SIZE, bin_)[3:13, 2:11]).sum() for bin_ in np.eye(256)
+    ]
+    np.testing.assert_allclose(gradients[0], forward, atol=1e-2 * np.abs(forward).max())
+    renderer.close()

@@ -6,6 +6,7 @@ import os
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,13 +65,7 @@ def save_plots(path: Path, plots: list[Plot], height: int = 360) -> None:
     RenderError
         When the file cannot be written.
     """
-    if sys.platform == "linux":
-        os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
-    import pyqtgraph as pg
-
-    application = pg.mkQApp()
-    layout = pg.GraphicsLayoutWidget(size=(800, height * len(plots)))
-    layout.setBackground("w")
+    layout = new_layout(800, height * len(plots))
     for row, plot in enumerate(plots):
         item = layout.addPlot(row=row, col=0, title=plot.title)
         item.setLabel("bottom", plot.x_label)
@@ -92,7 +87,32 @@ def save_plots(path: Path, plots: list[Plot], height: int = 360) -> None:
                 ("left", [curve.y for curve in plot.curves]),
             ):
                 item.getAxis(axis).setTicks([_ticks(np.concatenate(values))])
-    application.processEvents()
+    save_layout(path, layout)
+
+
+def new_layout(width: int, height: int) -> Any:
+    """Return an empty white layout of plots, off screen, of a size in pixels."""
+    if sys.platform == "linux":
+        os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+    import pyqtgraph as pg
+
+    pg.mkQApp()
+    layout = pg.GraphicsLayoutWidget(size=(width, height))
+    layout.setBackground("w")
+    return layout
+
+
+def save_layout(path: Path, layout: Any) -> None:
+    """Draw a layout into a PNG file.
+
+    Raises
+    ------
+    RenderError
+        When the file cannot be written.
+    """
+    from PySide6.QtCore import QCoreApplication
+
+    QCoreApplication.processEvents()
     if not layout.grab().save(str(path), "PNG"):
         raise RenderError(f"{path}: the picture cannot be written; choose another place.")
 
@@ -104,15 +124,15 @@ def _ticks(values: NDArray[np.floating]) -> list[tuple[float, str]]:
     return [(float(np.log10(mark)), f"{mark:g}") for mark in marks]
 
 
-def _draw(item: object, curve: Curve, color: tuple[int, int, int], logarithmic: bool) -> None:
+def _draw(item: Any, curve: Curve, color: tuple[int, int, int], logarithmic: bool) -> None:
     import pyqtgraph as pg
 
     symbol = "o" if curve.labels else None
-    item.plot(  # type: ignore[attr-defined]
+    item.plot(
         curve.x, curve.y, pen=pg.mkPen(color, width=2), symbol=symbol, symbolBrush=color,
         symbolPen=None, symbolSize=7, name=curve.name,
     )  # fmt: skip
     for x, y, text in zip(curve.x, curve.y, curve.labels, strict=False):
         label = pg.TextItem(text, color=color, anchor=(0, 1))
         label.setPos(*(np.log10([x, y]) if logarithmic else (x, y)))
-        item.addItem(label)  # type: ignore[attr-defined]
+        item.addItem(label)

@@ -1,0 +1,1 @@
+"""Figures as PNG files, for the command line and the window."""

@@ -1,0 +1,175 @@
+"""Squared change of image windows by every edit of a family; on CPU threads.
+
+The derivative of each pixel by the opacity of samples (see :mod:`.differentiation`) is
+mapped to the family's edits before it is squared, pixel by pixel, as changes of one edit at
+several bins may cancel.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.compilation import compiled, inlined
+from model.rendering.raycast.batch import stack_batch
+from model.rendering.raycast.differentiation import look
+from model.rendering.raycast.marching import ZERO, make_ray, opacity_of_part, slope_of_part
+from model.rendering.raycast.tables import LEVELS_PER_BIN
+from model.scene.transfer_function import TF_SAMPLES
+
+BAND = 16
+"""Largest number of edits that change one bin; a constant, so that it fills vector registers."""
+
+
+def band_of(edits: NDArray[np.floating]) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
+    """Return edits (n, 256) by bin, without those that do not change it.
+
+    Returns
+    -------
+    band : ndarray of float32, shape (256, BAND)
+        Each bin's change by edits that follow one another.
+    begin : ndarray of int64, shape (256,)
+        The first of them; those behind the n edits given are zero.
+    """
+    touched = edits != 0
+    begin = touched.argmax(axis=0)
+    end = np.where(touched.any(axis=0), len(edits) - touched[::-1].argmax(axis=0), 0)
+    if (end - begin).max() > BAND:
+        raise ValueError(f"{(end - begin).max()} edits change one bin; at most {BAND} may")
+    padded = np.zeros((len(edits) + BAND, TF_SAMPLES), dtype=np.float32)
+    padded[: len(edits)] = edits
+    places = begin[:, None] + np.arange(BAND)
+    return padded[places, np.arange(TF_SAMPLES)[:, None]], begin
+
+
+@compiled
+def square_changes(
+    voxels: Any,
+    shape: Any,
+    scale: Any,
+    cells: Any,
+    cell_shape: Any,
+    shift: int,
+    alphas: Any,
+    colors: Any,
+    light: Any,
+    least: Any,
+    camera: Any,
+    step: float,
+    size: int,
+    longest: int,
+    edits: Any,
+    begin: Any,
+    windows: Any,
+    squares: Any,
+) -> None:
+    """Sum the squared changes of windows of an image.
+
+    Parameters
+    ----------
+    edits : ndarray of float32, shape (256, BAND)
+        Change of the opacity of a sample at each bin by edits after one another.
+    begin : ndarray of int64, shape (256,)
+        The first of these edits.
+    windows : ndarray of int64, shape (m, 4)
+        First row, row after the last, first column, column after the last.
+    squares : ndarray of float64, shape (n,)
+        Output: sum of dI squared over the pixels and channels of all windows.
+
+    See :func:`model.rendering.raycast.differentiation.differentiate_windows` for the others.
+    """
+    levels, staging, _ = stack_batch(voxels)
+    path = np.empty(longest, dtype=np.int32)
+    clear = np.empty(longest, dtype=np.float32)
+    diffuse, gloss = np.ones(longest, dtype=np.float32), np.zeros(longest, dtype=np.float32)
+    image = np.empty(3, dtype=np.float32)
+    slopes = np.zeros((TF_SAMPLES + 1, 3), dtype=np.float32)
+    changes = np.empty((3, len(squares)), dtype=np.float32)
+    squares[:] = 0
+    for n in range(len(windows)):
+        for row in range(windows[n, 0], windows[n, 1]):
+            for column in range(windows[n, 2], windows[n, 3]):
+                ray, _ = make_ray(camera, shape, step, column, row, size)
+                if ray.count == 0:
+                    continue
+                count = look(
+                    voxels, shape, scale, alphas, colors, light, ray, levels, staging,
+                    path, clear, diffuse, gloss, image,
+                )  # fmt: skip
+                first, last = _slopes_by_bin(
+                    alphas, colors, least, ray, path, clear, diffuse, gloss, count, slopes
+                )
+                _add_squares(slopes, first, last, edits, begin, changes, squares)
+
+
+@inlined
+def _slopes_by_bin(
+    alphas: Any,
+    colors: Any,
+    least: Any,
+    ray: Any,
+    path: Any,
+    clear: Any,
+    diffuse: Any,
+    gloss: Any,
+    count: int,
+    slopes: Any,
+) -> Any:
+    """Add a pixel's derivative to zeros (257, 3); return the first and the last bin."""
+    red = green = blue = ZERO
+    first: Any = TF_SAMPLES
+    last: Any = 0
+    for k in range(count - 1, -1, -1):
+        level = np.uint64(np.uint32(path[k]))
+        a, through = alphas[level], clear[k]
+        at = np.uint64(4) * level
+        d, s = diffuse[k], gloss[k]
+        over_red = d * colors[at] + s - red
+        over_green = d * colors[at + np.uint64(1)] + s - green
+        over_blue = d * colors[at + np.uint64(2)] + s - blue
+        if k == ray.count - 1:
+            through *= slope_of_part(a, ray.rest, least)
+            a = opacity_of_part(a, ray.rest)
+        red += a * over_red
+        green += a * over_green
+        blue += a * over_blue
+        lower = level // np.uint64(LEVELS_PER_BIN)
+        first, last = min(first, np.int64(lower)), max(last, np.int64(lower))
+        share = np.float32(np.int32(level % np.uint64(LEVELS_PER_BIN)))
+        upper = share / np.float32(LEVELS_PER_BIN) * through
+        below = through - upper
+        # The last bin has one more behind it, for what is above it by nothing.
+        slopes[lower, 0] += below * over_red
+        slopes[lower, 1] += below * over_green
+        slopes[lower, 2] += below * over_blue
+        slopes[lower + np.uint64(1), 0] += upper * over_red
+        slopes[lower + np.uint64(1), 1] += upper * over_green
+        slopes[lower + np.uint64(1), 2] += upper * over_blue
+    return first, last + 1
+
+
+@inlined
+def _add_squares(
+    slopes: Any, first: int, last: int, edits: Any, begin: Any, changes: Any, squares: Any
+) -> None:
+    """Add a pixel's squared change by each edit, and clear its derivative."""
+    last = min(last, TF_SAMPLES - 1)
+    # Not the constant: unrolled, the loop is not vectorized.
+    flat, width = edits.ravel(), np.uint64(edits.shape[1])
+    start, end = begin[first], begin[last] + BAND
+    red, green, blue = changes[0], changes[1], changes[2]
+    for edit in range(start, end):
+        red[edit] = green[edit] = blue[edit] = ZERO
+    for bin_ in range(first, last + 1):
+        row, at = np.uint64(bin_ * BAND), np.uint64(begin[bin_])
+        r, g, b = slopes[bin_, 0], slopes[bin_, 1], slopes[bin_, 2]
+        slopes[bin_, 0] = slopes[bin_, 1] = slopes[bin_, 2] = ZERO
+        for m in range(width):
+            weight = flat[row + m]
+            red[at + m] += r * weight
+            green[at + m] += g * weight
+            blue[at + m] += b * weight
+    for edit in range(np.uint64(start), np.uint64(end)):
+        squares[edit] += red[edit] ** 2 + green[edit] ** 2 + blue[edit] ** 2

@@ -1,0 +1,174 @@
+"""Edits of a TF that bring out, take back or single out what has one scalar value."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.scene.transfer_function import (
+    TF_SAMPLES,
+    ColorTF,
+    GaussianMode,
+    OpacityTF,
+    TransferFunction,
+)
+
+STRIKING_COLORS = (
+    (0.90, 0.62, 0.00),
+    (0.34, 0.71, 0.91),
+    (0.00, 0.62, 0.45),
+    (0.94, 0.89, 0.26),
+    (0.84, 0.37, 0.00),
+    (0.80, 0.47, 0.65),
+)
+"""Colours to choose from for a mode that is to stand out, all safe for the colour-blind."""
+
+RAISED, LOWERED = 1.6, 0.5
+"""Factors of the opacity by :func:`raise_value` and :func:`lower_value`."""
+
+DARK = 10
+"""Lightness in CIELAB (0 to 100) up to which a colour counts as background."""
+
+LEAST_RAISE = 0.05
+"""Opacity that :func:`raise_value` adds at least."""
+
+
+def add_striking_mode(
+    tf: TransferFunction, value: float, width: float, height: float, shown: NDArray[np.floating]
+) -> TransferFunction:
+    """Add a mode whose colour stands out from what an image region shows.
+
+    Parameters
+    ----------
+    tf : TransferFunction
+    value : float
+        Mean of the mode, in the data's units.
+    width : float
+        Standard deviation of the mode, in the data's units.
+    height : float
+        Opacity at the mean, 0 to 1.
+    shown : ndarray, shape (n, 3)
+        Colours that the region shows now, in [0, 1].
+    """
+    color = recolor_around(tf.color, value, width, striking_color(shown))
+    return TransferFunction(_plus_mode(tf.opacity, value, width, height), color)
+
+
+def striking_color(shown: NDArray[np.floating]) -> tuple[float, float, float]:
+    """Return the colour of :data:`STRIKING_COLORS` farthest from all shown ones, in CIELAB."""
+    # Imported here: it takes most of a second.
+    from skimage.color import rgb2lab
+
+    choices = rgb2lab(np.array(STRIKING_COLORS))
+    if len(shown) == 0:
+        return STRIKING_COLORS[0]
+    # Of many pixels, a few hundred are enough.
+    some = shown[:: max(1, len(shown) // 512)]
+    lab = rgb2lab(np.clip(some, 0, 1).astype(np.float64))
+    distances = np.linalg.norm(choices[:, None] - lab[None], axis=-1)
+    # Dark pixels are the background, from which every one of them stands out.
+    visible = lab[:, 0] > DARK
+    nearest = distances[:, visible].min(axis=1) if visible.any() else distances.min(axis=1)
+    return STRIKING_COLORS[int(nearest.argmax())]
+
+
+def recolor_around(
+    color: ColorTF, value: float, width: float, rgb: tuple[float, float, float]
+) -> ColorTF:
+    """Set the colour of a value, and leave those from two widths away as they are."""
+    lo, hi = color.scalar_range
+    left, right = max(value - 2 * width, lo), min(value + 2 * width, hi)
+    kept = [stop for stop in color.stops if not left <= stop[0] <= right or stop[0] in (lo, hi)]
+    added = [_stop(v, *color(v)) for v in (left, right) if lo < v < hi]
+    at = min(max(value, lo), hi)
+    inner = [stop for stop in kept if stop[0] != at]
+    stops = sorted([*inner, *added, _stop(at, *rgb)])
+    return replace(color, stops=tuple(stops))
+
+
+def raise_value(opacity: OpacityTF, value: float, width: float) -> OpacityTF:
+    """Raise the opacity around a value: 1.6 times as high, at least .05 higher.
+
+    Parameters
+    ----------
+    opacity : OpacityTF
+    value, width : float
+        Middle and standard deviation of what is raised, in the data's units.
+    """
+    now = float(opacity(np.array([value]))[0])
+    more = min(max((RAISED - 1) * now, LEAST_RAISE), 1 - now)
+    return _plus_mode(opacity, value, width, more) if more > 0 else opacity
+
+
+def lower_value(opacity: OpacityTF, value: float, width: float) -> OpacityTF:
+    """Halve the opacity around a value; see :func:`raise_value`.
+
+    Modes are lowered whole, by how much they contribute at the value.
+    """
+    if opacity.points:
+        return _reshaped(opacity, value, width, LOWERED)
+    lowered = []
+    for mode in opacity.modes:
+        reach = math.hypot(mode.width, math.sqrt(2) * width)
+        weight = math.exp(-(((value - mode.mean) / reach) ** 2))
+        lowered.append(replace(mode, amplitude=mode.amplitude * (1 - (1 - LOWERED) * weight)))
+    return replace(opacity, modes=tuple(lowered))
+
+
+def isolate_value(opacity: OpacityTF, value: float, width: float) -> OpacityTF:
+    """Keep the opacity around a value only; see :func:`raise_value`.
+
+    A mode at the value stays as it is; otherwise there is one of the opacity there, of at
+    least .05.
+    """
+    now = float(opacity(np.array([value]))[0])
+    near = [mode for mode in opacity.modes if abs(mode.mean - value) <= math.sqrt(2) * width]
+    if near:
+        return replace(opacity, modes=(max(near, key=lambda mode: mode.amplitude),))
+    mode = GaussianMode(value, math.sqrt(2) * width, max(now, LEAST_RAISE))
+    return OpacityTF(opacity.scalar_range, (mode,))
+
+
+def _stop(value: float, *rgb: float) -> tuple[float, float, float, float]:
+    red, green, blue = (float(part) for part in rgb)
+    return value, red, green, blue
+
+
+def _plus_mode(opacity: OpacityTF, value: float, width: float, height: float) -> OpacityTF:
+    """Add a mode of a standard deviation; to a curve of points, add its shape."""
+    mode = GaussianMode(value, math.sqrt(2) * width, min(max(height, 0.0), 1.0))
+    if not opacity.points:
+        return replace(opacity, modes=(*opacity.modes, mode))
+    added = OpacityTF(opacity.scalar_range, (mode,))
+    values = _values_around(opacity, value, width)
+    heights = np.minimum(opacity(values) + added(values), 1)
+    return replace(opacity, points=_pairs(values, heights))
+
+
+def _reshaped(opacity: OpacityTF, value: float, width: float, factor: float) -> OpacityTF:
+    """Multiply a curve of points by a factor around a value."""
+    values = _values_around(opacity, value, width)
+    weights = np.exp(-(((values - value) / width) ** 2) / 2)
+    return replace(opacity, points=_pairs(values, opacity(values) * (1 + (factor - 1) * weights)))
+
+
+def _values_around(opacity: OpacityTF, value: float, width: float) -> NDArray[np.float64]:
+    """Values of the curve's points, and of some more around a value."""
+    lo, hi = opacity.scalar_range
+    more = value + width * np.linspace(-3, 3, 13)
+    inside = more[(more > lo) & (more < hi)]
+    together = np.union1d([point[0] for point in opacity.points], inside)
+    # Points closer than a quarter of a bin would be hard to hit, and change nothing.
+    least = (hi - lo) / (4 * TF_SAMPLES)
+    kept = np.concatenate([[True], np.diff(together) > least])
+    kept[-1] = True
+    return np.asarray(together[kept])
+
+
+def _pairs(
+    values: NDArray[np.float64], heights: NDArray[np.floating]
+) -> tuple[tuple[float, float], ...]:
+    return tuple(zip(values.tolist(), np.clip(heights, 0, 1).tolist(), strict=True))

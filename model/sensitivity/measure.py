@@ -1,0 +1,15 @@
+"""How the reaction of an image region to an edit is measured."""
+
+from __future__ import annotations
+
+from typing import Literal, get_args
+
+Measure = Literal["change", "signed"]
+"""Measure of a region's reaction to an edit of the opacity TF.
+
+"signed" is the paper's (Eq. 9): the change of the l2 norm of the region's colours, above 0 where
+they become brighter. It is 0 for a black region, and where some pixels become brighter as
+much as others become darker. "change" is the l2 norm of the colours' change.
+"""
+
+MEASURES: tuple[Measure, ...] = get_args(Measure)

@@ -1,0 +1,141 @@
+"""A computed sensitivity with all that is needed to read it, and its files of numbers."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.errors import RenderError
+from model.files import write_atomically
+from model.scene.transfer_function import TF_SAMPLES, Range
+from model.sensitivity.measure import Measure
+
+Kind = Literal["region", "value", "blocks"]
+
+NUMBER_SUFFIXES = (".npz", ".csv")
+
+
+@dataclass(frozen=True, eq=False)
+class SensitivityResult:
+    """The sensitivity of one image, for edits whose 256 opacities add up to 1.
+
+    Attributes
+    ----------
+    kind : {"region", "value", "blocks"}
+    scalar_range : tuple of float
+    scalar_window : tuple of float
+        Values of interest; those of the background may be 100 times as sensitive.
+    units : str
+        Unit of the scalars; may be empty.
+    opacity : ndarray of float32, shape (256,)
+        The opacity TF, at scalar values evenly spaced over the range.
+    image : ndarray of float32, shape (S, S, 3)
+    sensitivity : ndarray of float32
+        Shape (256,) for a region, (rows, columns, 256) for blocks, (S, S, 3) for a value: dI.
+    width : float
+        Standard deviation of the edits in bins.
+    measure : {"change", "signed"}
+    source : str
+        Who computed it, for titles, such as "exact, by the ray caster".
+    place : str
+        The region or the values, for titles.
+    pixels : int
+        Number of the region's or of a block's pixels.
+    edit : ndarray of float32, shape (256,), optional
+        The edit of a value's sensitivity.
+    """
+
+    kind: Kind
+    scalar_range: Range
+    scalar_window: Range
+    units: str
+    opacity: NDArray[np.float32]
+    image: NDArray[np.float32]
+    sensitivity: NDArray[np.float32]
+    width: float
+    measure: Measure
+    source: str
+    place: str
+    pixels: int
+    edit: NDArray[np.float32] | None = None
+
+    @property
+    def scalar_values(self) -> NDArray[np.float64]:
+        """The 256 scalar values."""
+        return np.linspace(*self.scalar_range, TF_SAMPLES)
+
+    @property
+    def in_window(self) -> NDArray[np.bool_]:
+        """Whether each of the 256 values is of interest."""
+        lo, hi = self.scalar_window
+        return (self.scalar_values >= lo) & (self.scalar_values <= hi)
+
+    @property
+    def axis_label(self) -> str:
+        """Label of an axis of scalar values."""
+        return f"scalar value{f' ({self.units})' if self.units else ''}"
+
+
+def save_numbers(path: Path, result: SensitivityResult) -> None:
+    """Write a result as ``.npz`` or ``.csv``, whole or not at all.
+
+    The arrays of an ``.npz`` are `scalar_values`, `opacity`, `image` and `sensitivity`; a
+    ``.csv`` has a line per number of `sensitivity`.
+
+    Raises
+    ------
+    RenderError
+        When the file cannot be written, or has another suffix.
+    """
+    suffix = path.suffix.lower()
+    if suffix not in NUMBER_SUFFIXES:
+        raise RenderError(f"{path}: numbers are written to a .npz or a .csv file; name one.")
+    content = _npz(result) if suffix == ".npz" else _csv(result)
+    try:
+        write_atomically(path, content)
+    except OSError as error:
+        raise RenderError(f"{path}: it cannot be written ({error.strerror}).") from error
+
+
+def _npz(result: SensitivityResult) -> bytes:
+    buffer = io.BytesIO()
+    np.savez_compressed(
+        buffer,
+        scalar_values=result.scalar_values,
+        opacity=result.opacity,
+        image=result.image,
+        sensitivity=result.sensitivity,
+    )
+    return buffer.getvalue()
+
+
+def _csv(result: SensitivityResult) -> bytes:
+    found, values = result.sensitivity, result.scalar_values.tolist()
+    rows: Iterable[Iterable[Any]]
+    if result.kind == "region":
+        header: tuple[str, ...] = ("scalar_value", "opacity", "sensitivity")
+        rows = zip(values, result.opacity.tolist(), found.tolist(), strict=True)
+    elif result.kind == "value":
+        header = ("row", "column", "red", "green", "blue")
+        rows = (
+            (row, column, *found[row, column].tolist())
+            for row, column in np.ndindex(found.shape[:2])
+        )
+    else:
+        header = ("row", "column", "scalar_value", "sensitivity")
+        rows = (
+            (row, column, values[i], found[row, column, i].item())
+            for row, column, i in np.ndindex(*found.shape)
+        )
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(header)
+    writer.writerows(rows)
+    return text.getvalue().encode()

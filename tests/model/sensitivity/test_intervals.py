@@ -1,0 +1,106 @@
+"""Promising intervals, contributions of a place, and trust, against what made them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from test_exact import RANGE, SIZE, VIEW, small_volume, tf_of
+
+from model.rendering.raycast.renderer import RaycastRenderer
+from model.scene.inputs import SceneInputs
+from model.scene.region import Region
+from model.scene.tf_perturbation import edit_around
+from model.scene.transfer_function import GaussianMode, OpacityTF
+from model.sensitivity.contributions import contributions
+from model.sensitivity.display import shown_responses
+from model.sensitivity.exact import change_norms, visibility
+from model.sensitivity.intervals import promising_intervals
+from model.sensitivity.trust import field_agreement, trust_levels, trust_word
+
+BINS = np.arange(256)
+
+
+def bump(center: float, width: float, height: float) -> np.ndarray:
+    return height * np.exp(-((BINS - center) ** 2) / (2 * width**2))
+
+
+def test_the_strongest_peaks_come_first() -> None:
+    curve = bump(40, 6, 0.2) - bump(120, 8, 0.5) + bump(200, 5, 0.1) + bump(240, 3, 0.05)
+    found = promising_intervals(curve, (0.0, 510.0))
+    assert [round(i.value) for i in found] == [240, 80, 400]
+    assert found[0].response == pytest.approx(-0.5, abs=1e-3)
+    # Half as high at 1.18 standard deviations: 2 units a bin.
+    assert found[0].high - found[0].low == pytest.approx(2 * 2.355 * 8, rel=0.05)
+    assert found[1].predicted(0.3) == pytest.approx(6.0, rel=1e-3)
+
+
+def test_a_response_that_rises_to_an_end_is_a_peak() -> None:
+    (found,) = promising_intervals(np.linspace(0, 1, 256), (0.0, 255.0))
+    assert (found.value, found.high) == (255.0, 255.0)
+
+
+@pytest.mark.parametrize("curve", [np.zeros(256), np.full(256, np.nan), np.full(256, 1e-9)])
+def test_nothing_promises_nothing(curve: np.ndarray) -> None:
+    assert promising_intervals(curve, (0.0, 1.0)) == ()
+
+
+def test_the_prediction_is_what_a_faint_mode_does() -> None:
+    renderer = RaycastRenderer(small_volume())
+    before = SceneInputs.of(VIEW, tf_of(bump(180, 20, 0.2)))
+    width = 6.0
+    norms = change_norms(renderer, before, SIZE, Region.whole(SIZE), width)
+    best = promising_intervals(shown_responses(norms, SIZE**2, width), RANGE)[0]
+    height = 1e-3
+    mode = OpacityTF(RANGE, (GaussianMode(best.value, np.sqrt(2) * width, height),))
+    opacity = before.opacity_tf.sample(RANGE) + mode.sample(RANGE)
+    after = SceneInputs.of(VIEW, tf_of(opacity))
+    images = [renderer.render(i, SIZE)[..., :3].astype(float) for i in (before, after)]
+    rmse = np.sqrt(np.mean((images[1] - images[0]) ** 2))
+    assert best.predicted(height) == pytest.approx(rmse, rel=0.1)
+    renderer.close()
+
+
+def test_a_place_shows_the_value_that_is_there() -> None:
+    renderer = RaycastRenderer(small_volume())
+    for center in (90, 200):
+        inputs = SceneInputs.of(VIEW, tf_of(bump(center, 6, 0.4)))
+        seen = visibility(renderer, inputs, SIZE, Region.whole(SIZE))
+        found = contributions(seen, RANGE)
+        assert abs(found[0].value - center) < 12
+        assert found[0].share > 0.9
+    both = contributions(bump(60, 5, 1.0) + bump(160, 5, 3.0), RANGE)
+    assert [round(c.value) for c in both] == [160, 60]
+    assert [c.share for c in both] == pytest.approx([0.75, 0.25], abs=0.01)
+    assert contributions(np.zeros(256), RANGE) == ()
+    renderer.close()
+
+
+def test_trust_is_where_two_fields_agree() -> None:
+    rng = np.random.default_rng(0)
+    exact = rng.normal(size=(64, 64, 3)).astype(np.float32)
+    learned = exact.copy()
+    learned[:, 32:] = rng.normal(size=(64, 32, 3))
+    levels = trust_levels(learned, exact, 128)
+    assert levels.shape == (128, 128)
+    assert (levels[:, :52] == 2).all()
+    assert (levels[:, 76:] == 0).mean() > 0.95
+    assert field_agreement(exact, exact) == pytest.approx(1)
+    assert field_agreement(exact, 3 * exact) == pytest.approx(1)
+    assert field_agreement(-exact, exact) == pytest.approx(-1)
+    assert (trust_levels(np.zeros((8, 8, 3)), np.zeros((8, 8, 3)), 8) == 2).all()
+    smooth = np.repeat(np.repeat(rng.random((8, 8, 3)), 8, 0), 8, 1)
+    small = smooth.reshape(32, 2, 32, 2, 3).mean(axis=(1, 3))
+    assert field_agreement(smooth, small) > 0.99
+    assert [trust_word(c) for c in (0.95, 0.9, 0.8, 0.5, -1)] == [
+        "good", "good", "fair", "poor", "poor",
+    ]  # fmt: skip
+
+
+def test_an_edit_over_an_interval_is_flat_between_its_flanks() -> None:
+    from model.scene.tf_perturbation import edit_over
+
+    edit = edit_over((80.0, 140.0), RANGE, 4.0)
+    assert edit.sum() == pytest.approx(1, abs=1e-3)
+    assert np.ptp(edit[95:125]) < 1e-4 * edit.max()
+    assert edit[80] == pytest.approx(edit.max() / 2, rel=0.1)
+    np.testing.assert_array_equal(edit_over((80, 80), RANGE, 4.0), edit_around(80, RANGE, 4.0))
