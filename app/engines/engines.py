@@ -7,7 +7,7 @@ they are loaded.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -91,11 +91,16 @@ FASTEST = GeneratorSettings()
 
 @dataclass(frozen=True)
 class Builders:
-    """Functions that read volumes and build engines; tests replace them by fakes."""
+    """Functions that read volumes and build engines; tests replace them by fakes.
+
+    The analyst is a ray caster that answers questions about sensitivities, whatever renders
+    the reference.
+    """
 
     read_volume: Callable[[Path], Volume]
     reference: Callable[[Volume, ReferenceSettings], Engine]
     generator: Callable[[Path, GeneratorSettings], Engine]
+    analyst: Callable[[Volume, ReferenceSettings], Engine]
 
 
 class RendererEngine:
@@ -234,6 +239,10 @@ def _reference_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
     return RendererEngine(renderer, settings.sample_distance)
 
 
+def _analyst_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
+    return _reference_engine(volume, replace(settings, renderer="raycast"))
+
+
 def _generator_engine(folder: Path, settings: GeneratorSettings) -> Engine:
     from model.generator.generator import Generator
 
@@ -242,4 +251,4 @@ def _generator_engine(folder: Path, settings: GeneratorSettings) -> Engine:
     )
 
 
-REAL_BUILDERS = Builders(_read_volume, _reference_engine, _generator_engine)
+REAL_BUILDERS = Builders(_read_volume, _reference_engine, _generator_engine, _analyst_engine)

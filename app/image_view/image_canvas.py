@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QRect, QSize, Qt
+from PySide6.QtCore import QPointF, QRect, QSize, Qt
 from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app import theme
 
 _MARGIN = 14
+
+
+Decoration = Callable[[QPainter, QRect], None]
+"""Paints over an image, given the rectangle that it fills."""
 
 
 def to_qimage(rgba: NDArray[np.float32]) -> QImage:
@@ -32,7 +38,8 @@ class ImageCanvas(QWidget):
     """Shows an image as large as possible, a message over it, and a hint at its lower edge.
 
     A message dims the image instead of replacing it, so that the last image stays
-    visible.
+    visible. A cover takes the image's place while it is there, and decorations are painted
+    over either.
     """
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -44,6 +51,31 @@ class ImageCanvas(QWidget):
         self._message = ""
         self._message_color = theme.DIM_TEXT
         self._hint = ""
+        self._cover: QImage | None = None
+        self._decorations: list[Decoration] = []
+
+    @property
+    def cover(self) -> QImage | None:
+        """Picture in place of the image; None if there is none."""
+        return self._cover
+
+    @property
+    def image_rect(self) -> QRect:
+        """Rectangle that the image fills."""
+        if self._image is not None:
+            return self._image_rect(self._image)
+        side = min(self.width(), self.height())
+        rect = QRect(0, 0, side, side)
+        rect.moveCenter(self.rect().center())
+        return rect
+
+    def place_of(self, position: QPointF) -> tuple[float, float]:
+        """Return a position as fractions of the image, to the right and down."""
+        rect = self.image_rect
+        return (
+            (position.x() - rect.left()) / max(rect.width(), 1),
+            (position.y() - rect.top()) / max(rect.height(), 1),
+        )
 
     @property
     def image(self) -> QImage | None:
@@ -65,6 +97,16 @@ class ImageCanvas(QWidget):
         self._image = image
         self._message = ""
         self.update()
+
+    def show_cover(self, cover: QImage | None) -> None:
+        """Show a picture in place of the image; None to show the image again."""
+        if cover is not self._cover:
+            self._cover = cover
+            self.update()
+
+    def add_decoration(self, paint: Decoration) -> None:
+        """Have something painted over the image whenever it is."""
+        self._decorations.append(paint)
 
     def show_message(self, text: str, color: str = theme.DIM_TEXT) -> None:
         """Show a message over the image."""
@@ -97,8 +139,14 @@ class ImageCanvas(QWidget):
         painter.drawRoundedRect(self.rect(), 6, 6)
         if self._image is not None:
             painter.setOpacity(0.3 if self._message else 1.0)
-            painter.drawImage(self._image_rect(self._image), self._image)
+            rect = self._image_rect(self._image)
+            painter.drawImage(rect, self._cover or self._image)
             painter.setOpacity(1.0)
+            if not self._message:
+                for paint in self._decorations:
+                    painter.save()
+                    paint(painter, rect)
+                    painter.restore()
         text_rect = self.rect().adjusted(_MARGIN, _MARGIN, -_MARGIN, -_MARGIN)
         flags = Qt.TextFlag.TextWordWrap
         if self._message:

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.scene.default_tf import default_transfer_function
-from model.scene.transfer_function import TransferFunction
+from model.scene.scene import default_scalar_window
+from model.scene.transfer_function import Range, TransferFunction
 from model.scene.volume import Volume
 
 
@@ -26,6 +27,8 @@ class OpenedVolume:
         Histogram over equal bins of the scalar range.
     fingerprint : str
     default : TransferFunction
+    window : tuple of float
+        Scalar values of interest.
     """
 
     path: Path
@@ -33,6 +36,7 @@ class OpenedVolume:
     counts: NDArray[np.int64]
     fingerprint: str
     default: TransferFunction
+    window: Range
 
 
 def open_volume(path: Path, read_volume: Callable[[Path], Volume]) -> OpenedVolume:
@@ -45,4 +49,5 @@ def open_volume(path: Path, read_volume: Callable[[Path], Volume]) -> OpenedVolu
     """
     volume = read_volume(path)
     counts, _ = volume.histogram(256)
-    return OpenedVolume(path, volume, counts, volume.fingerprint, default_transfer_function(volume))
+    default, window = default_transfer_function(volume), default_scalar_window(volume)
+    return OpenedVolume(path, volume, counts, volume.fingerprint, default, window)

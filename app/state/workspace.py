@@ -14,11 +14,14 @@ from app.engines.engines import Builders, GeneratorSettings, ReferenceSettings
 from app.engines.messages import EngineReady
 from app.state.dispatcher import NO_MODEL_SIZE, Dispatcher
 from app.state.opened_volume import OpenedVolume, open_volume
+from app.state.sensitivity_answers import Source
+from app.state.sensitivity_dispatcher import SensitivityDispatcher
+from app.state.sensitivity_state import SensitivityState
 from app.state.transfer_function_keeper import TransferFunctionKeeper
 from app.state.transfer_function_store import TransferFunctionStore
 from app.state.viewer_state import ViewerState
 from model.generator.catalog import model_for
-from model.networks.card import verdict_of
+from model.networks.card import recorded_agreement, verdict_of
 from model.scene.inputs import outside_range
 from model.scene.scene import RendererName, Scene
 
@@ -31,7 +34,8 @@ class Workspace(QObject):
     Parameters
     ----------
     state : ViewerState
-    generator, reference : EngineClient
+    sensitivity : SensitivityState
+    generator, reference, analyst : EngineClient
     builders : Builders
         Functions that read volumes and build engines.
     store : TransferFunctionStore or None
@@ -52,6 +56,8 @@ class Workspace(QObject):
     """Emitted with the name of a newly chosen reference renderer."""
     hintChanged = Signal(str)
     """Emitted with a description of inputs outside the training range; may be empty."""
+    modelChanged = Signal()
+    """Emitted when a generator fits the volume, or no longer does."""
     lightRangeChanged = Signal(object)
     """Emitted with True when the light becomes movable, with False when fixed."""
     settled = Signal()
@@ -60,8 +66,10 @@ class Workspace(QObject):
     def __init__(
         self,
         state: ViewerState,
+        sensitivity: SensitivityState,
         generator: EngineClient,
         reference: EngineClient,
+        analyst: EngineClient,
         builders: Builders,
         store: TransferFunctionStore | None,
         generator_settings: GeneratorSettings,
@@ -76,6 +84,9 @@ class Workspace(QObject):
         self._keeper.problem.connect(self.problem)
         self._generator_settings = generator_settings
         self._dispatcher = Dispatcher(state, (generator, reference), self)
+        self._sensitivity_state = sensitivity
+        self._analyst = analyst
+        self.sensitivity = SensitivityDispatcher(state, sensitivity, analyst, generator, self)
         self._opened: OpenedVolume | None = None
         self._scene: Scene | None = None
         self._model: Path | None = None
@@ -97,6 +108,11 @@ class Workspace(QObject):
     def opened(self) -> OpenedVolume | None:
         """The open volume; None if there is none."""
         return self._opened
+
+    @property
+    def recorded_agreement(self) -> float | None:
+        """Median cosine of the model's sensitivities, as its card has it; None if unknown."""
+        return None if self._model is None else recorded_agreement(self._model)
 
     @property
     def is_settled(self) -> bool:
@@ -150,6 +166,7 @@ class Workspace(QObject):
         """Ask all threads to end; returns at once."""
         self._generator.stop()
         self._reference.stop()
+        self._analyst.stop()
         for call in self._calls:
             call.abandon()
 
@@ -158,6 +175,7 @@ class Workspace(QObject):
         self._keeper.finish()
         self._generator.join()
         self._reference.join()
+        self._analyst.join()
         for call in self._calls:
             call.join()
             call.deleteLater()
@@ -168,6 +186,8 @@ class Workspace(QObject):
         self._opened = opened
         self._settings = self._wanted_settings()
         self._start_reference()
+        self._sensitivity_state.start_volume()
+        self._start_analyst()
         self._open_shipped_model(opened)
         self._match_generator()
         self._follow_scene()
@@ -236,12 +256,17 @@ class Workspace(QObject):
         scene = self._scene if self._matches() else None
         size = NO_MODEL_SIZE if scene is None else scene.image_size
         self._dispatcher.size = self._reference_size or size
+        self.sensitivity.chooser.picture_size = self._dispatcher.size
         self._offer_light()
-        settings = self._wanted_settings()
-        if settings != self._settings:
+        before, settings = self._settings, self._wanted_settings()
+        if settings != before:
             self._settings = settings
             self._start_reference()
+            if replace(settings, renderer=before.renderer) != before:
+                self._start_analyst()
             self._dispatcher.send()
+        self.modelChanged.emit()
+        self.sensitivity.set_learned(None if scene is None else scene.image_size)
 
     def _offer_light(self) -> None:
         """Make the light movable if the model was trained with a movable light."""
@@ -261,6 +286,14 @@ class Workspace(QObject):
         if self._opened is not None:
             build = partial(self._builders.reference, self._opened.volume, self._settings)
             self._reference.start(build, "Preparing the volume …")
+
+    def _start_analyst(self) -> None:
+        if self._opened is not None:
+            build = partial(self._builders.analyst, self._opened.volume, self._settings)
+            self._analyst.start(build, "Preparing the volume …")
+            source: Source = "differences" if self._settings.lighting == "global" else "exact"
+            self.sensitivity.start_volume(self._opened.window, source)
+            self.sensitivity.ask()
 
     def _no_model_text(self) -> str:
         volume = "FILE"

@@ -78,21 +78,27 @@ class TransferFunctionEditor(QFrame):
     def _lay_out(self) -> None:
         title = QLabel("Transfer function")
         title.setProperty("role", "title")
-        hint = QLabel(_HINT)
-        hint.setProperty("role", "dim")
-        header = QHBoxLayout()
-        header.addWidget(title)
-        header.addStretch()
-        header.addWidget(hint)
+        title.setToolTip(_HINT)
+        self._header = QHBoxLayout()
+        self._header.setSpacing(14)
+        self._header.addWidget(title)
         plots = QVBoxLayout()
         plots.setSpacing(6)
-        plots.addLayout(header)
+        plots.addLayout(self._header)
         plots.addWidget(self.area.widget, 1)
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(14, 10, 14, 10)
-        layout.setSpacing(18)
-        layout.addLayout(plots, 1)
-        layout.addWidget(self.numbers)
+        self._row = QHBoxLayout(self)
+        self._row.setContentsMargins(14, 10, 14, 10)
+        self._row.setSpacing(18)
+        self._row.addLayout(plots, 1)
+        self._row.addWidget(self.numbers)
+
+    def add_to_header(self, widget: QWidget) -> None:
+        """Add controls beside the title."""
+        self._header.addWidget(widget, 1)
+
+    def add_beside(self, widget: QWidget) -> None:
+        """Add a panel between the plots and the numbers."""
+        self._row.insertWidget(1, widget)
 
     def _connect(self) -> None:
         self.area.opacityClicked.connect(self.selection.clear)

@@ -105,6 +105,31 @@ class PlotArea(QObject):
         """Hide the numbers again."""
         self._readout.hide()
 
+    @property
+    def scalar_range(self) -> Range:
+        """The scalar range of the axis."""
+        return self._scalar_range
+
+    def add_second_scale(self) -> tuple[Any, Any]:
+        """Add a plot behind the opacity's, with an axis of its own at the right.
+
+        Returns
+        -------
+        view : pyqtgraph.ViewBox
+        axis : pyqtgraph.AxisItem
+        """
+        view = pg.ViewBox(enableMouse=False, enableMenu=False, defaultPadding=0)
+        view.disableAutoRange()
+        view.setAcceptedMouseButtons(Qt.MouseButton.NoButton)
+        self.widget.scene().addItem(view)
+        view.setZValue(self.opacity.zValue() - 1)
+        view.setXLink(self.opacity)
+        self.opacity.sigResized.connect(
+            lambda *_: view.setGeometry(self.opacity.sceneBoundingRect())
+        )
+        axis = self._add_axis("right", view, row=0, col=2)
+        return view, axis
+
     def _add_view(self, row: int) -> Any:
         """Add a plot without panning, zooming and context menu."""
         view = pg.ViewBox(enableMouse=False, enableMenu=False, defaultPadding=0)

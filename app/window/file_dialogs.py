@@ -8,14 +8,17 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QImageWriter
 from PySide6.QtWidgets import QFileDialog, QWidget
 
+from app.figures.sensitivity_figure import save_figure
 from app.image_view.engine_pane import EnginePane
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
-from model.errors import TransferFunctionError
+from model.errors import RenderError, TransferFunctionError
+from model.sensitivity.result import NUMBER_SUFFIXES, SensitivityResult, save_numbers
 from model.volume_files import SUFFIXES
 
 VOLUME_FILTER = f"Volumes ({' '.join(f'*{s}' for s in SUFFIXES)});;All files (*)"
 TF_FILTER = "Transfer functions (*.json);;All files (*)"
+SENSITIVITY_FILTER = "Figures (*.png);;Arrays (*.npz);;Tables (*.csv)"
 IMAGE_FILTER = "PNG images (*.png)"
 
 
@@ -89,6 +92,30 @@ class FileDialogs(QObject):
         try:
             self._state.save_transfer_function(path)
         except TransferFunctionError as error:
+            self.problem.emit(str(error))
+        else:
+            self.news.emit(f"Saved {path.name}.")
+
+    def save_sensitivity(self, result: SensitivityResult | None) -> None:
+        """Ask for a file and write a sensitivity to it: a figure, or all numbers."""
+        if result is None:
+            self.problem.emit("There is no sensitivity of this image to save yet.")
+            return
+        name, _ = QFileDialog.getSaveFileName(
+            self._parent, "Save sensitivity", "", SENSITIVITY_FILTER
+        )
+        if not name:
+            return
+        path = Path(name)
+        if path.suffix.lower() not in (".png", *NUMBER_SUFFIXES):
+            # Qt's dialog does not add the suffix, which determines the format.
+            path = path.with_name(path.name + ".png")
+        try:
+            if path.suffix.lower() == ".png":
+                save_figure(path, result)
+            else:
+                save_numbers(path, result)
+        except RenderError as error:
             self.problem.emit(str(error))
         else:
             self.news.emit(f"Saved {path.name}.")

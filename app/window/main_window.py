@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QCloseEvent
+from PySide6.QtGui import QCloseEvent, QKeyEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QMainWindow, QSplitter, QVBoxLayout, QWidget
 
 from app.engines.client import EngineClient
@@ -11,7 +11,9 @@ from app.engines.engines import FASTEST, REAL_BUILDERS, Builders, GeneratorSetti
 from app.image_view.engine_pane import EnginePane
 from app.image_view.gestures import ViewGestures
 from app.image_view.light_ball import LightBall
+from app.sensitivity_view.sensitivity_view import SensitivityView
 from app.state.opened_volume import OpenedVolume
+from app.state.sensitivity_state import SensitivityState
 from app.state.transfer_function_store import TransferFunctionStore
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
@@ -51,20 +53,48 @@ class MainWindow(QMainWindow):
     ) -> None:
         super().__init__()
         self.state = ViewerState(self)
-        generator, reference = EngineClient("generator", self), EngineClient("reference", self)
+        self.sensitivity_state = SensitivityState(self)
+        generator, reference, analyst = (
+            EngineClient(name, self) for name in ("generator", "reference", "analyst")
+        )
         self.generator = EnginePane("Generator", generator)
         self.reference = EnginePane(REFERENCE_TITLES["vtk"], reference)
         self.light = LightBall(self.state)
         self.editor = TransferFunctionEditor(self.state)
         self.notice = NoticeBar()
         self.workspace = Workspace(
-            self.state, generator, reference, builders, store, settings, self
+            self.state,
+            self.sensitivity_state,
+            generator,
+            reference,
+            analyst,
+            builders,
+            store,
+            settings,
+            self,
         )
         self._view_label = QLabel()
         self._lay_out()
+        # After the gestures, so that regions get the mouse first.
+        self.sensitivity = SensitivityView(
+            self.state,
+            self.sensitivity_state,
+            self.workspace,
+            self.generator,
+            self.reference,
+            self.editor,
+            self,
+        )
         self.files = FileDialogs(self, self.state, self.workspace)
         self._menus = Menus(
-            self, self.files, self.state, self.workspace, self.generator, self.reference
+            self,
+            self.files,
+            self.state,
+            self.workspace,
+            self.generator,
+            self.reference,
+            self.sensitivity_state,
+            self.sensitivity,
         )
         self.state.viewChanged.connect(self._show_view)
         self.workspace.volumeOpened.connect(self._show_volume)
@@ -91,6 +121,21 @@ class MainWindow(QMainWindow):
     def view_text(self) -> str:
         """Displayed text of the view's numbers."""
         return self._view_label.text()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Show what an edit would change while W is held."""
+        if event.key() == Qt.Key.Key_W and not event.modifiers():
+            if not event.isAutoRepeat():
+                self.sensitivity.findings.start_what_if()
+        else:
+            super().keyPressEvent(event)
+
+    def keyReleaseEvent(self, event: QKeyEvent) -> None:
+        """Show the images again."""
+        if event.key() == Qt.Key.Key_W and not event.isAutoRepeat():
+            self.sensitivity.findings.end_what_if()
+        else:
+            super().keyReleaseEvent(event)
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Hide the window at once, then wait for the threads to end."""

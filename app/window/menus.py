@@ -12,6 +12,8 @@ from PySide6.QtGui import QAction, QActionGroup, QKeySequence
 from PySide6.QtWidgets import QMainWindow, QMenu, QMessageBox
 
 from app.image_view.engine_pane import EnginePane
+from app.sensitivity_view.sensitivity_view import SensitivityView
+from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import HOME_VIEW, ViewerState
 from app.state.workspace import Workspace
 from app.window.file_dialogs import FileDialogs
@@ -52,6 +54,18 @@ GESTURES = """<h3>Images</h3>
 <tr><td>Double click</td><td>return to the first view</td></tr>
 <tr><td>Drag in the ball above a lit image</td><td>move the light</td></tr>
 </table>
+<h3>Sensitivity</h3>
+<table cellspacing="6">
+<tr><td>R, then drag in an image</td><td>draw a rectangle (L: a lasso)</td></tr>
+<tr><td>Drag its edge or corner</td><td>move or resize it</td></tr>
+<tr><td>Click in an image</td><td>which values show there?</td></tr>
+<tr><td>Hover over the opacity curve</td><td>where does this value show?</td></tr>
+<tr><td>Wheel over the curve</td><td>width of the band</td></tr>
+<tr><td>Drag beside the handles</td><td>a band of several values</td></tr>
+<tr><td>P</td><td>pin the band</td></tr>
+<tr><td>Click a numbered flag</td><td>add a mode there</td></tr>
+<tr><td>Hold W</td><td>what would a mode there change?</td></tr>
+</table>
 <h3>Transfer function</h3>
 <table cellspacing="6">
 <tr><td>Drag a mode's peak</td><td>its value and opacity</td></tr>
@@ -76,6 +90,8 @@ class Menus(QObject):
     workspace : Workspace
     generator, reference : EnginePane
         Panes with the images to save.
+    sensitivity : SensitivityState
+    view : SensitivityView
     """
 
     def __init__(
@@ -86,6 +102,8 @@ class Menus(QObject):
         workspace: Workspace,
         generator: EnginePane,
         reference: EnginePane,
+        sensitivity: SensitivityState,
+        view: SensitivityView,
     ) -> None:
         super().__init__(window)
         self._window = window
@@ -96,6 +114,7 @@ class Menus(QObject):
         self._build_file(self._menu("&File"))
         self._build_edit(self._menu("&Edit"))
         self._build_view(self._menu("&View"))
+        self._build_sensitivity(self._menu("&Sensitivity"), sensitivity, view)
         self._build_help(self._menu("&Help"))
 
     def _menu(self, title: str) -> QMenu:
@@ -152,6 +171,28 @@ class Menus(QObject):
             REFERENCE_RENDERERS,
             workspace.set_reference_renderer,
         )
+
+    def _build_sensitivity(
+        self, menu: QMenu, sensitivity: SensitivityState, view: SensitivityView
+    ) -> None:
+        shown = _add(
+            menu,
+            "&Show sensitivity",
+            lambda: sensitivity.choose(shown=not sensitivity.choices.shown),
+            "Ctrl+E",
+        )
+        shown.setCheckable(True)
+        shown.setChecked(True)
+        sensitivity.choicesChanged.connect(lambda choices: shown.setChecked(choices.shown))
+        menu.addSeparator()
+        _add(menu, "Draw &rectangle", lambda: sensitivity.set_tool("rectangle"), "R")
+        _add(menu, "Draw &lasso", lambda: sensitivity.set_tool("lasso"), "L")
+        _add(menu, "R&emove region", sensitivity.remove_region, "Shift+Delete")
+        _add(menu, "&Whole image", lambda: sensitivity.activate(None))
+        menu.addSeparator()
+        _add(menu, "&Pin the band of values", view.findings.toggle_pin, "P")
+        menu.addSeparator()
+        _add(menu, "Save &sensitivity as…", lambda: self._files.save_sensitivity(view.result()))
 
     def _choices(
         self, menu: QMenu, choices: dict[str, Any], choose: Callable[[Any], object]

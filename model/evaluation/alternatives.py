@@ -29,6 +29,7 @@ from model.samples.sample_rendering import make_renderer, render_samples
 from model.samples.sampling import draw_sample
 from model.scene.inputs import SceneInputs
 from model.scene.volume import Volume
+from model.sensitivity.agreement import sensitivity_agreement
 
 WORTH_WHILE = 1.5
 """Speed over the ray caster's from which on a model pays although it is less exact."""
@@ -38,6 +39,9 @@ TIMED = 3
 
 RECORDED = 48
 """Samples that the sentence in a model's card is measured on."""
+
+RECORDED_SENSITIVITIES = 24
+"""Number of those whose sensitivities are compared with the exact ones."""
 
 Draw = Callable[[SceneInputs], NDArray[np.float32]]
 
@@ -135,6 +139,8 @@ def compare_alternatives(
 def record_verdict(folder: Path, volume: Volume) -> str:
     """Compare a model with its alternatives, and write the verdict into its card.
 
+    Where exact sensitivities are there, the agreement of the model's is written, too.
+
     Parameters
     ----------
     folder : Path
@@ -156,7 +162,11 @@ def record_verdict(folder: Path, volume: Volume) -> str:
         renderer.close()
     samples = [draw_sample(scene, seed, "holdout", index) for index in range(RECORDED)]
     found = compare_alternatives(generator, folder, volume, samples, rendered.rgba)
-    add_metrics(folder, alternatives=found)
+    recorded: dict[str, Any] = {"alternatives": found}
+    if scene.lighting != "global":
+        agreement = sensitivity_agreement(generator, volume, samples[:RECORDED_SENSITIVITIES])
+        recorded["sensitivity_agreement"] = agreement.to_json()
+    add_metrics(folder, **recorded)
     return str(found["verdict"])
 
 

@@ -125,6 +125,15 @@ def verdict_of(folder: Path) -> str:
         return ""
 
 
+def recorded_agreement(folder: Path) -> float | None:
+    """Return the median cosine of a model's sensitivities with exact ones; None if unknown."""
+    try:
+        agreement = read_header(folder)["metrics"]["sensitivity_agreement"]
+        return float(agreement["image_cosine"]["median"])
+    except (CheckpointError, KeyError, TypeError, ValueError):
+        return None
+
+
 def add_metrics(folder: Path, **metrics: Any) -> None:
     """Write further metrics into a model's card.
 

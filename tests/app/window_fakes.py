@@ -12,7 +12,15 @@ from ramp import make_tf, make_volume
 
 from app.engines.engine import Engine
 from app.engines.engines import Builders, GeneratorSettings, ReferenceSettings
-from app.engines.messages import ImageRequest, Quality, Request, VisibilityRequest
+from app.engines.messages import (
+    BatchRequest,
+    ImageRequest,
+    Quality,
+    RegionSensitivityRequest,
+    Request,
+    ValueSensitivityRequest,
+    VisibilityRequest,
+)
 from model.errors import NotOfferedError, VolumeError
 from model.scene.inputs import SceneInputs
 from model.scene.scene import Scene
@@ -63,13 +71,41 @@ class FakeEngine:
 
     def visibility(self, request: VisibilityRequest) -> NDArray[np.float32]:
         self.others.append(request)
-        return np.full(256, request.sequence, dtype=np.float32)
+        return np.full((len(request.regions), 256), request.sequence, dtype=np.float32)
+
+    def region_sensitivity(self, request: RegionSensitivityRequest) -> NDArray[np.float32]:
+        """A peak at bin 100, so many times 1 as the region has pixels."""
+        self.others.append(request)
+        self._wait_or_fail()
+        pixels = request.region.mask(request.quality.size).sum()
+        bins = np.arange(256)
+        return (pixels * np.exp(-((bins - 100) ** 2) / 200)).astype(np.float32)
+
+    def value_sensitivity(self, request: ValueSensitivityRequest) -> NDArray[np.float32]:
+        """The lowest value of the band in every pixel."""
+        self.others.append(request)
+        self._wait_or_fail()
+        size = request.quality.size
+        return np.full((size, size, 3), request.values[0], dtype=np.float32)
+
+    def images(self, request: BatchRequest) -> NDArray[np.float32]:
+        """Gray images, each .1 brighter than the one before."""
+        self.others.append(request)
+        size = request.quality.size
+        levels = 0.1 * np.arange(1 + len(request.more), dtype=np.float32)
+        return np.ones((len(levels), size, size, 4), np.float32) * levels[:, None, None, None]
 
     def _not_offered(self, request: Request) -> NDArray[np.float32]:
         self.others.append(request)
         raise NotOfferedError("The fake does not offer that.")
 
-    images = region_sensitivity = value_sensitivity = latent_images = _not_offered
+    latent_images = _not_offered
+
+    def _wait_or_fail(self) -> None:
+        if self.gate is not None:
+            assert self.gate.acquire(timeout=PATIENCE_S)
+        if self.error is not None:
+            raise self.error
 
     def close(self) -> None:
         self.threads.append(threading.current_thread())
@@ -84,12 +120,13 @@ class FakeBuilders:
     scene: Scene | None = None
     generators: list[FakeEngine] = field(default_factory=list)
     references: list[FakeEngine] = field(default_factory=list)
+    analysts: list[FakeEngine] = field(default_factory=list)
     settings: list[ReferenceSettings] = field(default_factory=list)
     generator_error: Exception | None = None
     loading: threading.Event | None = None
 
     def make(self) -> Builders:
-        return Builders(self.read_volume, self.reference, self.generator)
+        return Builders(self.read_volume, self.reference, self.generator, self.analyst)
 
     def read_volume(self, path: Path) -> Volume:
         if path.stem not in self.volumes:
@@ -100,6 +137,10 @@ class FakeBuilders:
         self.settings.append(settings)
         self.references.append(FakeEngine())
         return self.references[-1]
+
+    def analyst(self, volume: Volume, settings: ReferenceSettings) -> Engine:
+        self.analysts.append(FakeEngine())
+        return self.analysts[-1]
 
     def generator(self, folder: Path, settings: GeneratorSettings) -> Engine:
         if self.loading is not None:

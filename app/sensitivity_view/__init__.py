@@ -1,0 +1,1 @@
+"""Sensitivities in the window: over the images and over the opacity curve."""

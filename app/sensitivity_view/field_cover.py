@@ -1,0 +1,219 @@
+"""The field of a band of values over one engine's image, with its colour bar."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QObject, QRect, QRectF, Qt
+from PySide6.QtGui import QColor, QImage, QPainter, QPen
+from skimage.measure import find_contours
+from skimage.transform import resize
+
+from app import theme
+from app.engines.messages import ImageRequest, Result
+from app.image_view.engine_pane import EnginePane
+from app.image_view.image_canvas import to_qimage
+from app.state.sensitivity_answers import SOURCE_NAMES, FieldAnswer, WhatIfAnswer
+from app.state.sensitivity_dispatcher import SensitivityDispatcher
+from app.state.sensitivity_state import SensitivityState
+from app.state.viewer_state import ViewerState
+from model.scene.inputs import SceneInputs
+from model.scene.tf_perturbation import edit_over
+from model.sensitivity.display import (
+    BACKDROP,
+    FLOOR,
+    color_bar,
+    overlay,
+    scale_of,
+    shown_field,
+)
+from model.sensitivity.measure import Measure
+from model.sensitivity.trust import trust_levels
+
+KEPT_IMAGES = 6
+"""Newest images that are kept until their field arrives."""
+
+BAR_WIDTH, BAR_HEIGHT, BAR_MARGIN = 150, 9, 12
+
+CONTOURS = (0.15, 0.4, 0.7)
+"""Levels of contours, as fractions of the scale."""
+
+
+class FieldCover(QObject):
+    """Shows a field with the very image that it belongs to, or nothing.
+
+    Fields and images arrive at different times. A field covers the pane only together with
+    the image of the same inputs; while newer images arrive faster than fields, the last pair
+    stays, and is never mixed.
+
+    Parameters
+    ----------
+    pane : EnginePane
+    state : ViewerState
+    sensitivity : SensitivityState
+    dispatcher : SensitivityDispatcher
+    choose : callable
+        Returns the answer to show in this pane, or None.
+    """
+
+    def __init__(
+        self,
+        pane: EnginePane,
+        state: ViewerState,
+        sensitivity: SensitivityState,
+        dispatcher: SensitivityDispatcher,
+        choose: Callable[[], FieldAnswer | None],
+    ) -> None:
+        super().__init__(pane)
+        self._pane = pane
+        self._state = state
+        self._sensitivity = sensitivity
+        self._dispatcher = dispatcher
+        self._choose = choose
+        self._images: OrderedDict[SceneInputs, NDArray[np.float32]] = OrderedDict()
+        self._scale = FLOOR
+        self._caption = ""
+        self._what_if: WhatIfAnswer | None = None
+        self._bar: Measure | None = None
+        pane.client.resultReady.connect(self._take_image)
+        pane.client.stateChanged.connect(lambda _state: self._check_stop())
+        dispatcher.fieldAnswered.connect(self.refresh)
+        sensitivity.bandChanged.connect(lambda _band: self.refresh())
+        sensitivity.choicesChanged.connect(lambda _choices: self.refresh())
+        pane.canvas.add_decoration(self._paint)
+
+    @property
+    def caption(self) -> str:
+        """Text under the colour bar; empty if no field is shown."""
+        return self._caption if self._bar is not None else ""
+
+    @property
+    def scale(self) -> float:
+        """Value at the end of the colour bar."""
+        return self._scale
+
+    def image_of(self, inputs: SceneInputs) -> NDArray[np.float32] | None:
+        """Return the pane's image (S, S, 3) of some inputs; None if it is not there yet."""
+        return self._images.get(inputs)
+
+    def refresh(self) -> None:
+        """Show the newest field with its image, or uncover the image."""
+        if self._what_if is not None:
+            return
+        answer = self._choose()
+        band = self._sensitivity.band
+        shown = self._sensitivity.choices.shown
+        if answer is None or band is None or not shown:
+            self._uncover()
+            return
+        if answer.request.values != band.values:
+            # The band's own field is on its way; what is there belongs to another value.
+            return
+        image = self._images.get(answer.request.inputs)
+        if image is not None:
+            self._cover(answer, image)
+        elif not answer.is_of(self._state.inputs):
+            self._uncover()
+
+    def show_what_if(self, answer: WhatIfAnswer | None) -> None:
+        """Show the difference that an edit makes, or the field again."""
+        self._what_if = answer
+        if answer is None:
+            self._uncover()
+            self.refresh()
+            return
+        what_if = answer.what_if
+        difference = np.asarray(what_if.difference.mean(axis=-1), dtype=np.float64)
+        self._scale = max(float(np.quantile(np.abs(difference), 0.998)), 1 / 255)
+        colored = overlay(what_if.image, difference, self._scale, "signed")
+        self._bar = "signed"
+        self._caption = f"{self._scale:.2g} of pixel value: the edit's difference"
+        self._pane.canvas.show_cover(_picture(colored))
+
+    def _take_image(self, result: Result) -> None:
+        if isinstance(result.request, ImageRequest) and result.value is not None:
+            self._images[result.request.inputs] = result.value[..., :3]
+            self._images.move_to_end(result.request.inputs)
+            while len(self._images) > KEPT_IMAGES:
+                self._images.popitem(last=False)
+            self.refresh()
+
+    def _check_stop(self) -> None:
+        """Uncover a pane that has lost its image."""
+        if self._pane.canvas.image is None:
+            self._images.clear()
+            self._what_if = None
+            self._uncover()
+
+    def _uncover(self) -> None:
+        self._bar = None
+        self._pane.canvas.show_cover(None)
+        self._pane.canvas.update()
+
+    def _cover(self, answer: FieldAnswer, image: NDArray[np.float32]) -> None:
+        choices, request = self._sensitivity.choices, answer.request
+        scalar_range = self._state.scalar_range
+        edit = edit_over(request.values, scalar_range, request.width)
+        field = shown_field(answer.value, edit, choices.measure)
+        keep = choices.locked or self._state.live or self._sensitivity.dragging
+        if not keep or self._bar is None:
+            self._scale = scale_of(field)
+        size = len(image)
+        trust = self._trust(size) if choices.fade else None
+        if len(field) != size:
+            field = resize(field, (size, size), order=1)
+        if choices.style == "contours":
+            colored = _with_contours(image, field, self._scale, choices.measure)
+        else:
+            colored = overlay(image, field, self._scale, choices.measure, trust)
+        self._bar = choices.measure
+        self._caption = f"{self._scale:.2g} per +.01 opacity, {SOURCE_NAMES[answer.source]}"
+        self._pane.canvas.show_cover(_picture(colored))
+
+    def _trust(self, size: int) -> NDArray[np.int64] | None:
+        exact, learned = self._dispatcher.both_fields
+        if exact is None or learned is None:
+            return None
+        return trust_levels(learned.value, exact.value, size)
+
+    def _paint(self, painter: QPainter, rect: QRect) -> None:
+        """Paint the colour bar into the lower left corner."""
+        if self._bar is None:
+            return
+        colors = np.rint(255 * color_bar(self._bar, BAR_WIDTH)).astype(np.uint8)[None]
+        bar = QImage(
+            np.ascontiguousarray(colors).data, BAR_WIDTH, 1, 3 * BAR_WIDTH,
+            QImage.Format.Format_RGB888,
+        ).copy()  # fmt: skip
+        x, y = rect.left() + BAR_MARGIN, rect.bottom() - BAR_MARGIN - BAR_HEIGHT
+        painter.drawImage(QRectF(x, y, BAR_WIDTH, BAR_HEIGHT), bar)
+        painter.setPen(QPen(QColor(theme.DIM_TEXT), 1))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.drawRect(QRectF(x, y, BAR_WIDTH, BAR_HEIGHT))
+        low = f"−{self._scale:.2g}" if self._bar == "signed" else "0"
+        painter.setPen(QColor(theme.TEXT))
+        text = QRectF(x, y - 18, rect.width() - 2 * BAR_MARGIN, 16)
+        painter.drawText(text, Qt.AlignmentFlag.AlignLeft, f"{low} to {self._caption}")
+
+
+def _picture(colors: NDArray[np.float64]) -> QImage:
+    return to_qimage(colors.astype(np.float32))
+
+
+def _with_contours(
+    image: NDArray[np.float32], field: NDArray[np.float64], scale: float, measure: Measure
+) -> NDArray[np.float64]:
+    """Draw contours of a field into its grey image."""
+    gray = BACKDROP * np.clip(image, 0, 1).mean(axis=-1, keepdims=True)
+    out = np.repeat(gray.astype(np.float64), 3, axis=-1)
+    table = color_bar(measure, 256)
+    levels = CONTOURS if measure == "change" else (*(-level for level in CONTOURS), *CONTOURS)
+    for level in levels:
+        place = level if measure == "change" else (level + 1) / 2
+        for line in find_contours(field, level * scale):
+            rows, columns = np.rint(line).astype(int).T
+            out[rows, columns] = table[round(place * 255)]
+    return out

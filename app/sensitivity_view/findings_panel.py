@@ -1,0 +1,327 @@
+"""What to do with a sensitivity: promising intervals, values of a clicked place, what if."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QComboBox,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app.sensitivity_view.response_layer import ResponseLayer
+from app.state.sensitivity_answers import SOURCE_NAMES, WhatIfAnswer
+from app.state.sensitivity_dispatcher import SensitivityDispatcher
+from app.state.sensitivity_state import SensitivityState
+from app.state.viewer_state import ViewerState
+from app.tf_editor.number_box import NumberBox
+from model.scene.tf_emphasis import (
+    add_striking_mode,
+    isolate_value,
+    lower_value,
+    raise_value,
+)
+from model.scene.tf_perturbation import edit_around
+from model.scene.transfer_function import TF_SAMPLES
+from model.sensitivity.contributions import Contribution, contributions
+from model.sensitivity.intervals import Interval
+
+PANEL_WIDTH = 276
+ROWS = 3
+
+
+class FindingsPanel(QWidget):
+    """Lists the intervals that promise most, or what shows at the clicked place.
+
+    Parameters
+    ----------
+    state : ViewerState
+    sensitivity : SensitivityState
+    dispatcher : SensitivityDispatcher
+    layer : ResponseLayer
+        Finds the intervals, and has flags for them.
+    shown_colors : callable
+        Returns the colours (n, 3) that the active region shows now.
+    source : QWidget
+        Says who answered.
+    """
+
+    whatIfShown = Signal(object)
+    """Emitted with a :class:`WhatIfAnswer` while the button is held."""
+    whatIfEnded = Signal()
+
+    def __init__(
+        self,
+        state: ViewerState,
+        sensitivity: SensitivityState,
+        dispatcher: SensitivityDispatcher,
+        layer: ResponseLayer,
+        shown_colors: Callable[[], NDArray[np.float32]],
+        source: QWidget,
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self._state = state
+        self._sensitivity = sensitivity
+        self._dispatcher = dispatcher
+        self._layer = layer
+        self._shown_colors = shown_colors
+        self._found: tuple[Contribution, ...] = ()
+        self._rendered: list[float] = []
+        self._what_if: dict[str, WhatIfAnswer] = {}
+        self._holding = False
+        self.setFixedWidth(PANEL_WIDTH)
+        self.heading = QLabel()
+        self.heading.setProperty("role", "title")
+        self.back = QToolButton()
+        self.back.setText("✕")
+        self.back.setToolTip("Back to the intervals")
+        self.rows = [QLabel() for _ in range(ROWS)]
+        self.adds = [QPushButton("Add") for _ in range(ROWS)]
+        self.raises = [_small("▲", "Raise the opacity of this value") for _ in range(ROWS)]
+        self.lowers = [_small("▼", "Lower the opacity of this value") for _ in range(ROWS)]
+        self.isolates = [_small("only", "Show this value alone") for _ in range(ROWS)]
+        self.height_box = NumberBox()
+        self.height_box.setFixedWidth(56)
+        self.height_box.show_value(sensitivity.choices.height)
+        self.height_box.setToolTip("Opacity of the modes whose effect is predicted")
+        self.render_button = QPushButton("Render")
+        self.render_button.setToolTip("Render a mode in each interval, and measure the change")
+        self.what_if_button = QPushButton("What if…")
+        self.what_if_button.setToolTip(
+            "Hold to see what a mode at the band (or the best interval) would change (W)"
+        )
+        self.pin = _small("Pin", "Keep the red band when the mouse leaves (P)")
+        self.pin.setCheckable(True)
+        self.style_box = QComboBox()
+        self.style_box.addItems(["Map", "Contours"])
+        self.style_box.setToolTip("How the field of the red band is drawn over the images")
+        self.fade = QCheckBox("Trust")
+        self.fade.setToolTip("Fade the field to grey where learned and exact differ")
+        self.locked = QCheckBox("Lock")
+        self.locked.setToolTip("Keep the scales of field and plot as they are")
+        self.result = QLabel()
+        self.result.setProperty("role", "dim")
+        self.result.setWordWrap(True)
+        self._lay_out(source)
+        self._connect()
+        self.refresh()
+
+    def add_mode(self, index: int) -> None:
+        """Add a mode in an interval, in a colour that stands out: one undo step."""
+        intervals = self._layer.intervals
+        if index < len(intervals):
+            value, tf = intervals[index].value, self._state.transfer_function
+            choices = self._sensitivity.choices
+            shown = self._shown_colors()
+            width = self._width()
+            added = add_striking_mode(tf, value, width, choices.height, shown)
+            self._state.commit(added, "add mode")
+
+    def refresh(self) -> None:
+        """Show the present intervals or values."""
+        picked = self._sensitivity.place is not None
+        self.heading.setText("At the clicked place" if picked else "Where an edit shows most")
+        self.back.setVisible(picked)
+        for index in range(ROWS):
+            if picked:
+                here = index < len(self._found)
+                self.rows[index].setText(self._found_text(index) if here else "")
+            else:
+                here = index < len(self._layer.intervals)
+                self.rows[index].setText(self._interval_text(index) if here else "")
+            self.adds[index].setVisible(here and not picked)
+            for buttons in (self.raises, self.lowers, self.isolates):
+                buttons[index].setVisible(here and picked)
+        if picked and not self._found:
+            self.rows[0].setText("nothing: this place is black")
+        elif not picked and not self._layer.intervals:
+            self.rows[0].setText("no edit shows here")
+        self.render_button.setEnabled(not picked and bool(self._layer.intervals))
+        self.what_if_button.setEnabled(self._what_if_edit() is not None)
+
+    def start_what_if(self) -> None:
+        """Have the edit at the band, or at the best interval, rendered."""
+        edit = self._what_if_edit()
+        if edit is not None:
+            self._holding = True
+            self._what_if.clear()
+            self.result.setText("rendering …")
+            self._dispatcher.ask_what_if(edit, self._sensitivity.outline)
+
+    def end_what_if(self) -> None:
+        """Show the fields again; the numbers stay."""
+        self._holding = False
+        self.whatIfEnded.emit()
+
+    def _lay_out(self, source: QWidget) -> None:
+        head = QHBoxLayout()
+        head.addWidget(self.heading)
+        head.addStretch()
+        head.addWidget(self.back)
+        grid = QGridLayout()
+        grid.setContentsMargins(0, 0, 0, 0)
+        grid.setVerticalSpacing(2)
+        grid.setHorizontalSpacing(4)
+        grid.setColumnStretch(0, 1)
+        for index, row in enumerate(self.rows):
+            row.setMinimumHeight(24)
+            grid.addWidget(row, index, 0)
+            row_buttons = (
+                self.adds[index],
+                self.raises[index],
+                self.lowers[index],
+                self.isolates[index],
+            )
+            for column, button in enumerate(row_buttons, start=1):
+                grid.addWidget(button, index, column)
+        height = QHBoxLayout()
+        label = QLabel("Opacity")
+        label.setProperty("role", "dim")
+        for widget in (label, self.height_box, self.render_button, self.what_if_button):
+            height.addWidget(widget)
+        view = QHBoxLayout()
+        for part in (self.pin, self.style_box, self.fade, self.locked):
+            view.addWidget(part)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(6)
+        layout.addLayout(head)
+        layout.addWidget(source)
+        layout.addLayout(grid)
+        layout.addStretch()
+        layout.addWidget(self.result)
+        layout.addLayout(height)
+        layout.addLayout(view)
+
+    def _connect(self) -> None:
+        sensitivity = self._sensitivity
+        for index in range(ROWS):
+            self.adds[index].clicked.connect(lambda _=False, i=index: self.add_mode(i))
+            self.raises[index].clicked.connect(lambda _=False, i=index: self._emphasize(i, "raise"))
+            self.lowers[index].clicked.connect(lambda _=False, i=index: self._emphasize(i, "lower"))
+            self.isolates[index].clicked.connect(
+                lambda _=False, i=index: self._emphasize(i, "isolate")
+            )
+        self._layer.peakClicked.connect(self.add_mode)
+        self._layer.intervalsChanged.connect(self._take_intervals)
+        self._dispatcher.pickAnswered.connect(self._take_pick)
+        self._dispatcher.intervalsRendered.connect(self._take_rendered)
+        self._dispatcher.whatIfAnswered.connect(self._take_what_if)
+        self.back.clicked.connect(lambda: sensitivity.pick(None))
+        self.render_button.clicked.connect(
+            lambda: self._dispatcher.render_intervals(self._layer.intervals)
+        )
+        self.what_if_button.pressed.connect(self.start_what_if)
+        self.what_if_button.released.connect(self.end_what_if)
+        self.height_box.valueChanged.connect(lambda height: sensitivity.choose(height=height))
+        self.pin.clicked.connect(self.toggle_pin)
+        self.style_box.activated.connect(
+            lambda i: sensitivity.choose(style="contours" if i else "map")
+        )
+        self.fade.toggled.connect(lambda on: sensitivity.choose(fade=on))
+        self.locked.toggled.connect(lambda on: sensitivity.choose(locked=on))
+        sensitivity.choicesChanged.connect(lambda _choices: self._forget_rendered())
+        sensitivity.placeChanged.connect(lambda _place: self.refresh())
+        sensitivity.bandChanged.connect(self._show_band)
+
+    def toggle_pin(self) -> None:
+        """Pin the band, or release it."""
+        band = self._sensitivity.band
+        if band is not None and band.pinned:
+            self._sensitivity.unpin()
+        elif band is not None:
+            self._sensitivity.pin()
+        elif self._layer.intervals:
+            self._sensitivity.pin(self._layer.intervals[0].value)
+        self._show_band(self._sensitivity.band)
+
+    def _show_band(self, _band: object) -> None:
+        band = self._sensitivity.band
+        self.pin.setChecked(band is not None and band.pinned)
+        self.what_if_button.setEnabled(self._what_if_edit() is not None)
+
+    def _width(self) -> float:
+        """Standard deviation of edits in the data's units."""
+        lo, hi = self._state.scalar_range
+        return self._sensitivity.choices.width * (hi - lo) / (TF_SAMPLES - 1)
+
+    def _what_if_edit(self) -> NDArray[np.float32] | None:
+        edit = self._dispatcher.edit()
+        if edit is None and self._layer.intervals:
+            value, width = self._layer.intervals[0].value, self._sensitivity.choices.width
+            edit = edit_around(value, self._state.scalar_range, width)
+        return edit
+
+    def _emphasize(self, index: int, how: str) -> None:
+        if index >= len(self._found):
+            return
+        functions = {"raise": raise_value, "lower": lower_value, "isolate": isolate_value}
+        tf = self._state.transfer_function
+        opacity = functions[how](tf.opacity, self._found[index].value, self._width())
+        self._state.commit(replace(tf, opacity=opacity), f"{how} value")
+
+    def _take_intervals(self, _intervals: tuple[Interval, ...]) -> None:
+        self._forget_rendered()
+
+    def _forget_rendered(self) -> None:
+        self._rendered = []
+        self.refresh()
+
+    def _take_rendered(self, changes: list[float]) -> None:
+        self._rendered = changes
+        self.refresh()
+
+    def _take_pick(self) -> None:
+        answer = self._dispatcher.pick
+        self._found = ()
+        if answer is not None:
+            self._found = contributions(answer.value[0], self._state.scalar_range)
+        self.refresh()
+
+    def _take_what_if(self, answer: WhatIfAnswer) -> None:
+        self._what_if[SOURCE_NAMES[answer.source]] = answer
+        texts = []
+        for name, one in self._what_if.items():
+            predicted = one.what_if.predicted
+            said = "" if predicted is None else f", predicted {predicted:.3f}"
+            texts.append(f"{name}: RMSE {one.what_if.rmse:.3f}{said}")
+        self.result.setText("\n".join(texts))
+        if self._holding:
+            self.whatIfShown.emit(answer)
+
+    def _interval_text(self, index: int) -> str:
+        interval = self._layer.intervals[index]
+        predicted = interval.predicted(self._sensitivity.choices.height)
+        text = f"{index + 1}   {interval.value:.4g}   {predicted:+.2g}"
+        if index < len(self._rendered):
+            text += f" → {self._rendered[index]:.2g}"
+        self.rows[index].setToolTip(
+            f"{interval.low:.5g} to {interval.high:.5g}: a mode of this opacity changes the "
+            "region's pixels by so much, predicted to first order → rendered"
+        )
+        return text
+
+    def _found_text(self, index: int) -> str:
+        found = self._found[index]
+        self.rows[index].setToolTip("Share of what is visible there")
+        return f"{found.value:.4g}   {100 * found.share:.0f} %"
+
+
+def _small(text: str, tip: str) -> QToolButton:
+    button = QToolButton()
+    button.setText(text)
+    button.setToolTip(tip)
+    button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+    return button

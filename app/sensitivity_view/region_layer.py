@@ -1,0 +1,247 @@
+"""Regions over an image: drawn, moved and resized by the mouse; clicks ask what is there."""
+
+from __future__ import annotations
+
+from typing import cast
+
+from PySide6.QtCore import QEvent, QObject, QPointF, QRect, QRectF, Qt
+from PySide6.QtGui import QColor, QCursor, QMouseEvent, QPainter, QPen, QPolygonF
+
+from app import theme
+from app.image_view.image_canvas import ImageCanvas
+from app.state.sensitivity_state import SensitivityState
+from model.scene.region import Outline
+
+REACH = 8.0
+"""Distance in pixels from which a corner or an edge reacts to the mouse."""
+
+CLICK_REACH = 4.0
+"""Largest movement of a click, in pixels."""
+
+LASSO_STEP = 3.0
+"""Least distance of a lasso's points, in pixels."""
+
+LEAST_SIDE = 0.004
+"""Least side of a new rectangle, as a fraction of the image."""
+
+MARK = 7
+
+
+class RegionLayer(QObject):
+    """Shows the regions over a canvas and edits the active one.
+
+    A region is moved by its edge, a rectangle resized by its corners; inside a region the
+    mouse turns the view, as everywhere else.
+
+    Parameters
+    ----------
+    canvas : ImageCanvas
+    state : SensitivityState
+    """
+
+    def __init__(self, canvas: ImageCanvas, state: SensitivityState) -> None:
+        super().__init__(canvas)
+        self._canvas = canvas
+        self._state = state
+        self._pressed: QPointF | None = None
+        self._moved = False
+        self._grip: str | int | None = None
+        self._start = Outline()
+        self._lasso: list[QPointF] = []
+        canvas.setMouseTracking(True)
+        canvas.add_decoration(self._paint)
+        canvas.installEventFilter(self)
+        state.regionsChanged.connect(canvas.update)
+        state.placeChanged.connect(canvas.update)
+        state.choicesChanged.connect(canvas.update)
+        state.toolChanged.connect(self._show_cursor)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Handle mouse events on regions, and while a tool is chosen; pass on all others."""
+        kind = event.type()
+        if not self._state.choices.shown:
+            return False
+        if kind == QEvent.Type.MouseButtonPress:
+            return self._press(cast(QMouseEvent, event))
+        if kind == QEvent.Type.MouseMove:
+            return self._move(cast(QMouseEvent, event).position())
+        if kind == QEvent.Type.MouseButtonRelease and self._pressed is not None:
+            return self._release(cast(QMouseEvent, event).position())
+        return False
+
+    def _press(self, event: QMouseEvent) -> bool:
+        if event.button() != Qt.MouseButton.LeftButton or event.modifiers():
+            return False
+        self._pressed, self._moved = event.position(), False
+        if self._state.tool is not None:
+            self._lasso = [event.position()]
+            return True
+        self._grip = self._grip_at(event.position())
+        self._start = self._state.outline
+        return self._grip is not None
+
+    def _move(self, position: QPointF) -> bool:
+        if self._pressed is None:
+            self._show_cursor(self._state.tool, self._grip_at(position))
+            return False
+        if (position - self._pressed).manhattanLength() > CLICK_REACH:
+            self._moved = True
+        if self._state.tool is not None:
+            self._draw(position)
+            return True
+        if self._grip is None:
+            return False
+        (x0, y0), (x, y) = map(self._canvas.place_of, (self._pressed, position))
+        if isinstance(self._grip, int):
+            self._state.change_region(_resized(self._start, self._grip, x, y))
+        else:
+            self._state.change_region(self._start.moved(x - x0, y - y0))
+        return True
+
+    def _release(self, position: QPointF) -> bool:
+        handled = self._state.tool is not None or self._grip is not None
+        if self._state.tool is not None:
+            self._finish_drawing(position)
+        elif self._grip is not None:
+            self._state.finish_region()
+        elif not self._moved:
+            x, y = self._canvas.place_of(position)
+            self._state.pick((x, y) if 0 <= x < 1 and 0 <= y < 1 else None)
+        self._pressed, self._grip, self._lasso = None, None, []
+        self._canvas.update()
+        return handled
+
+    def _draw(self, position: QPointF) -> None:
+        if self._state.tool == "lasso":
+            if (position - self._lasso[-1]).manhattanLength() >= LASSO_STEP:
+                self._lasso.append(position)
+        else:
+            self._lasso = [self._lasso[0], position]
+        self._canvas.update()
+
+    def _finish_drawing(self, position: QPointF) -> None:
+        outline = self._drawn_outline()
+        self._state.set_tool(None)
+        if outline is not None:
+            self._state.add_region(outline)
+            self._state.finish_region()
+        self._show_cursor(None, self._grip_at(position))
+
+    def _drawn_outline(self) -> Outline | None:
+        """The outline that was drawn; None for a click."""
+        places = [self._canvas.place_of(point) for point in self._lasso]
+        xs, ys = [x for x, _ in places], [y for _, y in places]
+        left, right, top, bottom = min(xs), max(xs), min(ys), max(ys)
+        outside = left >= 1 or right <= 0 or top >= 1 or bottom <= 0
+        if not self._moved or outside or max(right - left, bottom - top) < LEAST_SIDE:
+            return None
+        if self._state.tool == "rectangle" or len(places) < 3:
+            return Outline.rectangle(left, top, right, bottom)
+        return Outline(tuple(places))
+
+    def _grip_at(self, position: QPointF) -> str | int | None:
+        """The active region's corner at a position, "edge" for its edge, else None."""
+        polygon = self._polygon(self._state.outline, self._canvas.image_rect)
+        if polygon.isEmpty():
+            return None
+        points = [polygon.at(i) for i in range(polygon.size())]
+        if _is_rectangle(self._state.outline):
+            for index, corner in enumerate(points):
+                if (corner - position).manhattanLength() <= 1.5 * REACH:
+                    return index
+        edges = zip(points, [*points[1:], points[0]], strict=True)
+        if any(_distance(position, a, b) <= REACH for a, b in edges):
+            return "edge"
+        return None
+
+    def _show_cursor(self, tool: object, grip: str | int | None = None) -> None:
+        shape = Qt.CursorShape.OpenHandCursor
+        if tool is not None:
+            shape = Qt.CursorShape.CrossCursor
+        elif isinstance(grip, int):
+            diagonal = Qt.CursorShape.SizeFDiagCursor, Qt.CursorShape.SizeBDiagCursor
+            shape = diagonal[grip % 2]
+        elif grip is not None:
+            shape = Qt.CursorShape.SizeAllCursor
+        if self._canvas.cursor().shape() != shape:
+            self._canvas.setCursor(QCursor(shape))
+
+    def _paint(self, painter: QPainter, rect: QRect) -> None:
+        if not self._state.choices.shown:
+            return
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        for index, region in enumerate(self._state.regions):
+            active = index == self._state.active
+            self._paint_outline(painter, self._polygon(region.outline, rect), active)
+            if active and _is_rectangle(region.outline):
+                self._paint_corners(painter, self._polygon(region.outline, rect))
+            self._paint_name(painter, region.name, self._polygon(region.outline, rect), active)
+        if len(self._lasso) > 1:
+            outline = self._drawn_outline()
+            if outline is not None:
+                self._paint_outline(painter, self._polygon(outline, rect), True)
+        self._paint_place(painter, rect)
+
+    def _paint_outline(self, painter: QPainter, polygon: QPolygonF, active: bool) -> None:
+        # A dark line beneath, so that it is seen on bright pictures, too.
+        for color, width in ((theme.BACKGROUND, 3.5), (_color(active), 1.5)):
+            painter.setPen(QPen(QColor(color), width))
+            painter.drawPolygon(polygon)
+
+    def _paint_corners(self, painter: QPainter, polygon: QPolygonF) -> None:
+        painter.setPen(QPen(QColor(theme.BACKGROUND), 1))
+        painter.setBrush(QColor(theme.ACCENT))
+        for index in range(polygon.size()):
+            corner = polygon.at(index)
+            painter.drawRect(QRectF(corner.x() - 3.5, corner.y() - 3.5, 7, 7))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+
+    def _paint_name(self, painter: QPainter, name: str, polygon: QPolygonF, active: bool) -> None:
+        corner = polygon.boundingRect().topLeft() + QPointF(2, -5)
+        if corner.y() < 12:
+            corner = polygon.boundingRect().bottomLeft() + QPointF(2, 14)
+        for color, shift in ((theme.BACKGROUND, 1.0), (_color(active), 0.0)):
+            painter.setPen(QColor(color))
+            painter.drawText(corner + QPointF(shift, shift), name)
+
+    def _paint_place(self, painter: QPainter, rect: QRect) -> None:
+        if self._state.place is None:
+            return
+        x, y = self._state.place
+        at = QPointF(rect.left() + x * rect.width(), rect.top() + y * rect.height())
+        for color, width in ((theme.BACKGROUND, 3.5), (theme.TEXT, 1.5)):
+            painter.setPen(QPen(QColor(color), width))
+            painter.drawEllipse(at, MARK, MARK)
+
+    def _polygon(self, outline: Outline, rect: QRect) -> QPolygonF:
+        """Corners of an outline on the canvas."""
+        return QPolygonF(
+            [
+                QPointF(rect.left() + x * rect.width(), rect.top() + y * rect.height())
+                for x, y in outline.points
+            ]
+        )
+
+
+def _color(active: bool) -> str:
+    return theme.ACCENT if active else theme.DIM_TEXT
+
+
+def _is_rectangle(outline: Outline) -> bool:
+    points = outline.points
+    return len(points) == 4 and len({x for x, _ in points}) == 2 == len({y for _, y in points})
+
+
+def _resized(outline: Outline, corner: int, x: float, y: float) -> Outline:
+    """Return a rectangle with one of its corners moved."""
+    left, top = outline.points[(corner + 2) % 4]
+    return Outline.rectangle(min(left, x), min(top, y), max(left, x), max(top, y))
+
+
+def _distance(point: QPointF, start: QPointF, end: QPointF) -> float:
+    """Distance of a point from a line segment."""
+    along, to = end - start, point - start
+    square = QPointF.dotProduct(along, along)
+    share = 0.0 if square == 0 else min(max(QPointF.dotProduct(to, along) / square, 0.0), 1.0)
+    away = to - along * share
+    return float((away.x() ** 2 + away.y() ** 2) ** 0.5)

@@ -1,0 +1,310 @@
+"""The region's responses over the opacity curve, with visibility, band and peaks."""
+
+from __future__ import annotations
+
+from typing import Any, cast
+
+import numpy as np
+import pyqtgraph as pg
+from numpy.typing import NDArray
+from PySide6.QtCore import QEvent, QObject, QPointF, QRectF, Qt, Signal
+from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPolygonF, QWheelEvent
+from PySide6.QtWidgets import (
+    QGraphicsObject,
+    QGraphicsSceneMouseEvent,
+    QStyleOptionGraphicsItem,
+    QWidget,
+)
+
+from app import theme
+from app.state.sensitivity_answers import RegionAnswer
+from app.state.sensitivity_dispatcher import SensitivityDispatcher
+from app.state.sensitivity_state import SensitivityState
+from app.state.viewer_state import ViewerState
+from app.tf_editor.handle import DragHandle
+from app.tf_editor.plot_area import PlotArea
+from app.tf_editor.unit_axis import from_unit, to_unit
+from model.scene.tf_perturbation import edit_over
+from model.scene.transfer_function import TF_SAMPLES
+from model.sensitivity.display import FLOOR, shown_responses
+from model.sensitivity.intervals import Interval, promising_intervals
+
+EXACT, LEARNED, BAND = "#56b4e9", "#e69f00", "#e05c5c"
+VISIBLE = "#3fae7d"
+
+AXIS_WIDTH = 64
+BAND_HEIGHT = 0.92
+VISIBLE_HEIGHT = 0.3
+"""Heights of the band and of the visibility, as fractions of the plot."""
+
+CLICK_REACH = 4
+_PLACES = np.linspace(0.0, 1.0, TF_SAMPLES)
+
+
+class PeakFlag(QGraphicsObject):
+    """A numbered flag at a peak of the responses, which can be clicked."""
+
+    clicked = Signal()
+
+    def __init__(self, number: int) -> None:
+        super().__init__()
+        self.setFlag(QGraphicsObject.GraphicsItemFlag.ItemIgnoresTransformations)
+        self.setCursor(Qt.CursorShape.PointingHandCursor)
+        self.setZValue(90)
+        self._number = number
+
+    def boundingRect(self) -> QRectF:
+        """Return the area of the flag in pixels."""
+        return QRectF(-9, -2, 18, 22)
+
+    def paint(
+        self, painter: QPainter, _option: QStyleOptionGraphicsItem, _widget: QWidget | None = None
+    ) -> None:
+        """Draw a pointed label with the number."""
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QColor(EXACT))
+        painter.drawRoundedRect(QRectF(-8, 0, 16, 14), 3, 3)
+        painter.drawPolygon(QPolygonF([QPointF(-4, 13), QPointF(4, 13), QPointF(0, 19)]))
+        painter.setPen(QColor(theme.BACKGROUND))
+        painter.drawText(QRectF(-8, 0, 16, 14), Qt.AlignmentFlag.AlignCenter, str(self._number))
+
+    def mousePressEvent(self, event: QGraphicsSceneMouseEvent) -> None:
+        """Accept the press, so that the release arrives here."""
+        event.accept()
+
+    def mouseReleaseEvent(self, _event: QGraphicsSceneMouseEvent) -> None:
+        """Emit the click."""
+        self.clicked.emit()
+
+
+class ResponseLayer(QObject):
+    """Draws what the dispatcher was told over the opacity plot, and asks by the mouse there.
+
+    Hovering shows the field of the value under the mouse, the wheel sets the edits' width,
+    and dragging beside the handles pins a band of values.
+
+    Parameters
+    ----------
+    area : PlotArea
+    state : ViewerState
+    sensitivity : SensitivityState
+    dispatcher : SensitivityDispatcher
+    """
+
+    intervalsChanged = Signal(object)
+    """Emitted with the promising intervals, the best one first."""
+    peakClicked = Signal(int)
+
+    def __init__(
+        self,
+        area: PlotArea,
+        state: ViewerState,
+        sensitivity: SensitivityState,
+        dispatcher: SensitivityDispatcher,
+    ) -> None:
+        super().__init__(area)
+        self._area = area
+        self._state = state
+        self._sensitivity = sensitivity
+        self._dispatcher = dispatcher
+        self._view, self._axis = area.add_second_scale()
+        self._axis.setWidth(AXIS_WIDTH)
+        self._limit = FLOOR
+        self._pressed: QPointF | None = None
+        self.intervals: tuple[Interval, ...] = ()
+        self._visible = _filled(VISIBLE, 70)
+        self._visible_region = pg.PlotCurveItem(pen=pg.mkPen(VISIBLE, width=1.2), antialias=True)
+        self._curves = {
+            "exact": pg.PlotCurveItem(pen=pg.mkPen(EXACT, width=2), antialias=True),
+            "learned": pg.PlotCurveItem(pen=pg.mkPen(LEARNED, width=2), antialias=True),
+        }
+        self._band = _filled(BAND, 110)
+        self._zero = pg.InfiniteLine(0, angle=0, pen=pg.mkPen(theme.BORDER, width=1))
+        area.opacity.addItem(self._visible, ignoreBounds=True)
+        area.opacity.addItem(self._visible_region, ignoreBounds=True)
+        area.opacity.addItem(self._band, ignoreBounds=True)
+        self._visible.setZValue(-5)
+        self._visible_region.setZValue(-4)
+        for item in (self._zero, *self._curves.values()):
+            self._view.addItem(item, ignoreBounds=True)
+        self._flags = [PeakFlag(number) for number in (1, 2, 3)]
+        for number, flag in enumerate(self._flags):
+            flag.clicked.connect(lambda n=number: self.peakClicked.emit(n))
+            flag.hide()
+            area.opacity.addItem(flag, ignoreBounds=True)
+        viewport = area.widget.viewport()
+        viewport.setMouseTracking(True)
+        viewport.installEventFilter(self)
+        dispatcher.regionAnswered.connect(self.refresh)
+        dispatcher.visibilityAnswered.connect(self._show_visibility)
+        sensitivity.bandChanged.connect(lambda _band: self._show_band())
+        sensitivity.choicesChanged.connect(lambda _choices: self._choices_changed())
+        state.transferFunctionChanged.connect(lambda _tf: self._mark_stale())
+        state.viewChanged.connect(lambda _view: self._mark_stale())
+        state.lightChanged.connect(lambda _light: self._mark_stale())
+
+    @property
+    def is_marked_stale(self) -> bool:
+        """Whether the responses shown are known not to be of the present image."""
+        return bool(self._curves["exact"].opacity() < 1)
+
+    def curve(self, name: str) -> NDArray[np.float64]:
+        """Return the responses shown as a curve, "exact" or "learned"; empty if hidden."""
+        curve = self._curves[name]
+        return np.asarray(curve.yData if curve.isVisible() and curve.yData is not None else [])
+
+    def refresh(self) -> None:
+        """Draw the newest responses."""
+        choices = self._sensitivity.choices
+        shown = {
+            name: self._displayed(self._dispatcher.regions.get(source))
+            for name, source in (
+                ("exact", self._dispatcher.exact_source),
+                ("learned", "learned"),
+            )
+        }
+        for name, curve in self._curves.items():
+            values = shown[name]
+            curve.setVisible(values is not None and choices.shown)
+            if values is not None:
+                curve.setData(_PLACES, values)
+        self._scale_axis([values for values in shown.values() if values is not None])
+        self._mark_stale()
+        answer = self._dispatcher.region_answer
+        values = self._displayed(answer)
+        intervals: tuple[Interval, ...] = ()
+        if values is not None and choices.shown:
+            intervals = promising_intervals(self._inside(values), self._state.scalar_range)
+        if intervals != self.intervals:
+            self.intervals = intervals
+            self._place_flags()
+            self.intervalsChanged.emit(intervals)
+        self._axis.setVisible(choices.shown)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Follow the mouse over the opacity plot; the handles get their events as always."""
+        kind = event.type()
+        if not self._sensitivity.choices.shown:
+            return False
+        if kind == QEvent.Type.Leave:
+            self._sensitivity.hover(None)
+        elif kind == QEvent.Type.Wheel:
+            position = cast(QWheelEvent, event).position()
+            if self._value_at(position) is not None:
+                self._sensitivity.widen(cast(QWheelEvent, event).angleDelta().y() / 120)
+                return True
+        elif kind == QEvent.Type.MouseButtonPress:
+            mouse = cast(QMouseEvent, event)
+            left = mouse.button() == Qt.MouseButton.LeftButton
+            free = left and not self._handle_at(mouse.position())
+            self._pressed = mouse.position() if free else None
+        elif kind == QEvent.Type.MouseMove:
+            self._move(cast(QMouseEvent, event))
+        elif kind == QEvent.Type.MouseButtonRelease:
+            if self._sensitivity.dragging and self._pressed is not None:
+                self._sensitivity.finish_band()
+            self._pressed = None
+        return False
+
+    def _move(self, event: QMouseEvent) -> None:
+        value = self._value_at(event.position())
+        if not event.buttons():
+            self._sensitivity.hover(value)
+        elif self._pressed is not None:
+            start = self._value_at(self._pressed)
+            moved = abs(event.position().x() - self._pressed.x()) > CLICK_REACH
+            if start is not None and value is not None and moved:
+                self._sensitivity.drag_band(start, value)
+
+    def _value_at(self, position: QPointF) -> float | None:
+        """Scalar value under the mouse; None beside the opacity plot."""
+        at = self._area.widget.mapToScene(position.toPoint())
+        if not self._area.opacity.sceneBoundingRect().contains(at):
+            return None
+        place = self._area.opacity.mapSceneToView(at).x()
+        return from_unit(min(max(place, 0.0), 1.0), self._area.scalar_range)
+
+    def _handle_at(self, position: QPointF) -> bool:
+        items = self._area.widget.items(position.toPoint())
+        return any(isinstance(item, DragHandle | PeakFlag) and item.isVisible() for item in items)
+
+    def _displayed(self, answer: RegionAnswer | None) -> NDArray[np.float64] | None:
+        """Responses in the displayed unit; None for those of another measure."""
+        if answer is None or answer.request.measure != self._sensitivity.choices.measure:
+            return None
+        request = answer.request
+        size = request.quality.size
+        pixels = int(request.region.mask(size).sum())
+        return shown_responses(answer.value, pixels, request.width)
+
+    def _inside(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Responses of the values of interest; those of the background may be 100 times as high."""
+        scalars = np.linspace(*self._state.scalar_range, TF_SAMPLES)
+        lo, hi = self._dispatcher.window
+        return np.where((scalars >= lo) & (scalars <= hi), values, 0.0)
+
+    def _scale_axis(self, curves: list[NDArray[np.float64]]) -> None:
+        highest = max((float(np.abs(self._inside(v)).max()) for v in curves), default=0.0)
+        limit = max(1.15 * highest, FLOOR)
+        choices = self._sensitivity.choices
+        if choices.locked and self._limit > FLOOR:
+            limit = self._limit
+        elif self._sensitivity.dragging or self._state.live:
+            # Growing only: a scale that shrinks while dragging hides that the response falls.
+            limit = max(limit, self._limit)
+        self._limit = limit
+        signed = choices.measure == "signed"
+        self._view.setYRange(-limit if signed else -0.02 * limit, limit, padding=0)
+        name = "brightness" if signed else "pixels"
+        self._axis.setLabel(f"Δ {name} per +.01")
+
+    def _mark_stale(self) -> None:
+        """Dim the curves that are not of the present image."""
+        inputs = self._state.inputs
+        for name, source in (("exact", self._dispatcher.exact_source), ("learned", "learned")):
+            answer = self._dispatcher.regions.get(source)
+            fresh = answer is not None and answer.is_of(inputs)
+            self._curves[name].setOpacity(1.0 if fresh else 0.35)
+
+    def _choices_changed(self) -> None:
+        shown = self._sensitivity.choices.shown
+        self._visible.setVisible(shown)
+        self._visible_region.setVisible(shown)
+        self._show_band()
+        self.refresh()
+
+    def _place_flags(self) -> None:
+        for flag, interval in zip(self._flags, self.intervals, strict=False):
+            flag.setPos(to_unit(interval.value, self._state.scalar_range), 1.05)
+        for number, flag in enumerate(self._flags):
+            flag.setVisible(number < len(self.intervals))
+            if number < len(self.intervals):
+                flag.setToolTip("Click to add a mode here, in a colour that stands out")
+
+    def _show_band(self) -> None:
+        band, choices = self._sensitivity.band, self._sensitivity.choices
+        self._band.setVisible(band is not None and choices.shown)
+        if band is not None:
+            edit = edit_over(band.values, self._state.scalar_range, choices.width)
+            self._band.setData(_PLACES, BAND_HEIGHT * edit / edit.max())
+
+    def _show_visibility(self) -> None:
+        answer = self._dispatcher.visibility
+        shown = answer is not None and self._sensitivity.choices.shown
+        self._visible.setVisible(shown)
+        self._visible_region.setVisible(shown and self._sensitivity.active is not None)
+        if answer is None:
+            return
+        region, whole = answer.value.astype(np.float64)
+        # As shares of all that is visible there, so that region and image can be compared.
+        parts = [part / max(float(part.sum()), 1e-9) for part in (region, whole)]
+        top = max(float(part.max()) for part in parts)
+        for part, item in zip(parts, (self._visible_region, self._visible), strict=True):
+            item.setData(_PLACES, VISIBLE_HEIGHT * part / max(top, 1e-9))
+
+
+def _filled(color: str, alpha: int) -> Any:
+    brush = QColor(color)
+    brush.setAlpha(alpha)
+    return pg.PlotCurveItem(pen=None, fillLevel=0, brush=brush)

@@ -1,0 +1,94 @@
+"""A line that says who answered, and how far learned and exact sensitivities agree."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QLabel, QWidget
+
+from app import theme
+from app.sensitivity_view.response_layer import EXACT, LEARNED
+from app.state.sensitivity_answers import SOURCE_NAMES
+from app.state.sensitivity_dispatcher import SensitivityDispatcher
+from app.state.sensitivity_state import SensitivityState
+from app.state.workspace import Workspace
+from model.sensitivity.trust import trust_word
+
+
+class SourceLabel(QLabel):
+    """Names the engines behind what is shown, with the colours of their curves.
+
+    Parameters
+    ----------
+    state : SensitivityState
+    dispatcher : SensitivityDispatcher
+    workspace : Workspace
+        Knows the model and what it was trained on.
+    """
+
+    def __init__(
+        self,
+        state: SensitivityState,
+        dispatcher: SensitivityDispatcher,
+        workspace: Workspace,
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self._state = state
+        self._dispatcher = dispatcher
+        self._workspace = workspace
+        self._hint = ""
+        self._problem = ""
+        self.setProperty("role", "dim")
+        self.setTextFormat(Qt.TextFormat.RichText)
+        self.setWordWrap(True)
+        for signal in (dispatcher.regionAnswered, dispatcher.fieldAnswered):
+            signal.connect(self.refresh)
+        state.choicesChanged.connect(lambda _choices: self.refresh())
+        dispatcher.problem.connect(self._take_problem)
+        workspace.hintChanged.connect(self._take_hint)
+        workspace.modelChanged.connect(self.refresh)
+        self.refresh()
+
+    def _take_hint(self, hint: str) -> None:
+        self._hint = hint
+        self.refresh()
+
+    def _take_problem(self, problem: str) -> None:
+        self._problem = problem
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Say who answered, and how far learned and exact agree."""
+        dispatcher, choices = self._dispatcher, self._state.choices
+        if not choices.shown:
+            text = ""
+        elif choices.engine == "learned" and not dispatcher.learned_fits:
+            text = "no model of this volume: open or train one, or choose Exact"
+        else:
+            text = self._source_text()
+        if self._problem and choices.shown:
+            text = f"<span style='color:{theme.WARNING}'>{self._problem}</span>"
+        self.setText(text)
+
+    def _source_text(self) -> str:
+        dispatcher = self._dispatcher
+        exact, learned = dispatcher.exact_source, "learned"
+        parts = []
+        if exact in dispatcher.regions:
+            parts.append(f"<span style='color:{EXACT}'>■</span> {SOURCE_NAMES[exact]}")
+        if learned in dispatcher.regions:
+            parts.append(f"<span style='color:{LEARNED}'>■</span> learned")
+            agreement = dispatcher.region_agreement
+            if agreement is not None:
+                parts.append(f"cosine {agreement:.2f}, {trust_word(agreement)}")
+            elif exact not in dispatcher.regions:
+                recorded = self._workspace.recorded_agreement
+                parts.append(
+                    "agreement not measured"
+                    if recorded is None
+                    else f"cosine on its test images {recorded:.2f}, {trust_word(recorded)}"
+                )
+            if self._hint:
+                color = theme.WARNING
+                parts.append(f"<span style='color:{color}'>outside what it was trained on</span>")
+        return " &nbsp; ".join(parts)

@@ -1,0 +1,128 @@
+"""Who answers a question about sensitivities, and at what size: by measured time."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from app.engines.messages import (
+    BatchRequest,
+    PickRequest,
+    Quality,
+    RegionSensitivityRequest,
+    Request,
+    ValueSensitivityRequest,
+    VisibilityRequest,
+)
+from app.state.pace import Pace
+from app.state.sensitivity_answers import Source
+from app.state.sensitivity_state import SensitivityState
+
+EngineName = Literal["exact", "learned"]
+Question = Literal["change", "signed", "field", "visibility", "pick", "images"]
+"""What is asked: a region by either measure, a field, visibility, a place, or images."""
+
+REST_SIZE = 256
+"""Largest size for regions at rest: their numbers hardly depend on it."""
+
+SLOW_REGION_SIZE = 96
+"""Size for regions by differences, which take some 90 images."""
+
+SLOW_SECONDS = 0.5
+"""Expected time from which the other engine answers, if there is one."""
+
+REGION_QUESTIONS: tuple[Question, ...] = ("change", "signed")
+
+
+def question_of(request: Request) -> Question | None:
+    """Return what a request asks; None for the requests of others."""
+    match request:
+        case RegionSensitivityRequest():
+            return request.measure
+        case ValueSensitivityRequest():
+            return "field"
+        case PickRequest():
+            return "pick"
+        case VisibilityRequest():
+            return "visibility"
+        case BatchRequest():
+            return "images"
+    return None
+
+
+class EngineChooser:
+    """Chooses engines and sizes by what is there, what the user wants and what it takes.
+
+    Parameters
+    ----------
+    asked : SensitivityState
+
+    Attributes
+    ----------
+    exact_source : {"exact", "differences"} or None
+        How the ray caster answers under the present light; None without a volume.
+    learned_size : int or None
+        Image size of the generator; None without one that fits the volume.
+    picture_size : int
+        Size of the reference image.
+    pace : Pace
+    """
+
+    def __init__(self, asked: SensitivityState) -> None:
+        self._asked = asked
+        self.exact_source: Source | None = None
+        self.learned_size: int | None = None
+        self.picture_size = REST_SIZE
+        self.pace = Pace()
+
+    @property
+    def available(self) -> list[EngineName]:
+        """Engines that may answer, the exact one first; none while nothing is shown."""
+        choice = self._asked.choices.engine
+        names: list[EngineName] = []
+        if self.exact_source is not None and choice != "learned":
+            names.append("exact")
+        if self.learned_size is not None and choice != "exact":
+            names.append("learned")
+        return names if self._asked.choices.shown else []
+
+    def order(self, question: Question, live: bool) -> list[EngineName]:
+        """Engines to ask, the one that is shown first; while dragging, only one that keeps up."""
+        names = self.available
+        if len(names) == 2:
+            if self._by_differences and question in REGION_QUESTIONS:
+                # Some 90 images are made when the user chooses so, not by themselves.
+                names = ["learned"]
+            elif self._is_slow("exact", question):
+                names = ["learned", "exact"]
+        if not live:
+            return names
+        return [name for name in names[:1] if self._keeps_up(name, question)]
+
+    def quality(self, name: EngineName, question: Question, live: bool = False) -> Quality:
+        """Size of an engine's answer."""
+        if name == "learned":
+            return Quality(self.learned_size or REST_SIZE, live=live)
+        if live:
+            largest = min(REST_SIZE, self.picture_size)
+            return Quality(self.pace.live_size((name, question), largest), live=True)
+        if question == "field":
+            return Quality(self.picture_size)
+        if self._by_differences and question in REGION_QUESTIONS:
+            return Quality(SLOW_REGION_SIZE)
+        return Quality(min(REST_SIZE, self.picture_size))
+
+    @property
+    def _by_differences(self) -> bool:
+        return self.exact_source == "differences"
+
+    def _is_slow(self, name: EngineName, question: Question) -> bool:
+        size = self.quality(name, question).size
+        expected = self.pace.expected((name, question), size)
+        return expected is not None and expected > SLOW_SECONDS
+
+    def _keeps_up(self, name: EngineName, question: Question) -> bool:
+        if name == "exact":
+            # Differences of live images would move the light anew for each of them.
+            return not self._by_differences
+        # The generator's size of change is a pass for each of many edits.
+        return question != "change" and not self._is_slow(name, question)

@@ -1,0 +1,35 @@
+"""Sizes of live images that keep up with the mouse, by the time that they took before."""
+
+from __future__ import annotations
+
+LIVE_SECONDS = 0.07
+"""Time that a live answer may take: 10 a second, beside what else is drawn."""
+
+LIVE_SIZES = (256, 192, 128, 96, 64)
+
+
+class Pace:
+    """Remembers the time per pixel of each kind of answer."""
+
+    def __init__(self) -> None:
+        self._per_pixel: dict[object, float] = {}
+
+    def note(self, kind: object, size: int, seconds: float) -> None:
+        """Note how long an answer of a size took."""
+        now = seconds / size**2
+        before = self._per_pixel.get(kind, now)
+        # One slow answer, beside something else, does not count in full.
+        self._per_pixel[kind] = (before + now) / 2
+
+    def expected(self, kind: object, size: int) -> float | None:
+        """Return the expected seconds of an answer; None if unknown."""
+        per_pixel = self._per_pixel.get(kind)
+        return None if per_pixel is None else per_pixel * size**2
+
+    def live_size(self, kind: object, largest: int) -> int:
+        """Return the largest size that keeps up, at most `largest`."""
+        per_pixel = self._per_pixel.get(kind)
+        sizes = [size for size in LIVE_SIZES if size <= largest] or [largest]
+        if per_pixel is None:
+            return min(128, sizes[0])
+        return next((s for s in sizes if per_pixel * s**2 <= LIVE_SECONDS), sizes[-1])

@@ -1,0 +1,75 @@
+"""Answers to questions about sensitivities, with who gave them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Generic, Literal, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.engines.messages import (
+    RegionSensitivityRequest,
+    Request,
+    ValueSensitivityRequest,
+    VisibilityRequest,
+)
+from model.scene.inputs import SceneInputs
+from model.sensitivity.what_if import WhatIf
+
+Source = Literal["exact", "differences", "learned"]
+"""Who answers: the ray caster's derivative, differences of its images, or the generator's."""
+
+SOURCE_NAMES: dict[Source, str] = {
+    "exact": "exact",
+    "differences": "by differences",
+    "learned": "learned",
+}
+
+_R = TypeVar("_R", bound=Request)
+
+
+@dataclass(frozen=True, eq=False)
+class Answer(Generic[_R]):
+    """An engine's answer.
+
+    Attributes
+    ----------
+    request : Request
+    value : ndarray of float32
+    source : {"exact", "differences", "learned"}
+    seconds : float
+        Time that it took.
+    """
+
+    request: _R
+    value: NDArray[np.float32]
+    source: Source
+    seconds: float
+
+    def is_of(self, inputs: SceneInputs) -> bool:
+        """Whether it is about the image of these inputs."""
+        return self.request.inputs == inputs
+
+
+RegionAnswer = Answer[RegionSensitivityRequest]
+FieldAnswer = Answer[ValueSensitivityRequest]
+VisibilityAnswer = Answer[VisibilityRequest]
+
+
+@dataclass(frozen=True, eq=False)
+class WhatIfAnswer:
+    """An edit, rendered by one engine."""
+
+    what_if: WhatIf
+    source: Source
+
+
+def same_question(one: Answer[Any] | None, other: Answer[Any] | None) -> bool:
+    """Whether two engines answered the same question about the same image."""
+    if one is None or other is None:
+        return False
+    a, b = vars(one.request).copy(), vars(other.request).copy()
+    for name in ("sequence", "quality"):
+        del a[name], b[name]
+    return a == b

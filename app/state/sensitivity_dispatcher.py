@@ -1,0 +1,389 @@
+"""Questions about sensitivities, sent to the engines that answer them best.
+
+The ray caster answers exactly on any volume; a generator answers for its own. By itself, the
+window asks the ray caster where it is fast enough, and the generator otherwise; at rest it
+asks both, so that they can be compared.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QObject, Signal
+
+from app.engines.client import EngineClient
+from app.engines.messages import (
+    BatchRequest,
+    PickRequest,
+    RegionSensitivityRequest,
+    Request,
+    Result,
+    ValueSensitivityRequest,
+    VisibilityRequest,
+)
+from app.state.engine_chooser import EngineChooser, EngineName, question_of
+from app.state.sensitivity_answers import (
+    Answer,
+    FieldAnswer,
+    RegionAnswer,
+    Source,
+    VisibilityAnswer,
+    WhatIfAnswer,
+    same_question,
+)
+from app.state.sensitivity_state import Choices, SensitivityState
+from app.state.viewer_state import ViewerState
+from model.scene.inputs import SceneInputs
+from model.scene.region import Outline
+from model.scene.tf_perturbation import edit_around, edit_over
+from model.scene.transfer_function import TF_SAMPLES, Range
+from model.sensitivity.agreement import cosine
+from model.sensitivity.display import SMALL_EDIT, shown_field
+from model.sensitivity.intervals import Interval
+from model.sensitivity.trust import field_agreement
+from model.sensitivity.what_if import compare, edited
+
+PICK_RADIUS = 0.012
+"""Half the edge of the square that a click stands for, as a fraction of the image."""
+
+
+class SensitivityDispatcher(QObject):
+    """Asks engines about sensitivities whenever the state or the questions change.
+
+    Parameters
+    ----------
+    state : ViewerState
+    sensitivity : SensitivityState
+    exact : EngineClient
+        Client of a ray caster.
+    learned : EngineClient
+        Client of the generator.
+
+    Attributes
+    ----------
+    regions : dict
+        Newest answer of each source about the active region; those before the last change
+        of the state may be stale: see :meth:`Answer.is_of`.
+    fields : dict
+        Newest answer of each source about the band of values.
+    visibility, pick : Answer or None
+        Visibility of the scalar values in the active region and the whole image, and at the
+        clicked place.
+    """
+
+    regionAnswered = Signal()
+    fieldAnswered = Signal()
+    visibilityAnswered = Signal()
+    pickAnswered = Signal()
+    whatIfAnswered = Signal(object)
+    """Emitted with a :class:`WhatIfAnswer`."""
+    intervalsRendered = Signal(object)
+    """Emitted with the measured change of each interval, as a list of float."""
+    problem = Signal(str)
+    """Emitted with a sentence about a question that could not be answered, or nothing."""
+
+    def __init__(
+        self,
+        state: ViewerState,
+        sensitivity: SensitivityState,
+        exact: EngineClient,
+        learned: EngineClient,
+        parent: QObject,
+    ) -> None:
+        super().__init__(parent)
+        self.regions: dict[Source, RegionAnswer] = {}
+        self.fields: dict[Source, FieldAnswer] = {}
+        self.visibility: VisibilityAnswer | None = None
+        self.pick: VisibilityAnswer | None = None
+        self.window: Range = (0.0, 1.0)
+        self._state = state
+        self._asked = sensitivity
+        self._clients: dict[EngineName, EngineClient] = {"exact": exact, "learned": learned}
+        self.chooser = EngineChooser(sensitivity)
+        self._sequence = 0
+        self._batches: dict[EngineName, tuple[int, partial[None]]] = {}
+        for changed, finished in (
+            (state.viewChanged, state.viewChangeFinished),
+            (state.transferFunctionChanged, state.transferFunctionChangeFinished),
+            (state.lightChanged, state.lightChangeFinished),
+        ):
+            changed.connect(self._ask_live)
+            finished.connect(self.ask)
+        sensitivity.regionsChanged.connect(self._region_moved)
+        sensitivity.regionChangeFinished.connect(self._ask_region)
+        sensitivity.bandChanged.connect(self._band_moved)
+        sensitivity.bandChangeFinished.connect(self._ask_field)
+        sensitivity.placeChanged.connect(self._ask_pick)
+        sensitivity.choicesChanged.connect(self._choices_changed)
+        self._before = sensitivity.choices
+        exact.resultReady.connect(partial(self._take, "exact"))
+        learned.resultReady.connect(partial(self._take, "learned"))
+
+    @property
+    def learned_fits(self) -> bool:
+        """Whether there is a generator for this volume."""
+        return self.chooser.learned_size is not None
+
+    def start_volume(self, window: Range, source: Source) -> None:
+        """Forget all answers, for another volume or light.
+
+        Parameters
+        ----------
+        window : tuple of float
+            The scalar values of interest.
+        source : {"exact", "differences"}
+            How the ray caster answers under this light.
+        """
+        self.window, self.chooser.exact_source = window, source
+        self._forget()
+
+    def set_learned(self, size: int | None) -> None:
+        """Set the image size of a generator that fits the volume; None without one."""
+        if size != self.chooser.learned_size:
+            self.chooser.learned_size = size
+            self._forget()
+            self.ask()
+
+    def ask(self) -> None:
+        """Ask everything anew, at full quality."""
+        self._ask_region()
+        self._ask_field()
+        self._ask_pick()
+
+    @property
+    def exact_source(self) -> Source:
+        """How the ray caster answers under the present light."""
+        return self.chooser.exact_source or "exact"
+
+    @property
+    def both_fields(self) -> tuple[FieldAnswer | None, FieldAnswer | None]:
+        """Exact and learned field, if both answer the same question; else twice None."""
+        return self._both(self.fields)
+
+    @property
+    def region_answer(self) -> RegionAnswer | None:
+        """The answer about the region that is shown first."""
+        return self._first(self.regions)
+
+    @property
+    def field_answer(self) -> FieldAnswer | None:
+        """The answer about the band that is shown first."""
+        return self._first(self.fields)
+
+    @property
+    def region_agreement(self) -> float | None:
+        """Cosine of learned and exact responses of the region, over the values of interest."""
+        exact, learned = self._both(self.regions)
+        if exact is None or learned is None:
+            return None
+        values = np.linspace(*self._state.scalar_range, TF_SAMPLES)
+        inside = (values >= self.window[0]) & (values <= self.window[1])
+        return cosine(learned.value[inside], exact.value[inside])
+
+    @property
+    def field_agreement(self) -> float | None:
+        """Cosine of learned and exact fields of the band."""
+        exact, learned = self._both(self.fields)
+        return (
+            None
+            if exact is None or learned is None
+            else field_agreement(learned.value, exact.value)
+        )
+
+    def edit(self) -> NDArray[np.float32] | None:
+        """Return the edit of the present band; None without one."""
+        band = self._asked.band
+        width = self._asked.choices.width
+        return None if band is None else edit_over(band.values, self._state.scalar_range, width)
+
+    def ask_what_if(self, edit: NDArray[np.float32], outline: Outline) -> None:
+        """Have an edit rendered by all engines; see :attr:`whatIfAnswered`."""
+        inputs, height = self._state.inputs, self._asked.choices.height
+        after = edited(inputs, edit, height)
+        for name in self.chooser.available:
+            self._submit_batch(name, (after,), partial(self._show_what_if, outline, edit))
+
+    def render_intervals(self, intervals: tuple[Interval, ...]) -> None:
+        """Have a mode in each interval rendered; see :attr:`intervalsRendered`."""
+        inputs, choices = self._state.inputs, self._asked.choices
+        scalar_range = self._state.scalar_range
+        edits = [edit_around(i.value, scalar_range, choices.width) for i in intervals]
+        more = tuple(edited(inputs, edit, choices.height) for edit in edits)
+        for name in self.chooser.order("images", live=False)[:1]:
+            self._submit_batch(name, more, partial(self._show_intervals, self._asked.outline))
+
+    def _ask_live(self) -> None:
+        # A change outside a drag is immediately followed by its final question.
+        if self._state.live:
+            self._ask_region(live=True)
+            self._ask_field(live=True)
+
+    def _region_moved(self) -> None:
+        if self._asked.dragging:
+            self._ask_region(live=True)
+
+    def _band_moved(self, band: object) -> None:
+        if band is None:
+            self.fields.clear()
+            self.fieldAnswered.emit()
+        else:
+            # A hovered value is at rest as soon as the mouse is.
+            self._ask_field(live=self._asked.dragging)
+
+    def _choices_changed(self, choices: Choices) -> None:
+        before, self._before = self._before, choices
+        asked = ("shown", "measure", "engine", "width")
+        if any(getattr(before, name) != getattr(choices, name) for name in asked):
+            if before.width == choices.width:
+                # Answers by another measure or engine would be read as the new one's.
+                self._forget()
+            self.ask()
+
+    def _ask_region(self, live: bool = False) -> None:
+        choices, inputs = self._asked.choices, self._state.inputs
+        outline, measure = self._asked.outline, choices.measure
+        for name in self.chooser.order(measure, live):
+            quality = self.chooser.quality(name, measure, live)
+            self._clients[name].submit(
+                RegionSensitivityRequest(
+                    self._next(), inputs, quality, outline, choices.width, measure
+                )
+            )
+        if choices.shown and self.chooser.exact_source is not None:
+            # Visibility does not depend on the light, and is cheap.
+            quality = self.chooser.quality("exact", "visibility", live)
+            self._clients["exact"].submit(
+                VisibilityRequest(self._next(), inputs, quality, (outline, Outline()))
+            )
+
+    def _ask_field(self, live: bool = False) -> None:
+        band, width = self._asked.band, self._asked.choices.width
+        if band is None:
+            return
+        for name in self.chooser.order("field", live):
+            quality = self.chooser.quality(name, "field", live)
+            self._clients[name].submit(
+                ValueSensitivityRequest(
+                    self._next(), self._state.inputs, quality, band.values, width
+                )
+            )
+
+    def _ask_pick(self, _place: object = None) -> None:
+        place = self._asked.place
+        if place is None or self.chooser.exact_source is None or not self._asked.choices.shown:
+            self.pick = None
+            self.pickAnswered.emit()
+            return
+        x, y = place
+        r = PICK_RADIUS
+        square = Outline.rectangle(x - r, y - r, x + r, y + r)
+        quality = self.chooser.quality("exact", "pick")
+        request = PickRequest(self._next(), self._state.inputs, quality, (square,))
+        self._clients["exact"].submit(request)
+
+    def _submit_batch(
+        self, name: EngineName, more: tuple[SceneInputs, ...], show: partial[None]
+    ) -> None:
+        quality = self.chooser.quality(name, "images")
+        request = BatchRequest(self._next(), self._state.inputs, quality, more)
+        self._batches[name] = request.sequence, show
+        self._clients[name].submit(request)
+
+    def _take(self, name: EngineName, result: Result) -> None:
+        source = self.exact_source if name == "exact" else "learned"
+        request = result.request
+        question = question_of(request)
+        if question is None:
+            return
+        if result.value is None:
+            self._drop(request, source, result.error or "")
+            return
+        self.chooser.pace.note((name, question), request.quality.size, result.seconds)
+        answer: Answer[Any] = Answer(request, result.value, source, result.seconds)
+        match request:
+            case RegionSensitivityRequest():
+                if request.region == self._asked.outline:
+                    self.regions[source] = answer
+                    self.problem.emit("")
+                    self.regionAnswered.emit()
+            case ValueSensitivityRequest():
+                band = self._asked.band
+                if band is not None:
+                    self.fields[source] = answer
+                    self.fieldAnswered.emit()
+            case PickRequest():
+                self.pick = answer
+                self.pickAnswered.emit()
+            case VisibilityRequest():
+                self.visibility = answer
+                self.visibilityAnswered.emit()
+            case BatchRequest():
+                sequence, show = self._batches.get(name, (None, None))
+                if show is not None and sequence == request.sequence:
+                    del self._batches[name]
+                    show(source, result.value)
+
+    def _drop(self, request: Request, source: Source, error: str) -> None:
+        if isinstance(request, RegionSensitivityRequest):
+            self.regions.pop(source, None)
+            self.regionAnswered.emit()
+        elif isinstance(request, ValueSensitivityRequest):
+            self.fields.pop(source, None)
+            self.fieldAnswered.emit()
+        self.problem.emit(error)
+
+    def _show_what_if(
+        self,
+        outline: Outline,
+        edit: NDArray[np.float32],
+        source: Source,
+        images: NDArray[np.float32],
+    ) -> None:
+        mask = outline.mask(images.shape[1])
+        field = self.fields.get(source)
+        predicted = None
+        if field is not None and field.is_of(self._state.inputs):
+            shown = shown_field(field.value, edit, "change")
+            inside = shown[outline.mask(len(shown))]
+            scale = self._asked.choices.height / SMALL_EDIT
+            predicted = scale * float(np.sqrt(np.square(inside).mean()))
+        what_if = compare(images[0], images[1], mask, predicted)
+        self.whatIfAnswered.emit(WhatIfAnswer(what_if, source))
+
+    def _show_intervals(
+        self, outline: Outline, _source: Source, images: NDArray[np.float32]
+    ) -> None:
+        mask = outline.mask(images.shape[1])
+        self.intervalsRendered.emit([compare(images[0], i, mask).rmse for i in images[1:]])
+
+    def _first(self, answers: dict[Source, Answer[Any]]) -> Answer[Any] | None:
+        """The exact answer, unless a newer one is there from the generator alone."""
+        found = sorted(
+            answers.values(),
+            key=lambda a: (a.is_of(self._state.inputs), a.source != "learned"),
+        )
+        return found[-1] if found else None
+
+    def _both(
+        self, answers: dict[Source, Answer[Any]]
+    ) -> tuple[Answer[Any] | None, Answer[Any] | None]:
+        exact = answers.get(self.exact_source)
+        learned = answers.get("learned")
+        return (exact, learned) if same_question(exact, learned) else (None, None)
+
+    def _forget(self) -> None:
+        self.regions.clear()
+        self.fields.clear()
+        self.visibility = self.pick = None
+        self._batches.clear()
+        for signal in (
+            self.regionAnswered, self.fieldAnswered, self.visibilityAnswered, self.pickAnswered,
+        ):  # fmt: skip
+            signal.emit()
+
+    def _next(self) -> int:
+        self._sequence += 1
+        return self._sequence

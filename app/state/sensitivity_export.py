@@ -1,0 +1,73 @@
+"""The sensitivity that the window shows, as a result to be saved."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.state.sensitivity_answers import SOURCE_NAMES, Answer
+from app.state.sensitivity_dispatcher import SensitivityDispatcher
+from app.state.sensitivity_state import SensitivityState
+from app.state.viewer_state import ViewerState
+from model.sensitivity.result import SensitivityResult
+
+
+def shown_result(
+    state: ViewerState,
+    sensitivity: SensitivityState,
+    dispatcher: SensitivityDispatcher,
+    image: NDArray[np.float32] | None,
+    units: str,
+) -> SensitivityResult | None:
+    """Return what is shown: the field of the band if there is one, else the region's responses.
+
+    Parameters
+    ----------
+    state : ViewerState
+    sensitivity : SensitivityState
+    dispatcher : SensitivityDispatcher
+    image : ndarray of float32, shape (S, S, 3), or None
+        The image that is differentiated.
+    units : str
+        Unit of the scalars.
+
+    Returns
+    -------
+    SensitivityResult or None
+        None as long as there is no answer about the present image.
+    """
+    band = sensitivity.band
+    answer: Answer | None = dispatcher.region_answer if band is None else dispatcher.field_answer  # type: ignore[type-arg]
+    if answer is None or image is None or not answer.is_of(state.inputs):
+        return None
+    common = {
+        "scalar_range": state.scalar_range,
+        "scalar_window": dispatcher.window,
+        "units": units,
+        "opacity": state.transfer_function.opacity.sample(),
+        "image": image,
+        "sensitivity": answer.value,
+        "width": answer.request.width,
+        "source": SOURCE_NAMES[answer.source],
+    }
+    if band is not None:
+        unit = f" {units}" if units else ""
+        values = (
+            f"{band.low:.5g}" if band.low == band.high else f"{band.low:.5g} to {band.high:.5g}"
+        )
+        return SensitivityResult(
+            kind="value",
+            measure=sensitivity.choices.measure,
+            place=f"edits around {values}{unit}",
+            pixels=answer.value.shape[0] ** 2,
+            edit=dispatcher.edit(),
+            **common,
+        )
+    size = answer.request.quality.size
+    return SensitivityResult(
+        kind="region",
+        measure=answer.request.measure,
+        place=sensitivity.region_name,
+        pixels=int(answer.request.region.mask(size).sum()),
+        **common,
+    )

@@ -1,0 +1,228 @@
+"""What the user wants to know about sensitivities: regions, a band of values, choices."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+from PySide6.QtCore import QObject, Signal
+
+from model.scene.region import Outline
+from model.scene.tf_perturbation import EDIT_WIDTH
+from model.scene.transfer_function import TF_SAMPLES
+from model.sensitivity.measure import Measure
+
+EngineChoice = Literal["automatic", "exact", "learned"]
+FieldStyle = Literal["map", "contours"]
+Tool = Literal["rectangle", "lasso"]
+
+NARROWEST, WIDEST = 1.0, TF_SAMPLES / 8
+"""Limits of the width of edits, in bins."""
+
+WIDTH_PER_NOTCH = 1.15
+
+
+@dataclass(frozen=True)
+class NamedRegion:
+    """A region that the user has drawn."""
+
+    name: str
+    outline: Outline
+
+
+@dataclass(frozen=True)
+class Choices:
+    """Choices of how sensitivities are measured and shown.
+
+    Attributes
+    ----------
+    shown : bool
+        Whether sensitivities are computed and shown at all.
+    measure : {"change", "signed"}
+    engine : {"automatic", "exact", "learned"}
+        Who answers; automatic takes the exact engine where it is fast enough.
+    width : float
+        Standard deviation of edits in bins.
+    height : float
+        Opacity of the modes whose effect is predicted, 0 to 1.
+    style : {"map", "contours"}
+        How fields are drawn.
+    fade : bool
+        Whether fields fade to grey where learned and exact differ.
+    locked : bool
+        Whether scales stay as they are.
+    """
+
+    shown: bool = True
+    measure: Measure = "change"
+    engine: EngineChoice = "automatic"
+    width: float = EDIT_WIDTH
+    height: float = 0.05
+    style: FieldStyle = "map"
+    fade: bool = False
+    locked: bool = False
+
+
+@dataclass(frozen=True)
+class Band:
+    """Scalar values whose field is shown.
+
+    Attributes
+    ----------
+    low, high : float
+        In the data's units; equal for a single value.
+    pinned : bool
+        Whether it stays when the mouse leaves.
+    """
+
+    low: float
+    high: float
+    pinned: bool = False
+
+    @property
+    def values(self) -> tuple[float, float]:
+        """Lowest and highest value."""
+        return self.low, self.high
+
+
+class SensitivityState(QObject):
+    """Regions, the band of values, the clicked place and the choices.
+
+    Signals come in pairs for what can be dragged: changes, and the end of the drag.
+    """
+
+    choicesChanged = Signal(object)
+    regionsChanged = Signal()
+    """Emitted when the active region, its outline, or the list of regions has changed."""
+    regionChangeFinished = Signal()
+    bandChanged = Signal(object)
+    """Emitted with the band of values, or None."""
+    bandChangeFinished = Signal()
+    placeChanged = Signal(object)
+    """Emitted with the clicked place as (x, y) in fractions of the image, or None."""
+    toolChanged = Signal(object)
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.choices = Choices()
+        self.regions: tuple[NamedRegion, ...] = ()
+        self.active: int | None = None
+        self.band: Band | None = None
+        self.place: tuple[float, float] | None = None
+        self.tool: Tool | None = None
+        self.dragging = False
+        self._count = 0
+
+    @property
+    def outline(self) -> Outline:
+        """Outline of the active region; the whole image without one."""
+        return Outline() if self.active is None else self.regions[self.active].outline
+
+    @property
+    def region_name(self) -> str:
+        """Name of the active region."""
+        return "Whole image" if self.active is None else self.regions[self.active].name
+
+    def choose(self, **changes: Any) -> None:
+        """Change some of the :class:`Choices`."""
+        choices = replace(self.choices, **changes)
+        if choices != self.choices:
+            self.choices = choices
+            self.choicesChanged.emit(choices)
+
+    def widen(self, notches: float) -> None:
+        """Make edits wider by notches of the mouse wheel, within the limits."""
+        width = self.choices.width * WIDTH_PER_NOTCH**notches
+        self.choose(width=min(max(width, NARROWEST), WIDEST))
+
+    def set_tool(self, tool: Tool | None) -> None:
+        """Choose what the next drag in an image draws; None to turn the view."""
+        if tool != self.tool:
+            self.tool = tool
+            self.toolChanged.emit(tool)
+
+    def add_region(self, outline: Outline) -> None:
+        """Add a region with a name of its own, and make it the active one."""
+        self._count += 1
+        self.regions = (*self.regions, NamedRegion(f"Region {self._count}", outline))
+        self.active = len(self.regions) - 1
+        self.regionsChanged.emit()
+
+    def change_region(self, outline: Outline) -> None:
+        """Move or reshape the active region during a drag."""
+        if self.active is not None and outline != self.outline:
+            self._replace_active(replace(self.regions[self.active], outline=outline))
+            self.dragging = True
+            self.regionsChanged.emit()
+
+    def finish_region(self) -> None:
+        """End a drag of a region."""
+        self.dragging = False
+        self.regionChangeFinished.emit()
+
+    def rename_region(self, name: str) -> None:
+        """Name the active region; an empty name is ignored."""
+        if self.active is not None and name.strip():
+            self._replace_active(replace(self.regions[self.active], name=name.strip()))
+            self.regionsChanged.emit()
+
+    def remove_region(self) -> None:
+        """Remove the active region; the whole image is active afterwards."""
+        if self.active is not None:
+            regions = self.regions
+            self.regions = regions[: self.active] + regions[self.active + 1 :]
+            self.activate(None)
+
+    def activate(self, index: int | None) -> None:
+        """Make a region the active one; None for the whole image."""
+        self.active = index
+        self.regionsChanged.emit()
+        self.regionChangeFinished.emit()
+
+    def hover(self, value: float | None) -> None:
+        """Show the field of a value under the mouse, or none, unless a band is pinned."""
+        if self.band is None or not self.band.pinned:
+            self._set_band(None if value is None else Band(value, value))
+
+    def drag_band(self, one: float, other: float) -> None:
+        """Show the field of an interval while it is dragged."""
+        self.dragging = True
+        self._set_band(Band(min(one, other), max(one, other), pinned=True))
+
+    def finish_band(self) -> None:
+        """End a drag of the band."""
+        self.dragging = False
+        self.bandChangeFinished.emit()
+
+    def pin(self, low: float | None = None, high: float | None = None) -> None:
+        """Pin the present band, or another one."""
+        if low is not None:
+            self._set_band(Band(low, low if high is None else high, pinned=True))
+        elif self.band is not None:
+            self._set_band(replace(self.band, pinned=True))
+        self.bandChangeFinished.emit()
+
+    def unpin(self) -> None:
+        """Show no field any more until a value is hovered over."""
+        self._set_band(None)
+
+    def pick(self, place: tuple[float, float] | None) -> None:
+        """Ask what shows at a place of the image; None for nowhere."""
+        self.place = place
+        self.placeChanged.emit(place)
+
+    def start_volume(self) -> None:
+        """Forget what belongs to the volume before; regions are kept."""
+        self._set_band(None)
+        self.pick(None)
+
+    def _replace_active(self, region: NamedRegion) -> None:
+        regions = list(self.regions)
+        assert self.active is not None
+        regions[self.active] = region
+        self.regions = tuple(regions)
+
+    def _set_band(self, band: Band | None) -> None:
+        if band != self.band:
+            self.band = band
+            self.bandChanged.emit(band)

@@ -1,0 +1,62 @@
+"""What an edit really does to an image, beside what its derivative predicted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.metrics import rmse
+from model.scene.inputs import SceneInputs
+from model.scene.region import Mask
+from model.sensitivity.differences import with_opacity
+
+
+@dataclass(frozen=True, eq=False)
+class WhatIf:
+    """An edit, rendered.
+
+    Attributes
+    ----------
+    image : ndarray of float32, shape (S, S, 3)
+        With the edit.
+    difference : ndarray of float32, shape (S, S, 3)
+        From the image without it.
+    rmse : float
+        Of the difference, over the region that was asked for.
+    predicted : float or None
+        The same to first order; None if unknown.
+    """
+
+    image: NDArray[np.float32]
+    difference: NDArray[np.float32]
+    rmse: float
+    predicted: float | None = None
+
+
+def edited(inputs: SceneInputs, edit: NDArray[np.floating], height: float) -> SceneInputs:
+    """Return inputs whose opacity TF is edited.
+
+    Parameters
+    ----------
+    inputs : SceneInputs
+    edit : ndarray, shape (256,)
+        Shape of the edit.
+    height : float
+        Opacity that is added where the edit is highest; the sum is clipped at 1.
+    """
+    opacity = inputs.opacity_tf.sample().astype(np.float64)
+    shape = edit.astype(np.float64) / np.abs(edit).max()
+    return with_opacity(inputs, opacity + height * shape)
+
+
+def compare(
+    before: NDArray[np.float32],
+    after: NDArray[np.float32],
+    mask: Mask,
+    predicted: float | None = None,
+) -> WhatIf:
+    """Compare two images (S, S, 3 or 4) over a region's pixels (S, S)."""
+    one, other = before[..., :3], after[..., :3]
+    return WhatIf(other, other - one, rmse(other[mask], one[mask]), predicted)
