@@ -74,6 +74,29 @@ def renderers(
 
 
 @bench.command()
+def sensitivity(
+    volume: Annotated[
+        list[Path] | None,
+        typer.Option("--volume", help="Volume file; may be repeated. (default: the shipped ones)"),
+    ] = None,
+    size: Annotated[
+        int, typer.Option("--size", min=16, max=4096, help="Width and height in pixels.")
+    ] = 256,
+    count: Annotated[int, typer.Option("--count", min=1, help="Random views and TFs.")] = 10,
+    lighting: options.LightingName = options.LightingOption.NONE,
+    seed: options.Seed = 0,
+    window: Annotated[
+        bool, typer.Option("--window", help="Also drag and hover in the real window, off screen.")
+    ] = False,
+    json: options.JsonFile = None,
+) -> None:
+    """Sensitivities of the ray caster and the shipped models: their time in images."""
+    from app.cli.bench_sensitivity import bench_sensitivity
+
+    bench_sensitivity(volume, size, count, options.lighting(lighting), seed, window, json)
+
+
+@bench.command()
 def sizes(
     volume: options.VolumeFile = None,
     raw: options.RawLayoutText = None,

@@ -140,6 +140,7 @@ class ResponseLayer(QObject):
         dispatcher.visibilityAnswered.connect(self._show_visibility)
         sensitivity.bandChanged.connect(lambda _band: self._show_band())
         sensitivity.choicesChanged.connect(lambda _choices: self._choices_changed())
+        sensitivity.regionsChanged.connect(self._mark_stale)
         state.transferFunctionChanged.connect(lambda _tf: self._mark_stale())
         state.viewChanged.connect(lambda _view: self._mark_stale())
         state.lightChanged.connect(lambda _light: self._mark_stale())
@@ -261,10 +262,8 @@ class ResponseLayer(QObject):
 
     def _mark_stale(self) -> None:
         """Dim the curves that are not of the present image."""
-        inputs = self._state.inputs
         for name, source in (("exact", self._dispatcher.exact_source), ("learned", "learned")):
-            answer = self._dispatcher.regions.get(source)
-            fresh = answer is not None and answer.is_of(inputs)
+            fresh = self._dispatcher.is_fresh(self._dispatcher.regions.get(source))
             self._curves[name].setOpacity(1.0 if fresh else 0.35)
 
     def _choices_changed(self) -> None:

@@ -92,6 +92,9 @@ class EngineChooser:
             if self._by_differences and question in REGION_QUESTIONS:
                 # Some 90 images are made when the user chooses so, not by themselves.
                 names = ["learned"]
+            elif question == "change":
+                # The generator's takes a pass for each of many edits: seconds.
+                names = ["exact"]
             elif self._is_slow("exact", question):
                 names = ["learned", "exact"]
         if not live:
@@ -104,6 +107,9 @@ class EngineChooser:
             return Quality(self.learned_size or REST_SIZE, live=live)
         if live:
             largest = min(REST_SIZE, self.picture_size)
+            if question == "visibility":
+                # It comes with every region, and is only the background of its plot.
+                largest = min(128, largest)
             return Quality(self.pace.live_size((name, question), largest), live=True)
         if question == "field":
             return Quality(self.picture_size)
@@ -124,5 +130,4 @@ class EngineChooser:
         if name == "exact":
             # Differences of live images would move the light anew for each of them.
             return not self._by_differences
-        # The generator's size of change is a pass for each of many edits.
         return question != "change" and not self._is_slow(name, question)

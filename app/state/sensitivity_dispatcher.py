@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.engines.client import EngineClient
 from app.engines.messages import (
@@ -46,6 +46,9 @@ from model.sensitivity.intervals import Interval
 from model.sensitivity.trust import field_agreement
 from model.sensitivity.what_if import compare, edited
 
+BAND_REST_MS = 150
+"""Time without a change after which a field is asked for at full quality."""
+
 PICK_RADIUS = 0.012
 """Half the edge of the square that a click stands for, as a fraction of the image."""
 
@@ -65,8 +68,8 @@ class SensitivityDispatcher(QObject):
     Attributes
     ----------
     regions : dict
-        Newest answer of each source about the active region; those before the last change
-        of the state may be stale: see :meth:`Answer.is_of`.
+        Newest answer of each source about a region; it may be about another image or place
+        than the present one: see :meth:`is_fresh`.
     fields : dict
         Newest answer of each source about the band of values.
     visibility, pick : Answer or None
@@ -119,6 +122,8 @@ class SensitivityDispatcher(QObject):
         sensitivity.placeChanged.connect(self._ask_pick)
         sensitivity.choicesChanged.connect(self._choices_changed)
         self._before = sensitivity.choices
+        self._band_rest = QTimer(self, singleShot=True, interval=BAND_REST_MS)
+        self._band_rest.timeout.connect(self._ask_field)
         exact.resultReady.connect(partial(self._take, "exact"))
         learned.resultReady.connect(partial(self._take, "learned"))
 
@@ -139,6 +144,10 @@ class SensitivityDispatcher(QObject):
         """
         self.window, self.chooser.exact_source = window, source
         self._forget()
+
+    def stop(self) -> None:
+        """Ask nothing any more."""
+        self._band_rest.stop()
 
     def set_learned(self, size: int | None) -> None:
         """Set the image size of a generator that fits the volume; None without one."""
@@ -173,11 +182,19 @@ class SensitivityDispatcher(QObject):
         """The answer about the band that is shown first."""
         return self._first(self.fields)
 
+    def is_fresh(self, answer: RegionAnswer | None) -> bool:
+        """Whether an answer is about the present image and the present region."""
+        return (
+            answer is not None
+            and answer.is_of(self._state.inputs)
+            and answer.request.region == self._asked.outline
+        )
+
     @property
     def region_agreement(self) -> float | None:
         """Cosine of learned and exact responses of the region, over the values of interest."""
         exact, learned = self._both(self.regions)
-        if exact is None or learned is None:
+        if exact is None or learned is None or exact.request.region != self._asked.outline:
             return None
         values = np.linspace(*self._state.scalar_range, TF_SAMPLES)
         inside = (values >= self.window[0]) & (values <= self.window[1])
@@ -227,11 +244,12 @@ class SensitivityDispatcher(QObject):
 
     def _band_moved(self, band: object) -> None:
         if band is None:
+            self._band_rest.stop()
             self.fields.clear()
             self.fieldAnswered.emit()
         else:
-            # A hovered value is at rest as soon as the mouse is.
-            self._ask_field(live=self._asked.dragging)
+            self._ask_field(live=True)
+            self._band_rest.start()
 
     def _choices_changed(self, choices: Choices) -> None:
         before, self._before = self._before, choices
@@ -305,10 +323,9 @@ class SensitivityDispatcher(QObject):
         answer: Answer[Any] = Answer(request, result.value, source, result.seconds)
         match request:
             case RegionSensitivityRequest():
-                if request.region == self._asked.outline:
-                    self.regions[source] = answer
-                    self.problem.emit("")
-                    self.regionAnswered.emit()
+                self.regions[source] = answer
+                self.problem.emit("")
+                self.regionAnswered.emit()
             case ValueSensitivityRequest():
                 band = self._asked.band
                 if band is not None:

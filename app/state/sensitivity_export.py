@@ -63,6 +63,8 @@ def shown_result(
             edit=dispatcher.edit(),
             **common,
         )
+    if not dispatcher.is_fresh(answer):
+        return None
     size = answer.request.quality.size
     return SensitivityResult(
         kind="region",

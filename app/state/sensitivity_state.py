@@ -54,7 +54,7 @@ class Choices:
     """
 
     shown: bool = True
-    measure: Measure = "change"
+    measure: Measure = "signed"
     engine: EngineChoice = "automatic"
     width: float = EDIT_WIDTH
     height: float = 0.05

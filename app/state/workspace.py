@@ -164,6 +164,7 @@ class Workspace(QObject):
 
     def stop(self) -> None:
         """Ask all threads to end; returns at once."""
+        self.sensitivity.stop()
         self._generator.stop()
         self._reference.stop()
         self._analyst.stop()

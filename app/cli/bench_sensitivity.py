@@ -1,0 +1,75 @@
+"""``bench sensitivity``: cost of sensitivities, in images."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from rich.table import Table
+
+from app.cli.console import console
+from app.cli.machine import print_machine
+from app.cli.outputs import check_outputs, write_json
+from model.benchmarks.sensitivity import SensitivityCost, exact_costs, learned_costs
+from model.errors import RenderError
+from model.generator.catalog import model_for
+from model.generator.generator import Generator
+from model.scene.scene import Lighting
+from model.volume_files import read_volume
+from model.volume_files.shipped import shipped_volumes
+
+
+def bench_sensitivity(
+    paths: list[Path] | None,
+    size: int,
+    count: int,
+    lighting: Lighting,
+    seed: int,
+    window: bool,
+    json_path: Path | None,
+) -> None:
+    """Time sensitivities of each volume, and of its shipped model; print tables."""
+    check_outputs(json_path)
+    if lighting == "global":
+        raise RenderError(
+            "Under global light sensitivities are differences, whose cost is known: 2 images a "
+            "value, 86 a region; give none or direct."
+        )
+    machine = print_machine()
+    results: list[dict[str, Any]] = []
+    for path in paths or shipped_volumes():
+        volume = read_volume(path)
+        costs = exact_costs(volume, lighting, size, count, seed)
+        folder = model_for(volume.fingerprint)
+        if folder is not None:
+            # The device's own forward pass is the unit: derivatives go through torch, too.
+            costs += learned_costs(Generator.load(folder, "auto", "eager"), count, seed)
+        _print(volume.name, costs)
+        result: dict[str, Any] = {"volume": volume.name, "costs": [c.to_json() for c in costs]}
+        if window:
+            from app.cli.window_pace import measure_window
+
+            result["window"] = measure_window(path, size)
+            _print_window(volume.name, result["window"])
+        results.append(result)
+    if json_path is not None:
+        write_json(json_path, {"machine": machine, "lighting": lighting, "volumes": results})
+
+
+def _print(name: str, costs: list[SensitivityCost]) -> None:
+    table = Table(title=name, title_justify="left")
+    table.add_column("engine")
+    table.add_column("question")
+    table.add_column("size", justify="right")
+    table.add_column("ms", justify="right")
+    table.add_column("images", justify="right")
+    for cost in costs:
+        table.add_row(
+            cost.engine, cost.question, str(cost.size), f"{cost.ms:.1f}", f"{cost.images:.1f}"
+        )
+    console.print(table)
+
+
+def _print_window(name: str, rates: dict[str, float]) -> None:
+    said = ", ".join(f"{what}: {rate:.0f} a second" for what, rate in rates.items())
+    console.print(f"{name}, in the window: {said}")
