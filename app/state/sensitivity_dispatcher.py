@@ -107,6 +107,7 @@ class SensitivityDispatcher(QObject):
         self._clients: dict[EngineName, EngineClient] = {"exact": exact, "learned": learned}
         self.chooser = EngineChooser(sensitivity)
         self._sequence = 0
+        self._problems: dict[Source, str] = {}
         self._batches: dict[EngineName, tuple[int, partial[None]]] = {}
         for changed, finished in (
             (state.viewChanged, state.viewChangeFinished),
@@ -324,7 +325,7 @@ class SensitivityDispatcher(QObject):
         match request:
             case RegionSensitivityRequest():
                 self.regions[source] = answer
-                self.problem.emit("")
+                self._tell(source, "")
                 self.regionAnswered.emit()
             case ValueSensitivityRequest():
                 band = self._asked.band
@@ -350,7 +351,12 @@ class SensitivityDispatcher(QObject):
         elif isinstance(request, ValueSensitivityRequest):
             self.fields.pop(source, None)
             self.fieldAnswered.emit()
-        self.problem.emit(error)
+        self._tell(source, error)
+
+    def _tell(self, source: Source, problem: str) -> None:
+        """Emit the problem of whichever engine has one."""
+        self._problems[source] = problem
+        self.problem.emit(next(filter(None, self._problems.values()), ""))
 
     def _show_what_if(
         self,
@@ -396,6 +402,8 @@ class SensitivityDispatcher(QObject):
         self.fields.clear()
         self.visibility = self.pick = None
         self._batches.clear()
+        self._problems.clear()
+        self.problem.emit("")
         for signal in (
             self.regionAnswered, self.fieldAnswered, self.visibilityAnswered, self.pickAnswered,
         ):  # fmt: skip

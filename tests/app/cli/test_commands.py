@@ -83,6 +83,7 @@ COMMANDS = (
     "evaluate",
     "bench",
     "bench renderers",
+    "bench sensitivity",
     "bench sizes",
     "bench generator",
     "bench training",
@@ -187,6 +188,42 @@ def test_sensitivities_as_pictures(raw_file: Path, tmp_path: Path, options: str)
     arguments = f"sensitivity --volume {raw_file} --size 32 {options} --out {out}"
     assert run(arguments.split()) == 0
     assert imread(out).std() > 1
+
+
+def test_a_sensitivity_as_a_table(raw_file: Path, tmp_path: Path) -> None:
+    base = f"sensitivity --volume {raw_file} --size 32 --out {tmp_path}"
+    for question, rows in (
+        ("--region 4,4,20,20", 256),
+        ("--value 120", 1024),
+        ("--block 16", 1024),
+    ):
+        assert run(f"{base}/s.csv {question}".split()) == 0
+        assert run(f"{base}/s.npz {question}".split()) == 0
+        table = np.genfromtxt(tmp_path / "s.csv", delimiter=",", names=True)
+        assert len(table) == rows
+        with np.load(tmp_path / "s.npz") as file:
+            expected = file["sensitivity"]
+        last = (
+            [table["red"], table["green"], table["blue"]]
+            if "--value" in question
+            else [table["sensitivity"]]
+        )
+        found = np.stack(last, axis=-1).reshape(expected.shape)
+        np.testing.assert_allclose(found, expected, rtol=1e-6)
+
+
+def test_learned_and_blockwise_fields_of_a_value_are_near(
+    trained: Path, raw_file: Path, tmp_path: Path
+) -> None:
+    means = []
+    for engine in ("learned", "blockwise"):
+        out = tmp_path / f"{engine}.npz"
+        base = f"sensitivity --model {trained} --volume {raw_file} --value 120 --out {out}"
+        assert run([*base.split(), "--engine", engine]) == 0
+        with np.load(out) as file:
+            assert file["sensitivity"].shape == (64, 64, 3)
+            means.append(file["sensitivity"].mean(axis=2).reshape(16, 4, 16, 4).mean(axis=(1, 3)))
+    assert np.corrcoef(means[0].ravel(), means[1].ravel())[0, 1] > 0.5
 
 
 def test_the_sensitivity_of_a_generator(trained: Path, raw_file: Path, tmp_path: Path) -> None:

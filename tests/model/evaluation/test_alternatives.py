@@ -16,7 +16,13 @@ from model.evaluation.alternatives import (
 )
 from model.generator.generator import Generator
 from model.networks.build import build_generator
-from model.networks.card import ModelCard, add_metrics, load_card, verdict_of
+from model.networks.card import (
+    ModelCard,
+    add_metrics,
+    load_card,
+    recorded_agreement,
+    verdict_of,
+)
 from model.networks.checkpoint import save_model
 from model.networks.size import NetworkSize
 from model.samples.sample_rendering import make_renderer, render_samples
@@ -86,8 +92,11 @@ def test_where_vtk_scatters_it_is_timed_too(volume: Volume, tmp_path: Path) -> N
 
 def test_the_verdict_is_kept_in_the_card(folder: Path, volume: Volume) -> None:
     assert verdict_of(folder) == ""
+    assert recorded_agreement(folder) is None
     said = record_verdict(folder, volume)
     assert verdict_of(folder) == said
+    agreement = recorded_agreement(folder)
+    assert agreement is not None and -1 <= agreement <= 1
     assert load_card(folder).metrics["alternatives"]["count"] == 48
     # The model itself is as it was.
     assert Generator.load(folder, "cpu").scene == load_card(folder).scene

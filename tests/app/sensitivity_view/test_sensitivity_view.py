@@ -1,0 +1,415 @@
+"""Sensitivities in the window, on fake engines, by real mouse and key events."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
+from PySide6.QtGui import QWheelEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QFileDialog, QWidget
+from pytestqt.qtbot import QtBot
+from ramp import make_tf, make_volume
+from window_fakes import FakeBuilders
+
+from app.engines.messages import (
+    RegionSensitivityRequest,
+    ValueSensitivityRequest,
+    VisibilityRequest,
+)
+from app.image_view.image_canvas import ImageCanvas, to_qimage
+from app.tf_editor.unit_axis import to_unit
+from app.window.main_window import MainWindow
+from model.errors import RenderError
+from model.scene.region import Outline
+from model.scene.tf_emphasis import STRIKING_COLORS
+from model.scene.tf_perturbation import edit_over
+from model.scene.view import View
+from model.sensitivity.display import overlay, scale_of, shown_field, shown_responses
+
+WindowMaker = Callable[..., MainWindow]
+
+
+@pytest.fixture
+def window(qtbot: QtBot, make_window: WindowMaker) -> MainWindow:
+    """A window with a model, whose engines have both answered."""
+    window = make_window()
+    dispatcher = window.workspace.sensitivity
+    qtbot.waitUntil(lambda: set(dispatcher.regions) == {"exact", "learned"})
+    qtbot.waitUntil(lambda: dispatcher.visibility is not None)
+    return window
+
+
+def at(canvas: ImageCanvas, x: float, y: float) -> QPoint:
+    """Position of a place of the image."""
+    rect = canvas.image_rect
+    return QPoint(round(rect.left() + x * rect.width()), round(rect.top() + y * rect.height()))
+
+
+def drag(widget: QWidget, *points: QPoint) -> None:
+    QTest.mousePress(widget, Qt.MouseButton.LeftButton, pos=points[0])
+    for point in points[1:]:
+        QTest.mouseMove(widget, point)
+    QTest.mouseRelease(widget, Qt.MouseButton.LeftButton, pos=points[-1])
+
+
+def over_plot(window: MainWindow, value: float, height: float = 0.8) -> QPoint:
+    """Position of a value in the opacity plot."""
+    area = window.editor.area
+    place = QPointF(to_unit(value, area.scalar_range), height)
+    return area.widget.mapFromScene(area.opacity.mapViewToScene(place))
+
+
+def hover(window: MainWindow, value: float) -> None:
+    QTest.mouseMove(window.editor.area.widget.viewport(), over_plot(window, value))
+
+
+def asked(builders: FakeBuilders, kind: type) -> list:
+    return [request for request in builders.analysts[-1].others if type(request) is kind]
+
+
+def test_both_engines_answer_as_soon_as_a_volume_is_open(window: MainWindow) -> None:
+    responses = window.sensitivity.responses
+    expected = shown_responses(
+        256 * np.exp(-((np.arange(256) - 100) ** 2) / 200),
+        256,
+        window.sensitivity_state.choices.width,
+    )
+    for name in ("exact", "learned"):
+        np.testing.assert_allclose(responses.curve(name), expected, rtol=1e-5, atol=1e-9)
+    assert not responses.is_marked_stale
+    assert "cosine 1.00, good" in window.sensitivity.source.text()
+    (interval,) = responses.intervals
+    assert interval.value == pytest.approx(100 + 100 * 100 / 255)
+    assert "1   139.2" in window.sensitivity.findings.rows[0].text()
+
+
+def test_without_a_model_the_ray_caster_answers(qtbot: QtBot, make_window: WindowMaker) -> None:
+    window = make_window(model=None)
+    qtbot.waitUntil(lambda: "exact" in window.workspace.sensitivity.regions)
+    text = window.sensitivity.source.text()
+    assert "exact" in text and "learned" not in text
+    window.sensitivity_state.choose(engine="learned")
+    assert "no model of this volume" in window.sensitivity.source.text()
+    assert window.sensitivity.responses.curve("exact").size == 0
+
+
+def test_a_rectangle_is_drawn_moved_and_resized_in_either_image(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
+) -> None:
+    state, reference, generator = (
+        window.sensitivity_state, window.reference.canvas, window.generator.canvas,
+    )  # fmt: skip
+    view = window.state.view
+    QTest.keyClick(window, Qt.Key.Key_R)
+    assert window.sensitivity.bar.rectangle.isChecked()
+    drag(reference, at(reference, 0.2, 0.3), at(reference, 0.4, 0.5), at(reference, 0.5, 0.6))
+    assert state.tool is None
+    assert np.ravel(state.outline.points[::2]) == pytest.approx([0.2, 0.3, 0.5, 0.6], abs=0.01)
+    assert window.sensitivity.bar.region.currentText() == "Region 1"
+    # In the other image: by its upper edge, then by its lower right corner.
+    drag(generator, at(generator, 0.35, 0.3), at(generator, 0.4, 0.4), at(generator, 0.45, 0.5))
+    assert np.ravel(state.outline.points[::2]) == pytest.approx([0.3, 0.5, 0.6, 0.8], abs=0.02)
+    drag(generator, at(generator, 0.6, 0.8), at(generator, 0.7, 0.8), at(generator, 0.9, 0.9))
+    assert np.ravel(state.outline.points[::2]) == pytest.approx([0.3, 0.5, 0.9, 0.9], abs=0.02)
+    assert window.state.view == view
+    qtbot.waitUntil(
+        lambda: (
+            asked(builders, RegionSensitivityRequest)[-1].region == state.outline
+            and not asked(builders, RegionSensitivityRequest)[-1].quality.live
+        )
+    )
+    state.change_region(state.outline.moved(0.01, 0.0))
+    qtbot.waitUntil(lambda: asked(builders, RegionSensitivityRequest)[-1].quality.live)
+    state.finish_region()
+    # Inside, the mouse turns the view.
+    drag(generator, at(generator, 0.5, 0.7), at(generator, 0.6, 0.7))
+    assert window.state.view != view
+
+
+def test_a_lasso_and_several_regions(qtbot: QtBot, window: MainWindow) -> None:
+    state, canvas = window.sensitivity_state, window.generator.canvas
+    QTest.keyClick(window, Qt.Key.Key_L)
+    around = [(0.3, 0.3), (0.6, 0.3), (0.6, 0.5), (0.5, 0.7), (0.3, 0.6)]
+    drag(canvas, *(at(canvas, x, y) for x, y in around))
+    assert len(state.outline.points) == 5
+    state.add_region(Outline.rectangle(0, 0, 0.25, 0.25))
+    bar = window.sensitivity.bar
+    assert [bar.region.itemText(i) for i in range(3)] == ["Whole image", "Region 1", "Region 2"]
+    state.rename_region("  lung ")
+    assert bar.region.currentText() == "lung"
+    state.activate(0)
+    qtbot.waitUntil(
+        lambda: window.workspace.sensitivity.is_fresh(window.workspace.sensitivity.region_answer)
+    )
+    bar.remove.click()
+    assert [bar.region.itemText(i) for i in range(2)] == ["Whole image", "lung"]
+    assert state.outline == Outline()
+    # A click with the tool draws nothing.
+    QTest.keyClick(window, Qt.Key.Key_R)
+    QTest.mouseClick(canvas, Qt.MouseButton.LeftButton, pos=at(canvas, 0.5, 0.5))
+    assert len(state.regions) == 1 and state.tool is None
+
+
+def test_a_click_names_the_values_there_and_edits_them(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
+) -> None:
+    canvas, findings = window.reference.canvas, window.sensitivity.findings
+    QTest.mouseClick(canvas, Qt.MouseButton.LeftButton, pos=at(canvas, 0.3, 0.6))
+    qtbot.waitUntil(lambda: "100 %" in findings.rows[0].text())
+    square = builders.analysts[-1].others[-1].regions[0]
+    xs, ys = zip(*square.points, strict=True)
+    assert (np.mean(xs), np.mean(ys)) == pytest.approx((0.3, 0.6), abs=0.01)
+    before = window.state.transfer_function
+    buttons = {
+        "raise": findings.raises[0],
+        "lower": findings.lowers[0],
+        "isolate": findings.isolates[0],
+    }
+    for name, button in buttons.items():
+        button.click()
+        assert window.state.undo_stack.undoText() == f"{name} value"
+        assert window.state.transfer_function != before
+        window.state.undo()
+        assert window.state.transfer_function == before
+    findings.back.click()
+    assert window.sensitivity_state.place is None
+    assert findings.rows[0].text().startswith("1 ")
+
+
+def test_hovering_shows_the_field_with_its_image(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
+) -> None:
+    hover(window, 140.0)
+    qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
+    qtbot.waitUntil(lambda: window.generator.canvas.cover is not None)
+    qtbot.waitUntil(lambda: not asked(builders, ValueSensitivityRequest)[-1].quality.live)
+    band = window.sensitivity_state.band
+    assert band is not None and band.low == pytest.approx(140.0, abs=0.5)
+    # The fake's field is the value itself in every pixel.
+    edit = edit_over(band.values, (100.0, 200.0), window.sensitivity_state.choices.width)
+    inputs = window.state.inputs
+    image = window.sensitivity.exact.image_of(inputs)
+    assert image is not None
+    field = shown_field(np.full((16, 16, 3), band.low), edit, "signed")
+    expected = overlay(image, field, scale_of(field), "signed").astype(np.float32)
+    qtbot.waitUntil(lambda: window.reference.canvas.cover == to_qimage(expected))
+    assert "exact" in window.sensitivity.exact.caption
+    qtbot.waitUntil(lambda: "learned" in window.sensitivity.learned.caption)
+    QApplication.sendEvent(window.editor.area.widget.viewport(), QEvent(QEvent.Type.Leave))
+    assert window.reference.canvas.cover is None
+    assert window.sensitivity.exact.caption == ""
+
+
+def test_the_wheel_widens_and_a_drag_pins_a_band(qtbot: QtBot, window: MainWindow) -> None:
+    viewport, state = window.editor.area.widget.viewport(), window.sensitivity_state
+    width = state.choices.width
+    position = QPointF(over_plot(window, 150.0))
+    wheel = QWheelEvent(
+        position, viewport.mapToGlobal(position), QPoint(), QPoint(0, 240), Qt.MouseButton.NoButton,
+        Qt.KeyboardModifier.NoModifier, Qt.ScrollPhase.NoScrollPhase, False,
+    )  # fmt: skip
+    QApplication.sendEvent(viewport, wheel)
+    assert state.choices.width == pytest.approx(width * 1.15**2)
+    drag(viewport, over_plot(window, 140.0), over_plot(window, 150.0), over_plot(window, 160.0))
+    assert state.band is not None and state.band.pinned
+    assert state.band.values == pytest.approx((140.0, 160.0), abs=0.5)
+    QApplication.sendEvent(viewport, QEvent(QEvent.Type.Leave))
+    hover(window, 110.0)
+    assert state.band.values == pytest.approx((140.0, 160.0), abs=0.5)
+    qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
+    QTest.keyClick(window, Qt.Key.Key_P)
+    assert state.band is None and window.reference.canvas.cover is None
+
+
+def test_dragging_a_mode_is_still_dragging_a_mode(window: MainWindow) -> None:
+    viewport = window.editor.area.widget.viewport()
+    mode = window.state.transfer_function.opacity.modes[0]
+    start = over_plot(window, mode.mean, mode.amplitude)
+    drag(viewport, start, start + QPoint(20, 0), start + QPoint(40, 0))
+    assert window.state.transfer_function.opacity.modes[0].mean > mode.mean
+    assert window.sensitivity_state.band is None or not window.sensitivity_state.band.pinned
+
+
+def test_a_field_is_never_over_another_image(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
+) -> None:
+    window.sensitivity_state.pin(150.0)
+    qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
+    analyst = builders.analysts[-1]
+    analyst.gate = threading.Semaphore(0)
+    window.state.set_view(View(10.0, 5.0))
+    qtbot.waitUntil(lambda: window.workspace.is_settled)
+    qtbot.waitUntil(lambda: window.sensitivity.exact.image_of(window.state.inputs) is not None)
+    # The image is there, its field is not: what the pane shows is the last pair, or no field.
+    field = window.workspace.sensitivity.fields["exact"]
+    assert not field.is_of(window.state.inputs)
+    old = window.sensitivity.exact.image_of(field.request.inputs)
+    cover = window.reference.canvas.cover
+    if cover is not None:
+        edit = edit_over((150.0, 150.0), (100.0, 200.0), field.request.width)
+        shown = shown_field(field.value, edit, "signed")
+        assert old is not None
+        assert cover == to_qimage(overlay(old, shown, scale_of(shown), "signed").astype("f4"))
+    assert window.sensitivity.responses.is_marked_stale
+    for _ in range(40):
+        analyst.gate.release()
+    qtbot.waitUntil(lambda: window.workspace.sensitivity.fields["exact"].is_of(window.state.inputs))
+    qtbot.waitUntil(lambda: not window.sensitivity.responses.is_marked_stale)
+    analyst.gate = None
+
+
+def test_an_error_is_said_and_forgotten(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
+) -> None:
+    analyst = builders.analysts[-1]
+    analyst.error = RenderError("Out of order; wait.")
+    window.sensitivity_state.activate(None)
+    qtbot.waitUntil(lambda: "Out of order" in window.sensitivity.source.text())
+    assert window.sensitivity.responses.curve("exact").size == 0
+    analyst.error = None
+    window.sensitivity_state.activate(None)
+    qtbot.waitUntil(lambda: "Out of order" not in window.sensitivity.source.text())
+    qtbot.waitUntil(lambda: window.sensitivity.responses.curve("exact").size == 256)
+
+
+def test_another_volume_forgets_the_answers(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
+) -> None:
+    window.sensitivity_state.pin(150.0)
+    window.sensitivity_state.pick((0.5, 0.5))
+    qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
+    old = builders.analysts[-1]
+    builders.volumes["other"] = make_volume("other", 500.0)
+    with qtbot.waitSignal(window.workspace.volumeOpened):
+        window.workspace.open_volume(Path("other"))
+    assert window.sensitivity_state.band is None
+    assert window.sensitivity_state.place is None
+    assert window.reference.canvas.cover is None
+    qtbot.waitUntil(lambda: old.closed)
+    dispatcher = window.workspace.sensitivity
+    qtbot.waitUntil(lambda: "exact" in dispatcher.regions)
+    assert "learned" not in dispatcher.regions
+    assert dispatcher.regions["exact"].request.inputs.opacity_tf.scalar_range == (100.0, 500.0)
+    qtbot.waitUntil(lambda: window.workspace.is_settled)
+
+
+def test_a_flag_adds_a_mode_in_a_colour_that_stands_out(window: MainWindow) -> None:
+    before = window.state.transfer_function
+    (interval,) = window.sensitivity.responses.intervals
+    flag = over_plot(window, interval.value, 1.05) + QPoint(0, 7)
+    QTest.mouseClick(window.editor.area.widget.viewport(), Qt.MouseButton.LeftButton, pos=flag)
+    tf = window.state.transfer_function
+    mode = tf.opacity.modes[-1]
+    assert len(tf.opacity.modes) == len(before.opacity.modes) + 1
+    assert mode.mean == pytest.approx(interval.value)
+    assert mode.amplitude == pytest.approx(window.sensitivity_state.choices.height)
+    assert tuple(tf.color(mode.mean)) in [pytest.approx(color) for color in STRIKING_COLORS]
+    window.state.undo()
+    assert window.state.transfer_function == before
+    window.sensitivity.findings.adds[0].click()
+    assert window.state.transfer_function == tf
+
+
+def test_what_if_shows_the_edit_while_the_key_is_held(qtbot: QtBot, window: MainWindow) -> None:
+    findings = window.sensitivity.findings
+    QTest.keyPress(window, Qt.Key.Key_W)
+    qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
+    qtbot.waitUntil(lambda: window.generator.canvas.cover is not None)
+    assert "difference" in window.sensitivity.exact.caption
+    # The fake's second image is .1 brighter than the first.
+    assert "exact: RMSE 0.100" in findings.result.text()
+    assert "learned: RMSE 0.100" in findings.result.text()
+    QTest.keyRelease(window, Qt.Key.Key_W)
+    assert window.reference.canvas.cover is None
+    findings.render_button.click()
+    qtbot.waitUntil(lambda: "→ 0.1" in findings.rows[0].text())
+
+
+def test_what_if_after_the_key_is_released_covers_nothing(qtbot: QtBot, window: MainWindow) -> None:
+    QTest.keyClick(window, Qt.Key.Key_W)
+    qtbot.waitUntil(lambda: "learned: RMSE" in window.sensitivity.findings.result.text())
+    assert window.generator.canvas.cover is None
+
+
+def test_outside_what_the_model_was_trained_on_is_marked(window: MainWindow) -> None:
+    assert "outside" not in window.sensitivity.source.text()
+    window.state.set_view(replace(window.state.view, elevation=88.0))
+    window.state.set_view(replace(window.state.view, roll=170.0))
+    assert "outside what it was trained on" in window.sensitivity.source.text()
+
+
+def test_switched_off_nothing_is_asked_or_shown(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
+) -> None:
+    window.sensitivity_state.pin(150.0)
+    qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
+    window.sensitivity.bar.shown.click()
+    assert window.reference.canvas.cover is None
+    assert not window.sensitivity.findings.isVisible()
+    count = len(builders.analysts[-1].others)
+    window.state.commit(make_tf(150.0), "test")
+    qtbot.waitUntil(lambda: window.workspace.is_settled)
+    assert len(builders.analysts[-1].others) == count
+    QTest.mouseClick(window.reference.canvas, Qt.MouseButton.LeftButton, pos=QPoint(60, 60))
+    assert window.sensitivity_state.place is None
+
+
+def test_visibility_is_of_the_region_and_the_image(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
+) -> None:
+    window.sensitivity_state.add_region(Outline.rectangle(0.1, 0.1, 0.4, 0.4))
+    window.sensitivity_state.finish_region()
+    qtbot.waitUntil(
+        lambda: (
+            asked(builders, VisibilityRequest)[-1].regions
+            == (window.sensitivity_state.outline, Outline())
+        )
+    )
+
+
+def test_what_is_shown_is_saved_as_figure_and_numbers(
+    qtbot: QtBot, window: MainWindow, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def choose(name: str) -> None:
+        monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(tmp_path / name), ""))
+        window.files.save_sensitivity(window.sensitivity.result())
+
+    choose("region")
+    assert (tmp_path / "region.png").stat().st_size > 2000
+    choose("region.csv")
+    assert (tmp_path / "region.csv").read_text().count("\n") == 257
+    window.sensitivity_state.pin(150.0)
+    dispatcher = window.workspace.sensitivity
+    qtbot.waitUntil(lambda: dispatcher.field_answer is not None)
+    choose("value.npz")
+    with np.load(tmp_path / "value.npz") as file:
+        assert file["sensitivity"].shape[2] == 3
+        np.testing.assert_allclose(file["opacity"], window.state.transfer_function.opacity.sample())
+    choose("value.png")
+    assert window.notice.text == ""
+    window.sensitivity_state.choose(shown=False)
+    choose("nothing.png")
+    assert "no sensitivity" in window.notice.text
+
+
+@pytest.mark.parametrize("style", ["map", "contours"])
+@pytest.mark.parametrize("measure", ["change", "signed"])
+def test_every_way_to_show_a_field(
+    qtbot: QtBot, window: MainWindow, style: str, measure: str
+) -> None:
+    window.sensitivity_state.choose(style=style, measure=measure, fade=True)
+    window.sensitivity_state.pin(150.0)
+    qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
+    scale = window.sensitivity.exact.scale
+    window.sensitivity_state.choose(locked=True)
+    window.sensitivity_state.pin(199.0)
+    qtbot.waitUntil(
+        lambda: window.workspace.sensitivity.fields["exact"].request.values == (199.0, 199.0)
+    )
+    assert window.sensitivity.exact.scale == scale

@@ -1,0 +1,90 @@
+from __future__ import annotations
+
+import pytest
+
+from app.state.engine_chooser import REST_SIZE, SLOW_REGION_SIZE, EngineChooser
+from app.state.pace import LIVE_SECONDS, Pace
+from app.state.sensitivity_state import SensitivityState
+
+
+@pytest.fixture
+def chooser() -> EngineChooser:
+    """Of a volume with a model, unlit."""
+    chooser = EngineChooser(SensitivityState())
+    chooser.exact_source, chooser.learned_size, chooser.picture_size = "exact", 128, 512
+    return chooser
+
+
+def choose(chooser: EngineChooser, **choices: object) -> None:
+    chooser._asked.choose(**choices)
+
+
+def test_the_exact_engine_comes_first_and_answers_alone_while_dragging(
+    chooser: EngineChooser,
+) -> None:
+    assert chooser.order("signed", live=False) == ["exact", "learned"]
+    assert chooser.order("signed", live=True) == ["exact"]
+    assert chooser.order("field", live=True) == ["exact"]
+
+
+def test_the_user_chooses(chooser: EngineChooser) -> None:
+    choose(chooser, engine="learned")
+    assert chooser.order("signed", live=True) == ["learned"]
+    chooser.learned_size = None
+    assert chooser.order("signed", live=False) == []
+    choose(chooser, engine="exact")
+    assert chooser.order("field", live=False) == ["exact"]
+    choose(chooser, shown=False)
+    assert chooser.order("field", live=False) == []
+
+
+def test_where_the_ray_caster_is_slow_the_generator_comes_first(chooser: EngineChooser) -> None:
+    chooser.pace.note(("exact", "field"), 512, 2.0)
+    assert chooser.order("field", live=False) == ["learned", "exact"]
+    assert chooser.order("field", live=True) == ["learned"]
+    assert chooser.order("signed", live=True) == ["exact"]
+    chooser.learned_size = None
+    assert chooser.order("field", live=True) == ["exact"]
+
+
+def test_under_global_light_a_region_is_the_generators_or_made_at_rest(
+    chooser: EngineChooser,
+) -> None:
+    chooser.exact_source = "differences"
+    assert chooser.order("signed", live=False) == ["learned"]
+    assert chooser.order("field", live=False) == ["exact", "learned"]
+    assert chooser.order("field", live=True) == []
+    choose(chooser, engine="exact")
+    assert chooser.order("signed", live=False) == ["exact"]
+    assert chooser.order("signed", live=True) == []
+    assert chooser.quality("exact", "signed").size == SLOW_REGION_SIZE
+
+
+def test_the_generators_size_of_change_is_made_on_demand_only(chooser: EngineChooser) -> None:
+    assert chooser.order("change", live=False) == ["exact"]
+    choose(chooser, engine="learned")
+    assert chooser.order("change", live=False) == ["learned"]
+
+
+def test_sizes(chooser: EngineChooser) -> None:
+    assert chooser.quality("learned", "field", live=True).size == 128
+    assert chooser.quality("exact", "field").size == 512
+    assert chooser.quality("exact", "signed").size == REST_SIZE
+    assert chooser.quality("exact", "visibility", live=True).size <= 128
+    chooser.picture_size = 96
+    assert chooser.quality("exact", "signed").size == 96
+    assert chooser.quality("exact", "field", live=True).size <= 96
+
+
+def test_live_sizes_follow_the_time_they_take() -> None:
+    pace = Pace()
+    assert pace.live_size("field", 256) == 128
+    pace.note("field", 128, LIVE_SECONDS / 8)
+    assert pace.live_size("field", 256) == 256
+    assert pace.live_size("field", 200) == 192
+    assert pace.expected("field", 256) == pytest.approx(LIVE_SECONDS / 2)
+    for _ in range(8):
+        pace.note("field", 128, 8 * LIVE_SECONDS)
+    assert pace.live_size("field", 256) == 64
+    assert pace.live_size("field", 32) == 32
+    assert pace.expected("other", 256) is None
