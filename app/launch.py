@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import sys
@@ -9,6 +10,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from pyqtgraph.util.garbage_collector import GarbageCollector
 from PySide6.QtCore import QEventLoop, QTimer
 from PySide6.QtGui import QFontDatabase, QIcon
 from PySide6.QtWidgets import QApplication
@@ -75,7 +77,7 @@ def run_window(
     try:
         if screenshot is not None:
             return _take_screenshot(application, window, screenshot)
-        with _interrupts_call(window.close):
+        with _interrupts_call(window.close), _garbage_is_collected_here():
             return application.exec()
     finally:
         window.close()
@@ -128,6 +130,21 @@ def _take_screenshot(application: QApplication, window: MainWindow, path: Path) 
     for problem in problems:
         print(problem, file=sys.stderr)
     return 2 if problems else 0
+
+
+@contextmanager
+def _garbage_is_collected_here() -> Iterator[None]:
+    """Collect garbage in this thread only.
+
+    Otherwise Python collects in whichever thread happens to need memory, and Qt's objects that
+    are destroyed in an engine's thread crash the window.
+    """
+    collector = GarbageCollector(interval=0.5)
+    try:
+        yield
+    finally:
+        collector.timer.stop()
+        gc.enable()
 
 
 @contextmanager

@@ -14,6 +14,8 @@ from app.image_view.image_canvas import ImageCanvas, to_qimage
 WITHOUT_IMAGE = (EngineState.WAITING, EngineState.LOADING, EngineState.PAUSED)
 """States in which no image is shown."""
 
+HEADER_HEIGHT = 30
+
 
 class EnginePane(QWidget):
     """Shows one engine's image and its computation time.
@@ -30,11 +32,13 @@ class EnginePane(QWidget):
         self.canvas = ImageCanvas(self)
         self._title = QLabel(title)
         self._title.setProperty("role", "title")
+        # As high as the controls that may stand beside it, so that images stay side by side.
+        self._title.setMinimumHeight(HEADER_HEIGHT)
         self._detail = QLabel()
         self._detail.setProperty("role", "dim")
         # Wide enough for any numbers, so that changing digits do not move the layout.
         self._detail.setMinimumWidth(240)
-        self._detail.setAlignment(Qt.AlignmentFlag.AlignRight)
+        self._detail.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         self._header = QHBoxLayout()
         self._header.setContentsMargins(2, 0, 2, 0)
         self._header.addWidget(self._title)

@@ -62,6 +62,8 @@ class ChoiceBar(QWidget):
             "Show where in the TF an edit changes the picture, and where in the picture it shows"
         )
         self.region = QComboBox()
+        # After a click, keys such as W are the window's again.
+        self.region.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.region.setMinimumWidth(96)
         self.region.setToolTip("The part of the picture whose reaction is plotted")
         self.rectangle = _tool_button("rectangle", "Draw a rectangle in either image (R)")
@@ -81,6 +83,7 @@ class ChoiceBar(QWidget):
         row.addStretch()
         self._connect()
         self._show_regions()
+        self._show_choices()
 
     def _connect(self) -> None:
         state = self._state
@@ -136,6 +139,7 @@ class ChoiceBar(QWidget):
 
 def _combo(entries: dict[str, str]) -> QComboBox:
     combo = QComboBox()
+    combo.setFocusPolicy(Qt.FocusPolicy.TabFocus)
     for index, (name, tip) in enumerate(entries.items()):
         combo.addItem(name)
         combo.setItemData(index, tip, Qt.ItemDataRole.ToolTipRole)

@@ -76,6 +76,7 @@ class FieldCover(QObject):
         self._images: OrderedDict[SceneInputs, NDArray[np.float32]] = OrderedDict()
         self._scale = FLOOR
         self._caption = ""
+        self._hint = ""
         self._what_if: WhatIfAnswer | None = None
         self._bar: Measure | None = None
         pane.client.resultReady.connect(self._take_image)
@@ -94,6 +95,11 @@ class FieldCover(QObject):
     def scale(self) -> float:
         """Value at the end of the colour bar."""
         return self._scale
+
+    def set_hint(self, hint: str) -> None:
+        """Mark learned fields while inputs are outside what the model was trained on."""
+        self._hint = hint
+        self.refresh()
 
     def image_of(self, inputs: SceneInputs) -> NDArray[np.float32] | None:
         """Return the pane's image (S, S, 3) of some inputs; None if it is not there yet."""
@@ -171,6 +177,8 @@ class FieldCover(QObject):
             colored = overlay(image, field, self._scale, choices.measure, trust)
         self._bar = choices.measure
         self._caption = f"{self._scale:.2g} per +.01 opacity, {SOURCE_NAMES[answer.source]}"
+        if answer.source == "learned" and self._hint:
+            self._caption += ", outside what it was trained on"
         self._pane.canvas.show_cover(_picture(colored))
 
     def _trust(self, size: int) -> NDArray[np.int64] | None:

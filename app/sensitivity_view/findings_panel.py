@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.sensitivity_view.response_layer import ResponseLayer
+from app.state.edit_trials import IntervalTrial
 from app.state.sensitivity_answers import SOURCE_NAMES, WhatIfAnswer
 from app.state.sensitivity_dispatcher import SensitivityDispatcher
 from app.state.sensitivity_state import SensitivityState
@@ -104,10 +105,14 @@ class FindingsPanel(QWidget):
         )
         self.pin = _small("Pin", "Keep the red band when the mouse leaves (P)")
         self.pin.setCheckable(True)
+        self.add_band = _small(
+            "+ mode", "Add a mode over the red band, in a colour that stands out"
+        )
         self.style_box = QComboBox()
-        self.style_box.addItems(["Map", "Contours"])
+        self.style_box.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.style_box.addItems(["Map", "Lines"])
         self.style_box.setToolTip("How the field of the red band is drawn over the images")
-        self.fade = QCheckBox("Trust")
+        self.fade = QCheckBox("Fade")
         self.fade.setToolTip("Fade the field to grey where learned and exact differ")
         self.locked = QCheckBox("Lock")
         self.locked.setToolTip("Keep the scales of field and plot as they are")
@@ -117,53 +122,79 @@ class FindingsPanel(QWidget):
         self._lay_out(source)
         self._connect()
         self.refresh()
+        self._show_band(None)
 
     def add_mode(self, index: int) -> None:
         """Add a mode in an interval, in a colour that stands out: one undo step."""
         intervals = self._layer.intervals
-        if index < len(intervals):
-            value, tf = intervals[index].value, self._state.transfer_function
-            choices = self._sensitivity.choices
-            shown = self._shown_colors()
-            width = self._width()
-            added = add_striking_mode(tf, value, width, choices.height, shown)
-            self._state.commit(added, "add mode")
+        fresh = self._dispatcher.is_fresh(self._dispatcher.region_answer)
+        if index < len(intervals) and fresh:
+            self._add(intervals[index].value, self._width())
+
+    def add_mode_over_band(self) -> None:
+        """Add a mode over the red band, in a colour that stands out: one undo step."""
+        band = self._sensitivity.band
+        if band is not None:
+            self._add((band.low + band.high) / 2, self._width() + (band.high - band.low) / 4)
+
+    def _add(self, value: float, width: float) -> None:
+        tf, height = self._state.transfer_function, self._sensitivity.choices.height
+        added = add_striking_mode(tf, value, width, height, self._shown_colors())
+        self._state.commit(added, "add mode")
 
     def refresh(self) -> None:
-        """Show the present intervals or values."""
+        """Show the present intervals or values; what is not up to date is dim."""
         picked = self._sensitivity.place is not None
+        dispatcher = self._dispatcher
+        fresh = dispatcher.is_fresh(dispatcher.region_answer)
+        if picked:
+            fresh = dispatcher.pick is not None and dispatcher.pick.is_of(self._state.inputs)
         self.heading.setText("At the clicked place" if picked else "Where an edit shows most")
         self.back.setVisible(picked)
         for index in range(ROWS):
-            if picked:
-                here = index < len(self._found)
-                self.rows[index].setText(self._found_text(index) if here else "")
-            else:
-                here = index < len(self._layer.intervals)
-                self.rows[index].setText(self._interval_text(index) if here else "")
+            here = index < len(self._found if picked else self._layer.intervals)
+            text = ""
+            if here:
+                text = self._found_text(index) if picked else self._interval_text(index)
+            self.rows[index].setText(text)
+            self.rows[index].setEnabled(fresh)
             self.adds[index].setVisible(here and not picked)
             for buttons in (self.raises, self.lowers, self.isolates):
                 buttons[index].setVisible(here and picked)
-        if picked and not self._found:
-            self.rows[0].setText("nothing: this place is black")
-        elif not picked and not self._layer.intervals:
-            self.rows[0].setText("no edit shows here")
-        self.render_button.setEnabled(not picked and bool(self._layer.intervals))
-        self.what_if_button.setEnabled(self._what_if_edit() is not None)
+            for button in (
+                self.adds[index], self.raises[index], self.lowers[index], self.isolates[index],
+            ):  # fmt: skip
+                button.setEnabled(fresh)
+        if not self.rows[0].text():
+            self.rows[0].setText(self._nothing_text(picked, fresh))
+        self.render_button.setEnabled(fresh and not picked and bool(self._layer.intervals))
+        self._enable_what_if()
+
+    def _nothing_text(self, picked: bool, fresh: bool) -> str:
+        if fresh:
+            return "nothing: this place is black" if picked else "no edit shows here"
+        waiting = (
+            bool(self._dispatcher.chooser.available) if picked else self._dispatcher.is_waiting
+        )
+        return "computing …" if waiting else ""
+
+    def _enable_what_if(self) -> None:
+        possible = bool(self._dispatcher.chooser.available)
+        self.what_if_button.setEnabled(possible and self._what_if_edit() is not None)
 
     def start_what_if(self) -> None:
         """Have the edit at the band, or at the best interval, rendered."""
         edit = self._what_if_edit()
-        if edit is not None:
+        if edit is not None and self._dispatcher.trials.ask_what_if(edit):
             self._holding = True
             self._what_if.clear()
             self.result.setText("rendering …")
-            self._dispatcher.ask_what_if(edit, self._sensitivity.outline)
 
     def end_what_if(self) -> None:
         """Show the fields again; the numbers stay."""
-        self._holding = False
-        self.whatIfEnded.emit()
+        if self._holding:
+            self._holding = False
+            self.whatIfEnded.emit()
 
     def _lay_out(self, source: QWidget) -> None:
         head = QHBoxLayout()
@@ -192,7 +223,7 @@ class FindingsPanel(QWidget):
         for widget in (label, self.height_box, self.render_button, self.what_if_button):
             height.addWidget(widget)
         view = QHBoxLayout()
-        for part in (self.pin, self.style_box, self.fade, self.locked):
+        for part in (self.pin, self.add_band, self.style_box, self.fade, self.locked):
             view.addWidget(part)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -217,16 +248,27 @@ class FindingsPanel(QWidget):
         self._layer.peakClicked.connect(self.add_mode)
         self._layer.intervalsChanged.connect(self._take_intervals)
         self._dispatcher.pickAnswered.connect(self._take_pick)
-        self._dispatcher.intervalsRendered.connect(self._take_rendered)
-        self._dispatcher.whatIfAnswered.connect(self._take_what_if)
+        trials = self._dispatcher.trials
+        trials.intervalsRendered.connect(self._take_rendered)
+        trials.whatIfAnswered.connect(self._take_what_if)
+        trials.dropped.connect(self.result.setText)
+        self._dispatcher.regionAnswered.connect(self.refresh)
+        for changed in (
+            self._state.viewChanged,
+            self._state.transferFunctionChanged,
+            self._state.lightChanged,
+        ):
+            changed.connect(lambda _value: self._forget_rendered())
+        sensitivity.regionsChanged.connect(self._forget_rendered)
         self.back.clicked.connect(lambda: sensitivity.pick(None))
         self.render_button.clicked.connect(
-            lambda: self._dispatcher.render_intervals(self._layer.intervals)
+            lambda: self._dispatcher.trials.render_intervals(self._layer.intervals)
         )
         self.what_if_button.pressed.connect(self.start_what_if)
         self.what_if_button.released.connect(self.end_what_if)
         self.height_box.valueChanged.connect(lambda height: sensitivity.choose(height=height))
         self.pin.clicked.connect(self.toggle_pin)
+        self.add_band.clicked.connect(self.add_mode_over_band)
         self.style_box.activated.connect(
             lambda i: sensitivity.choose(style="contours" if i else "map")
         )
@@ -250,7 +292,8 @@ class FindingsPanel(QWidget):
     def _show_band(self, _band: object) -> None:
         band = self._sensitivity.band
         self.pin.setChecked(band is not None and band.pinned)
-        self.what_if_button.setEnabled(self._what_if_edit() is not None)
+        self.add_band.setEnabled(band is not None and band.pinned)
+        self._enable_what_if()
 
     def _width(self) -> float:
         """Standard deviation of edits in the data's units."""
@@ -277,11 +320,13 @@ class FindingsPanel(QWidget):
 
     def _forget_rendered(self) -> None:
         self._rendered = []
+        self.result.clear()
         self.refresh()
 
-    def _take_rendered(self, changes: list[float]) -> None:
-        self._rendered = changes
-        self.refresh()
+    def _take_rendered(self, trial: IntervalTrial, changes: list[float]) -> None:
+        if trial == self._dispatcher.trials.trial_of(self._layer.intervals):
+            self._rendered = changes
+            self.refresh()
 
     def _take_pick(self) -> None:
         answer = self._dispatcher.pick
@@ -306,7 +351,7 @@ class FindingsPanel(QWidget):
         predicted = interval.predicted(self._sensitivity.choices.height)
         text = f"{index + 1}   {interval.value:.4g}   {predicted:+.2g}"
         if index < len(self._rendered):
-            text += f" → {self._rendered[index]:.2g}"
+            text += f" → {self._rendered[index]:+.2g}"
         self.rows[index].setToolTip(
             f"{interval.low:.5g} to {interval.high:.5g}: a mode of this opacity changes the "
             "region's pixels by so much, predicted to first order → rendered"

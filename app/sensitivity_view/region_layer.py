@@ -9,7 +9,7 @@ from PySide6.QtGui import QColor, QCursor, QMouseEvent, QPainter, QPen, QPolygon
 
 from app import theme
 from app.image_view.image_canvas import ImageCanvas
-from app.state.sensitivity_state import SensitivityState
+from app.state.sensitivity_state import Choices, SensitivityState
 from model.scene.region import Outline
 
 REACH = 8.0
@@ -53,7 +53,7 @@ class RegionLayer(QObject):
         canvas.installEventFilter(self)
         state.regionsChanged.connect(canvas.update)
         state.placeChanged.connect(canvas.update)
-        state.choicesChanged.connect(canvas.update)
+        state.choicesChanged.connect(self._choices_changed)
         state.toolChanged.connect(self._show_cursor)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
@@ -68,6 +68,13 @@ class RegionLayer(QObject):
         if kind == QEvent.Type.MouseButtonRelease and self._pressed is not None:
             return self._release(cast(QMouseEvent, event).position())
         return False
+
+    def _choices_changed(self, choices: Choices) -> None:
+        if not choices.shown and self._pressed is not None:
+            self._pressed, self._grip, self._lasso = None, None, []
+            self._state.set_tool(None)
+            self._state.finish_region()
+        self._canvas.update()
 
     def _press(self, event: QMouseEvent) -> bool:
         if event.button() != Qt.MouseButton.LeftButton or event.modifiers():

@@ -176,7 +176,9 @@ class ResponseLayer(QObject):
         values = self._displayed(answer)
         intervals: tuple[Interval, ...] = ()
         if values is not None and choices.shown:
-            intervals = promising_intervals(self._inside(values), self._state.scalar_range)
+            intervals = promising_intervals(
+                values, self._state.scalar_range, window=self._dispatcher.window
+            )
         if intervals != self.intervals:
             self.intervals = intervals
             self._place_flags()
@@ -257,8 +259,12 @@ class ResponseLayer(QObject):
         self._limit = limit
         signed = choices.measure == "signed"
         self._view.setYRange(-limit if signed else -0.02 * limit, limit, padding=0)
-        name = "brightness" if signed else "pixels"
-        self._axis.setLabel(f"Δ {name} per +.01")
+        self._axis.setLabel("Δ value / +.01")
+        what = "brighter (above 0) or darker" if signed else "size of the change"
+        self._axis.setToolTip(
+            "Change of the region's pixel values (0 to 1) by an edit that adds .01 of opacity "
+            f"where it is highest: {what}"
+        )
 
     def _mark_stale(self) -> None:
         """Dim the curves that are not of the present image."""
@@ -268,8 +274,9 @@ class ResponseLayer(QObject):
 
     def _choices_changed(self) -> None:
         shown = self._sensitivity.choices.shown
-        self._visible.setVisible(shown)
-        self._visible_region.setVisible(shown)
+        if not shown:
+            self._pressed = None
+        self._show_visibility()
         self._show_band()
         self.refresh()
 

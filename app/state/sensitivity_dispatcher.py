@@ -16,7 +16,6 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.engines.client import EngineClient
 from app.engines.messages import (
-    BatchRequest,
     PickRequest,
     RegionSensitivityRequest,
     Request,
@@ -24,27 +23,27 @@ from app.engines.messages import (
     ValueSensitivityRequest,
     VisibilityRequest,
 )
+from app.state.edit_trials import EditTrials
 from app.state.engine_chooser import EngineChooser, EngineName, question_of
+from app.state.pace import Pace
 from app.state.sensitivity_answers import (
     Answer,
     FieldAnswer,
     RegionAnswer,
     Source,
     VisibilityAnswer,
-    WhatIfAnswer,
     same_question,
 )
 from app.state.sensitivity_state import Choices, SensitivityState
 from app.state.viewer_state import ViewerState
-from model.scene.inputs import SceneInputs
 from model.scene.region import Outline
-from model.scene.tf_perturbation import edit_around, edit_over
+from model.scene.tf_perturbation import edit_over
 from model.scene.transfer_function import TF_SAMPLES, Range
 from model.sensitivity.agreement import cosine
-from model.sensitivity.display import SMALL_EDIT, shown_field
-from model.sensitivity.intervals import Interval
 from model.sensitivity.trust import field_agreement
-from model.sensitivity.what_if import compare, edited
+
+NEGLIGIBLE = 1e-6
+"""Norm of responses, per unit of opacity, up to which they are rounding."""
 
 BAND_REST_MS = 150
 """Time without a change after which a field is asked for at full quality."""
@@ -81,10 +80,6 @@ class SensitivityDispatcher(QObject):
     fieldAnswered = Signal()
     visibilityAnswered = Signal()
     pickAnswered = Signal()
-    whatIfAnswered = Signal(object)
-    """Emitted with a :class:`WhatIfAnswer`."""
-    intervalsRendered = Signal(object)
-    """Emitted with the measured change of each interval, as a list of float."""
     problem = Signal(str)
     """Emitted with a sentence about a question that could not be answered, or nothing."""
 
@@ -106,9 +101,18 @@ class SensitivityDispatcher(QObject):
         self._asked = sensitivity
         self._clients: dict[EngineName, EngineClient] = {"exact": exact, "learned": learned}
         self.chooser = EngineChooser(sensitivity)
+        self.trials = EditTrials(
+            state,
+            sensitivity,
+            self.chooser,
+            self._clients,
+            lambda source: self.fields.get(source),
+            self,
+        )
+        self._forgotten = 0
+        self._place_asked: tuple[Outline, ...] = ()
         self._sequence = 0
         self._problems: dict[Source, str] = {}
-        self._batches: dict[EngineName, tuple[int, partial[None]]] = {}
         for changed, finished in (
             (state.viewChanged, state.viewChangeFinished),
             (state.transferFunctionChanged, state.transferFunctionChangeFinished),
@@ -144,6 +148,7 @@ class SensitivityDispatcher(QObject):
             How the ray caster answers under this light.
         """
         self.window, self.chooser.exact_source = window, source
+        self.chooser.pace = Pace()
         self._forget()
 
     def stop(self) -> None:
@@ -176,30 +181,51 @@ class SensitivityDispatcher(QObject):
     @property
     def region_answer(self) -> RegionAnswer | None:
         """The answer about the region that is shown first."""
-        return self._first(self.regions)
+        return max(
+            self.regions.values(),
+            key=lambda answer: (self.is_fresh(answer), answer.source != "learned"),
+            default=None,
+        )
 
     @property
     def field_answer(self) -> FieldAnswer | None:
         """The answer about the band that is shown first."""
-        return self._first(self.fields)
+        return max(
+            self.fields.values(),
+            key=lambda answer: (answer.is_of(self._state.inputs), answer.source != "learned"),
+            default=None,
+        )
 
     def is_fresh(self, answer: RegionAnswer | None) -> bool:
-        """Whether an answer is about the present image and the present region."""
+        """Whether an answer is about the present image, region and edits."""
+        if answer is None or not answer.is_of(self._state.inputs):
+            return False
+        request, choices = answer.request, self._asked.choices
+        asked = self._asked.outline, choices.width, choices.measure
+        return (request.region, request.width, request.measure) == asked
+
+    @property
+    def is_waiting(self) -> bool:
+        """Whether an answer about the region is still to come."""
         return (
-            answer is not None
-            and answer.is_of(self._state.inputs)
-            and answer.request.region == self._asked.outline
+            bool(self.chooser.available)
+            and not any(self._problems.values())
+            and not self.is_fresh(self.region_answer)
         )
 
     @property
     def region_agreement(self) -> float | None:
         """Cosine of learned and exact responses of the region, over the values of interest."""
         exact, learned = self._both(self.regions)
-        if exact is None or learned is None or exact.request.region != self._asked.outline:
+        if exact is None or learned is None or not self.is_fresh(exact):
             return None
         values = np.linspace(*self._state.scalar_range, TF_SAMPLES)
         inside = (values >= self.window[0]) & (values <= self.window[1])
-        return cosine(learned.value[inside], exact.value[inside])
+        norms = [float(np.linalg.norm(answer.value[inside])) for answer in (exact, learned)]
+        # Of two that are nothing but rounding the cosine means nothing.
+        return (
+            None if max(norms) < NEGLIGIBLE else cosine(learned.value[inside], exact.value[inside])
+        )
 
     @property
     def field_agreement(self) -> float | None:
@@ -216,22 +242,6 @@ class SensitivityDispatcher(QObject):
         band = self._asked.band
         width = self._asked.choices.width
         return None if band is None else edit_over(band.values, self._state.scalar_range, width)
-
-    def ask_what_if(self, edit: NDArray[np.float32], outline: Outline) -> None:
-        """Have an edit rendered by all engines; see :attr:`whatIfAnswered`."""
-        inputs, height = self._state.inputs, self._asked.choices.height
-        after = edited(inputs, edit, height)
-        for name in self.chooser.available:
-            self._submit_batch(name, (after,), partial(self._show_what_if, outline, edit))
-
-    def render_intervals(self, intervals: tuple[Interval, ...]) -> None:
-        """Have a mode in each interval rendered; see :attr:`intervalsRendered`."""
-        inputs, choices = self._state.inputs, self._asked.choices
-        scalar_range = self._state.scalar_range
-        edits = [edit_around(i.value, scalar_range, choices.width) for i in intervals]
-        more = tuple(edited(inputs, edit, choices.height) for edit in edits)
-        for name in self.chooser.order("images", live=False)[:1]:
-            self._submit_batch(name, more, partial(self._show_intervals, self._asked.outline))
 
     def _ask_live(self) -> None:
         # A change outside a drag is immediately followed by its final question.
@@ -264,7 +274,14 @@ class SensitivityDispatcher(QObject):
     def _ask_region(self, live: bool = False) -> None:
         choices, inputs = self._asked.choices, self._state.inputs
         outline, measure = self._asked.outline, choices.measure
-        for name in self.chooser.order(measure, live):
+        names = self.chooser.order(measure, live)
+        if not live:
+            # An engine that is not asked any more would keep an answer to an older question.
+            asked = {self.exact_source if name == "exact" else "learned" for name in names}
+            if not asked.issuperset(self.regions):
+                self.regions = {s: answer for s, answer in self.regions.items() if s in asked}
+                self.regionAnswered.emit()
+        for name in names:
             quality = self.chooser.quality(name, measure, live)
             self._clients[name].submit(
                 RegionSensitivityRequest(
@@ -292,6 +309,11 @@ class SensitivityDispatcher(QObject):
 
     def _ask_pick(self, _place: object = None) -> None:
         place = self._asked.place
+        self._place_asked = ()
+        if _place is not None:
+            # Another place: what shows at the one before says nothing about it.
+            self.pick = None
+            self.pickAnswered.emit()
         if place is None or self.chooser.exact_source is None or not self._asked.choices.shown:
             self.pick = None
             self.pickAnswered.emit()
@@ -300,22 +322,15 @@ class SensitivityDispatcher(QObject):
         r = PICK_RADIUS
         square = Outline.rectangle(x - r, y - r, x + r, y + r)
         quality = self.chooser.quality("exact", "pick")
+        self._place_asked = (square,)
         request = PickRequest(self._next(), self._state.inputs, quality, (square,))
         self._clients["exact"].submit(request)
-
-    def _submit_batch(
-        self, name: EngineName, more: tuple[SceneInputs, ...], show: partial[None]
-    ) -> None:
-        quality = self.chooser.quality(name, "images")
-        request = BatchRequest(self._next(), self._state.inputs, quality, more)
-        self._batches[name] = request.sequence, show
-        self._clients[name].submit(request)
 
     def _take(self, name: EngineName, result: Result) -> None:
         source = self.exact_source if name == "exact" else "learned"
         request = result.request
         question = question_of(request)
-        if question is None:
+        if question in (None, "images") or request.sequence <= self._forgotten:
             return
         if result.value is None:
             self._drop(request, source, result.error or "")
@@ -324,6 +339,8 @@ class SensitivityDispatcher(QObject):
         answer: Answer[Any] = Answer(request, result.value, source, result.seconds)
         match request:
             case RegionSensitivityRequest():
+                if request.measure != self._asked.choices.measure:
+                    return
                 self.regions[source] = answer
                 self._tell(source, "")
                 self.regionAnswered.emit()
@@ -333,16 +350,13 @@ class SensitivityDispatcher(QObject):
                     self.fields[source] = answer
                     self.fieldAnswered.emit()
             case PickRequest():
+                if request.regions != self._place_asked:
+                    return
                 self.pick = answer
                 self.pickAnswered.emit()
             case VisibilityRequest():
                 self.visibility = answer
                 self.visibilityAnswered.emit()
-            case BatchRequest():
-                sequence, show = self._batches.get(name, (None, None))
-                if show is not None and sequence == request.sequence:
-                    del self._batches[name]
-                    show(source, result.value)
 
     def _drop(self, request: Request, source: Source, error: str) -> None:
         if isinstance(request, RegionSensitivityRequest):
@@ -351,44 +365,18 @@ class SensitivityDispatcher(QObject):
         elif isinstance(request, ValueSensitivityRequest):
             self.fields.pop(source, None)
             self.fieldAnswered.emit()
+        elif isinstance(request, PickRequest):
+            self.pick = None
+            self.pickAnswered.emit()
+        elif isinstance(request, VisibilityRequest):
+            self.visibility = None
+            self.visibilityAnswered.emit()
         self._tell(source, error)
 
     def _tell(self, source: Source, problem: str) -> None:
         """Emit the problem of whichever engine has one."""
         self._problems[source] = problem
         self.problem.emit(next(filter(None, self._problems.values()), ""))
-
-    def _show_what_if(
-        self,
-        outline: Outline,
-        edit: NDArray[np.float32],
-        source: Source,
-        images: NDArray[np.float32],
-    ) -> None:
-        mask = outline.mask(images.shape[1])
-        field = self.fields.get(source)
-        predicted = None
-        if field is not None and field.is_of(self._state.inputs):
-            shown = shown_field(field.value, edit, "change")
-            inside = shown[outline.mask(len(shown))]
-            scale = self._asked.choices.height / SMALL_EDIT
-            predicted = scale * float(np.sqrt(np.square(inside).mean()))
-        what_if = compare(images[0], images[1], mask, predicted)
-        self.whatIfAnswered.emit(WhatIfAnswer(what_if, source))
-
-    def _show_intervals(
-        self, outline: Outline, _source: Source, images: NDArray[np.float32]
-    ) -> None:
-        mask = outline.mask(images.shape[1])
-        self.intervalsRendered.emit([compare(images[0], i, mask).rmse for i in images[1:]])
-
-    def _first(self, answers: dict[Source, Answer[Any]]) -> Answer[Any] | None:
-        """The exact answer, unless a newer one is there from the generator alone."""
-        found = sorted(
-            answers.values(),
-            key=lambda a: (a.is_of(self._state.inputs), a.source != "learned"),
-        )
-        return found[-1] if found else None
 
     def _both(
         self, answers: dict[Source, Answer[Any]]
@@ -401,7 +389,8 @@ class SensitivityDispatcher(QObject):
         self.regions.clear()
         self.fields.clear()
         self.visibility = self.pick = None
-        self._batches.clear()
+        self.trials.forget()
+        self._forgotten = self._sequence
         self._problems.clear()
         self.problem.emit("")
         for signal in (

@@ -9,6 +9,7 @@ from app.state.sensitivity_answers import SOURCE_NAMES, Answer
 from app.state.sensitivity_dispatcher import SensitivityDispatcher
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
+from model.scene.tf_perturbation import edit_over
 from model.sensitivity.result import SensitivityResult
 
 
@@ -51,6 +52,8 @@ def shown_result(
         "source": SOURCE_NAMES[answer.source],
     }
     if band is not None:
+        if answer.request.values != band.values:
+            return None
         unit = f" {units}" if units else ""
         values = (
             f"{band.low:.5g}" if band.low == band.high else f"{band.low:.5g} to {band.high:.5g}"
@@ -60,7 +63,7 @@ def shown_result(
             measure=sensitivity.choices.measure,
             place=f"edits around {values}{unit}",
             pixels=answer.value.shape[0] ** 2,
-            edit=dispatcher.edit(),
+            edit=edit_over(band.values, state.scalar_range, answer.request.width),
             **common,
         )
     if not dispatcher.is_fresh(answer):

@@ -149,7 +149,8 @@ class SensitivityState(QObject):
         self.regionsChanged.emit()
 
     def change_region(self, outline: Outline) -> None:
-        """Move or reshape the active region during a drag."""
+        """Move or reshape the active region during a drag; some of it stays in the image."""
+        outline = outline.kept_inside()
         if self.active is not None and outline != self.outline:
             self._replace_active(replace(self.regions[self.active], outline=outline))
             self.dragging = True

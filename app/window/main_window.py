@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QCloseEvent, QKeyEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QMainWindow, QSplitter, QVBoxLayout, QWidget
 
@@ -136,6 +136,12 @@ class MainWindow(QMainWindow):
             self.sensitivity.findings.end_what_if()
         else:
             super().keyReleaseEvent(event)
+
+    def changeEvent(self, event: QEvent) -> None:
+        """End what is held when another window takes the keys."""
+        if event.type() == QEvent.Type.ActivationChange and not self.isActiveWindow():
+            self.sensitivity.findings.end_what_if()
+        super().changeEvent(event)
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Hide the window at once, then wait for the threads to end."""

@@ -13,6 +13,9 @@ from model.errors import RenderError
 Mask = NDArray[np.bool_]
 """Pixels of a region: shape (size, size), row 0 at the top."""
 
+EDGE = 0.01
+"""Part of the image, from its border, that an outline must reach into to be seen."""
+
 
 class ImageRegion(Protocol):
     """Part of an image, in an image of any size or of one size only."""
@@ -92,10 +95,20 @@ class Outline:
         """Return the outline moved to the right and down."""
         return Outline(tuple((x + dx, y + dy) for x, y in self.points))
 
+    def kept_inside(self) -> Outline:
+        """Return the outline moved so that at least its edge lies in the image."""
+        if not self.points:
+            return self
+        shifts = []
+        for ends in zip(*self.points, strict=True):
+            lowest, highest = min(ends), max(ends)
+            shifts.append(max(EDGE - highest, 0.0) or min(1 - EDGE - lowest, 0.0))
+        return self.moved(*shifts) if any(shifts) else self
+
     def mask(self, size: int) -> Mask:
         """Return the pixels whose centres lie inside, in an image of this size.
 
-        An outline that is smaller than a pixel has the one in its middle.
+        An outline that is smaller than a pixel has the one nearest to its middle.
 
         Raises
         ------
@@ -110,9 +123,11 @@ class Outline:
         corners = np.array(self.points)[:, ::-1] * size - 0.5
         mask: Mask = polygon2mask((size, size), corners)
         if not mask.any():
-            row, column = np.floor(corners.mean(axis=0) + 0.5).astype(int)
-            if not (0 <= row < size and 0 <= column < size):
+            lowest, highest = corners.min(axis=0) + 0.5, corners.max(axis=0) + 0.5
+            if (highest <= 0).any() or (lowest >= size).any():
                 raise RenderError("The region lies outside the image; draw it inside.")
+            middle = (np.maximum(lowest, 0) + np.minimum(highest, size)) / 2
+            row, column = np.minimum(middle.astype(int), size - 1)
             mask[row, column] = True
         return mask
 

@@ -41,7 +41,10 @@ class Interval:
 
 
 def promising_intervals(
-    responses: NDArray[np.floating], scalar_range: Range, count: int = 3
+    responses: NDArray[np.floating],
+    scalar_range: Range,
+    count: int = 3,
+    window: Range | None = None,
 ) -> tuple[Interval, ...]:
     """Find the strongest peaks of a region's responses.
 
@@ -52,22 +55,32 @@ def promising_intervals(
     scalar_range : tuple of float
     count : int
         Largest number of intervals.
+    window : tuple of float, optional
+        Values of interest; all, by default. What goes on rising outside has no peak inside.
 
     Returns
     -------
     tuple of Interval
         The strongest first; none where no edit shows more than rounding.
     """
+    values = np.linspace(*scalar_range, TF_SAMPLES)
+    low, high = window or scalar_range
+    inside = np.flatnonzero((values >= low) & (values <= high))
+    if not len(inside):
+        return ()
+    # Values outside the window count as the nearest one inside.
+    places = np.clip(np.arange(TF_SAMPLES), inside[0], inside[-1])
+    responses = np.nan_to_num(responses)[places]
     # Zeros at either end make a response that rises up to an end a peak, too.
-    strength = np.pad(np.abs(np.nan_to_num(responses)), 1)
+    strength = np.pad(np.abs(responses), 1)
     highest = float(strength.max())
     if highest < FLOOR * SMALL_EDIT:
         return ()
     peaks, found = find_peaks(strength, prominence=LEAST_SHARE * highest, plateau_size=1)
-    order = np.argsort(-strength[peaks], kind="stable")[:count]
+    own = np.flatnonzero(places[peaks - 1] == peaks - 1)
+    order = own[np.argsort(-strength[peaks[own]], kind="stable")][:count]
     prominences = found["prominences"], found["left_bases"], found["right_bases"]
     _, _, lefts, rights = peak_widths(strength, peaks, 0.5, prominences)
-    values = np.linspace(*scalar_range, TF_SAMPLES)
     bins = np.arange(TF_SAMPLES)
 
     def value_at(place: float) -> float:

@@ -25,13 +25,16 @@ class WhatIf:
         From the image without it.
     rmse : float
         Of the difference, over the region that was asked for.
+    brightness : float
+        Change of the RMS value of that region's colours: below 0 where they become darker.
     predicted : float or None
-        The same to first order; None if unknown.
+        `rmse` to first order; None if unknown.
     """
 
     image: NDArray[np.float32]
     difference: NDArray[np.float32]
     rmse: float
+    brightness: float
     predicted: float | None = None
 
 
@@ -59,4 +62,7 @@ def compare(
 ) -> WhatIf:
     """Compare two images (S, S, 3 or 4) over a region's pixels (S, S)."""
     one, other = before[..., :3], after[..., :3]
-    return WhatIf(other, other - one, rmse(other[mask], one[mask]), predicted)
+    levels = [np.sqrt(np.square(image[mask], dtype=np.float64).mean()) for image in (one, other)]
+    return WhatIf(
+        other, other - one, rmse(other[mask], one[mask]), float(levels[1] - levels[0]), predicted
+    )

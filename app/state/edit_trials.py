@@ -1,0 +1,164 @@
+"""Edits that are rendered to see what they would do, without being made."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QObject, Signal
+
+from app.engines.client import EngineClient
+from app.engines.messages import BatchRequest, Result
+from app.state.engine_chooser import EngineChooser, EngineName
+from app.state.sensitivity_answers import FieldAnswer, Source, WhatIfAnswer
+from app.state.sensitivity_state import SensitivityState
+from app.state.viewer_state import ViewerState
+from model.scene.inputs import SceneInputs
+from model.scene.region import Outline
+from model.scene.tf_perturbation import edit_around, edit_over
+from model.sensitivity.display import SMALL_EDIT, shown_field
+from model.sensitivity.intervals import Interval
+from model.sensitivity.measure import Measure
+from model.sensitivity.what_if import compare, edited
+
+Images = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class IntervalTrial:
+    """What was asked about intervals, so that an answer is not read as one to something else."""
+
+    intervals: tuple[Interval, ...]
+    outline: Outline
+    width: float
+    height: float
+    measure: Measure
+
+
+@dataclass(frozen=True)
+class _Pending:
+    sequence: int
+    show: Callable[[Source, Images], None]
+
+
+class EditTrials(QObject):
+    """Has edits rendered by the engines that answer questions about sensitivities.
+
+    Parameters
+    ----------
+    state : ViewerState
+    asked : SensitivityState
+    chooser : EngineChooser
+    clients : dict
+        Clients of the engines by name.
+    field_of : callable
+        Returns the newest field of a source, from which changes are predicted.
+    """
+
+    whatIfAnswered = Signal(object)
+    """Emitted with a :class:`WhatIfAnswer`."""
+    intervalsRendered = Signal(object, object)
+    """Emitted with an :class:`IntervalTrial`, and the change by each of its modes: a list."""
+    dropped = Signal(str)
+    """Emitted with the reason, or nothing, when a trial has no result."""
+
+    def __init__(
+        self,
+        state: ViewerState,
+        asked: SensitivityState,
+        chooser: EngineChooser,
+        clients: dict[EngineName, EngineClient],
+        field_of: Callable[[Source], FieldAnswer | None],
+        parent: QObject,
+    ) -> None:
+        super().__init__(parent)
+        self._state = state
+        self._asked = asked
+        self._chooser = chooser
+        self._clients = clients
+        self._field_of = field_of
+        self._pending: dict[EngineName, _Pending] = {}
+        self._sequence = 0
+        for name, client in clients.items():
+            client.resultReady.connect(partial(self._take, name))
+
+    def forget(self) -> None:
+        """Ignore the results of all trials so far."""
+        self._pending.clear()
+
+    def ask_what_if(self, edit: NDArray[np.float32]) -> bool:
+        """Have an edit rendered by all engines; return False if there is none."""
+        outline = self._asked.outline
+        after = edited(self._state.inputs, edit, self._asked.choices.height)
+        names = self._chooser.available
+        for name in names:
+            self._submit(name, (after,), partial(self._show_what_if, outline, edit))
+        return bool(names)
+
+    def render_intervals(self, intervals: tuple[Interval, ...]) -> None:
+        """Have a mode in each interval rendered by the engine that is asked first."""
+        inputs, choices = self._state.inputs, self._asked.choices
+        scalar_range = self._state.scalar_range
+        edits = [edit_around(i.value, scalar_range, choices.width) for i in intervals]
+        more = tuple(edited(inputs, edit, choices.height) for edit in edits)
+        trial = self.trial_of(intervals)
+        for name in self._chooser.order("images", live=False)[:1]:
+            self._submit(name, more, partial(self._show_intervals, trial))
+
+    def trial_of(self, intervals: tuple[Interval, ...]) -> IntervalTrial:
+        """Return the trial of intervals by the present choices."""
+        choices = self._asked.choices
+        return IntervalTrial(
+            intervals, self._asked.outline, choices.width, choices.height, choices.measure
+        )
+
+    def _submit(
+        self,
+        name: EngineName,
+        more: tuple[SceneInputs, ...],
+        show: Callable[[Source, Images], None],
+    ) -> None:
+        self._sequence += 1
+        quality = self._chooser.quality(name, "images")
+        self._pending[name] = _Pending(self._sequence, show)
+        request = BatchRequest(self._sequence, self._state.inputs, quality, more)
+        self._clients[name].submit(request)
+
+    def _take(self, name: EngineName, result: Result) -> None:
+        pending = self._pending.get(name)
+        if not isinstance(result.request, BatchRequest) or pending is None:
+            return
+        if pending.sequence != result.request.sequence:
+            return
+        del self._pending[name]
+        if result.value is None or result.request.inputs != self._state.inputs:
+            self.dropped.emit(result.error or "")
+        else:
+            source = (self._chooser.exact_source or "exact") if name == "exact" else "learned"
+            pending.show(source, result.value)
+
+    def _show_what_if(
+        self, outline: Outline, edit: NDArray[np.float32], source: Source, images: Images
+    ) -> None:
+        field = self._field_of(source)
+        predicted = None
+        if field is not None and field.is_of(self._state.inputs):
+            request = field.request
+            its_edit = edit_over(request.values, self._state.scalar_range, request.width)
+            if np.array_equal(its_edit, edit):
+                shown = shown_field(field.value, edit, "change")
+                inside = shown[outline.mask(len(shown))]
+                scale = self._asked.choices.height / SMALL_EDIT
+                predicted = scale * float(np.sqrt(np.square(inside).mean()))
+        what_if = compare(images[0], images[1], outline.mask(images.shape[1]), predicted)
+        self.whatIfAnswered.emit(WhatIfAnswer(what_if, source))
+
+    def _show_intervals(self, trial: IntervalTrial, _source: Source, images: Images) -> None:
+        mask = trial.outline.mask(images.shape[1])
+        found = [compare(images[0], after, mask) for after in images[1:]]
+        signed = trial.measure == "signed"
+        changes = [one.brightness if signed else one.rmse for one in found]
+        self.intervalsRendered.emit(trial, changes)
