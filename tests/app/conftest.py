@@ -19,6 +19,21 @@ from app.state.viewer_state import ViewerState
 from app.window.main_window import MainWindow
 
 
+@pytest.fixture(autouse=True, scope="module")
+def garbage_of_the_module() -> Iterator[None]:
+    """Collect windows that wait in reference cycles while no other thread is there."""
+    yield
+    gc.collect()
+
+
+@pytest.fixture(autouse=True)
+def garbage_stays_in_this_thread() -> Iterator[None]:
+    """Collect nothing while threads of engines may run: Qt's objects die in their own thread."""
+    gc.disable()
+    yield
+    gc.enable()
+
+
 @pytest.fixture(autouse=True)
 def nothing_left_alive(request: pytest.FixtureRequest, qapp: QApplication) -> Iterator[None]:
     """Fail a test that leaves a thread, a running timer or a window behind."""

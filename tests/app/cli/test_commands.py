@@ -226,6 +226,20 @@ def test_learned_and_blockwise_fields_of_a_value_are_near(
     assert np.corrcoef(means[0].ravel(), means[1].ravel())[0, 1] > 0.5
 
 
+def test_the_cost_of_sensitivities_is_measured(
+    raw_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "s.json"
+    arguments = f"bench sensitivity --volume {raw_file} --count 2 --size 32 --json {out}"
+    assert run(arguments.split()) == 0
+    (volume,) = json.loads(out.read_text())["volumes"]
+    costs = {cost["question"]: cost for cost in volume["costs"]}
+    assert costs["image"]["images"] == 1
+    assert costs["region, signed"]["ms"] > 0
+    assert "region, signed" in capsys.readouterr().out
+    assert run(["bench", "sensitivity", "--lighting", "global"]) == 2
+
+
 def test_the_sensitivity_of_a_generator(trained: Path, raw_file: Path, tmp_path: Path) -> None:
     for out in ("s.npz", "s.png"):
         arguments = f"sensitivity --model {trained} --volume {raw_file} --out {tmp_path / out}"

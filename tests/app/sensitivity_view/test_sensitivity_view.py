@@ -27,6 +27,7 @@ from app.tf_editor.unit_axis import to_unit
 from app.window.main_window import MainWindow
 from model.errors import RenderError
 from model.scene.region import Outline
+from model.scene.scene import Scene
 from model.scene.tf_emphasis import STRIKING_COLORS
 from model.scene.tf_perturbation import edit_over
 from model.scene.view import View
@@ -177,9 +178,10 @@ def test_a_click_names_the_values_there_and_edits_them(
         assert window.state.transfer_function != before
         window.state.undo()
         assert window.state.transfer_function == before
+        qtbot.waitUntil(findings.raises[0].isEnabled)
     findings.back.click()
     assert window.sensitivity_state.place is None
-    assert findings.rows[0].text().startswith("1 ")
+    qtbot.waitUntil(lambda: findings.rows[0].text().startswith("1 "))
 
 
 def test_hovering_shows_the_field_with_its_image(
@@ -299,7 +301,7 @@ def test_another_volume_forgets_the_answers(
     qtbot.waitUntil(lambda: window.workspace.is_settled)
 
 
-def test_a_flag_adds_a_mode_in_a_colour_that_stands_out(window: MainWindow) -> None:
+def test_a_flag_adds_a_mode_in_a_colour_that_stands_out(qtbot: QtBot, window: MainWindow) -> None:
     before = window.state.transfer_function
     (interval,) = window.sensitivity.responses.intervals
     flag = over_plot(window, interval.value, 1.05) + QPoint(0, 7)
@@ -310,8 +312,13 @@ def test_a_flag_adds_a_mode_in_a_colour_that_stands_out(window: MainWindow) -> N
     assert mode.mean == pytest.approx(interval.value)
     assert mode.amplitude == pytest.approx(window.sensitivity_state.choices.height)
     assert tuple(tf.color(mode.mean)) in [pytest.approx(color) for color in STRIKING_COLORS]
+    # At once again: the answer is about the image before.
+    QTest.mouseClick(window.editor.area.widget.viewport(), Qt.MouseButton.LeftButton, pos=flag)
+    window.sensitivity.findings.adds[0].click()
+    assert window.state.transfer_function == tf
     window.state.undo()
     assert window.state.transfer_function == before
+    qtbot.waitUntil(window.sensitivity.findings.adds[0].isEnabled)
     window.sensitivity.findings.adds[0].click()
     assert window.state.transfer_function == tf
 
@@ -328,7 +335,7 @@ def test_what_if_shows_the_edit_while_the_key_is_held(qtbot: QtBot, window: Main
     QTest.keyRelease(window, Qt.Key.Key_W)
     assert window.reference.canvas.cover is None
     findings.render_button.click()
-    qtbot.waitUntil(lambda: "→ 0.1" in findings.rows[0].text())
+    qtbot.waitUntil(lambda: "→ +0.1" in findings.rows[0].text())
 
 
 def test_what_if_after_the_key_is_released_covers_nothing(qtbot: QtBot, window: MainWindow) -> None:
@@ -337,11 +344,14 @@ def test_what_if_after_the_key_is_released_covers_nothing(qtbot: QtBot, window: 
     assert window.generator.canvas.cover is None
 
 
-def test_outside_what_the_model_was_trained_on_is_marked(window: MainWindow) -> None:
+def test_outside_what_the_model_was_trained_on_is_marked(qtbot: QtBot, window: MainWindow) -> None:
     assert "outside" not in window.sensitivity.source.text()
     window.state.set_view(replace(window.state.view, elevation=88.0))
     window.state.set_view(replace(window.state.view, roll=170.0))
     assert "outside what it was trained on" in window.sensitivity.source.text()
+    window.sensitivity_state.pin(150.0)
+    qtbot.waitUntil(lambda: "learned, outside" in window.sensitivity.learned.caption)
+    assert "outside" not in window.sensitivity.exact.caption
 
 
 def test_switched_off_nothing_is_asked_or_shown(
@@ -413,3 +423,143 @@ def test_every_way_to_show_a_field(
         lambda: window.workspace.sensitivity.fields["exact"].request.values == (199.0, 199.0)
     )
     assert window.sensitivity.exact.scale == scale
+
+
+def test_under_global_light_a_new_region_does_not_keep_the_old_answer(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
+) -> None:
+    builders.scene = Scene.of(builders.volumes["ramp"], 16, "global")
+    window = make_window()
+    dispatcher = window.workspace.sensitivity
+    assert dispatcher.exact_source == "differences"
+    qtbot.waitUntil(lambda: dispatcher.is_fresh(dispatcher.regions.get("learned")))
+    window.sensitivity_state.add_region(Outline.rectangle(0.2, 0.2, 0.5, 0.5))
+    window.sensitivity_state.finish_region()
+    qtbot.waitUntil(lambda: dispatcher.is_fresh(dispatcher.region_answer))
+    assert set(dispatcher.regions) == {"learned"}
+    window.sensitivity_state.choose(engine="exact")
+    qtbot.waitUntil(lambda: dispatcher.is_fresh(dispatcher.regions.get("differences")))
+    assert "by differences" in window.sensitivity.source.text()
+
+
+def test_an_answer_of_an_engine_that_is_no_longer_chosen_is_ignored(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
+) -> None:
+    analyst, dispatcher = builders.analysts[-1], window.workspace.sensitivity
+    analyst.gate = threading.Semaphore(0)
+    window.sensitivity_state.choose(engine="exact")
+    window.sensitivity_state.choose(engine="learned")
+    qtbot.waitUntil(lambda: dispatcher.is_fresh(dispatcher.regions.get("learned")))
+    with qtbot.waitSignal(dispatcher._clients["exact"].resultReady):
+        for _ in range(40):
+            analyst.gate.release()
+    assert set(dispatcher.regions) == {"learned"}
+    analyst.gate = None
+
+
+def test_what_was_rendered_is_beside_its_own_prediction_only(
+    qtbot: QtBot, window: MainWindow
+) -> None:
+    findings, trials = window.sensitivity.findings, window.workspace.sensitivity.trials
+    with qtbot.waitSignal(trials.intervalsRendered):
+        findings.render_button.click()
+        window.sensitivity_state.choose(height=0.4)
+    assert "→" not in findings.rows[0].text()
+    with qtbot.waitSignal(trials.intervalsRendered):
+        findings.render_button.click()
+    assert "→ +0.1" in findings.rows[0].text()
+    window.sensitivity_state.choose(width=3.0)
+    assert "→" not in findings.rows[0].text()
+
+
+def test_what_if_ends_when_the_view_turns_or_another_window_comes(
+    qtbot: QtBot, window: MainWindow
+) -> None:
+    for end in (
+        lambda: window.state.set_view(View(120.0, 5.0)),
+        lambda: QApplication.sendEvent(window, QEvent(QEvent.Type.ActivationChange)),
+    ):
+        qtbot.waitUntil(window.sensitivity.findings.what_if_button.isEnabled)
+        qtbot.waitUntil(lambda: window.workspace.is_settled)
+        QTest.keyPress(window, Qt.Key.Key_W)
+        qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
+        window.isActiveWindow = lambda: False
+        end()
+        assert window.reference.canvas.cover is None
+        QTest.keyRelease(window, Qt.Key.Key_W)
+
+
+def test_a_field_of_another_band_is_not_saved(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
+) -> None:
+    window.sensitivity_state.pin(120.0)
+    qtbot.waitUntil(lambda: window.sensitivity.result() is not None)
+    found = window.sensitivity.result()
+    assert found is not None and found.place == "edits around 120 K"
+    builders.analysts[-1].gate = threading.Semaphore(0)
+    window.sensitivity_state.choose(engine="exact")
+    window.sensitivity_state.pin(180.0)
+    assert window.sensitivity.result() is None
+    for _ in range(40):
+        builders.analysts[-1].gate.release()
+    qtbot.waitUntil(lambda: window.sensitivity.result() is not None)
+    builders.analysts[-1].gate = None
+
+
+def test_a_region_cannot_be_lost_outside_the_image(qtbot: QtBot, window: MainWindow) -> None:
+    state = window.sensitivity_state
+    state.add_region(Outline.rectangle(0.4, 0.4, 0.6, 0.6))
+    state.change_region(Outline.rectangle(2.4, -3.4, 2.6, -3.2))
+    state.finish_region()
+    assert state.outline.mask(16).any()
+    state.pin(150.0)
+    window.sensitivity.findings.add_band.click()
+    assert window.state.undo_stack.undoText() == "add mode"
+    QTest.keyClick(window, Qt.Key.Key_W)
+    qtbot.waitUntil(lambda: "learned: RMSE" in window.sensitivity.findings.result.text())
+
+
+def test_what_is_still_computed_is_not_called_nothing(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
+) -> None:
+    findings = window.sensitivity.findings
+    builders.analysts[-1].gate = threading.Semaphore(0)
+    window.sensitivity_state.choose(engine="exact")
+    assert findings.rows[0].text() == "computing …"
+    window.sensitivity_state.pick((0.2, 0.2))
+    assert findings.rows[0].text() == "computing …"
+    for _ in range(40):
+        builders.analysts[-1].gate.release()
+    qtbot.waitUntil(lambda: "100 %" in findings.rows[0].text())
+    builders.analysts[-1].gate = None
+    window.sensitivity_state.pick((0.7, 0.7))
+    assert findings.rows[0].text() == "computing …"
+    qtbot.waitUntil(lambda: "100 %" in findings.rows[0].text())
+
+
+def test_switching_off_ends_a_drag(window: MainWindow) -> None:
+    state, canvas = window.sensitivity_state, window.generator.canvas
+    state.add_region(Outline.rectangle(0.2, 0.2, 0.6, 0.6))
+    QTest.mousePress(canvas, Qt.MouseButton.LeftButton, pos=at(canvas, 0.4, 0.2))
+    QTest.mouseMove(canvas, at(canvas, 0.45, 0.3))
+    assert state.dragging
+    outline = state.outline
+    QTest.keyClick(window, Qt.Key.Key_E, Qt.KeyboardModifier.ControlModifier)
+    assert not state.choices.shown and not state.dragging
+    state.choose(shown=True)
+    QTest.mouseMove(canvas, at(canvas, 0.6, 0.5))
+    assert state.outline == outline
+
+
+def test_keys_and_buttons_without_a_volume_do_no_harm(qtbot: QtBot, builders: FakeBuilders) -> None:
+    window = MainWindow(builders.make(), None)
+    qtbot.addWidget(window)
+    window.show()
+    for key in (Qt.Key.Key_W, Qt.Key.Key_P, Qt.Key.Key_R, Qt.Key.Key_L):
+        QTest.keyClick(window, key)
+    drag(window.generator.canvas, QPoint(30, 30), QPoint(60, 60), QPoint(90, 90))
+    findings = window.sensitivity.findings
+    for button in (findings.render_button, findings.add_band, *findings.adds):
+        button.click()
+    assert window.sensitivity.result() is None
+    window.close()

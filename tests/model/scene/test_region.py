@@ -48,3 +48,13 @@ def test_windows_cover_a_mask_once(size: int, data: st.DataObject) -> None:
     for top, bottom, left, right in windows_of(mask):
         found[top:bottom, left:right] += 1
     np.testing.assert_array_equal(found, mask)
+
+
+@given(st.floats(-3, 3), st.floats(-3, 3), st.floats(0, 1.5))
+def test_an_outline_can_be_kept_inside(x: float, y: float, side: float) -> None:
+    outline = Outline.rectangle(x, y, x + side, y + side)
+    kept = outline.kept_inside()
+    for size in (1, 7, 64):
+        assert kept.mask(size).any()
+    if x >= 0 and x + side <= 1 and y >= 0 and y + side <= 1 and min(x, y) < 0.9 and side > 0.1:
+        assert kept == outline

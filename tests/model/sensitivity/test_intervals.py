@@ -16,6 +16,7 @@ from model.sensitivity.display import shown_responses
 from model.sensitivity.exact import change_norms, visibility
 from model.sensitivity.intervals import promising_intervals
 from model.sensitivity.trust import field_agreement, trust_levels, trust_word
+from model.sensitivity.what_if import compare
 
 BINS = np.arange(256)
 
@@ -104,3 +105,23 @@ def test_an_edit_over_an_interval_is_flat_between_its_flanks() -> None:
     assert np.ptp(edit[95:125]) < 1e-4 * edit.max()
     assert edit[80] == pytest.approx(edit.max() / 2, rel=0.1)
     np.testing.assert_array_equal(edit_over((80, 80), RANGE, 4.0), edit_around(80, RANGE, 4.0))
+
+
+def test_what_goes_on_rising_outside_the_window_is_no_peak_inside() -> None:
+    curve = bump(10, 12, 5.0) + bump(130, 8, 0.1)
+    (found,) = promising_intervals(curve, (0.0, 255.0), window=(32.0, 223.0))
+    assert found.value == 130.0
+    (found,) = promising_intervals(np.linspace(0, 1, 256), (0.0, 255.0), window=(32.0, 255.0))
+    assert found.value == 255.0
+    assert promising_intervals(curve, (0.0, 255.0), window=(30.2, 30.8)) == ()
+
+
+def test_a_darkening_edit_has_a_negative_brightness() -> None:
+    before = np.full((4, 4, 3), 0.5, np.float32)
+    after = before.copy()
+    after[:2] = 0.3
+    top = np.zeros((4, 4), bool)
+    top[:2] = True
+    found = compare(before, after, top)
+    assert (found.rmse, found.brightness) == pytest.approx((0.2, -0.2))
+    assert compare(before, after, ~top).rmse == 0
