@@ -40,7 +40,6 @@ from model.scene.region import Outline
 from model.scene.tf_perturbation import edit_over
 from model.scene.transfer_function import TF_SAMPLES, Range
 from model.sensitivity.agreement import cosine
-from model.sensitivity.trust import field_agreement
 
 NEGLIGIBLE = 1e-6
 """Norm of responses, per unit of opacity, up to which they are rounding."""
@@ -225,16 +224,6 @@ class SensitivityDispatcher(QObject):
         # Of two that are nothing but rounding the cosine means nothing.
         return (
             None if max(norms) < NEGLIGIBLE else cosine(learned.value[inside], exact.value[inside])
-        )
-
-    @property
-    def field_agreement(self) -> float | None:
-        """Cosine of learned and exact fields of the band."""
-        exact, learned = self._both(self.fields)
-        return (
-            None
-            if exact is None or learned is None
-            else field_agreement(learned.value, exact.value)
         )
 
     def edit(self) -> NDArray[np.float32] | None:

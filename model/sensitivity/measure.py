@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal, get_args
+from typing import Literal
 
 Measure = Literal["change", "signed"]
 """Measure of a region's reaction to an edit of the opacity TF.
@@ -11,5 +11,3 @@ Measure = Literal["change", "signed"]
 they become brighter. It is 0 for a black region, and where some pixels become brighter as
 much as others become darker. "change" is the l2 norm of the colours' change.
 """
-
-MEASURES: tuple[Measure, ...] = get_args(Measure)

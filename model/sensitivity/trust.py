@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 from skimage.transform import resize
 
-from model.sensitivity.agreement import cosine
-
 Trust = Literal["good", "fair", "poor"]
 
 GOOD, FAIR = 0.9, 0.7
@@ -23,12 +21,6 @@ NEIGHBORHOOD = 1 / 64
 def trust_word(agreement: float) -> Trust:
     """Return the word for a cosine of learned and exact sensitivities."""
     return "good" if agreement >= GOOD else "fair" if agreement >= FAIR else "poor"
-
-
-def field_agreement(learned: NDArray[np.floating], exact: NDArray[np.floating]) -> float:
-    """Cosine of two fields of changes, (S, S, 3) and (T, T, 3), at the smaller size."""
-    a, b = _at_one_size(learned, exact)
-    return cosine(a.ravel(), b.ravel())
 
 
 def trust_levels(
