@@ -38,6 +38,9 @@ KEPT_IMAGES = 6
 
 BAR_WIDTH, BAR_HEIGHT, BAR_MARGIN = 150, 9, 12
 
+CONTOUR_SIZE = 512
+"""Least size of pictures with contours."""
+
 CONTOURS = (0.15, 0.4, 0.7)
 """Levels of contours, as fractions of the scale."""
 
@@ -214,14 +217,20 @@ def _picture(colors: NDArray[np.float64]) -> QImage:
 def _with_contours(
     image: NDArray[np.float32], field: NDArray[np.float64], scale: float, measure: Measure
 ) -> NDArray[np.float64]:
-    """Draw contours of a field into its grey image."""
+    """Draw contours of a field into its grey image, enlarged so that lines are thin."""
+    size = max(len(image), CONTOUR_SIZE)
+    image, field = resize(image, (size, size, 3), order=1), resize(field, (size, size), order=1)
     gray = BACKDROP * np.clip(image, 0, 1).mean(axis=-1, keepdims=True)
     out = np.repeat(gray.astype(np.float64), 3, axis=-1)
     table = color_bar(measure, 256)
     levels = CONTOURS if measure == "change" else (*(-level for level in CONTOURS), *CONTOURS)
     for level in levels:
-        place = level if measure == "change" else (level + 1) / 2
+        # Lighter than in a map, as a line is seen less than an area.
+        bright = np.sign(level) * (0.4 + 0.6 * abs(level))
+        place = bright if measure == "change" else (bright + 1) / 2
         for line in find_contours(field, level * scale):
             rows, columns = np.rint(line).astype(int).T
-            out[rows, columns] = table[round(place * 255)]
+            for down, right in ((0, 0), (0, 1), (1, 0), (1, 1)):
+                at = np.minimum(rows + down, size - 1), np.minimum(columns + right, size - 1)
+                out[at] = table[round(place * 255)]
     return out
