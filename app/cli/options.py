@@ -26,7 +26,7 @@ class LightingOption(StrEnum):
 
 
 class SensitivityEngine(StrEnum):
-    """Who differentiates, for the command line."""
+    """Engines that differentiate, for the command line."""
 
     EXACT = "exact"
     LEARNED = "learned"

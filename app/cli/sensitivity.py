@@ -55,7 +55,7 @@ class SensitivityOrder:
 
 @dataclass(frozen=True)
 class _Question:
-    """What is asked, in the units of the engines.
+    """A question in the units of the engines.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""How many answers a second follow the mouse in the real window."""
+"""Rate at which answers follow the mouse in the real window."""
 
 from __future__ import annotations
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -240,6 +241,9 @@ def _reference_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
 
 
 def _analyst_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
+    # The window needs these to show the answers; loaded here, they do not hold it up.
+    for library in ("cmap", "scipy.signal", "skimage.measure", "skimage.transform"):
+        import_module(library)
     return _reference_engine(volume, replace(settings, renderer="raycast"))
 
 

@@ -9,8 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QRect, QRectF, Qt
 from PySide6.QtGui import QColor, QImage, QPainter, QPen
-from skimage.measure import find_contours
-from skimage.transform import resize
 
 from app import theme
 from app.engines.messages import ImageRequest, Result
@@ -173,6 +171,9 @@ class FieldCover(QObject):
         size = len(image)
         trust = self._trust(size) if choices.fade else None
         if len(field) != size:
+            # Imported here: the window starts without it.
+            from skimage.transform import resize
+
             field = resize(field, (size, size), order=1)
         if choices.style == "contours":
             colored = _with_contours(image, field, self._scale, choices.measure)
@@ -218,6 +219,10 @@ def _with_contours(
     image: NDArray[np.float32], field: NDArray[np.float64], scale: float, measure: Measure
 ) -> NDArray[np.float64]:
     """Draw contours of a field into its grey image, enlarged so that lines are thin."""
+    # Imported here: the window starts without it.
+    from skimage.measure import find_contours
+    from skimage.transform import resize
+
     size = max(len(image), CONTOUR_SIZE)
     image, field = resize(image, (size, size, 3), order=1), resize(field, (size, size), order=1)
     gray = BACKDROP * np.clip(image, 0, 1).mean(axis=-1, keepdims=True)

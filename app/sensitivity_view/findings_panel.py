@@ -1,4 +1,4 @@
-"""What to do with a sensitivity: promising intervals, values of a clicked place, what if."""
+"""Panel of findings: promising intervals, values of a clicked place, what if."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ Images = NDArray[np.float32]
 
 @dataclass(frozen=True)
 class IntervalTrial:
-    """What was asked about intervals, so that an answer is not read as one to something else."""
+    """A question about intervals; its answer is not read as one to another question."""
 
     intervals: tuple[Interval, ...]
     outline: Outline

@@ -1,4 +1,4 @@
-"""Who answers a question about sensitivities, and at what size: by measured time."""
+"""Choice of the engine that answers about sensitivities, and of the size: by measured time."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from app.state.sensitivity_state import SensitivityState
 
 EngineName = Literal["exact", "learned"]
 Question = Literal["change", "signed", "field", "visibility", "pick", "images"]
-"""What is asked: a region by either measure, a field, visibility, a place, or images."""
+"""A kind of question: a region by either measure, a field, visibility, a place, or images."""
 
 REST_SIZE = 256
 """Largest size for regions at rest: their numbers hardly depend on it."""

@@ -18,7 +18,7 @@ from model.scene.inputs import SceneInputs
 from model.sensitivity.what_if import WhatIf
 
 Source = Literal["exact", "differences", "learned"]
-"""Who answers: the ray caster's derivative, differences of its images, or the generator's."""
+"""Origin of an answer: the ray caster's derivative, its images' differences, or the generator."""
 
 SOURCE_NAMES: dict[Source, str] = {
     "exact": "exact",

@@ -39,7 +39,7 @@ from app.state.viewer_state import ViewerState
 from model.scene.region import Outline
 from model.scene.tf_perturbation import edit_over
 from model.scene.transfer_function import TF_SAMPLES, Range
-from model.sensitivity.agreement import cosine
+from model.sensitivity.cosine import cosine
 
 NEGLIGIBLE = 1e-6
 """Norm of responses, per unit of opacity, up to which they are rounding."""

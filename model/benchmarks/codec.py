@@ -23,7 +23,7 @@ from model.samples.sampling import draw_opacity_tfs
 from model.scene.scene import Scene
 from model.scene.tf_perturbation import EDIT_WIDTH, response_to_edits
 from model.scene.transfer_function import TF_SAMPLES
-from model.sensitivity.agreement import cosine
+from model.sensitivity.cosine import cosine
 from model.training.codec_loss import CodecLoss, layer_opacity
 from model.training.optimizers import adam, cosine_decay, set_rate
 from model.training.options import TrainingOptions

@@ -9,13 +9,13 @@ renderer therefore both give sensitivities to Gaussian edits of some width.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
-from scipy.ndimage import gaussian_filter1d
 
-from model.scene.transfer_function import TF_SAMPLES, Range
+from model.scene.inputs import SceneInputs
+from model.scene.transfer_function import TF_SAMPLES, OpacityTF, Range
 
 EDIT_WIDTH = 6.0
 """Standard deviation of edits, in bins of the TF.
@@ -93,6 +93,9 @@ def norms_at_all_bins(
     bins: NDArray[np.int64], squares: NDArray[np.floating]
 ) -> NDArray[np.float32]:
     """Square roots at all 256 bins, by a spline through squares at some bins."""
+    # Imported here, as below: the window, which asks for edits, starts without SciPy.
+    from scipy.interpolate import CubicSpline
+
     every = np.arange(TF_SAMPLES)
     between = squares if len(bins) == TF_SAMPLES else CubicSpline(bins, squares)(every)
     return np.sqrt(np.maximum(between, 0)).astype(np.float32)
@@ -116,7 +119,17 @@ def response_to_edits(slopes: NDArray[np.float32], width: float) -> NDArray[np.f
     """
     if width == 0:
         return slopes
+    from scipy.ndimage import gaussian_filter1d
+
     return np.asarray(gaussian_filter1d(slopes, width, axis=-1, mode="constant"))
+
+
+def with_opacity(inputs: SceneInputs, opacity: NDArray[np.floating]) -> SceneInputs:
+    """Return inputs with another opacity TF, given by its 256 opacities, which are clipped."""
+    scalar_range = inputs.opacity_tf.scalar_range
+    values = np.linspace(*scalar_range, TF_SAMPLES).tolist()
+    points = tuple(zip(values, np.clip(opacity, 0, 1).tolist(), strict=True))
+    return replace(inputs, opacity_tf=OpacityTF(scalar_range, points=points))
 
 
 def _bin(value: float, scalar_range: Range) -> int:

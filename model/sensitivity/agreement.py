@@ -22,6 +22,7 @@ from model.scene.inputs import SceneInputs
 from model.scene.region import Region
 from model.scene.tf_perturbation import EDIT_WIDTH, response_to_edits
 from model.scene.volume import Volume
+from model.sensitivity.cosine import cosine
 from model.sensitivity.exact import region_sensitivity, sensitivity_field
 from model.sensitivity.learned import Sensitivity
 
@@ -110,13 +111,6 @@ def sensitivity_agreement(
     finally:
         renderer.close()
     return Agreement(*np.array(rows).T)
-
-
-def cosine(one: NDArray[np.floating], other: NDArray[np.floating]) -> float:
-    """Cosine similarity of two vectors; 0 if either is zero."""
-    a, b = one.astype(np.float64), other.astype(np.float64)
-    norms = np.linalg.norm(a) * np.linalg.norm(b)
-    return float(a @ b / norms) if norms > 0 else 0.0
 
 
 def rank_correlation(one: NDArray[np.floating], other: NDArray[np.floating]) -> float:

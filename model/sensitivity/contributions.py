@@ -7,8 +7,6 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter1d
-from scipy.signal import find_peaks
 
 from model.scene.transfer_function import TF_SAMPLES, Range
 
@@ -57,6 +55,10 @@ def contributions(
     total = float(visibility.sum())
     if not total > 1e-6:
         return ()
+    # Imported here: the window starts without it.
+    from scipy.ndimage import gaussian_filter1d
+    from scipy.signal import find_peaks
+
     smooth = np.pad(gaussian_filter1d(visibility.astype(np.float64), SMOOTHING, mode="nearest"), 1)
     peaks, _ = find_peaks(smooth, prominence=0.02 * smooth.max(), plateau_size=1)
     valleys = [int(np.argmin(smooth[a : b + 1])) + a for a, b in pairwise(peaks)]

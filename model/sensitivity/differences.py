@@ -8,8 +8,6 @@ opacity than there is, they are one-sided.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
@@ -17,8 +15,8 @@ from scipy.interpolate import CubicSpline
 from model.rendering.renderer import Renderer
 from model.scene.inputs import SceneInputs
 from model.scene.region import ImageRegion
-from model.scene.tf_perturbation import response_to_edits
-from model.scene.transfer_function import TF_SAMPLES, OpacityTF
+from model.scene.tf_perturbation import response_to_edits, with_opacity
+from model.scene.transfer_function import TF_SAMPLES
 from model.sensitivity.measure import Measure
 
 LARGEST_CHANGE = 0.02
@@ -123,11 +121,3 @@ def _images(
         for change in (above, -below)
     )
     return more, less, above + below
-
-
-def with_opacity(inputs: SceneInputs, opacity: NDArray[np.floating]) -> SceneInputs:
-    """Return inputs with another opacity TF, given by its 256 opacities, which are clipped."""
-    scalar_range = inputs.opacity_tf.scalar_range
-    values = np.linspace(*scalar_range, TF_SAMPLES).tolist()
-    points = tuple(zip(values, np.clip(opacity, 0, 1).tolist(), strict=True))
-    return replace(inputs, opacity_tf=OpacityTF(scalar_range, points=points))

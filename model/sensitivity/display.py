@@ -11,7 +11,6 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from cmap import Colormap
 from numpy.typing import NDArray
 
 from model.scene.region import block_edges
@@ -177,4 +176,7 @@ def spread_blocks(field: NDArray[np.float32], size: int, block: int) -> NDArray[
 @lru_cache(maxsize=2)
 def _table(measure: Measure) -> NDArray[np.float64]:
     """Colours of a map, shape (256, 3)."""
+    # Imported here: the window starts without it.
+    from cmap import Colormap
+
     return np.asarray(Colormap(COLOR_MAPS[measure]).lut(256)[:, :3], dtype=np.float64)

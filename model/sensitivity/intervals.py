@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import find_peaks, peak_widths
 
 from model.scene.transfer_function import TF_SAMPLES, Range
 from model.sensitivity.display import FLOOR, SMALL_EDIT
@@ -71,6 +70,9 @@ def promising_intervals(
     # Values outside the window count as the nearest one inside.
     places = np.clip(np.arange(TF_SAMPLES), inside[0], inside[-1])
     responses = np.nan_to_num(responses)[places]
+    # Imported here: the window starts without it.
+    from scipy.signal import find_peaks, peak_widths
+
     # Zeros at either end make a response that rises up to an end a peak, too.
     strength = np.pad(np.abs(responses), 1)
     highest = float(strength.max())

@@ -6,8 +6,6 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter
-from skimage.transform import resize
 
 Trust = Literal["good", "fair", "poor"]
 
@@ -41,6 +39,9 @@ def trust_levels(
         2 where the cosine of both around the pixel is good, 1 where fair, 0 where poor.
         Where both are negligible they agree.
     """
+    # Imported here: the window starts without it.
+    from scipy.ndimage import gaussian_filter
+
     a, b = _at_one_size(learned, exact)
     sigma = NEIGHBORHOOD * len(a)
     dot, square_a, square_b = (
@@ -57,6 +58,9 @@ def trust_levels(
 def _at_one_size(
     one: NDArray[np.floating], other: NDArray[np.floating]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    # Imported here: the window starts without it.
+    from skimage.transform import resize
+
     size = min(len(one), len(other))
     a, b = (
         resize(field.astype(np.float64), (size, size, 3), order=1, anti_aliasing=True)

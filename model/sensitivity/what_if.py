@@ -7,10 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from model.metrics import rmse
 from model.scene.inputs import SceneInputs
 from model.scene.region import Mask
-from model.sensitivity.differences import with_opacity
+from model.scene.tf_perturbation import with_opacity
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +61,10 @@ def compare(
 ) -> WhatIf:
     """Compare two images (S, S, 3 or 4) over a region's pixels (S, S)."""
     one, other = before[..., :3], after[..., :3]
-    levels = [np.sqrt(np.square(image[mask], dtype=np.float64).mean()) for image in (one, other)]
-    return WhatIf(
-        other, other - one, rmse(other[mask], one[mask]), float(levels[1] - levels[0]), predicted
-    )
+    difference = other - one
+    brightness = _rms(other[mask]) - _rms(one[mask])
+    return WhatIf(other, difference, _rms(difference[mask]), brightness, predicted)
+
+
+def _rms(values: NDArray[np.float32]) -> float:
+    return float(np.sqrt(np.square(values, dtype=np.float64).mean()))

@@ -2,6 +2,8 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
+import sys
 import threading
 from pathlib import Path
 
@@ -120,3 +122,16 @@ def test_an_image_that_never_comes_does_not_hang_the_screenshot(
     assert run_window(Path("ramp"), Path("model"), FASTEST, path, builders.make()) == 2
     helper.join()
     assert "before both images" in capsys.readouterr().err
+
+
+def test_the_window_is_there_before_slow_libraries_are_loaded() -> None:
+    slow = ("cmap", "numba", "scipy", "skimage", "torch", "vtkmodules", "zarr")
+    code = f"import sys, app.window.main_window; print([m for m in {slow} if m in sys.modules])"
+    found = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=Path(__file__).parents[2],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert found.stdout.strip() == "[]"

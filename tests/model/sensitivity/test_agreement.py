@@ -20,7 +20,8 @@ from model.scene.light import LightDirection
 from model.scene.region import Region
 from model.scene.scene import Scene
 from model.scene.volume import Volume
-from model.sensitivity.agreement import cosine, rank_correlation, sensitivity_agreement
+from model.sensitivity.agreement import rank_correlation, sensitivity_agreement
+from model.sensitivity.cosine import cosine
 from model.sensitivity.exact import region_sensitivity, sensitivity_field
 
 SIZE = NetworkSize(0.125, 16, 32)
