@@ -72,3 +72,7 @@ class CollapseError(TrainingError):
 
 class NotOfferedError(TfscopeError):
     """An engine does not support the requested kind of result."""
+
+
+class LatentError(TfscopeError):
+    """Latent codes, their map, or a search among them cannot be used."""

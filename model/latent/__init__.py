@@ -1,0 +1,1 @@
+"""Latent codes of opacity TFs: sampling, map, browsing, and search."""

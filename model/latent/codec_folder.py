@@ -1,0 +1,126 @@
+"""The codec folder: a browser's codec as safetensors, with a description as JSON."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import safetensors
+import safetensors.torch
+import torch
+
+from model.errors import CheckpointError
+from model.files import write_atomically
+from model.networks.codec import BrowserCodec
+from model.volume_files.shipped import RESOURCES
+
+CODEC_FILE = "codec.json"
+WEIGHTS_FILE = "codec.safetensors"
+FORMAT = 1
+
+SHIPPED_CODEC = RESOURCES / "codec"
+
+
+@dataclass(frozen=True)
+class CodecCard:
+    """All that is known about a browser's codec besides its weights.
+
+    Attributes
+    ----------
+    latent_dim : int
+    width : float
+        Number of channels as a fraction of the paper's.
+    training : dict
+        Design, steps and seed of its training.
+    metrics : dict
+        What it was measured at.
+    digest : str
+        SHA-256 of the weights' file.
+    """
+
+    latent_dim: int
+    width: float
+    training: dict[str, Any]
+    metrics: dict[str, Any]
+    digest: str = ""
+
+
+def save_codec(folder: Path, card: CodecCard, codec: BrowserCodec) -> None:
+    """Write a codec folder, with weights in half precision.
+
+    Raises
+    ------
+    CheckpointError
+        When the folder cannot be written.
+    """
+    weights = {
+        name: value.detach().to(torch.float16).contiguous()
+        for name, value in codec.state_dict().items()
+    }
+    content = safetensors.torch.save(weights)
+    described = {"tfscope_codec": FORMAT, **asdict(card), "digest": _digest(content)}
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        write_atomically(folder / WEIGHTS_FILE, content)
+        write_atomically(folder / CODEC_FILE, (json.dumps(described, indent=2) + "\n").encode())
+    except OSError as error:
+        raise CheckpointError(
+            f"{folder}: the codec cannot be written ({error.strerror}); choose another folder."
+        ) from error
+
+
+def load_codec(folder: Path = SHIPPED_CODEC) -> tuple[CodecCard, BrowserCodec]:
+    """Read a codec folder.
+
+    Returns
+    -------
+    card : CodecCard
+    codec : BrowserCodec
+        In evaluation mode, float32, on the CPU.
+
+    Raises
+    ------
+    CheckpointError
+        When the folder holds no codec, or one that is damaged or of another version.
+    """
+    try:
+        described = json.loads((folder / CODEC_FILE).read_text(encoding="utf-8"))
+        content = (folder / WEIGHTS_FILE).read_bytes()
+    except OSError as error:
+        raise CheckpointError(
+            f"{folder}: the folder holds no codec ({error.strerror}); "
+            "install tfscope again, or train one."
+        ) from error
+    except ValueError as error:
+        raise CheckpointError(f"{folder / CODEC_FILE}: the file is not JSON ({error}).") from error
+    try:
+        version = described.pop("tfscope_codec")
+        card = CodecCard(**described)
+        codec = BrowserCodec(card.latent_dim, card.width)
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
+        raise CheckpointError(
+            f"{folder / CODEC_FILE}: the description is malformed near {error}."
+        ) from error
+    if version != FORMAT:
+        raise CheckpointError(
+            f"{folder}: the codec's format is {version!r}; this tfscope reads {FORMAT}."
+        )
+    if _digest(content) != card.digest:
+        raise CheckpointError(
+            f"{folder / WEIGHTS_FILE}: the weights are truncated or altered; copy the folder again."
+        )
+    try:
+        weights = safetensors.torch.load(content)
+        codec.load_state_dict({name: value.float() for name, value in weights.items()})
+    except (safetensors.SafetensorError, RuntimeError) as error:
+        raise CheckpointError(
+            f"{folder / WEIGHTS_FILE}: the weights are not those of the described codec."
+        ) from error
+    return card, codec.eval().requires_grad_(False)
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()

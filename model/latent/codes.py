@@ -1,0 +1,141 @@
+"""Latent codes of opacity TFs as arrays, and samples of all codes that stand for TFs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from model.errors import LatentError
+from model.networks.codec import LatentCodec
+from model.networks.encoding import decode_unit, encode_unit
+
+SAMPLES = 10_000
+"""Number of codes on a map, as in the paper (section 4.4)."""
+
+ROBUST_SHARE = 0.005
+"""Share of encoded TFs beyond either side of the box that codes are drawn from."""
+
+COLLAPSED_DEVIATION = 1e-4
+"""Standard deviation below which a code's number stands for nothing."""
+
+Codes = NDArray[np.float32]
+Opacities = NDArray[np.float32]
+
+
+class TFCodec:
+    """Encodes and decodes arrays of opacity TFs; without gradients, on the CPU.
+
+    Parameters
+    ----------
+    network : LatentCodec
+        In evaluation mode.
+    """
+
+    def __init__(self, network: LatentCodec) -> None:
+        self.network = network
+
+    def encode(self, opacities: NDArray[np.floating]) -> Codes:
+        """Encode opacity TFs (n, 256) in [0, 1] as codes (n, d)."""
+        with torch.inference_mode():
+            return self.network.encode(encode_unit(opacities)).float().numpy()
+
+    def decode(self, codes: NDArray[np.floating]) -> Opacities:
+        """Decode codes (n, d) as opacity TFs (n, 256) in [0, 1]."""
+        with torch.inference_mode():
+            tfs = self.network.decode(torch.from_numpy(np.asarray(codes, dtype=np.float32)))
+            return decode_unit(tfs).clamp(0, 1).numpy()
+
+
+@dataclass(frozen=True, eq=False)
+class CodeSamples:
+    """Codes that stand for TFs, spread over all that the decoder can make.
+
+    Attributes
+    ----------
+    codes : ndarray of float32, shape (n, d)
+    tfs : ndarray of float32, shape (n, 256)
+        Decoded, in [0, 1].
+    singular_values : ndarray of float32, shape (d,)
+        Of the centred codes, divided by the square root of n: standard deviations along the
+        codes' principal axes.
+    """
+
+    codes: Codes
+    tfs: Opacities
+    singular_values: NDArray[np.float32]
+
+    @property
+    def effective_dimension(self) -> float:
+        """Number of dimensions that the codes use: exp of the entropy of their variances."""
+        variances = np.square(self.singular_values, dtype=np.float64)
+        if not variances.sum():
+            return 0.0
+        shares = variances / variances.sum()
+        return float(np.exp(-np.sum(shares * np.log(np.maximum(shares, 1e-300)))))
+
+
+def sample_codes(
+    codec: TFCodec, tfs: NDArray[np.floating], count: int = SAMPLES, seed: int = 0
+) -> CodeSamples:
+    """Draw codes uniformly, decode them, and encode them again (paper, section 4.4).
+
+    Parameters
+    ----------
+    codec : TFCodec
+    tfs : ndarray, shape (m, 256)
+        Opacity TFs, the codes of which but for outliers span the box that is drawn from.
+    count : int
+    seed : int
+
+    Raises
+    ------
+    LatentError
+        When the codec gives codes that are not finite, or the same code for all TFs.
+    """
+    known = checked_codes(codec.encode(tfs))
+    if (known.std(axis=0) < COLLAPSED_DEVIATION).all():
+        raise LatentError(
+            "The codec gives the same code for all TFs: it has collapsed. "
+            "Use a model of another training, or the shipped codec."
+        )
+    lowest, highest = np.quantile(known, [ROBUST_SHARE, 1 - ROBUST_SHARE], axis=0)
+    rng = np.random.default_rng(seed)
+    drawn = rng.uniform(lowest, highest, (count, known.shape[1]))
+    return samples_of(codec, codec.encode(codec.decode(drawn)))
+
+
+def samples_of(codec: TFCodec, codes: Codes) -> CodeSamples:
+    """Return codes with what follows from them.
+
+    Raises
+    ------
+    LatentError
+        When there is no code, or codes are not finite.
+    """
+    checked_codes(codes)
+    centred = codes.astype(np.float64) - codes.mean(axis=0, dtype=np.float64)
+    singular = np.linalg.svd(centred, compute_uv=False) / np.sqrt(len(codes))
+    values = np.zeros(codes.shape[1], dtype=np.float32)
+    values[: len(singular)] = singular
+    return CodeSamples(codes, codec.decode(codes), values)
+
+
+def checked_codes(codes: NDArray[np.floating]) -> Codes:
+    """Return codes (n, d) as float32.
+
+    Raises
+    ------
+    LatentError
+        When there is none, or a number is not finite.
+    """
+    codes = np.asarray(codes, dtype=np.float32)
+    if codes.ndim != 2 or not codes.size:
+        raise LatentError(f"Codes of shape {codes.shape} are not a list of codes.")
+    if not np.isfinite(codes).all():
+        raise LatentError(
+            "The codec gives codes that are not finite; use another model or the shipped codec."
+        )
+    return codes

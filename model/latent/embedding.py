@@ -1,0 +1,151 @@
+"""Places of latent codes on a plane: principal components at once, t-SNE in its own process.
+
+The plane is for the eye: near codes are near one another, and far distances mean little.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.errors import LatentError
+from model.latent.codes import Codes, checked_codes
+
+PERPLEXITY = 30
+"""Effective number of neighbours of t-SNE, as in the paper (section 4.4)."""
+
+ITERATIONS = 1000
+REPORTED_EVERY = 50
+"""t-SNE reports its progress after as many iterations."""
+
+LEAST_POINTS = 5
+"""Distinct points below which there is no map."""
+
+Places = NDArray[np.float32]
+"""Places (n, 2) on the plane; the longer side of their bounding box is -1..1."""
+
+Progress = Callable[[float], None]
+"""Is told the fraction that is done."""
+
+
+class EmbeddingProcess:
+    """t-SNE of codes in a process of its own, so that it can be cancelled, or crash.
+
+    Parameters
+    ----------
+    codes : ndarray of float32, shape (n, d)
+    seed : int
+
+    Raises
+    ------
+    LatentError
+        For codes that have no map, see :func:`standardized`.
+    """
+
+    def __init__(self, codes: Codes, seed: int = 0) -> None:
+        self._scaled = standardized(codes)
+        self._seed = seed
+        self._process: subprocess.Popen[str] | None = None
+        self._cancelled = False
+
+    def run(self, progress: Progress = lambda done: None) -> Places | None:
+        """Compute the map; waits, and may be cancelled from another thread.
+
+        Returns
+        -------
+        ndarray of float32, shape (n, 2), or None
+            None if it was cancelled.
+
+        Raises
+        ------
+        LatentError
+            When the process ends without a map.
+        """
+        with TemporaryDirectory(prefix="tfscope-map-") as folder:
+            source, target = Path(folder) / "codes.npy", Path(folder) / "places.npy"
+            np.save(source, self._scaled)
+            command = [
+                sys.executable, "-u", "-m", "model.latent.tsne_worker",
+                str(source), str(target), str(self._seed),
+            ]  # fmt: skip
+            root = Path(__file__).parents[2]
+            self._process = subprocess.Popen(
+                command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=root
+            )
+            if self._cancelled:
+                self._process.kill()
+            assert self._process.stdout is not None and self._process.stderr is not None
+            for line in self._process.stdout:
+                if line.startswith("[t-SNE] Iteration "):
+                    progress(int(line.split()[2].rstrip(":")) / ITERATIONS)
+            problem = self._process.stderr.read().strip().splitlines()
+            code = self._process.wait()
+            if self._cancelled:
+                return None
+            if code or not target.is_file():
+                reason = problem[-1] if problem else f"it ended with code {code}"
+                raise LatentError(
+                    f"The map cannot be computed ({reason}); the principal components are shown."
+                )
+            return normalized(np.load(target))
+
+    def cancel(self) -> None:
+        """End the process; `run` then returns at once."""
+        self._cancelled = True
+        if self._process is not None:
+            self._process.kill()
+
+
+def principal_places(codes: Codes) -> Places:
+    """Places of codes (n, d) along their two principal axes.
+
+    Raises
+    ------
+    LatentError
+        For codes that have no map, see :func:`standardized`.
+    """
+    scaled = standardized(codes)
+    _, _, axes = np.linalg.svd(scaled, full_matrices=False)
+    two = np.zeros((2, scaled.shape[1]))
+    two[: len(axes[:2])] = axes[:2]
+    # A singular vector's sign is arbitrary: the largest component points upwards.
+    largest = np.abs(two).argmax(axis=1)
+    two *= np.where(two[[0, 1], largest] < 0, -1, 1)[:, None]
+    return normalized(scaled @ two.T)
+
+
+def standardized(codes: Codes) -> NDArray[np.float64]:
+    """Codes (n, d) with mean 0 and variance 1; numbers that hardly vary are left out.
+
+    Raises
+    ------
+    LatentError
+        When codes are not finite, or too few of them differ: scikit-learn's t-SNE ends the
+        whole process at points that are all equal.
+    """
+    values = checked_codes(codes).astype(np.float64)
+    deviations = values.std(axis=0)
+    scale = np.abs(values).max()
+    varies = deviations > 1e-6 * max(scale, 1e-30)
+    if varies.any():
+        values = (values[:, varies] - values[:, varies].mean(axis=0)) / deviations[varies]
+    distinct = len(np.unique(values.round(4), axis=0)) if varies.any() else 1
+    if distinct < LEAST_POINTS:
+        raise LatentError(
+            f"Of {len(codes)} codes only {distinct} differ; a map needs {LEAST_POINTS} at least. "
+            "The codec has collapsed, or the samples are too few."
+        )
+    return values
+
+
+def normalized(places: NDArray[np.floating]) -> Places:
+    """Places centred on their bounding box, the longer side of which becomes -1..1."""
+    lowest, highest = places.min(axis=0), places.max(axis=0)
+    half = max(float((highest - lowest).max()) / 2, 1e-30)
+    return ((places - (lowest + highest) / 2) / half).astype(np.float32)

@@ -1,0 +1,124 @@
+"""A latent space: a codec, the scalar values that its TFs lie over, and where its map is kept."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from model.errors import LatentError
+from model.files import cache_folder
+from model.latent.codec_folder import SHIPPED_CODEC, load_codec
+from model.latent.codes import SAMPLES, Codes, Opacities, TFCodec, sample_codes, samples_of
+from model.latent.embedding import Places, principal_places
+from model.latent.latent_map import LatentMap
+from model.latent.stored_map import MAP_FILE, load_map, map_key, save_map
+from model.latent.tf_frame import TFFrame
+from model.samples.sampling import draw_opacity_tfs
+from model.scene.scene import Scene
+from model.scene.transfer_function import OpacityTF, Range
+from model.training.codec_training import UNIT_SCENE
+
+KNOWN_TFS = 4000
+"""Random TFs whose codes span the box that codes are sampled from."""
+
+SAMPLING_SEED = 0
+
+
+@dataclass(frozen=True, eq=False)
+class LatentSpace:
+    """A codec that stands for the opacity TFs of one volume.
+
+    Attributes
+    ----------
+    codec : TFCodec
+    frame : TFFrame
+    scene : Scene
+        Determines the random TFs of the codec.
+    digest : str
+        SHA-256 of the codec's weights.
+    folders : tuple of Path
+        Where its map may be, the one to write to last.
+    """
+
+    codec: TFCodec
+    frame: TFFrame
+    scene: Scene
+    digest: str
+    folders: tuple[Path, ...]
+
+    @classmethod
+    def shipped(cls, scalar_range: Range, window: Range) -> LatentSpace:
+        """Return the shipped codec's, stretched to a volume's window of interesting values."""
+        return cls.of_codec(SHIPPED_CODEC, scalar_range, window)
+
+    @classmethod
+    def of_codec(cls, folder: Path, scalar_range: Range, window: Range) -> LatentSpace:
+        """Return that of a codec folder, stretched to a window."""
+        card, network = load_codec(folder)
+        frame = TFFrame(scalar_range, window)
+        return cls(TFCodec(network), frame, UNIT_SCENE, card.digest, (folder, _cache(card.digest)))
+
+    @classmethod
+    def of_model(cls, folder: Path) -> LatentSpace:
+        """Return that of a model's own codec, over the whole scalar range of its volume."""
+        from model.networks.card import read_header
+        from model.networks.checkpoint import load_model
+
+        card, network = load_model(folder)
+        digest = str(read_header(folder).get("sha256", ""))
+        frame = TFFrame(card.scene.scalar_range, card.scene.scalar_range)
+        return cls(TFCodec(network.codec), frame, card.scene, digest, (folder, _cache(digest)))
+
+    def tf_of(self, code: Codes) -> OpacityTF:
+        """Return the opacity TF, with 256 points or one more, of a code (d,)."""
+        return self.frame.opacity_tf(self.codec.decode(code[None])[0])
+
+    def code_of(self, opacity_tf: OpacityTF) -> Codes:
+        """Return the code (d,) that is nearest to an opacity TF."""
+        return self.codec.encode(self.frame.opacities(opacity_tf)[None])[0]
+
+    def open_map(self, count: int = SAMPLES) -> LatentMap:
+        """Return the stored map; without one, new samples along their principal axes.
+
+        Raises
+        ------
+        LatentError
+            When the codec cannot be mapped, see :func:`model.latent.codes.sample_codes`.
+        """
+        key = map_key(self.digest, count, SAMPLING_SEED)
+        for folder in self.folders:
+            try:
+                codes, places = load_map(folder / MAP_FILE, key)
+                if codes.shape[1] == self._latent_dim:
+                    return LatentMap(samples_of(self.codec, codes), places, is_final=True)
+            except LatentError:
+                # Missing or foreign: the next place, or a new map.
+                continue
+        known = draw_opacity_tfs(self.scene, SAMPLING_SEED, 0, KNOWN_TFS)
+        samples = sample_codes(self.codec, known, count, SAMPLING_SEED)
+        return LatentMap(samples, principal_places(samples.codes), is_final=False)
+
+    def keep_map(self, codes: Codes, places: Places) -> None:
+        """Store a finished map for the next time.
+
+        Raises
+        ------
+        LatentError
+            When the map cannot be written.
+        """
+        key = map_key(self.digest, len(codes), SAMPLING_SEED)
+        save_map(self.folders[-1] / MAP_FILE, key, codes, places)
+
+    def decoded(self, codes: Codes) -> Opacities:
+        """Decode codes (n, d) as opacities (n, 256) over the volume's scalar range."""
+        return self.frame.stretched(self.codec.decode(codes))
+
+    @property
+    def _latent_dim(self) -> int:
+        return int(self.codec.encode(np.zeros((1, 256), dtype=np.float32)).shape[1])
+
+
+def _cache(digest: str) -> Path:
+    return cache_folder() / "maps" / digest[:16]
