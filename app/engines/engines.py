@@ -27,11 +27,13 @@ from model.errors import NotOfferedError
 from model.scene.light import LightDirection
 from model.scene.scene import Lighting, RendererName, Scene
 from model.scene.tf_perturbation import edit_over
+from model.scene.transfer_function import Range
 from model.scene.volume import Volume
 
 if TYPE_CHECKING:
     from model.generator.backends import BackendName
     from model.generator.generator import Generator
+    from model.latent.latent_space import LatentSpace
     from model.rendering.raycast.renderer import RaycastRenderer
     from model.rendering.renderer import Renderer
 
@@ -94,14 +96,16 @@ FASTEST = GeneratorSettings()
 class Builders:
     """Functions that read volumes and build engines; tests replace them by fakes.
 
-    The analyst is a ray caster that answers questions about sensitivities, whatever renders
-    the reference.
+    The analyst is a ray caster that answers questions about sensitivities and draws the latent
+    map's pictures, whatever renders the reference. A latent space is that of a scalar range
+    and a window of it, or that of a model's folder.
     """
 
     read_volume: Callable[[Path], Volume]
     reference: Callable[[Volume, ReferenceSettings], Engine]
     generator: Callable[[Path, GeneratorSettings], Engine]
     analyst: Callable[[Volume, ReferenceSettings], Engine]
+    latent_space: Callable[[Range, Range, Path | None], LatentSpace]
 
 
 class RendererEngine:
@@ -255,4 +259,14 @@ def _generator_engine(folder: Path, settings: GeneratorSettings) -> Engine:
     )
 
 
-REAL_BUILDERS = Builders(_read_volume, _reference_engine, _generator_engine, _analyst_engine)
+def _latent_space(scalar_range: Range, window: Range, model: Path | None) -> LatentSpace:
+    from model.latent.latent_space import LatentSpace
+
+    if model is not None:
+        return LatentSpace.of_model(model)
+    return LatentSpace.shipped(scalar_range, window)
+
+
+REAL_BUILDERS = Builders(
+    _read_volume, _reference_engine, _generator_engine, _analyst_engine, _latent_space
+)

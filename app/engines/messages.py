@@ -64,6 +64,36 @@ class BatchRequest(Request):
 
 
 @dataclass(frozen=True)
+class GridRequest(BatchRequest):
+    """Request for the images of a brushed rectangle's cells."""
+
+
+@dataclass(frozen=True)
+class HoverRequest(BatchRequest):
+    """Request for the image of the place under the mouse on the map."""
+
+
+@dataclass(frozen=True)
+class ThumbnailRequest(BatchRequest):
+    """Request for small images of some samples of the map."""
+
+
+@dataclass(frozen=True)
+class SearchRequest(BatchRequest):
+    """Request for images that a search for a goal compares."""
+
+
+@dataclass(frozen=True)
+class FrameRequest(BatchRequest):
+    """Request for the next image of a path between places."""
+
+
+@dataclass(frozen=True)
+class ErrorRequest(BatchRequest):
+    """Request for images by which a model is compared with the ray caster."""
+
+
+@dataclass(frozen=True)
 class RegionSensitivityRequest(Request):
     """Request for a region's sensitivity to edits at each scalar value: float32 (256,).
 

@@ -129,7 +129,7 @@ class EditTrials(QObject):
 
     def _take(self, name: EngineName, result: Result) -> None:
         pending = self._pending.get(name)
-        if not isinstance(result.request, BatchRequest) or pending is None:
+        if type(result.request) is not BatchRequest or pending is None:
             return
         if pending.sequence != result.request.sequence:
             return

@@ -44,7 +44,7 @@ def question_of(request: Request) -> Question | None:
             return "pick"
         case VisibilityRequest():
             return "visibility"
-        case BatchRequest():
+        case BatchRequest() if type(request) is BatchRequest:
             return "images"
     return None
 

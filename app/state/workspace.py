@@ -13,6 +13,8 @@ from app.engines.client import EngineClient
 from app.engines.engines import Builders, GeneratorSettings, ReferenceSettings
 from app.engines.messages import EngineReady
 from app.state.dispatcher import NO_MODEL_SIZE, Dispatcher
+from app.state.latent_state import LatentState
+from app.state.latent_work import LatentWork
 from app.state.opened_volume import OpenedVolume, open_volume
 from app.state.sensitivity_answers import Source
 from app.state.sensitivity_dispatcher import SensitivityDispatcher
@@ -35,6 +37,7 @@ class Workspace(QObject):
     ----------
     state : ViewerState
     sensitivity : SensitivityState
+    latent : LatentState
     generator, reference, analyst : EngineClient
     builders : Builders
         Functions that read volumes and build engines.
@@ -67,6 +70,7 @@ class Workspace(QObject):
         self,
         state: ViewerState,
         sensitivity: SensitivityState,
+        latent: LatentState,
         generator: EngineClient,
         reference: EngineClient,
         analyst: EngineClient,
@@ -87,6 +91,7 @@ class Workspace(QObject):
         self._sensitivity_state = sensitivity
         self._analyst = analyst
         self.sensitivity = SensitivityDispatcher(state, sensitivity, analyst, generator, self)
+        self.latent = LatentWork(state, latent, analyst, generator, builders.latent_space, self)
         self._opened: OpenedVolume | None = None
         self._scene: Scene | None = None
         self._model: Path | None = None
@@ -165,6 +170,7 @@ class Workspace(QObject):
     def stop(self) -> None:
         """Ask all threads to end; returns at once."""
         self.sensitivity.stop()
+        self.latent.stop()
         self._generator.stop()
         self._reference.stop()
         self._analyst.stop()
@@ -177,6 +183,7 @@ class Workspace(QObject):
         self._generator.join()
         self._reference.join()
         self._analyst.join()
+        self.latent.join()
         for call in self._calls:
             call.join()
             call.deleteLater()
@@ -188,6 +195,7 @@ class Workspace(QObject):
         self._settings = self._wanted_settings()
         self._start_reference()
         self._sensitivity_state.start_volume()
+        self.latent.session.start_volume(opened.volume, opened.window)
         self._start_analyst()
         self._open_shipped_model(opened)
         self._match_generator()
@@ -267,7 +275,9 @@ class Workspace(QObject):
                 self._start_analyst()
             self._dispatcher.send()
         self.modelChanged.emit()
-        self.sensitivity.set_learned(None if scene is None else scene.image_size)
+        size = None if scene is None else scene.image_size
+        self.sensitivity.set_learned(size)
+        self.latent.set_model(None if scene is None else self._model, size)
 
     def _offer_light(self) -> None:
         """Make the light movable if the model was trained with a movable light."""
@@ -295,6 +305,8 @@ class Workspace(QObject):
             source: Source = "differences" if self._settings.lighting == "global" else "exact"
             self.sensitivity.start_volume(self._opened.window, source)
             self.sensitivity.ask()
+            self.latent.pictures.start_volume()
+            self.latent.pictures.ask()
 
     def _no_model_text(self) -> str:
         volume = "FILE"

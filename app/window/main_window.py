@@ -4,14 +4,24 @@ from __future__ import annotations
 
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QCloseEvent, QKeyEvent
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QMainWindow, QSplitter, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QHBoxLayout,
+    QLabel,
+    QMainWindow,
+    QSplitter,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
 
 from app.engines.client import EngineClient
 from app.engines.engines import FASTEST, REAL_BUILDERS, Builders, GeneratorSettings
 from app.image_view.engine_pane import EnginePane
 from app.image_view.gestures import ViewGestures
 from app.image_view.light_ball import LightBall
+from app.latent_browser.latent_browser import LatentBrowser
 from app.sensitivity_view.sensitivity_view import SensitivityView
+from app.state.latent_state import LatentChoices, LatentState
 from app.state.opened_volume import OpenedVolume
 from app.state.sensitivity_state import SensitivityState
 from app.state.transfer_function_store import TransferFunctionStore
@@ -54,6 +64,7 @@ class MainWindow(QMainWindow):
         super().__init__()
         self.state = ViewerState(self)
         self.sensitivity_state = SensitivityState(self)
+        self.latent_state = LatentState(self)
         generator, reference, analyst = (
             EngineClient(name, self) for name in ("generator", "reference", "analyst")
         )
@@ -65,6 +76,7 @@ class MainWindow(QMainWindow):
         self.workspace = Workspace(
             self.state,
             self.sensitivity_state,
+            self.latent_state,
             generator,
             reference,
             analyst,
@@ -73,6 +85,10 @@ class MainWindow(QMainWindow):
             settings,
             self,
         )
+        self.browser = LatentBrowser(
+            self.state, self.workspace.latent, self.sensitivity_state, self.reference, self.editor
+        )
+        self.browse = QToolButton()
         self._view_label = QLabel()
         self._lay_out()
         # After the gestures, so that regions get the mouse first.
@@ -95,8 +111,15 @@ class MainWindow(QMainWindow):
             self.reference,
             self.sensitivity_state,
             self.sensitivity,
+            self.latent_state,
         )
+        self.browse.clicked.connect(lambda on: self.latent_state.choose(shown=on))
+        self.latent_state.choicesChanged.connect(self._show_browser)
+        self._show_browser(self.latent_state.choices)
         self.state.viewChanged.connect(self._show_view)
+        self.workspace.modelChanged.connect(
+            lambda: self.browser.bar.set_model(self.workspace.latent.pictures.learned_size is not None)
+        )
         self.workspace.volumeOpened.connect(self._show_volume)
         # Errors of an earlier file no longer apply.
         self.workspace.volumeOpened.connect(lambda _opened: self.notice.clear())
@@ -106,7 +129,7 @@ class MainWindow(QMainWindow):
         self.workspace.referenceChanged.connect(
             lambda name: self.reference.set_title(REFERENCE_TITLES[name])
         )
-        for source in (self.workspace, self.files):
+        for source in (self.workspace, self.files, self.browser):
             source.problem.connect(self.notice.tell)
             source.news.connect(self.statusBar().showMessage)
         self._show_view(self.state.view)
@@ -155,10 +178,15 @@ class MainWindow(QMainWindow):
         row = QHBoxLayout(images)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(12)
+        row.addWidget(self.browser, 2)
         for pane in (self.generator, self.reference):
             row.addWidget(pane, 1)
             ViewGestures(pane.canvas, self.state)
         self.reference.add_to_header(self.light)
+        self.browse.setText("Browse TFs")
+        self.browse.setCheckable(True)
+        self.browse.setToolTip("Show a map of the TFs, with a picture of each (Ctrl+B)")
+        self.editor.add_to_header(self.browse, stretch=0)
         splitter = QSplitter(Qt.Orientation.Vertical)
         splitter.setHandleWidth(12)
         splitter.setChildrenCollapsible(False)
@@ -181,6 +209,12 @@ class MainWindow(QMainWindow):
         self.setWindowTitle("tfscope")
         self.resize(*WINDOW_SIZE)
 
+    def _show_browser(self, choices: LatentChoices) -> None:
+        """Show the latent browser in the generator's place, or the generator again."""
+        self.browser.setVisible(choices.shown)
+        self.generator.setVisible(not choices.shown)
+        self.browse.setChecked(choices.shown)
+
     def _show_view(self, view: View) -> None:
         self._view_label.setText(
             f"Azimuth {view.azimuth:.0f}°    Elevation {view.elevation:.0f}°    "
@@ -191,4 +225,5 @@ class MainWindow(QMainWindow):
         volume = opened.volume
         shape = " × ".join(str(n) for n in volume.dimensions)
         self.setWindowTitle(f"{volume.name} ({shape}) – tfscope")
+        self.browser.set_units(volume.units)
         self.editor.set_data(opened.counts, volume.scalar_range, volume.units)

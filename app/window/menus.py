@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QMainWindow, QMenu, QMessageBox
 
 from app.image_view.engine_pane import EnginePane
 from app.sensitivity_view.sensitivity_view import SensitivityView
+from app.state.latent_state import LatentState
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import HOME_VIEW, ViewerState
 from app.state.workspace import Workspace
@@ -66,6 +67,17 @@ GESTURES = """<h3>Images</h3>
 <tr><td>Click a numbered flag</td><td>add a mode there</td></tr>
 <tr><td>Hold W</td><td>what would a mode there change?</td></tr>
 </table>
+<h3>Map of TFs (Ctrl+B)</h3>
+<table cellspacing="6">
+<tr><td>Move the mouse over the map</td><td>picture and TF of that place</td></tr>
+<tr><td>Click</td><td>make it the TF</td></tr>
+<tr><td>Drag in the rectangle, at its edges</td><td>move it, resize it</td></tr>
+<tr><td>Drag beside it, or with Shift</td><td>draw a new one</td></tr>
+<tr><td>Wheel over the map</td><td>come closer, until thumbnails appear</td></tr>
+<tr><td>Middle drag, or Ctrl and drag</td><td>move the map</td></tr>
+<tr><td>Wheel over a picture of the grid</td><td>divide that cell; return</td></tr>
+<tr><td>Home, Escape</td><td>the whole map; stop what is running</td></tr>
+</table>
 <h3>Transfer function</h3>
 <table cellspacing="6">
 <tr><td>Drag a mode's peak</td><td>its value and opacity</td></tr>
@@ -92,6 +104,7 @@ class Menus(QObject):
         Panes with the images to save.
     sensitivity : SensitivityState
     view : SensitivityView
+    latent : LatentState
     """
 
     def __init__(
@@ -104,6 +117,7 @@ class Menus(QObject):
         reference: EnginePane,
         sensitivity: SensitivityState,
         view: SensitivityView,
+        latent: LatentState,
     ) -> None:
         super().__init__(window)
         self._window = window
@@ -113,7 +127,7 @@ class Menus(QObject):
         self._generator, self._reference = generator, reference
         self._build_file(self._menu("&File"))
         self._build_edit(self._menu("&Edit"))
-        self._build_view(self._menu("&View"))
+        self._build_view(self._menu("&View"), latent)
         self._build_sensitivity(self._menu("&Sensitivity"), sensitivity, view)
         self._build_help(self._menu("&Help"))
 
@@ -154,8 +168,14 @@ class Menus(QObject):
         self._undo.setText(f"&Undo {stack.undoText()}".rstrip())
         self._redo.setText(f"&Redo {stack.redoText()}".rstrip())
 
-    def _build_view(self, menu: QMenu) -> None:
+    def _build_view(self, menu: QMenu, latent: LatentState) -> None:
         state = self._state
+        browse = _add(
+            menu, "&Browse TFs", lambda: latent.choose(shown=not latent.choices.shown), "Ctrl+B"
+        )
+        browse.setCheckable(True)
+        latent.choicesChanged.connect(lambda choices: browse.setChecked(choices.shown))
+        menu.addSeparator()
         _add(menu, "&Reset view", lambda: state.set_view(HOME_VIEW), "Ctrl+0")
         menu.addSeparator()
         for number, (name, (azimuth, elevation)) in enumerate(STANDARD_VIEWS.items(), start=1):

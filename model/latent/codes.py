@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import torch
 from numpy.typing import NDArray
 
 from model.errors import LatentError
-from model.networks.codec import LatentCodec
-from model.networks.encoding import decode_unit, encode_unit
+
+if TYPE_CHECKING:
+    from model.networks.codec import BrowserCodec, LatentCodec
 
 SAMPLES = 10_000
 """Number of codes on a map, as in the paper (section 4.4)."""
@@ -30,20 +31,29 @@ class TFCodec:
 
     Parameters
     ----------
-    network : LatentCodec
+    network : LatentCodec or BrowserCodec
         In evaluation mode.
     """
 
-    def __init__(self, network: LatentCodec) -> None:
+    def __init__(self, network: LatentCodec | BrowserCodec) -> None:
         self.network = network
 
     def encode(self, opacities: NDArray[np.floating]) -> Codes:
         """Encode opacity TFs (n, 256) in [0, 1] as codes (n, d)."""
+        # Imported here: the window knows codes, and starts without torch.
+        import torch
+
+        from model.networks.encoding import encode_unit
+
         with torch.inference_mode():
             return self.network.encode(encode_unit(opacities)).float().numpy()
 
     def decode(self, codes: NDArray[np.floating]) -> Opacities:
         """Decode codes (n, d) as opacity TFs (n, 256) in [0, 1]."""
+        import torch
+
+        from model.networks.encoding import decode_unit
+
         with torch.inference_mode():
             tfs = self.network.decode(torch.from_numpy(np.asarray(codes, dtype=np.float32)))
             return decode_unit(tfs).clamp(0, 1).numpy()

@@ -18,6 +18,7 @@ from model.latent.interpolation import (
     Cells,
     blended_code,
     cell_means,
+    disc_radius,
 )
 
 
@@ -63,6 +64,14 @@ class LatentMap:
         _, found = self._index.query(np.asarray(code) / self._deviations, k=count)
         return np.atleast_1d(found).astype(np.int64)
 
+    def nearest_of(self, chosen: NDArray[np.int64], count: int) -> NDArray[np.int64]:
+        """Positions (n, count) in `chosen`, indices of samples, of those nearest to each sample."""
+        from scipy.spatial import KDTree
+
+        scaled = self.codes / self._deviations
+        _, found = KDTree(scaled[chosen]).query(scaled, k=count)
+        return np.asarray(found, dtype=np.int64).reshape(len(scaled), count)
+
     def place(self, code: NDArray[np.floating]) -> tuple[float, float]:
         """Approximate place of a code: the median of the places of its nearest neighbours."""
         x, y = np.median(self.places[self.nearest(code, NEIGHBOURS)], axis=0)
@@ -72,6 +81,11 @@ class LatentMap:
         """Distance (n,) of every sample's code from a code, in standard deviations."""
         steps = (self.codes - np.asarray(code, dtype=np.float32)) / self._deviations
         return np.asarray(np.linalg.norm(steps, axis=1), dtype=np.float32)
+
+    @cached_property
+    def radius(self) -> float:
+        """Radius of the disc that is interpolated over."""
+        return disc_radius(self.places)
 
     @cached_property
     def _deviations(self) -> NDArray[np.float32]:

@@ -126,7 +126,12 @@ class FakeBuilders:
     loading: threading.Event | None = None
 
     def make(self) -> Builders:
-        return Builders(self.read_volume, self.reference, self.generator, self.analyst)
+        return Builders(
+            self.read_volume, self.reference, self.generator, self.analyst, self.latent_space
+        )
+
+    def latent_space(self, scalar_range: Range, window: Range, model: Path | None) -> LatentSpace:
+        raise LatentError("The fake has no latent space.")
 
     def read_volume(self, path: Path) -> Volume:
         if path.stem not in self.volumes:

@@ -1,0 +1,1 @@
+"""The latent browser: a map of TFs, a grid of its cells, and pictures under the mouse."""

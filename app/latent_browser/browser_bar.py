@@ -1,0 +1,223 @@
+"""Controls of the latent browser: colours, filters, engines, places, search."""
+
+from __future__ import annotations
+
+import re
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLineEdit, QMenu, QToolButton, QWidget
+
+from app.state.latent_state import Coloring, EngineChoice, LatentState
+from model.scene.transfer_function import Range
+
+COLORINGS: dict[Coloring, tuple[str, str]] = {
+    "value": ("Value", "The scalar value that most is seen of in the picture"),
+    "opacity": ("Opacity", "How opaque the picture is on the whole"),
+    "modes": ("Modes", "How many peaks the TF has"),
+    "distance": ("Distance", "How far the TF's code is from the present TF's"),
+    "error": ("Model error", "How far the model's picture is from the ray caster's"),
+}
+
+ENGINES: dict[EngineChoice, tuple[str, str]] = {
+    "automatic": ("Automatic", "The ray caster where it is fast enough, else the model"),
+    "exact": ("Ray caster", "Pictures are exact"),
+    "learned": ("Model", "Pictures of the volume's generator"),
+}
+
+
+class BrowserBar(QWidget):
+    """Controls in one row, and the menus of places and of searches.
+
+    Parameters
+    ----------
+    latent : LatentState
+    """
+
+    resetRequested = Signal()
+    playRequested = Signal()
+    movieRequested = Signal()
+    nameRequested = Signal()
+    placeRequested = Signal(int)
+    forgetRequested = Signal(int)
+    seekRequested = Signal(str)
+    """Emitted with "more", "less", "remember", "picture", "region", "file" or "stop"."""
+    problem = Signal(str)
+
+    def __init__(self, latent: LatentState) -> None:
+        super().__init__()
+        self._latent = latent
+        self.coloring = _combo([COLORINGS[c] for c in COLORINGS], "What the colours mean")
+        self.engine = _combo([ENGINES[e] for e in ENGINES], "Who draws the pictures")
+        self.codec = _combo(
+            [
+                ("tfscope's codes", "The codec that ships with tfscope, for any volume"),
+                ("Model's codes", "The codec of this volume's model"),
+            ],
+            "Whose codes the map shows",
+        )
+        self.codec.setVisible(False)
+        self.band = QLineEdit()
+        self.band.setPlaceholderText("shows, e.g. 90 to 120")
+        self.band.setClearButtonEnabled(True)
+        self.band.setMaximumWidth(150)
+        self.band.setToolTip(
+            "Only TFs whose picture shows some of these scalar values stay bright"
+        )
+        self.lasso = _button("Lasso", "Draw around TFs: the others fade. A click ends it.")
+        self.lasso.setCheckable(True)
+        self.modes = _button("As modes", "A chosen TF becomes Gaussian modes, instead of a curve")
+        self.modes.setCheckable(True)
+        self.places = _button("Places", "Named places, and the path between them")
+        self.search = _button("Find", "Search for a TF by what its picture shall show")
+        self.reset = _button("Whole map", "Show the whole map (Home)")
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(6)
+        for widget in (
+            self.coloring, self.band, self.lasso, self.places, self.search, self.modes,
+            self.codec, self.engine, self.reset,
+        ):  # fmt: skip
+            row.addWidget(widget)
+        row.addStretch()
+        self.places.setMenu(QMenu(self.places))
+        self.search.setMenu(QMenu(self.search))
+        for button in (self.places, self.search):
+            button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self._connect()
+        self._show_choices()
+        self.fill_places()
+
+    def set_model(self, fits: bool) -> None:
+        """Offer what only a model has, if one fits the volume."""
+        self.codec.setVisible(fits)
+        self.engine.setEnabled(fits)
+
+    def show_search(self, running: bool, remembered: bool, region: str) -> None:
+        """Fill the menu of searches.
+
+        Parameters
+        ----------
+        running : bool
+            Whether one is running.
+        remembered : bool
+            Whether a picture is remembered as a goal.
+        region : str
+            Name of the region that is drawn in the image.
+        """
+        menu = self.search.menu()
+        menu.clear()
+        if running:
+            menu.addAction("Stop the search", lambda: self.seekRequested.emit("stop"))
+            return
+        menu.addAction(f"More in: {region}", lambda: self.seekRequested.emit("more"))
+        menu.addAction(f"Less in: {region}", lambda: self.seekRequested.emit("less"))
+        menu.addSeparator()
+        menu.addAction(
+            "Remember this picture as a goal", lambda: self.seekRequested.emit("remember")
+        )
+        for text, kind in (
+            ("Like the remembered picture", "picture"),
+            (f"{region}, as in the remembered picture", "region"),
+        ):
+            action = menu.addAction(text, lambda k=kind: self.seekRequested.emit(k))
+            action.setEnabled(remembered)
+        menu.addAction("Like a picture file…", lambda: self.seekRequested.emit("file"))
+
+    def fill_places(self) -> None:
+        """Fill the menu of places."""
+        menu = self.places.menu()
+        menu.clear()
+        named = self._latent.places
+        menu.addAction("Name the present TF's place…", self.nameRequested.emit)
+        menu.addSeparator()
+        for index, place in enumerate(named):
+            sub = menu.addMenu(place.name)
+            sub.addAction("Make it the TF", lambda i=index: self.placeRequested.emit(i))
+            sub.addAction("Forget it", lambda i=index: self.forgetRequested.emit(i))
+        if named:
+            menu.addSeparator()
+        play = menu.addAction("Play the path", self.playRequested.emit)
+        movie = menu.addAction("Save the path as a movie…", self.movieRequested.emit)
+        for action in (play, movie):
+            action.setEnabled(bool(named))
+        menu.addSeparator()
+        menu.addAction("Clear the trail", self._latent.clear_trail)
+
+    def _connect(self) -> None:
+        latent = self._latent
+        self.coloring.activated.connect(lambda i: latent.choose(coloring=list(COLORINGS)[i]))
+        self.engine.activated.connect(lambda i: latent.choose(engine=list(ENGINES)[i]))
+        self.codec.activated.connect(lambda i: latent.choose(codec=("shipped", "model")[i]))
+        self.band.editingFinished.connect(self._read_band)
+        self.band.textChanged.connect(lambda text: None if text else self._read_band())
+        self.lasso.clicked.connect(self._toggle_lasso)
+        self.modes.clicked.connect(lambda on: latent.choose(as_modes=on))
+        self.reset.clicked.connect(self.resetRequested)
+        latent.choicesChanged.connect(lambda _choices: self._show_choices())
+        latent.toolChanged.connect(lambda _tool: self._show_lasso())
+        latent.lassoChanged.connect(lambda _lasso: self._show_lasso())
+        latent.placesChanged.connect(self.fill_places)
+
+    def _toggle_lasso(self, on: bool) -> None:
+        if not on:
+            self._latent.set_lasso(None)
+        self._latent.set_tool("lasso" if on else "brush")
+        self._show_lasso()
+
+    def _show_lasso(self) -> None:
+        self.lasso.setChecked(self._latent.tool == "lasso" or self._latent.lasso is not None)
+
+    def _show_choices(self) -> None:
+        choices = self._latent.choices
+        self.coloring.setCurrentIndex(list(COLORINGS).index(choices.coloring))
+        self.engine.setCurrentIndex(list(ENGINES).index(choices.engine))
+        self.codec.setCurrentIndex(("shipped", "model").index(choices.codec))
+        self.modes.setChecked(choices.as_modes)
+
+    def _read_band(self) -> None:
+        text = self.band.text().strip()
+        try:
+            band = parsed_band(text)
+        except ValueError:
+            self.problem.emit(
+                f"'{text}' is not a range of scalar values; write two numbers, such as 90 to 120."
+            )
+            return
+        self._latent.choose(band=band)
+
+
+def parsed_band(text: str) -> Range | None:
+    """Read a value, or two with "to", a comma or a dash between them; None for nothing.
+
+    Raises
+    ------
+    ValueError
+        When the text is something else.
+    """
+    if not text:
+        return None
+    number = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+    found = re.fullmatch(rf"({number})(?:\s*(?:to|,|–|\s-|\.\.)\s*({number}))?", text)
+    if found is None:
+        raise ValueError(text)
+    low = float(found[1])
+    high = low if found[2] is None else float(found[2])
+    return min(low, high), max(low, high)
+
+
+def _combo(entries: list[tuple[str, str]], tip: str) -> QComboBox:
+    combo = QComboBox()
+    combo.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+    for index, (name, explanation) in enumerate(entries):
+        combo.addItem(name)
+        combo.setItemData(index, explanation, Qt.ItemDataRole.ToolTipRole)
+    lines = "<br>".join(f"<b>{name}</b>: {explanation}" for name, explanation in entries)
+    combo.setToolTip(f"{tip}<br>{lines}")
+    return combo
+
+
+def _button(text: str, tip: str) -> QToolButton:
+    button = QToolButton()
+    button.setText(text)
+    button.setToolTip(tip)
+    return button

@@ -1,0 +1,156 @@
+"""The 4 x 4 grid: the picture of each of the brushed rectangle's cells."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QEvent, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QImage, QMouseEvent, QPainter, QPaintEvent, QPen, QWheelEvent
+from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from app import theme
+from app.image_view.image_canvas import to_qimage
+from app.state.latent_pictures import GridPicture
+
+CELLS = 4
+GAP = 3
+STALE_OPACITY = 0.45
+
+
+class CellGrid(QWidget):
+    """Shows the cells' pictures as large as possible, and how many samples each stands for."""
+
+    chosen = Signal(int)
+    """Emitted with the cell, row by row, that was clicked."""
+    zoomed = Signal(int)
+    """Emitted with the cell over which the wheel was turned to come closer."""
+    widened = Signal()
+    """Emitted when the wheel was turned the other way."""
+    hovered = Signal(object)
+    """Emitted with the cell under the mouse, or None."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._picture: GridPicture | None = None
+        self._images: dict[int, QImage] = {}
+        self._stale = False
+        self._cell: int | None = None
+        self._turned = 0.0
+        self.setMouseTracking(True)
+        self.setMinimumSize(QSize(180, 180))
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+
+    @property
+    def images(self) -> dict[int, QImage]:
+        """Pictures by cell."""
+        return self._images
+
+    @property
+    def is_stale(self) -> bool:
+        """Whether the pictures are marked as those of an earlier view, light or colours."""
+        return self._stale
+
+    def show_grid(self, picture: GridPicture | None) -> None:
+        """Show the cells' pictures; None for none."""
+        self._picture = picture
+        self._stale = False
+        self._images = (
+            {}
+            if picture is None
+            else {cell: to_qimage(image) for cell, image in picture.images.items()}
+        )
+        self.update()
+
+    def set_stale(self, stale: bool) -> None:
+        """Mark the pictures as those of an earlier view, light or colours."""
+        if stale != self._stale:
+            self._stale = stale
+            self.update()
+
+    def cell_rect(self, cell: int) -> QRectF:
+        """Rectangle of a cell in pixels."""
+        side = min(self.width(), self.height())
+        left, top = (self.width() - side) / 2, (self.height() - side) / 2
+        row, column = divmod(cell, CELLS)
+        edge = (side - (CELLS - 1) * GAP) / CELLS
+        return QRectF(left + column * (edge + GAP), top + row * (edge + GAP), edge, edge)
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint pictures, counts, and frames of cells without samples."""
+        painter = QPainter(self)
+        painter.setRenderHints(
+            QPainter.RenderHint.SmoothPixmapTransform | QPainter.RenderHint.Antialiasing
+        )
+        picture = self._picture
+        for cell in range(CELLS**2):
+            rect = self.cell_rect(cell)
+            count = 0 if picture is None else int(picture.cells.count.flat[cell])
+            if cell in self._images:
+                painter.setOpacity(STALE_OPACITY if self._stale else 1.0)
+                painter.drawImage(rect, self._images[cell])
+                painter.setOpacity(1.0)
+            else:
+                painter.setPen(QPen(QColor(theme.BORDER), 1, Qt.PenStyle.DashLine))
+                painter.setBrush(QColor(theme.PANEL))
+                painter.drawRect(rect)
+            if picture is not None:
+                self._paint_count(painter, rect, count, cell in self._images)
+            if cell == self._cell and cell in self._images:
+                painter.setBrush(Qt.BrushStyle.NoBrush)
+                painter.setPen(QPen(QColor(theme.ACCENT), 2))
+                painter.drawRect(rect)
+        painter.end()
+
+    def _paint_count(self, painter: QPainter, rect: QRectF, count: int, drawn: bool) -> None:
+        text = str(count) if count else ("nearest" if drawn else "empty")
+        painter.setPen(QColor(theme.DIM_TEXT if drawn else theme.FAINT_TEXT))
+        flags = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignBottom
+        if not drawn:
+            flags = Qt.AlignmentFlag.AlignCenter
+        painter.drawText(rect.adjusted(4, 3, -4, -3), flags, text)
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Say which cell is under the mouse."""
+        self._hover(self._cell_at(event))
+
+    def leaveEvent(self, _event: QEvent) -> None:
+        """No cell is under the mouse any more."""
+        self._hover(None)
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Accept the press, so that the release arrives here."""
+        event.accept()
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """Choose the cell under the mouse."""
+        cell = self._cell_at(event)
+        if event.button() == Qt.MouseButton.LeftButton and cell in self._images:
+            self.chosen.emit(cell)
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Come closer to a cell, or move away, by whole notches."""
+        self._turned += event.angleDelta().y() / 120
+        cell = self._cell_at(event)
+        if self._turned >= 1 and cell is not None:
+            self._turned = 0.0
+            self.zoomed.emit(cell)
+        elif self._turned <= -1:
+            self._turned = 0.0
+            self.widened.emit()
+
+    def sizeHint(self) -> QSize:
+        """Return a size at which the whole window fits on a laptop's screen."""
+        return QSize(420, 420)
+
+    def _cell_at(self, event: QMouseEvent | QWheelEvent) -> int | None:
+        at = event.position()
+        return next((c for c in range(CELLS**2) if self.cell_rect(c).contains(at)), None)
+
+    def _hover(self, cell: int | None) -> None:
+        if cell != self._cell:
+            self._cell = cell
+            self.setCursor(
+                Qt.CursorShape.PointingHandCursor
+                if cell in self._images
+                else Qt.CursorShape.ArrowCursor
+            )
+            self.hovered.emit(cell)
+            self.update()

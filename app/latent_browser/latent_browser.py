@@ -1,0 +1,452 @@
+"""The latent browser: map and grid with their controls, wired to the pictures and the TF."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QPoint, Qt, Signal
+from PySide6.QtGui import QKeyEvent
+from PySide6.QtWidgets import (
+    QFileDialog,
+    QHBoxLayout,
+    QInputDialog,
+    QLabel,
+    QMenu,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app.engines.messages import ImageRequest, Result
+from app.figures.movie import SUFFIXES
+from app.image_view.engine_pane import EnginePane
+from app.latent_browser.browser_bar import BrowserBar
+from app.latent_browser.cell_grid import CELLS, CellGrid
+from app.latent_browser.map_colors import shades_of
+from app.latent_browser.map_view import MapView
+from app.latent_browser.preview import Preview
+from app.state.latent_path import Frame
+from app.state.latent_pictures import GridPicture, HoverPicture
+from app.state.latent_search import SearchStep
+from app.state.latent_state import Brush, Place
+from app.state.latent_work import LatentWork
+from app.state.sensitivity_state import SensitivityState
+from app.state.viewer_state import ViewerState
+from app.tf_editor.editor import TransferFunctionEditor
+from model.errors import LatentError, TfscopeError
+from model.scene.tf_fitting import fitted_curve, fitted_modes, tf_difference
+from model.scene.transfer_function import OpacityTF
+
+SOURCES = {"exact": "ray caster", "learned": "model"}
+OPENING = "Opening the map …"
+LEAST_SIDE = 0.01
+"""Least side of a brush that a wheel's turn leads to."""
+
+Images = NDArray[np.float32]
+
+
+class LatentBrowser(QWidget):
+    """Shows the map beside the grid; what the mouse is over shows in the reference's pane.
+
+    Parameters
+    ----------
+    state : ViewerState
+    work : LatentWork
+    regions : SensitivityState
+        Its active region is the one that a search is about.
+    reference : EnginePane
+    editor : TransferFunctionEditor
+    """
+
+    problem = Signal(str)
+    """Emitted with an error sentence for the notice bar."""
+    news = Signal(str)
+    """Emitted with a sentence for the status bar."""
+
+    def __init__(
+        self,
+        state: ViewerState,
+        work: LatentWork,
+        regions: SensitivityState,
+        reference: EnginePane,
+        editor: TransferFunctionEditor,
+    ) -> None:
+        super().__init__()
+        self._state = state
+        self._work = work
+        self._latent = work.state
+        self._regions = regions
+        self._reference = reference
+        self._units = ""
+        self._brushes: list[Brush] = []
+        self._image: Images | None = None
+        self._goal: Images | None = None
+        self._seeking = False
+        self.bar = BrowserBar(self._latent)
+        self.map = MapView(self._latent, work.session, work.pictures)
+        self.grid = CellGrid()
+        self.preview = Preview(reference, editor.area)
+        self.status = QLabel()
+        self.status.setProperty("role", "dim")
+        self.cancel = QPushButton("Cancel")
+        self.cancel.hide()
+        self.map.show_message(OPENING)
+        self._lay_out()
+        self._connect()
+
+    def set_units(self, units: str) -> None:
+        """Set the unit of the scalar values; may be empty."""
+        self._units = units
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """End a search, a path or the map's computation by Escape."""
+        if event.key() == Qt.Key.Key_Escape:
+            self._stop()
+        elif event.key() == Qt.Key.Key_Home:
+            self.map.reset()
+        else:
+            super().keyPressEvent(event)
+
+    def take(self, tf: OpacityTF, text: str) -> None:
+        """Make an opacity TF of the map the present one, as one edit that can be undone."""
+        as_modes = self._latent.choices.as_modes
+        fitted = fitted_modes(tf) if as_modes else fitted_curve(tf)
+        self._state.commit(replace(self._state.transfer_function, opacity=fitted), text)
+        what = f"{len(fitted.modes)} modes" if as_modes else f"{len(fitted.points)} points"
+        self.news.emit(f"The TF has {what}; {tf_difference(fitted, tf):.3f} from the map's (RMS).")
+
+    def _lay_out(self) -> None:
+        images = QHBoxLayout()
+        images.setSpacing(12)
+        images.addWidget(self.map, 1)
+        images.addWidget(self.grid, 1)
+        below = QHBoxLayout()
+        below.addWidget(self.status, 1)
+        below.addWidget(self.cancel)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(6)
+        column.addWidget(self.bar)
+        column.addLayout(images, 1)
+        column.addLayout(below)
+
+    def _connect(self) -> None:
+        work, latent, bar = self._work, self._latent, self.bar
+        session, pictures = work.session, work.pictures
+        session.mapOpened.connect(self._map_opened)
+        session.mapChanged.connect(lambda _map: self._show_map())
+        session.progressed.connect(self._show_progress)
+        session.overviewChanged.connect(lambda _overview: self._color())
+        session.placeChanged.connect(lambda _place: self._place_moved())
+        session.problem.connect(self._session_problem)
+        work.errors.changed.connect(self._color)
+        latent.choicesChanged.connect(lambda _choices: self._color())
+        latent.lassoChanged.connect(lambda _lasso: self._color())
+        latent.hoverChanged.connect(lambda _place: self._tell())
+        pictures.gridDrawn.connect(self._show_grid)
+        pictures.hoverDrawn.connect(self._show_hover)
+        pictures.hoverMoved.connect(self.preview.show_tf)
+        pictures.problem.connect(lambda text: self.problem.emit(text) if text else None)
+        for changed in (
+            self._state.viewChanged, self._state.lightChanged, self._state.transferFunctionChanged
+        ):  # fmt: skip
+            changed.connect(lambda _value: self._mark_stale())
+        self.map.chosen.connect(self._choose_place)
+        self.map.menuRequested.connect(self._open_menu)
+        self.grid.chosen.connect(self._choose_cell)
+        self.grid.zoomed.connect(self._zoom_into)
+        self.grid.widened.connect(self._widen)
+        self.grid.hovered.connect(self._hover_cell)
+        bar.resetRequested.connect(self.map.reset)
+        bar.problem.connect(self.problem)
+        bar.nameRequested.connect(self._name_present)
+        bar.placeRequested.connect(self._take_named)
+        bar.forgetRequested.connect(latent.forget_place)
+        bar.playRequested.connect(lambda: self._play(None))
+        bar.movieRequested.connect(self._ask_movie)
+        bar.seekRequested.connect(self.seek)
+        bar.search.menu().aboutToShow.connect(self._fill_search)
+        work.search.stepped.connect(self._show_step)
+        work.search.ended.connect(self._search_ended)
+        work.path.frameDrawn.connect(self._show_frame)
+        work.path.ended.connect(self._path_ended)
+        self.cancel.clicked.connect(self._stop)
+        self._reference.client.resultReady.connect(self._keep_image)
+        self._state.transferFunctionChanged.connect(self._tf_changed)
+        self._state.volumeStarting.connect(self._forget_images)
+        self._fill_search()
+
+    # The map.
+
+    def _map_opened(self) -> None:
+        self._brushes.clear()
+        self.map.show_message("")
+
+    def _show_map(self) -> None:
+        self.map.show_map()
+        self._color()
+        self._tell()
+
+    def _session_problem(self, text: str) -> None:
+        if self._work.session.map is None:
+            self.map.show_message(text or OPENING)
+        elif text:
+            self.problem.emit(text)
+
+    def _color(self) -> None:
+        session = self._work.session
+        if session.map is None or not self._latent.choices.shown:
+            return
+        shades = shades_of(
+            session, self._latent, self._state.scalar_range, self._units, self._work.errors.errors
+        )
+        self.map.show_shades(shades)
+
+    def _place_moved(self) -> None:
+        if self._latent.choices.coloring == "distance":
+            self._color()
+        self._tell()
+
+    def _choose_place(self, place: Place) -> None:
+        tf, _, _ = self._work.session.tf_at(place)
+        self.take(tf, "TF from the map")
+
+    def _open_menu(self, place: Place, point: QPoint) -> None:
+        if self._work.session.map is None:
+            return
+        tf, _, _ = self._work.session.tf_at(place)
+        menu = QMenu(self)
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        menu.addAction("Make it the TF", lambda: self.take(tf, "TF from the map"))
+        menu.addAction("Name this place…", lambda: self._ask_name(place, tf))
+        menu.popup(point)
+
+    # The grid.
+
+    def _show_grid(self, picture: GridPicture | None) -> None:
+        self.grid.show_grid(picture)
+        self._mark_stale()
+        self._tell()
+
+    def _mark_stale(self) -> None:
+        pictures = self._work.pictures
+        if pictures.grid is not None and self._latent.choices.shown:
+            self.grid.set_stale(not pictures.is_fresh(pictures.grid))
+
+    def _choose_cell(self, cell: int) -> None:
+        tf = self._work.pictures.cell_tf(cell)
+        if tf is not None:
+            self.take(tf, "TF from the grid")
+
+    def _hover_cell(self, cell: int | None) -> None:
+        self.map.mark_cell(cell)
+        self.preview.show_tf(None if cell is None else self._work.pictures.cell_tf(cell))
+
+    def _zoom_into(self, cell: int) -> None:
+        left, lower, right, upper = self._latent.brush
+        width, height = (right - left) / CELLS, (upper - lower) / CELLS
+        if min(width, height) < LEAST_SIDE:
+            return
+        row, column = divmod(cell, CELLS)
+        self._brushes.append(self._latent.brush)
+        x, y = left + column * width, upper - (row + 1) * height
+        self._latent.set_brush((x, y, x + width, y + height))
+        self.map.look_at(self._latent.brush)
+
+    def _widen(self) -> None:
+        """Return to the rectangle before the last zoom, or to one of twice the size."""
+        if self._brushes:
+            brush = self._brushes.pop()
+        else:
+            left, lower, right, upper = self._latent.brush
+            dx, dy = (right - left) / 2, (upper - lower) / 2
+            brush = (
+                max(left - dx, -1.0), max(lower - dy, -1.0),
+                min(right + dx, 1.0), min(upper + dy, 1.0),
+            )  # fmt: skip
+        self._latent.set_brush(brush)
+        self.map.look_at(brush)
+
+    # The picture under the mouse.
+
+    def _show_hover(self, picture: HoverPicture | None) -> None:
+        if picture is None:
+            self.preview.show_picture(None)
+            return
+        source = SOURCES[picture.source]
+        of = f"{picture.samples} samples" if picture.samples else "nearest sample: none in the disc"
+        self.preview.show_picture(
+            picture.image, f"Under the mouse: {of}; {source}, {1000 * picture.seconds:.0f} ms"
+        )
+
+    # Places and paths.
+
+    def _name_present(self) -> None:
+        place = self._work.session.place
+        if place is not None:
+            self._ask_name(place, self._state.transfer_function.opacity)
+
+    def _ask_name(self, place: Place, tf: OpacityTF) -> QInputDialog:
+        dialog = QInputDialog(self)
+        dialog.setWindowTitle("Name a place")
+        dialog.setLabelText("Name of the place:")
+        dialog.setTextValue(f"Place {len(self._latent.places) + 1}")
+        dialog.textValueSelected.connect(lambda name: self._latent.name_place(place, tf, name))
+        dialog.finished.connect(dialog.deleteLater)
+        dialog.open()
+        return dialog
+
+    def _take_named(self, index: int) -> None:
+        named = self._latent.places[index]
+        self.take(named.tf, f"TF of {named.name}")
+
+    def _ask_movie(self) -> None:
+        endings = " ".join(f"*{suffix}" for suffix in SUFFIXES)
+        name, _ = QFileDialog.getSaveFileName(
+            self, "Save the path as a movie", "path.mp4", f"Movies ({endings})"
+        )
+        if name:
+            self._play(Path(name))
+
+    def _play(self, movie: Path | None) -> None:
+        if movie is not None and movie.suffix.lower() not in SUFFIXES:
+            movie = movie.with_name(movie.name + SUFFIXES[0])
+        try:
+            self._work.path.play(movie)
+        except LatentError as error:
+            self.problem.emit(str(error))
+        self._show_cancel()
+
+    def _show_frame(self, frame: Frame | None) -> None:
+        if frame is None:
+            self.preview.show_tf(None)
+            self.preview.show_picture(None)
+            self._latent.set_hover(None)
+            return
+        self.preview.show_tf(frame.tf)
+        self.preview.show_picture(frame.image, f"Path: {frame.number + 1} of {frame.count}")
+        self._tell(f"Path: picture {frame.number + 1} of {frame.count}")
+
+    def _path_ended(self, text: str) -> None:
+        if text.startswith("Saved "):
+            self.news.emit(text)
+        elif text:
+            self.problem.emit(text)
+        self._show_cancel()
+        self._tell()
+
+    # The search.
+
+    def seek(self, kind: str) -> None:
+        """Start a search, or stop one; see :class:`BrowserBar`'s `seekRequested`."""
+        search, outline = self._work.search, self._regions.outline
+        if kind == "stop":
+            search.cancel()
+        elif kind == "remember":
+            self._goal = self._image
+            self.news.emit("The picture is remembered; change the TF, then search for it.")
+        elif kind == "file":
+            self._seek_file()
+        elif kind in ("more", "less"):
+            self._seeking = True
+            search.seek("more" if kind == "more" else "less", outline)
+        elif self._goal is not None:
+            self._seeking = True
+            search.seek_picture(self._goal, outline if kind == "region" else None)
+        self._show_cancel()
+
+    def _seek_file(self) -> None:
+        name, _ = QFileDialog.getOpenFileName(self, "Picture to search for", "", "PNG (*.png)")
+        if not name:
+            return
+        from model.latent.picture_file import read_picture
+
+        try:
+            picture = read_picture(Path(name))
+        except TfscopeError as error:
+            self.problem.emit(str(error))
+            return
+        self._seeking = True
+        self._work.search.seek_picture(picture)
+        self._show_cancel()
+
+    def _show_step(self, step: SearchStep) -> None:
+        tf = replace(self._state.transfer_function, opacity=fitted_curve(step.tf))
+        self._seeking = False
+        self._state.preview(tf)
+        self._seeking = True
+        self._tell(f"Searching: difference {step.error:.3f} after {step.batches} batches")
+
+    def _search_ended(self, problem: str) -> None:
+        self._seeking = False
+        self._state.finish_preview("TF found by search")
+        if problem:
+            self.problem.emit(problem)
+        self._show_cancel()
+        self._tell()
+
+    def _tf_changed(self, _tf: object) -> None:
+        # The user's own edit ends a search.
+        if self._seeking and self._work.search.is_running:
+            self._work.search.cancel()
+
+    def _fill_search(self) -> None:
+        self.bar.show_search(
+            self._work.search.is_running, self._goal is not None, self._regions.region_name
+        )
+
+    def _keep_image(self, result: Result) -> None:
+        if isinstance(result.request, ImageRequest) and result.value is not None:
+            self._image = result.value
+
+    def _forget_images(self) -> None:
+        self._image = self._goal = None
+
+    # What is going on.
+
+    def _stop(self) -> None:
+        self._work.search.cancel()
+        self._work.path.cancel()
+        self._work.session.cancel()
+        self._show_cancel()
+
+    def _show_progress(self, done: float) -> None:
+        self._show_cancel()
+        self._tell("" if done >= 1 else f"Computing the map: {100 * done:.0f} %")
+
+    def _show_cancel(self) -> None:
+        work = self._work
+        running = work.search.is_running or work.path.is_running or work.session.is_embedding
+        self.cancel.setVisible(running)
+        self._fill_search()
+
+    def _tell(self, text: str = "") -> None:
+        """Show a sentence below the map, or the facts about it."""
+        session, pictures = self._work.session, self._work.pictures
+        if text or session.map is None:
+            self.status.setText(text)
+            return
+        if session.is_embedding or self._work.search.is_running or self._work.path.is_running:
+            return
+        samples = session.map.samples
+        facts = [
+            f"{len(samples.codes):,} TFs, {samples.effective_dimension:.1f} of "
+            f"{samples.codes.shape[1]} dimensions"
+        ]
+        if not session.map.is_final:
+            facts.append("principal components only")
+        if session.place is not None:
+            facts.append(f"present TF: near, code off by {session.place_error:.3f}")
+        grid = pictures.grid
+        if grid is not None and grid.images:
+            size = next(iter(grid.images.values())).shape[0]
+            facts.append(
+                f"{len(grid.images)} × {size}²: {SOURCES[grid.source]}, {1000 * grid.seconds:.0f} ms"
+            )
+        if self._latent.hover is not None:
+            x, y = self._latent.hover
+            facts.append(f"({x:.2f}, {y:.2f})")
+        self.status.setText("    ".join(facts))

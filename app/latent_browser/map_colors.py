@@ -1,0 +1,167 @@
+"""Colours of the map's points, and the legend that explains them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pyqtgraph as pg
+from numpy.typing import NDArray
+
+from app.state.latent_state import LatentState, Place
+from model.scene.transfer_function import Range
+
+if TYPE_CHECKING:
+    from app.state.latent_session import LatentSession
+
+HIDDEN = (44, 48, 56)
+"""Colour of points that are filtered out."""
+
+NOTHING = (62, 66, 74)
+"""Colour of TFs that show nothing or a solid block, and where a quantity is unknown."""
+
+LEAST_MODE = 0.02
+"""Opacity that a peak must stand out by to count as a mode."""
+
+
+@dataclass(frozen=True, eq=False)
+class Legend:
+    """What the colours mean.
+
+    Attributes
+    ----------
+    title : str
+    low, high : str
+        Numbers at the ends of the colour bar.
+    """
+
+    title: str
+    low: str
+    high: str
+
+
+@dataclass(frozen=True, eq=False)
+class Shades:
+    """Colour (n, 3), uint8, of every point, the order to draw them in, and the legend."""
+
+    colors: NDArray[np.uint8]
+    order: NDArray[np.int64]
+    legend: Legend
+    shown: NDArray[np.bool_]
+
+
+def shades_of(
+    session: LatentSession,
+    latent: LatentState,
+    scalar_range: Range,
+    units: str,
+    errors: NDArray[np.float32] | None,
+) -> Shades:
+    """Colour the points of the map.
+
+    Parameters
+    ----------
+    session : LatentSession
+        With a map.
+    latent : LatentState
+    scalar_range : tuple of float
+    units : str
+        Unit of the scalar values; may be empty.
+    errors : ndarray, shape (n,), or None
+        Error of the model at each sample, if it is known.
+    """
+    map_, overview = session.map, session.overview
+    assert map_ is not None
+    count = len(map_.codes)
+    choices = latent.choices
+    values, title, number = _quantity(session, latent, scalar_range, units, errors)
+    known = np.isfinite(values)
+    low, high = (0.0, 1.0)
+    if known.any():
+        low, high = (float(v) for v in np.quantile(values[known], [0.01, 0.99]))
+    if choices.coloring == "value":
+        low, high = session.space.frame.window if session.space else scalar_range
+    share = np.clip((np.nan_to_num(values) - low) / max(high - low, 1e-12), 0, 1)
+    table = lookup_table()
+    colors = table[(share * (len(table) - 1)).astype(np.int64)]
+    shown = known.copy()
+    if overview is not None and choices.coloring in ("value", "opacity", "error"):
+        shown &= overview.shows_something
+    colors[~shown] = NOTHING
+    wanted = np.ones(count, dtype=bool)
+    if choices.band is not None and overview is not None:
+        wanted &= overview.shows(choices.band, scalar_range)
+    if latent.lasso is not None:
+        wanted &= inside_polygon(map_.places, latent.lasso)
+    colors[~wanted] = HIDDEN
+    order = np.lexsort((np.arange(count), 2 * wanted + shown))
+    legend = Legend(title, number.format(low), number.format(high))
+    return Shades(colors, order, legend, wanted)
+
+
+def lookup_table() -> NDArray[np.uint8]:
+    """Colours (256, 3) of the map, perceptually uniform."""
+    table = pg.colormap.get("viridis").getLookupTable(0.12, 1.0, 256)
+    return np.asarray(table[:, :3], dtype=np.uint8)
+
+
+def mode_counts(tfs: NDArray[np.float32]) -> NDArray[np.int64]:
+    """Number of peaks (n,) of TFs (n, 256) that stand out by :data:`LEAST_MODE`."""
+    # Between peaks a TF must fall: walk along all TFs at once, and count the falls.
+    counts = np.zeros(len(tfs), dtype=np.int64)
+    highest = np.zeros(len(tfs), dtype=np.float32)
+    lowest = np.zeros(len(tfs), dtype=np.float32)
+    rising = np.ones(len(tfs), dtype=bool)
+    for column in np.concatenate([tfs, np.zeros_like(tfs[:, :1])], axis=1).T:
+        highest = np.where(rising, np.maximum(highest, column), highest)
+        lowest = np.where(rising, lowest, np.minimum(lowest, column))
+        falls = rising & (highest - column > LEAST_MODE)
+        rises = ~rising & (column - lowest > LEAST_MODE)
+        counts += falls
+        lowest = np.where(falls, column, lowest)
+        highest = np.where(rises, column, highest)
+        rising = (rising & ~falls) | rises
+    return counts
+
+
+def inside_polygon(
+    places: NDArray[np.floating], corners: tuple[Place, ...]
+) -> NDArray[np.bool_]:
+    """Whether places (n, 2) lie inside a polygon."""
+    x, y = places[:, 0], places[:, 1]
+    inside = np.zeros(len(places), dtype=bool)
+    for (ax, ay), (bx, by) in zip(corners, corners[1:] + corners[:1], strict=True):
+        if ay != by:
+            crosses = (ay > y) != (by > y)
+            inside ^= crosses & (x < (bx - ax) * (y - ay) / (by - ay) + ax)
+    return inside
+
+
+def _quantity(
+    session: LatentSession,
+    latent: LatentState,
+    scalar_range: Range,
+    units: str,
+    errors: NDArray[np.float32] | None,
+) -> tuple[NDArray[np.floating], str, str]:
+    """Values (n,), NaN where unknown, their name with unit, and the format of their numbers."""
+    map_, overview = session.map, session.overview
+    assert map_ is not None
+    unknown = np.full(len(map_.codes), np.nan)
+    unit = f" ({units})" if units else ""
+    match latent.choices.coloring:
+        case "value":
+            values = unknown if overview is None else overview.dominant_values(scalar_range)
+            return values, f"Most seen value{unit}", "{:.4g}"
+        case "opacity":
+            values = unknown if overview is None else overview.opacity
+            return values, "Mean opacity of the picture", "{:.2f}"
+        case "modes":
+            return mode_counts(map_.samples.tfs).astype(np.float64), "Modes", "{:.0f}"
+        case "distance":
+            if session.present_code is None:
+                return unknown, "Distance to the present TF", "{:.1f}"
+            return map_.distances(session.present_code), "Distance to the present TF", "{:.1f}"
+        case "error":
+            return (unknown if errors is None else errors), "Model error (RMSE)", "{:.3f}"

@@ -1,0 +1,161 @@
+"""What is painted over the map's points: brush, present TF, trail, names, lasso, legend."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter, QPainterPath, QPen, QPolygonF
+
+from app import theme
+from app.latent_browser.map_colors import Legend, lookup_table
+from app.latent_browser.map_frame import MapFrame
+from app.state.latent_state import Brush, NamedPlace, Place
+
+CELLS = 4
+BRUSH = "#f2f4f8"
+PRESENT = "#ff9a5c"
+NAMED = "#ffd866"
+HANDLE = 4.0
+LEGEND_WIDTH, LEGEND_HEIGHT, MARGIN = 132, 7, 10
+
+
+def paint_contours(painter: QPainter, frame: MapFrame, lines: list[NDArray[np.float64]]) -> None:
+    """Paint lines of equal density."""
+    color = QColor(theme.TEXT)
+    color.setAlpha(70)
+    painter.setPen(QPen(color, 1))
+    for line in lines:
+        painter.drawPolyline(QPolygonF([QPointF(x, y) for x, y in frame.pixels(line).tolist()]))
+
+
+def paint_brush(painter: QPainter, frame: MapFrame, brush: Brush, active: int | None) -> None:
+    """Paint the rectangle with its 4 x 4 cells, one of them marked."""
+    rect = frame.rectangle(brush)
+    thin = QColor(BRUSH)
+    thin.setAlpha(70)
+    painter.setPen(QPen(thin, 1))
+    for i in range(1, CELLS):
+        x = rect.left() + rect.width() * i / CELLS
+        y = rect.top() + rect.height() * i / CELLS
+        painter.drawLine(QPointF(x, rect.top()), QPointF(x, rect.bottom()))
+        painter.drawLine(QPointF(rect.left(), y), QPointF(rect.right(), y))
+    painter.setPen(QPen(QColor(BRUSH), 1.3))
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    painter.drawRect(rect)
+    if active is not None:
+        row, column = divmod(active, CELLS)
+        width, height = rect.width() / CELLS, rect.height() / CELLS
+        cell = QRectF(rect.left() + column * width, rect.top() + row * height, width, height)
+        painter.setPen(QPen(QColor(theme.ACCENT), 2))
+        painter.drawRect(cell)
+    painter.setPen(QPen(QColor(theme.BACKGROUND), 1))
+    painter.setBrush(QColor(BRUSH))
+    for corner in (rect.topLeft(), rect.topRight(), rect.bottomLeft(), rect.bottomRight()):
+        painter.drawRect(QRectF(corner.x() - HANDLE, corner.y() - HANDLE, 2 * HANDLE, 2 * HANDLE))
+
+
+def paint_disc(painter: QPainter, frame: MapFrame, place: Place, radius: float) -> None:
+    """Paint the disc that a place under the mouse is interpolated over."""
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    painter.setPen(QPen(QColor(theme.ACCENT), 1.5))
+    r = radius * frame.scale
+    painter.drawEllipse(frame.pixel(place), r, r)
+
+
+def paint_trail(painter: QPainter, frame: MapFrame, trail: Sequence[Place]) -> None:
+    """Paint the places of earlier TFs, fainter the longer ago."""
+    points = [frame.pixel(place) for place in trail]
+    for i, (a, b) in enumerate(zip(points[:-1], points[1:], strict=True)):
+        color = QColor(PRESENT)
+        color.setAlphaF(0.15 + 0.6 * (i + 1) / len(points))
+        painter.setPen(QPen(color, 1.4))
+        painter.drawLine(a, b)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(color)
+        painter.drawEllipse(a, 2, 2)
+
+
+def paint_present(painter: QPainter, frame: MapFrame, place: Place) -> None:
+    """Mark the present TF's place by a ring with a cross."""
+    at = frame.pixel(place)
+    for color, width in ((theme.BACKGROUND, 4.5), (PRESENT, 2)):
+        painter.setPen(QPen(QColor(color), width))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.drawEllipse(at, 7, 7)
+        for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+            painter.drawLine(at + QPointF(7 * dx, 7 * dy), at + QPointF(11 * dx, 11 * dy))
+
+
+def paint_neighbours(painter: QPainter, frame: MapFrame, places: NDArray[np.floating]) -> None:
+    """Mark the samples that are nearest to the present TF."""
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    painter.setPen(QPen(QColor(PRESENT), 1.2))
+    for x, y in frame.pixels(places).tolist():
+        painter.drawEllipse(QPointF(x, y), 4, 4)
+
+
+def paint_names(painter: QPainter, frame: MapFrame, places: Sequence[NamedPlace]) -> None:
+    """Mark named places by a diamond and their names."""
+    metrics = QFontMetricsF(painter.font())
+    for named in places:
+        at = frame.pixel(named.place)
+        diamond = QPolygonF(
+            [at + QPointF(*d) for d in ((0, -6), (6, 0), (0, 6), (-6, 0))]
+        )
+        painter.setPen(QPen(QColor(theme.BACKGROUND), 1.5))
+        painter.setBrush(QColor(NAMED))
+        painter.drawPolygon(diamond)
+        width = metrics.horizontalAdvance(named.name)
+        box = QRectF(at.x() + 9, at.y() - 9, width + 8, 18)
+        if box.right() > frame.width:
+            box.moveRight(at.x() - 9)
+        paint_text_box(painter, box, named.name)
+
+
+def paint_text_box(painter: QPainter, box: QRectF, text: str) -> None:
+    """Paint text on a dark ground."""
+    ground = QColor(theme.BACKGROUND)
+    ground.setAlpha(190)
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(ground)
+    painter.drawRoundedRect(box, 3, 3)
+    painter.setPen(QColor(theme.TEXT))
+    painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
+
+
+def paint_lasso(painter: QPainter, frame: MapFrame, corners: Sequence[Place]) -> None:
+    """Paint a polygon."""
+    path = QPainterPath()
+    path.addPolygon(QPolygonF([frame.pixel(corner) for corner in corners]))
+    path.closeSubpath()
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    painter.setPen(QPen(QColor(NAMED), 1.3, Qt.PenStyle.DashLine))
+    painter.drawPath(path)
+
+
+def paint_legend(painter: QPainter, frame: MapFrame, legend: Legend) -> None:
+    """Paint the colour bar with its title and numbers in the lower left corner."""
+    metrics = QFontMetricsF(painter.font())
+    line = metrics.height()
+    width = max(LEGEND_WIDTH, metrics.horizontalAdvance(legend.title))
+    top = frame.height - MARGIN - 2 * line - LEGEND_HEIGHT
+    ground = QColor(theme.BACKGROUND)
+    ground.setAlpha(200)
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(ground)
+    painter.drawRoundedRect(
+        QRectF(MARGIN - 4, top - 3, width + 8, 2 * line + LEGEND_HEIGHT + 6), 4, 4
+    )
+    painter.setPen(QColor(theme.TEXT))
+    painter.drawText(QPointF(MARGIN, top + metrics.ascent()), legend.title)
+    table = lookup_table()
+    bar = QImage(table.tobytes(), len(table), 1, 3 * len(table), QImage.Format.Format_RGB888)
+    painter.drawImage(QRectF(MARGIN, top + line + 1, LEGEND_WIDTH, LEGEND_HEIGHT), bar)
+    painter.setPen(QColor(theme.DIM_TEXT))
+    bottom = top + line + LEGEND_HEIGHT + metrics.ascent() + 2
+    painter.drawText(QPointF(MARGIN, bottom), legend.low)
+    at_end = MARGIN + LEGEND_WIDTH - metrics.horizontalAdvance(legend.high)
+    painter.drawText(QPointF(at_end, bottom), legend.high)

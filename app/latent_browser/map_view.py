@@ -1,0 +1,380 @@
+"""The map: points, thumbnails and marks, with brush, lasso, hovering, panning and zooming."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import (
+    QColor,
+    QImage,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QResizeEvent,
+    QWheelEvent,
+)
+from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from app import theme
+from app.image_view.image_canvas import to_qimage
+from app.latent_browser import map_marks as marks
+from app.latent_browser.map_colors import Shades
+from app.latent_browser.map_frame import MapFrame
+from app.latent_browser.point_cloud import (
+    RADIUS,
+    THUMBNAIL,
+    THUMBNAILS_FROM,
+    apart,
+    density_contours,
+    draw_points,
+)
+from app.state.latent_pictures import LatentPictures
+from app.state.latent_session import LatentSession
+from app.state.latent_state import Brush, LatentState, Place
+
+Grip = Literal["new", "move", "pan", "lasso", "left", "right", "lower", "upper"]
+
+REACH = 7
+"""Distance in pixels at which the brush's edges are gripped."""
+
+CLICK_REACH = 4
+"""A press that moves less is a click."""
+
+WHEEL_FACTOR = 1.2
+NEIGHBOURS = 8
+DENSITY_UNTIL = 1.3
+"""Zoom up to which density contours are painted."""
+
+
+class MapView(QWidget):
+    """Shows the latent map; the mouse chooses places, cells and parts of it.
+
+    Parameters
+    ----------
+    latent : LatentState
+    session : LatentSession
+    pictures : LatentPictures
+    """
+
+    chosen = Signal(object)
+    """Emitted with the place that was clicked."""
+    menuRequested = Signal(object, object)
+    """Emitted with the place of a right click, and its point on the screen."""
+
+    def __init__(
+        self, latent: LatentState, session: LatentSession, pictures: LatentPictures
+    ) -> None:
+        super().__init__()
+        self._latent = latent
+        self._session = session
+        self._pictures = pictures
+        self._frame = MapFrame(1, 1)
+        self._shades: Shades | None = None
+        self._points: QImage | None = None
+        self._contours: list[NDArray[np.float64]] = []
+        self._thumbnails: dict[int, QImage] = {}
+        self._chosen_ones: tuple[float, NDArray[np.int64]] | None = None
+        self._message = ""
+        self._active_cell: int | None = None
+        self._grips: tuple[Grip, ...] = ()
+        self._pressed: QPointF | None = None
+        self._last = QPointF()
+        self._moved = False
+        self._before: Brush = latent.brush
+        self._lasso: list[Place] = []
+        self.setMouseTracking(True)
+        self.setMinimumSize(QSize(180, 180))
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        for signal in (
+            latent.brushChanged, latent.lassoChanged, latent.hoverChanged, session.placeChanged,
+        ):  # fmt: skip
+            signal.connect(lambda _value: self.update())
+        latent.placesChanged.connect(self.update)
+        latent.trailChanged.connect(self.update)
+        pictures.thumbnailsDrawn.connect(self._take_thumbnails)
+
+    @property
+    def frame(self) -> MapFrame:
+        """The part of the map that is in sight."""
+        return self._frame
+
+    @property
+    def thumbnails_in_sight(self) -> list[int]:
+        """Samples whose thumbnails are painted, or would be if they were drawn."""
+        map_ = self._session.map
+        if map_ is None or self._frame.zoom < THUMBNAILS_FROM:
+            return []
+        ones = self._far_apart()
+        pixels = self._frame.pixels(map_.places[ones])
+        half = THUMBNAIL / 2
+        size = self._frame.width, self._frame.height
+        inside = ((pixels > -half) & (pixels < np.add(size, half))).all(axis=1)
+        return [int(index) for index in ones[inside]]
+
+    def show_message(self, text: str) -> None:
+        """Show a text in place of the map; nothing for the map."""
+        self._message = text
+        self.update()
+
+    def show_map(self) -> None:
+        """Show the session's map as a whole."""
+        map_ = self._session.map
+        self._contours = [] if map_ is None else density_contours(map_.places)
+        self._chosen_ones = None
+        self._thumbnails.clear()
+        self.reset()
+
+    def show_shades(self, shades: Shades) -> None:
+        """Colour the points."""
+        self._shades = shades
+        self._points = None
+        self.update()
+
+    def mark_cell(self, cell: int | None) -> None:
+        """Mark a cell of the brush, row by row."""
+        if cell != self._active_cell:
+            self._active_cell = cell
+            self.update()
+
+    def reset(self) -> None:
+        """Show the whole map."""
+        self._set_frame(MapFrame(self.width(), self.height()))
+
+    def look_at(self, brush: Brush) -> None:
+        """Bring a rectangle into sight, so that it fills about half of the view."""
+        left, lower, right, upper = brush
+        side = max(right - left, upper - lower, 1e-3)
+        frame = MapFrame(self.width(), self.height(), center=((left + right) / 2, (lower + upper) / 2))
+        wanted = min(frame.width, frame.height) * 0.55 / (side * frame.scale)
+        if wanted > self._frame.zoom or not self._is_in_sight(brush):
+            self._set_frame(replace(frame, zoom=min(max(wanted, 1.0), 30.0)))
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint points, thumbnails and marks."""
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QColor(theme.PANEL))
+        painter.drawRoundedRect(self.rect(), 6, 6)
+        map_ = self._session.map
+        if self._message or map_ is None or self._shades is None:
+            painter.setPen(QColor(theme.DIM_TEXT))
+            flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
+            painter.drawText(self.rect().adjusted(20, 20, -20, -20), flags, self._message)
+            painter.end()
+            return
+        painter.setClipRect(self.rect())
+        if self._points is None:
+            self._points = self._draw_points()
+        painter.drawImage(0, 0, self._points)
+        if self._frame.zoom <= DENSITY_UNTIL:
+            marks.paint_contours(painter, self._frame, self._contours)
+        self._paint_thumbnails(painter)
+        frame, latent = self._frame, self._latent
+        marks.paint_brush(painter, frame, latent.brush, self._active_cell)
+        if self._lasso or latent.lasso:
+            marks.paint_lasso(painter, frame, self._lasso or latent.lasso or ())
+        marks.paint_trail(painter, frame, latent.trail)
+        marks.paint_names(painter, frame, latent.places)
+        if self._session.place is not None:
+            code = self._session.present_code
+            if code is not None:
+                nearest = map_.nearest(code, NEIGHBOURS)
+                marks.paint_neighbours(painter, frame, map_.places[nearest])
+            marks.paint_present(painter, frame, self._session.place)
+        if latent.hover is not None and self._pressed is None:
+            marks.paint_disc(painter, frame, latent.hover, map_.radius)
+        marks.paint_legend(painter, frame, self._shades.legend)
+        painter.end()
+
+    def resizeEvent(self, _event: QResizeEvent) -> None:
+        """Keep the middle of the map where it is."""
+        self._set_frame(replace(self._frame, width=self.width(), height=self.height()))
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Grip the brush, begin a new one or a lasso, or pan."""
+        at = event.position()
+        self._pressed, self._last, self._moved = at, at, False
+        self._before = self._latent.brush
+        middle = event.button() == Qt.MouseButton.MiddleButton
+        if middle or event.modifiers() & Qt.KeyboardModifier.ControlModifier:
+            self._grips = ("pan",)
+        elif event.button() != Qt.MouseButton.LeftButton:
+            self._pressed = None
+        elif self._latent.tool == "lasso":
+            self._grips, self._lasso = ("lasso",), [self._frame.place(at)]
+        elif event.modifiers() & Qt.KeyboardModifier.ShiftModifier:
+            self._grips = ("new",)
+        else:
+            self._grips = self._grips_at(at) or ("new",)
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Drag what is gripped; without a button, say what is under the mouse."""
+        at = event.position()
+        if self._pressed is None:
+            self._show_cursor(at)
+            if self._session.map is not None and not self._message:
+                self._latent.set_hover(self._frame.place(at))
+            return
+        distance = at - self._pressed
+        self._moved = self._moved or max(abs(distance.x()), abs(distance.y())) > CLICK_REACH
+        if not self._moved:
+            return
+        if self._grips == ("pan",):
+            step = at - self._last
+            self._set_frame(self._frame.shifted(step.x(), step.y()))
+        elif self._grips == ("lasso",):
+            self._lasso.append(self._frame.place(at))
+            self.update()
+        else:
+            self._latent.move_brush(self._dragged(at))
+        self._last = at
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """End a drag; a press without one chooses the place."""
+        at = event.position()
+        place = self._frame.place(at)
+        if event.button() == Qt.MouseButton.RightButton and self._pressed is None:
+            self.menuRequested.emit(place, event.globalPosition().toPoint())
+            return
+        grips, moved = self._grips, self._moved
+        pressed, self._pressed, self._grips = self._pressed, None, ()
+        if pressed is None:
+            return
+        if grips == ("lasso",):
+            corners, self._lasso = tuple(self._lasso), []
+            self._latent.set_lasso(corners if moved and len(corners) > 2 else None)
+            self._latent.set_tool("brush")
+        elif grips == ("pan",):
+            pass
+        elif moved:
+            self._latent.finish_brush()
+        elif self._session.map is not None and not self._message:
+            self.chosen.emit(place)
+        self.update()
+
+    def leaveEvent(self, _event: QEvent) -> None:
+        """Nothing is under the mouse any more."""
+        self._latent.set_hover(None)
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Come closer to what is under the mouse, or move away."""
+        notches = event.angleDelta().y() / 120
+        self._set_frame(self._frame.zoomed(WHEEL_FACTOR**notches, event.position()))
+        self._latent.set_hover(self._frame.place(event.position()))
+
+    def sizeHint(self) -> QSize:
+        """Return a size at which the whole window fits on a laptop's screen."""
+        return QSize(420, 420)
+
+    def _set_frame(self, frame: MapFrame) -> None:
+        if frame != self._frame:
+            self._frame = frame
+            self._points = None
+        self._pictures.want_thumbnails(self.thumbnails_in_sight)
+        self.update()
+
+    def _draw_points(self) -> QImage:
+        map_, shades = self._session.map, self._shades
+        assert map_ is not None and shades is not None
+        pixels = self._frame.pixels(map_.places[shades.order])
+        radius = RADIUS * min(self._frame.zoom**0.5, 2.5) * 0.8
+        size = self._frame.width, self._frame.height
+        return draw_points(pixels, shades.colors[shades.order], size, radius)
+
+    def _far_apart(self) -> NDArray[np.int64]:
+        """Samples whose thumbnails do not overlap at this zoom, in steps of the wheel."""
+        map_ = self._session.map
+        assert map_ is not None
+        level = float(np.floor(np.log(self._frame.zoom) / np.log(WHEEL_FACTOR)))
+        if self._chosen_ones is None or self._chosen_ones[0] != level:
+            lowest = replace(self._frame, zoom=WHEEL_FACTOR**level).scale
+            self._chosen_ones = level, apart(map_.places, (THUMBNAIL + 3) / lowest)
+        return self._chosen_ones[1]
+
+    def _paint_thumbnails(self, painter: QPainter) -> None:
+        map_, shades = self._session.map, self._shades
+        assert map_ is not None and shades is not None
+        half = THUMBNAIL / 2
+        for index in self.thumbnails_in_sight:
+            picture = self._thumbnail(index)
+            if picture is None:
+                continue
+            at = self._frame.pixel(tuple(map_.places[index].tolist()))
+            rect = QRectF(at.x() - half, at.y() - half, THUMBNAIL, THUMBNAIL)
+            stale = index not in self._pictures.thumbnails
+            painter.setOpacity(0.4 if stale or not shades.shown[index] else 1.0)
+            painter.drawImage(rect, picture)
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            painter.setPen(QPen(QColor(*shades.colors[index].tolist()), 1.5))
+            painter.drawRect(rect)
+        painter.setOpacity(1.0)
+
+    def _thumbnail(self, index: int) -> QImage | None:
+        if index not in self._thumbnails:
+            pictures = self._pictures
+            image = pictures.thumbnails.get(index, pictures.stale_thumbnails.get(index))
+            if image is None:
+                return None
+            self._thumbnails[index] = to_qimage(image)
+        return self._thumbnails[index]
+
+    def _take_thumbnails(self) -> None:
+        # What is drawn anew replaces what was stale.
+        self._thumbnails.clear()
+        self._pictures.want_thumbnails(self.thumbnails_in_sight)
+        self.update()
+
+    def _is_in_sight(self, brush: Brush) -> bool:
+        return QRectF(self.rect()).contains(self._frame.rectangle(brush))
+
+    def _grips_at(self, at: QPointF) -> tuple[Grip, ...]:
+        """Edges of the brush at a pixel, "move" inside it, nothing outside."""
+        rect = self._frame.rectangle(self._latent.brush)
+        if not rect.adjusted(-REACH, -REACH, REACH, REACH).contains(at):
+            return ()
+        grips: list[Grip] = []
+        if abs(at.x() - rect.left()) <= REACH:
+            grips.append("left")
+        elif abs(at.x() - rect.right()) <= REACH:
+            grips.append("right")
+        if abs(at.y() - rect.bottom()) <= REACH:
+            grips.append("lower")
+        elif abs(at.y() - rect.top()) <= REACH:
+            grips.append("upper")
+        return tuple(grips) or ("move",)
+
+    def _dragged(self, at: QPointF) -> Brush:
+        """Brush by the drag from the pressed point to a pixel."""
+        assert self._pressed is not None
+        (ax, ay), (bx, by) = self._frame.place(self._pressed), self._frame.place(at)
+        if self._grips == ("new",):
+            return min(ax, bx), min(ay, by), max(ax, bx), max(ay, by)
+        left, lower, right, upper = self._before
+        dx, dy = bx - ax, by - ay
+        if self._grips == ("move",):
+            return left + dx, lower + dy, right + dx, upper + dy
+        left += dx if "left" in self._grips else 0
+        right += dx if "right" in self._grips else 0
+        lower += dy if "lower" in self._grips else 0
+        upper += dy if "upper" in self._grips else 0
+        return min(left, right), min(lower, upper), max(left, right), max(lower, upper)
+
+    def _show_cursor(self, at: QPointF) -> None:
+        shapes = Qt.CursorShape
+        grips = self._grips_at(at)
+        shape = shapes.CrossCursor
+        if grips in (("left", "lower"), ("right", "upper")):
+            shape = shapes.SizeBDiagCursor
+        elif grips in (("left", "upper"), ("right", "lower")):
+            shape = shapes.SizeFDiagCursor
+        elif grips in (("left",), ("right",)):
+            shape = shapes.SizeHorCursor
+        elif grips in (("lower",), ("upper",)):
+            shape = shapes.SizeVerCursor
+        self.setCursor(shape)

@@ -1,0 +1,77 @@
+"""The picture and the TF of what the mouse is over, in the reference's pane and the TF editor."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pyqtgraph as pg
+from numpy.typing import NDArray
+from PySide6.QtCore import QObject, QRect, QRectF
+from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPen
+
+from app import theme
+from app.image_view.engine_pane import EnginePane
+from app.image_view.image_canvas import to_qimage
+from app.latent_browser.map_marks import paint_text_box
+from app.tf_editor.plot_area import PlotArea
+from model.scene.transfer_function import TF_SAMPLES, OpacityTF
+
+_PLACES = np.linspace(0.0, 1.0, TF_SAMPLES)
+
+
+class Preview(QObject):
+    """Covers the reference by another TF's picture, and draws that TF over the editor's.
+
+    Parameters
+    ----------
+    pane : EnginePane
+        The reference's.
+    area : PlotArea
+        The TF editor's plots.
+    """
+
+    def __init__(self, pane: EnginePane, area: PlotArea) -> None:
+        super().__init__(pane)
+        self._pane = pane
+        self._caption = ""
+        self._covers = False
+        self._curve: Any = pg.PlotCurveItem(
+            pen=pg.mkPen(theme.TEXT, width=1.6, dash=[5, 3]), antialias=True
+        )
+        self._curve.setZValue(80)
+        self._curve.hide()
+        area.opacity.addItem(self._curve, ignoreBounds=True)
+        pane.canvas.add_decoration(self._paint)
+
+    @property
+    def caption(self) -> str:
+        """Text over the picture; empty without one."""
+        return self._caption
+
+    @property
+    def is_shown(self) -> bool:
+        """Whether a picture covers the reference's."""
+        return self._covers
+
+    def show_tf(self, tf: OpacityTF | None) -> None:
+        """Draw a TF over the editor's own; None for none."""
+        if tf is not None:
+            self._curve.setData(_PLACES, tf.sample())
+        self._curve.setVisible(tf is not None)
+
+    def show_picture(self, image: NDArray[np.float32] | None, caption: str = "") -> None:
+        """Show a picture (S, S, 4) in place of the reference's; None for the reference's."""
+        if image is None and not self._covers:
+            return
+        self._covers = image is not None
+        self._caption = caption if self._covers else ""
+        self._pane.canvas.show_cover(None if image is None else to_qimage(image))
+
+    def _paint(self, painter: QPainter, rect: QRect) -> None:
+        if not self._covers:
+            return
+        painter.setPen(QPen(QColor(theme.ACCENT), 2))
+        painter.drawRect(rect.adjusted(1, 1, -1, -1))
+        width = QFontMetricsF(painter.font()).horizontalAdvance(self._caption)
+        paint_text_box(painter, QRectF(rect.left() + 10, rect.top() + 10, width + 14, 20), self._caption)

@@ -1,0 +1,149 @@
+"""The model's error over the map: its pictures of some samples against the ray caster's."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QObject, Signal
+
+from app.engines.client import EngineClient
+from app.engines.messages import ErrorRequest, Quality, Result
+from app.state.latent_pictures import EngineName
+from app.state.latent_session import LatentSession
+from app.state.latent_state import LatentState
+from app.state.viewer_state import ViewerState
+
+MEASURED = 96
+"""Samples whose pictures are compared; the others take their nearest neighbours' errors."""
+
+AT_ONCE = 8
+NEIGHBOURS = 4
+
+Images = NDArray[np.float32]
+
+
+class LatentErrors(QObject):
+    """Compares both engines while the map is coloured by the model's error.
+
+    Parameters
+    ----------
+    state : ViewerState
+    latent : LatentState
+    session : LatentSession
+    clients : dict
+        Clients of the engines by name.
+
+    Attributes
+    ----------
+    errors : ndarray of float32, shape (n,), or None
+        RMSE (0..1) at every sample of the map; NaN while nothing near is measured.
+    """
+
+    changed = Signal()
+
+    def __init__(
+        self,
+        state: ViewerState,
+        latent: LatentState,
+        session: LatentSession,
+        clients: dict[EngineName, EngineClient],
+        parent: QObject,
+    ) -> None:
+        super().__init__(parent)
+        self.errors: NDArray[np.float32] | None = None
+        self._state = state
+        self._latent = latent
+        self._session = session
+        self._clients = clients
+        self._size: int | None = None
+        self._left: list[int] = []
+        self._found: dict[int, float] = {}
+        self._asked: tuple[int, ...] = ()
+        self._images: dict[EngineName, Images] = {}
+        self._sequence = 0
+        latent.choicesChanged.connect(lambda _choices: self._start_if_needed())
+        session.mapOpened.connect(self.restart)
+        for finished in (
+            state.viewChangeFinished, state.lightChangeFinished, state.transferFunctionChangeFinished
+        ):  # fmt: skip
+            finished.connect(self._inputs_changed)
+        self._inputs = state.inputs
+        for name, client in clients.items():
+            client.resultReady.connect(partial(self._take, name))
+
+    def set_learned(self, size: int | None) -> None:
+        """Set the image size of a generator that fits the volume; None without one."""
+        if size != self._size:
+            self._size = size
+            self.restart()
+
+    def restart(self) -> None:
+        """Measure anew, in the present view, light and colours."""
+        self.errors = None
+        self._left, self._found, self._asked, self._images = [], {}, (), {}
+        self._start_if_needed()
+
+    def _inputs_changed(self, _value: object) -> None:
+        inputs = self._state.inputs
+        before, self._inputs = self._inputs, inputs
+        if replace(before, opacity_tf=inputs.opacity_tf) != inputs:
+            self.restart()
+
+    def _start_if_needed(self) -> None:
+        choices, map_ = self._latent.choices, self._session.map
+        wanted = choices.shown and choices.coloring == "error"
+        if not wanted or map_ is None or self._size is None or self._left or self._found:
+            return
+        count = min(MEASURED, len(map_.codes))
+        rng = np.random.default_rng(0)
+        self._left = rng.choice(len(map_.codes), count, replace=False).tolist()
+        self._ask()
+
+    def _ask(self) -> None:
+        map_, space = self._session.map, self._session.space
+        if not self._left or map_ is None or space is None or self._size is None:
+            return
+        if self._latent.choices.coloring != "error":
+            self._left = []
+            return
+        self._asked = tuple(self._left[:AT_ONCE])
+        self._images = {}
+        self._sequence += 1
+        inputs = [
+            replace(self._state.inputs, opacity_tf=space.tf_of(map_.codes[index]))
+            for index in self._asked
+        ]
+        request = ErrorRequest(self._sequence, inputs[0], Quality(self._size), tuple(inputs[1:]))
+        for client in self._clients.values():
+            client.submit(request)
+
+    def _take(self, name: EngineName, result: Result) -> None:
+        request = result.request
+        if not isinstance(request, ErrorRequest) or request.sequence != self._sequence:
+            return
+        if result.value is None or not self._asked:
+            self._left = []
+            return
+        self._images[name] = result.value
+        if len(self._images) < len(self._clients):
+            return
+        one, other = (images[..., :3] for images in self._images.values())
+        errors = np.sqrt(np.square(one - other).mean(axis=(1, 2, 3)))
+        self._found.update(zip(self._asked, errors.tolist(), strict=True))
+        self._left = self._left[len(self._asked) :]
+        self._spread()
+        self.changed.emit()
+        self._ask()
+
+    def _spread(self) -> None:
+        """Give every sample the mean error of its nearest measured ones."""
+        map_ = self._session.map
+        assert map_ is not None
+        known = np.array(list(self._found))
+        errors = np.array(list(self._found.values()))
+        count = min(NEIGHBOURS, len(known))
+        nearest = map_.nearest_of(known, count)
+        self.errors = errors[nearest].mean(axis=1).astype(np.float32)

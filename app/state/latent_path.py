@@ -1,0 +1,213 @@
+"""A path between named places, played as an animation, or drawn frame by frame for a movie."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from app.engines.client import EngineClient
+from app.engines.messages import FrameRequest, Quality, Result
+from app.state.latent_pictures import EngineName
+from app.state.latent_session import LatentSession
+from app.state.latent_state import LatentState, Place
+from app.state.latest_call import LatestCall
+from app.state.viewer_state import ViewerState
+from model.scene.inputs import SceneInputs
+from model.scene.transfer_function import OpacityTF
+
+FRAMES_PER_LEG = 48
+FRAME_MS = 40
+"""25 frames a second, or as many as the engine draws."""
+
+PLAYED_SIZE, MOVIE_SIZE = 192, 384
+
+Images = NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """One picture of a path, with its TF and the place on the map."""
+
+    number: int
+    count: int
+    place: Place
+    tf: OpacityTF
+    image: Images
+
+
+class LatentPath(QObject):
+    """Has the frames of a path drawn one after the other.
+
+    Parameters
+    ----------
+    state : ViewerState
+    latent : LatentState
+        Its named places are visited in their order.
+    session : LatentSession
+    clients : dict
+        Clients of the engines by name.
+    source : callable
+        Returns the name of the engine that draws.
+    learned_size : callable
+        Returns the image size of the generator.
+    """
+
+    frameDrawn = Signal(object)
+    """Emitted with a :class:`Frame`, or None at the end."""
+    ended = Signal(str)
+    """Emitted at the end of a path or movie with a sentence for the user, or nothing."""
+
+    def __init__(
+        self,
+        state: ViewerState,
+        latent: LatentState,
+        session: LatentSession,
+        clients: dict[EngineName, EngineClient],
+        source: Callable[[], EngineName],
+        learned_size: Callable[[], int | None],
+        parent: QObject,
+    ) -> None:
+        super().__init__(parent)
+        self._state = state
+        self._latent = latent
+        self._session = session
+        self._clients = clients
+        self._source = source
+        self._learned_size = learned_size
+        self._tfs: list[OpacityTF] = []
+        self._places: list[Place] = []
+        self._inputs: SceneInputs | None = None
+        self._number = 0
+        self._sequence = 0
+        self._asked = -1
+        self._movie: Path | None = None
+        self._frames: list[Images] = []
+        self._waiting: Frame | None = None
+        self._timer = QTimer(self, interval=FRAME_MS)
+        self._timer.timeout.connect(self._show)
+        self._writing = LatestCall("latent-movie", self)
+        self._writing.done.connect(lambda path: self.ended.emit(f"Saved {path}."))
+        self._writing.failed.connect(self.ended)
+        for client in clients.values():
+            client.resultReady.connect(self._take)
+        session.mapOpened.connect(self.cancel)
+
+    @property
+    def is_running(self) -> bool:
+        """True while a path is played or drawn."""
+        return bool(self._tfs)
+
+    def play(self, movie: Path | None = None) -> None:
+        """Visit the named places; without two of them, from the present TF to the only one.
+
+        Parameters
+        ----------
+        movie : Path, optional
+            File to write the frames to, instead of playing them at their pace.
+
+        Raises
+        ------
+        LatentError
+            With too few places.
+        """
+        from model.latent.path import path_codes
+
+        space, map_ = self._session.space, self._session.map
+        if space is None or map_ is None:
+            return
+        self.cancel()
+        tfs = [named.tf for named in self._latent.places]
+        if len(tfs) == 1:
+            tfs.insert(0, self._state.transfer_function.opacity)
+        stations = np.array([space.code_of(tf) for tf in tfs])
+        codes = path_codes(space.codec, stations, FRAMES_PER_LEG * max(len(tfs) - 1, 1) + 1)
+        self._tfs = [space.tf_of(code) for code in codes]
+        self._places = [map_.place(code) for code in codes]
+        self._inputs, self._number, self._movie = self._state.inputs, 0, movie
+        self._frames, self._waiting = [], None
+        if movie is None:
+            self._timer.start()
+        self._ask()
+
+    def cancel(self) -> None:
+        """End the path, without a movie."""
+        if self._tfs:
+            self._timer.stop()
+            self._tfs, self._frames, self._waiting = [], [], None
+            self._asked = -1
+            self.frameDrawn.emit(None)
+            self.ended.emit("")
+
+    def stop(self) -> None:
+        """Ask nothing any more; a movie whose frames are all drawn is still written."""
+        self._timer.stop()
+        self._tfs = []
+
+    def join(self) -> None:
+        """Wait until a movie is written."""
+        self._writing.join()
+
+    def _ask(self) -> None:
+        assert self._inputs is not None
+        size = PLAYED_SIZE if self._movie is None else MOVIE_SIZE
+        if self._source() == "learned":
+            size = self._learned_size() or size
+        self._sequence += 1
+        self._asked = self._sequence
+        # The view may turn while a path is played.
+        inputs = self._state.inputs if self._movie is None else self._inputs
+        request = FrameRequest(
+            self._sequence, replace(inputs, opacity_tf=self._tfs[self._number]), Quality(size)
+        )
+        self._clients[self._source()].submit(request)
+
+    def _take(self, result: Result) -> None:
+        request = result.request
+        if not isinstance(request, FrameRequest) or request.sequence != self._asked:
+            return
+        if result.value is None:
+            problem = result.error or ""
+            self.cancel()
+            self.ended.emit(problem)
+            return
+        number = self._number
+        self._waiting = Frame(
+            number, len(self._tfs), self._places[number], self._tfs[number], result.value[0]
+        )
+        if self._movie is not None:
+            self._frames.append(result.value[0])
+            self._show()
+
+    def _show(self) -> None:
+        """Show the frame that is drawn, and have the next one drawn."""
+        frame, self._waiting = self._waiting, None
+        if frame is None:
+            return
+        self._number += 1
+        self.frameDrawn.emit(frame)
+        if self._number < len(self._tfs):
+            self._ask()
+        else:
+            self._finish()
+
+    def _finish(self) -> None:
+        from app.figures.movie import write_movie
+
+        self._timer.stop()
+        frames, tfs, movie = self._frames, self._tfs, self._movie
+        self._tfs, self._frames = [], []
+        self.frameDrawn.emit(None)
+        if movie is None:
+            self.ended.emit("")
+        else:
+            assert self._inputs is not None
+            colors = self._inputs.color_tf
+            self._writing.ask(
+                partial(write_movie, movie, np.stack(frames), tfs, colors, 1000 / FRAME_MS)
+            )

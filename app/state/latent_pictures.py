@@ -1,0 +1,424 @@
+"""Pictures of the map: the grid of cells, the place under the mouse, thumbnails.
+
+Drawn by whichever engine is chosen; automatically the ray caster, or the model where the ray
+caster has proved too slow. A picture is always that of the decoded TF, so that it is what a
+click on it gives.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING, Literal, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from app.engines.client import EngineClient
+from app.engines.messages import (
+    BatchRequest,
+    GridRequest,
+    HoverRequest,
+    Quality,
+    Result,
+    ThumbnailRequest,
+)
+from app.state.latent_session import LatentSession
+from app.state.latent_state import LatentState, Place
+from app.state.pace import Pace
+from app.state.viewer_state import ViewerState
+from model.scene.inputs import SceneInputs
+from model.scene.transfer_function import OpacityTF
+
+if TYPE_CHECKING:
+    from model.latent.interpolation import Cells
+
+EngineName = Literal["exact", "learned"]
+
+REST_MS = 160
+"""Time without a movement after which a picture is drawn at full size."""
+
+HOVER_SECONDS, GRID_SECONDS = 0.05, 0.25
+"""Time that a picture may take while the mouse moves, and 16 of them while the brush does."""
+
+SLOW_SECONDS = 0.12
+"""Expected time of a picture at which the model takes over, if there is one."""
+
+REST_SIZE, CELL_SIZE, THUMBNAIL_SIZE = 256, 128, 64
+LIVE_SIZES = (128, 96, 64, 48, 32)
+THUMBNAILS_AT_ONCE = 8
+
+Images = NDArray[np.float32]
+Asked = TypeVar("Asked")
+
+
+@dataclass(frozen=True, eq=False)
+class HoverPicture:
+    """Picture of a place of the map.
+
+    Attributes
+    ----------
+    place : tuple of float
+    tf : OpacityTF
+    samples : int
+        Samples that are blended; 0 where the nearest one stands for the place.
+    image : ndarray of float32, shape (S, S, 4)
+    seconds : float
+    source : {"exact", "learned"}
+    """
+
+    place: Place
+    tf: OpacityTF
+    samples: int
+    image: Images
+    seconds: float
+    source: EngineName
+
+
+@dataclass(frozen=True, eq=False)
+class GridPicture:
+    """Pictures of the cells of the brushed rectangle.
+
+    Attributes
+    ----------
+    cells : Cells
+    tfs : tuple of 16 (OpacityTF or None), row by row
+        None for cells that show nothing.
+    images : dict of int to ndarray
+        Pictures (S, S, 4) of the cells that have one.
+    inputs : SceneInputs
+        View, light and colours of the pictures.
+    seconds : float
+    source : {"exact", "learned"}
+    """
+
+    cells: Cells
+    tfs: tuple[OpacityTF | None, ...]
+    images: dict[int, Images]
+    inputs: SceneInputs
+    seconds: float
+    source: EngineName
+
+
+@dataclass(frozen=True)
+class _AskedHover:
+    place: Place
+    samples: int
+
+
+@dataclass(frozen=True, eq=False)
+class _AskedGrid:
+    cells: Cells
+    tfs: tuple[OpacityTF | None, ...]
+    drawn: tuple[int, ...]
+
+
+class LatentPictures(QObject):
+    """Asks engines for pictures whenever brush, mouse, view, light or colours change.
+
+    Parameters
+    ----------
+    state : ViewerState
+    latent : LatentState
+    session : LatentSession
+    exact : EngineClient
+        Client of a ray caster.
+    learned : EngineClient
+        Client of the generator.
+
+    Attributes
+    ----------
+    clients : dict
+        Both clients by name.
+    learned_size : int or None
+        Image size of a generator that fits the volume.
+    grid : GridPicture or None
+    hover : HoverPicture or None
+    thumbnails : dict of int to ndarray
+        Small pictures (S, S, 4) of samples in the present view, light and colours.
+    stale_thumbnails : dict of int to ndarray
+        Those of an earlier view, light or colours.
+    """
+
+    gridDrawn = Signal(object)
+    hoverDrawn = Signal(object)
+    """Emitted with a :class:`HoverPicture`, or None when the mouse has left."""
+    hoverMoved = Signal(object)
+    """Emitted with the decoded TF under the mouse at once, or None."""
+    thumbnailsDrawn = Signal()
+    sourceChanged = Signal(str)
+    """Emitted with the name of the engine that draws: "exact" or "learned"."""
+    problem = Signal(str)
+
+    def __init__(
+        self,
+        state: ViewerState,
+        latent: LatentState,
+        session: LatentSession,
+        exact: EngineClient,
+        learned: EngineClient,
+        parent: QObject,
+    ) -> None:
+        super().__init__(parent)
+        self.grid: GridPicture | None = None
+        self.hover: HoverPicture | None = None
+        self.thumbnails: dict[int, Images] = {}
+        self.stale_thumbnails: dict[int, Images] = {}
+        self.learned_size: int | None = None
+        self._state = state
+        self._latent = latent
+        self._session = session
+        self.clients: dict[EngineName, EngineClient] = {"exact": exact, "learned": learned}
+        self._pace = Pace()
+        self._source: EngineName = "exact"
+        self._sequence = 0
+        self._asked_hovers: dict[int, _AskedHover] = {}
+        self._asked_grids: dict[int, _AskedGrid] = {}
+        self._grid_key: object = None
+        self._asked_thumbnails: tuple[int, tuple[int, ...]] | None = None
+        self._wanted: list[int] = []
+        self._drawn_for: SceneInputs | None = None
+        self._hover_rest = QTimer(self, singleShot=True, interval=REST_MS)
+        self._hover_rest.timeout.connect(lambda: self._ask_hover(live=False))
+        for changed, finished in (
+            (state.viewChanged, state.viewChangeFinished),
+            (state.transferFunctionChanged, state.transferFunctionChangeFinished),
+            (state.lightChanged, state.lightChangeFinished),
+        ):
+            changed.connect(self._ask_live)
+            finished.connect(self.ask)
+        latent.brushChanged.connect(lambda _brush: self._ask_grid(live=latent.dragging))
+        latent.brushChangeFinished.connect(self._ask_grid)
+        latent.hoverChanged.connect(self._hover_changed)
+        latent.choicesChanged.connect(lambda _choices: self.ask())
+        session.mapOpened.connect(self.forget)
+        session.mapChanged.connect(lambda _map: self.ask())
+        exact.resultReady.connect(partial(self._take, "exact"))
+        learned.resultReady.connect(partial(self._take, "learned"))
+
+    @property
+    def source(self) -> EngineName:
+        """The engine that draws."""
+        choice = self._latent.choices.engine
+        if self.learned_size is None or choice == "exact":
+            return "exact"
+        if choice == "learned":
+            return "learned"
+        expected = self._pace.expected("exact", CELL_SIZE)
+        return "learned" if expected is not None and expected > SLOW_SECONDS else "exact"
+
+    def set_learned(self, size: int | None) -> None:
+        """Set the image size of a generator that fits the volume; None without one."""
+        if size != self.learned_size:
+            self.learned_size = size
+            self.ask()
+
+    def is_fresh(self, picture: GridPicture | None) -> bool:
+        """Whether pictures are of the present view, light and colours."""
+        return picture is not None and _look_of(picture.inputs) == _look_of(self._state.inputs)
+
+    def start_volume(self) -> None:
+        """Forget all pictures and how long they took."""
+        self._pace = Pace()
+        self.forget()
+
+    def forget(self) -> None:
+        """Forget all pictures."""
+        self.grid = self.hover = self._grid_key = None
+        self.thumbnails, self.stale_thumbnails = {}, {}
+        self._asked_grids.clear()
+        self._asked_hovers.clear()
+        self._asked_thumbnails, self._wanted = None, []
+        self.gridDrawn.emit(None)
+        self.hoverDrawn.emit(None)
+        self.thumbnailsDrawn.emit()
+
+    def ask(self) -> None:
+        """Ask for all pictures anew, at full size."""
+        self._ask_grid()
+        self._ask_hover(live=False)
+        self._check_thumbnails()
+        self._ask_thumbnails()
+
+    def want_thumbnails(self, samples: Iterable[int]) -> None:
+        """Have small pictures of these samples drawn, the first ones first."""
+        self._wanted = [index for index in samples if index not in self.thumbnails]
+        self._ask_thumbnails()
+
+    def cell_tf(self, index: int) -> OpacityTF | None:
+        """Opacity TF of a cell, row by row; None for an empty one."""
+        return None if self.grid is None else self.grid.tfs[index]
+
+    def _ask_live(self) -> None:
+        if self._state.live:
+            self._ask_grid(live=True)
+            self._check_thumbnails()
+
+    def _ask_grid(self, live: bool = False) -> None:
+        space, map_ = self._session.space, self._session.map
+        if map_ is None or space is None or not self._latent.choices.shown:
+            return
+        key = (
+            _look_of(self._state.inputs), map_, self._latent.brush, self._latent.choices.nearest,
+            self.source,
+        )  # fmt: skip
+        if key == self._grid_key:
+            # An edit of the opacity TF changes no picture of the map.
+            return
+        self._grid_key = None if live else key
+        cells = map_.cells(self._latent.brush)
+        codes = cells.codes.reshape(cells.count.size, -1).copy()
+        drawn = np.flatnonzero(cells.count.ravel() > 0)
+        if self._latent.choices.nearest:
+            empty = np.flatnonzero(cells.count.ravel() == 0)
+            codes[empty] = map_.codes[cells.nearest.ravel()[empty]]
+            drawn = np.arange(len(codes))
+        tfs: list[OpacityTF | None] = [None] * len(codes)
+        for index in drawn:
+            tfs[index] = space.tf_of(codes[index])
+        inputs = [self._with(tf) for tf in tfs if tf is not None]
+        self._sequence += 1
+        asked = _AskedGrid(cells, tuple(tfs), tuple(int(index) for index in drawn))
+        if not inputs:
+            self._asked_grids.clear()
+            none = np.empty((0, 1, 1, 4), np.float32)
+            self._show_grid(asked, none, 0.0, self.source, self._state.inputs)
+            return
+        self._asked_grids[self._sequence] = asked
+        seconds = GRID_SECONDS / len(inputs)
+        quality = self._quality(CELL_SIZE, seconds, live)
+        self._submit(GridRequest(self._sequence, inputs[0], quality, tuple(inputs[1:])))
+
+    def _hover_changed(self, place: Place | None) -> None:
+        if place is None or self._session.map is None:
+            self._hover_rest.stop()
+            self._asked_hovers.clear()
+            self.hover = None
+            self.hoverMoved.emit(None)
+            self.hoverDrawn.emit(None)
+            return
+        self._hover_rest.start()
+        self._ask_hover(live=True)
+
+    def _ask_hover(self, live: bool) -> None:
+        place = self._latent.hover
+        if place is None or self._session.map is None:
+            return
+        tf, _, samples = self._session.tf_at(place)
+        self._sequence += 1
+        self._asked_hovers[self._sequence] = _AskedHover(place, samples)
+        self.hoverMoved.emit(tf)
+        quality = self._quality(REST_SIZE, HOVER_SECONDS, live)
+        self._submit(HoverRequest(self._sequence, self._with(tf), quality))
+
+    def _check_thumbnails(self) -> None:
+        """Draw thumbnails anew if view, light or colours have changed."""
+        look = _look_of(self._state.inputs)
+        if self._drawn_for is not None and self._drawn_for != look and self.thumbnails:
+            self.stale_thumbnails.update(self.thumbnails)
+            self.thumbnails = {}
+            self._asked_thumbnails = None
+            self.thumbnailsDrawn.emit()
+        self._drawn_for = look
+
+    def _ask_thumbnails(self) -> None:
+        space, map_ = self._session.space, self._session.map
+        if self._asked_thumbnails is not None or not self._wanted or map_ is None or space is None:
+            return
+        if not self._latent.choices.shown or self._state.live:
+            return
+        some = tuple(self._wanted[:THUMBNAILS_AT_ONCE])
+        inputs = [self._with(space.tf_of(map_.codes[index])) for index in some]
+        self._sequence += 1
+        self._asked_thumbnails = self._sequence, some
+        self._submit(
+            ThumbnailRequest(
+                self._sequence, inputs[0], Quality(THUMBNAIL_SIZE, live=True), tuple(inputs[1:])
+            )
+        )
+
+    def _quality(self, largest: int, seconds: float, live: bool) -> Quality:
+        if not live:
+            return Quality(largest)
+        expected = self._pace.expected(self.source, 1) or 0.0
+        sizes = (size for size in LIVE_SIZES if expected * size**2 <= seconds)
+        return Quality(min(largest, next(sizes, LIVE_SIZES[-1])), live=True)
+
+    def _submit(self, request: BatchRequest) -> None:
+        source = self.source
+        if source != self._source:
+            self._source = source
+            self.sourceChanged.emit(source)
+        if source == "learned":
+            request = replace(request, quality=replace(request.quality, size=self.learned_size))
+        self.clients[source].submit(request)
+
+    def _with(self, tf: OpacityTF) -> SceneInputs:
+        return replace(self._state.inputs, opacity_tf=tf)
+
+    def _take(self, source: EngineName, result: Result) -> None:
+        request = result.request
+        if not isinstance(request, GridRequest | HoverRequest | ThumbnailRequest):
+            return
+        if result.value is None:
+            if isinstance(request, ThumbnailRequest):
+                self._asked_thumbnails, self._wanted = None, []
+            self.problem.emit(result.error or "")
+            return
+        self._pace.note(source, request.quality.size, result.seconds / len(result.value))
+        self.problem.emit("")
+        match request:
+            case GridRequest():
+                asked_grid = _pop(self._asked_grids, request.sequence)
+                if asked_grid is not None:
+                    self._show_grid(
+                        asked_grid, result.value, result.seconds, source, request.inputs
+                    )
+            case HoverRequest():
+                asked = _pop(self._asked_hovers, request.sequence)
+                if asked is not None:
+                    self.hover = HoverPicture(
+                        asked.place, request.inputs.opacity_tf, asked.samples,
+                        result.value[0], result.seconds, source,
+                    )  # fmt: skip
+                    self.hoverDrawn.emit(self.hover)
+            case ThumbnailRequest():
+                self._take_thumbnails(request, result.value)
+
+    def _show_grid(
+        self,
+        asked: _AskedGrid,
+        images: Images,
+        seconds: float,
+        source: EngineName,
+        inputs: SceneInputs,
+    ) -> None:
+        drawn = dict(zip(asked.drawn, images, strict=True))
+        self.grid = GridPicture(asked.cells, asked.tfs, drawn, inputs, seconds, source)
+        self.gridDrawn.emit(self.grid)
+
+    def _take_thumbnails(self, request: ThumbnailRequest, images: Images) -> None:
+        asked = self._asked_thumbnails
+        if asked is None or asked[0] != request.sequence:
+            return
+        self._asked_thumbnails = None
+        if _look_of(request.inputs) == _look_of(self._state.inputs):
+            self.thumbnails.update(zip(asked[1], images, strict=True))
+            self._wanted = [index for index in self._wanted if index not in self.thumbnails]
+            self.thumbnailsDrawn.emit()
+        self._ask_thumbnails()
+
+
+def _pop(asked: dict[int, Asked], sequence: int) -> Asked | None:
+    """Take what was asked with a number, and forget what was asked before it."""
+    found = asked.get(sequence)
+    for number in [number for number in asked if number <= sequence]:
+        del asked[number]
+    return found
+
+
+def _look_of(inputs: SceneInputs) -> SceneInputs:
+    """What pictures of the map depend on besides their own opacity TF."""
+    return replace(inputs, opacity_tf=OpacityTF(inputs.opacity_tf.scalar_range))

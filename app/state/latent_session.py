@@ -1,0 +1,305 @@
+"""The latent space of the open volume, its map, and what the map's TFs show in this view."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QObject, Qt, Signal
+
+from app.engines.background import BackgroundCall
+from app.state.latent_state import LatentState
+from app.state.latest_call import LatestCall
+from app.state.viewer_state import ViewerState
+from model.errors import LatentError
+from model.scene.transfer_function import OpacityTF, Range
+from model.scene.view import View
+from model.scene.volume import Volume
+
+if TYPE_CHECKING:
+    from model.latent.embedding import EmbeddingProcess, Places
+    from model.latent.latent_map import LatentMap
+    from model.latent.latent_space import LatentSpace
+    from model.latent.opacity_overview import Overview
+
+OpenSpace = Callable[[Range, Range, Path | None], "LatentSpace"]
+"""Opens the space for a scalar range and a window of it, or that of a model's folder."""
+
+
+class LatentSession(QObject):
+    """Opens a codec and its map in the background when the browser is first shown.
+
+    Without a stored map the principal components are shown at once, and t-SNE is computed in
+    a process of its own.
+
+    Parameters
+    ----------
+    state : ViewerState
+    latent : LatentState
+    open_space : callable
+
+    Attributes
+    ----------
+    space : LatentSpace or None
+    map : LatentMap or None
+    overview : Overview or None
+        Of the map's TFs, in the view of `overview_view`.
+    place : tuple of float, or None
+        Approximate place of the present TF.
+    present_code : ndarray of float32, shape (d,), or None
+        Code of the present TF.
+    place_error : float
+        Root mean square of what the present TF's code loses of it, in opacity.
+    """
+
+    mapChanged = Signal(object)
+    """Emitted with the map: another codec's or volume's, or the same at its final places."""
+    mapOpened = Signal()
+    """Emitted before `mapChanged` for another codec's or volume's map."""
+    progressed = Signal(float)
+    """Emitted with the fraction of t-SNE that is done; 1 at its end, however it ended."""
+    overviewChanged = Signal(object)
+    placeChanged = Signal(object)
+    problem = Signal(str)
+    """Emitted with a sentence for the user; empty when it no longer holds."""
+
+    _advanced = Signal(float)
+
+    def __init__(
+        self, state: ViewerState, latent: LatentState, open_space: OpenSpace, parent: QObject
+    ) -> None:
+        super().__init__(parent)
+        self.space: LatentSpace | None = None
+        self.map: LatentMap | None = None
+        self.overview: Overview | None = None
+        self.overview_view: View | None = None
+        self.place: tuple[float, float] | None = None
+        self.present_code: NDArray[np.float32] | None = None
+        self.place_error = 0.0
+        self._state = state
+        self._latent = latent
+        self._open_space = open_space
+        self._volume: Volume | None = None
+        self._window: Range = (0.0, 1.0)
+        self._model: Path | None = None
+        self._is_open = False
+        self._opening = LatestCall("latent-space", self)
+        self._opening.done.connect(self._take_space)
+        self._opening.failed.connect(self.problem)
+        self._looking = LatestCall("latent-overview", self)
+        self._looking.done.connect(self._take_overview)
+        self._looking.failed.connect(self.problem)
+        self._embedding: EmbeddingProcess | None = None
+        self._calls: list[BackgroundCall] = []
+        self._advanced.connect(self.progressed, Qt.ConnectionType.QueuedConnection)
+        latent.choicesChanged.connect(self._choices_changed)
+        state.viewChanged.connect(lambda _view: self._look())
+        state.transferFunctionChanged.connect(lambda _tf: self._place_present())
+        state.transferFunctionChangeFinished.connect(lambda _tf: self._remember())
+        self._codec_choice = latent.choices.codec
+
+    @property
+    def is_embedding(self) -> bool:
+        """True while t-SNE is computed."""
+        return self._embedding is not None
+
+    @property
+    def volume(self) -> Volume | None:
+        """The open volume."""
+        return self._volume
+
+    def start_volume(self, volume: Volume, window: Range) -> None:
+        """Follow another volume; its space is opened when the browser is shown."""
+        self._volume, self._window = volume, window
+        self.reset()
+
+    def set_model(self, folder: Path | None) -> None:
+        """Set the model's folder, whose codec can be chosen; None without one that fits."""
+        if folder != self._model:
+            self._model = folder
+            if self._latent.choices.codec == "model":
+                self.reset()
+
+    def reset(self) -> None:
+        """Open the space anew if the browser is shown, or else when it will be."""
+        self.cancel()
+        self._opening.forget()
+        self._looking.forget()
+        self.space = self.map = self.overview = self.place = self.present_code = None
+        self._is_open = False
+        self._ensure_open()
+
+    def cancel(self) -> None:
+        """End the computation of the map; the present places stay."""
+        if self._embedding is not None:
+            self._embedding.cancel()
+            self._embedding = None
+            self.progressed.emit(1.0)
+
+    def stop(self) -> None:
+        """Ask all threads and processes to end; returns at once."""
+        self._opening.stop()
+        self._looking.stop()
+        for call in self._calls:
+            call.abandon()
+        self.cancel()
+
+    def join(self) -> None:
+        """Wait until all threads have ended."""
+        self._opening.join()
+        self._looking.join()
+        for call in self._calls:
+            call.join()
+
+    def tf_at(self, place: tuple[float, float]) -> tuple[OpacityTF, NDArray[np.float32], int]:
+        """Opacity TF and code (d,) at a place of the map, and how many samples they blend."""
+        assert self.map is not None and self.space is not None
+        blend = self.map.at(place)
+        return self.space.tf_of(blend.code), blend.code, blend.samples
+
+    def compute_map(self) -> None:
+        """Compute the final places of the map, unless they are known."""
+        from model.latent.embedding import EmbeddingProcess
+
+        if self.map is None or self.map.is_final or self._embedding is not None:
+            return
+        process = EmbeddingProcess(self.map.codes)
+        self._embedding = process
+        self.progressed.emit(0.0)
+        call = BackgroundCall(
+            partial(_embed, process, self.space, self.map, self._advanced.emit), "latent-map", self
+        )
+        call.done.connect(partial(self._take_places, process))
+        call.failed.connect(partial(self._embedding_failed, process))
+        call.finished.connect(partial(self._forget_call, call))
+        self._calls.append(call)
+        call.start()
+
+    def _choices_changed(self, _choices: object) -> None:
+        choices = self._latent.choices
+        if choices.codec != self._codec_choice:
+            self._codec_choice = choices.codec
+            self.reset()
+        else:
+            self._ensure_open()
+            self._look()
+
+    def _ensure_open(self) -> None:
+        if not self._latent.choices.shown or self._volume is None or self._is_open:
+            return
+        self._is_open = True
+        self.problem.emit("")
+        folder = self._model if self._latent.choices.codec == "model" else None
+        self._opening.ask(
+            partial(_open, self._open_space, self._volume.scalar_range, self._window, folder)
+        )
+
+    def _take_space(self, opened: Any) -> None:
+        if not self._is_open:
+            return
+        self.space, self.map = opened
+        self.overview = None
+        self._latent.start_map()
+        self.mapOpened.emit()
+        self.mapChanged.emit(self.map)
+        self._place_present()
+        self._look()
+        self.compute_map()
+
+    def _take_places(self, process: EmbeddingProcess, answer: tuple[Places | None, str]) -> None:
+        places, problem = answer
+        if process is not self._embedding or self.map is None:
+            return
+        self._embedding = None
+        self.progressed.emit(1.0)
+        if places is not None:
+            self.map = self.map.moved(places)
+            self._latent.start_map(self._place_of)
+            self.mapChanged.emit(self.map)
+            self._place_present()
+        if problem:
+            self.problem.emit(problem)
+
+    def _embedding_failed(self, process: EmbeddingProcess, text: str) -> None:
+        if process is self._embedding:
+            self._embedding = None
+            self.progressed.emit(1.0)
+            self.problem.emit(text)
+
+    def _place_of(self, tf: OpacityTF) -> tuple[float, float]:
+        assert self.map is not None and self.space is not None
+        return self.map.place(self.space.code_of(tf))
+
+    def _place_present(self) -> None:
+        """Find the place of the present TF."""
+        if self.map is None or self.space is None or not self._latent.choices.shown:
+            return
+        tf = self._state.transfer_function.opacity
+        code = self.space.code_of(tf)
+        self.present_code = code
+        self.place = self.map.place(code)
+        wanted = tf.sample(self.space.frame.window)
+        missed = self.space.codec.decode(code[None])[0] - wanted
+        self.place_error = float(np.sqrt(np.square(missed).mean()))
+        self.placeChanged.emit(self.place)
+
+    def _remember(self) -> None:
+        if self.place is not None and self._latent.choices.shown:
+            self._latent.extend_trail(self.place)
+
+    def _look(self) -> None:
+        """Find what the map's TFs show in the present view."""
+        if self.map is None or self.space is None or self._volume is None:
+            return
+        view = self._state.view
+        if not self._latent.choices.shown or view == self.overview_view and self.overview:
+            return
+        self._looking.ask(partial(_overview, self._volume, view, self.space, self.map))
+
+    def _take_overview(self, answer: Any) -> None:
+        map_, view, overview = answer
+        if self.map is not None and map_.samples is self.map.samples:
+            self.overview, self.overview_view = overview, view
+            self.overviewChanged.emit(overview)
+
+    def _forget_call(self, call: BackgroundCall) -> None:
+        if call in self._calls:
+            self._calls.remove(call)
+            call.join()
+            call.deleteLater()
+
+
+def _open(
+    open_space: OpenSpace, scalar_range: Range, window: Range, folder: Path | None
+) -> tuple[LatentSpace, LatentMap]:
+    space = open_space(scalar_range, window, folder)
+    return space, space.open_map()
+
+
+def _embed(
+    process: EmbeddingProcess,
+    space: LatentSpace,
+    map_: LatentMap,
+    progress: Callable[[float], None],
+) -> tuple[Places | None, str]:
+    """Compute the map's places, and keep them for the next time."""
+    places = process.run(progress)
+    if places is not None:
+        try:
+            space.keep_map(map_.codes, places)
+        except LatentError as error:
+            return places, str(error)
+    return places, ""
+
+
+def _overview(
+    volume: Volume, view: View, space: LatentSpace, map_: LatentMap
+) -> tuple[LatentMap, View, Overview]:
+    from model.latent.opacity_overview import RayLengths
+
+    lengths = RayLengths.of(volume, view)
+    return map_, view, lengths.overview(space.frame.stretched(map_.samples.tfs))

@@ -1,0 +1,187 @@
+"""What the user browses: brush, mouse, colours of the map, filters, places and trail."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+from PySide6.QtCore import QObject, Signal
+
+from model.scene.transfer_function import OpacityTF, Range
+
+Coloring = Literal["value", "opacity", "modes", "distance", "error"]
+"""Dominant scalar value, mean opacity of the picture, number of modes, distance to the present
+TF, or the model's error."""
+
+EngineChoice = Literal["automatic", "exact", "learned"]
+CodecChoice = Literal["shipped", "model"]
+MapTool = Literal["brush", "lasso"]
+Place = tuple[float, float]
+Brush = tuple[float, float, float, float]
+
+TRAIL_LENGTH = 200
+"""Edits whose places are remembered."""
+
+FIRST_BRUSH: Brush = (-0.8, -0.8, 0.8, 0.8)
+"""Most of the map, as in the paper's examples."""
+
+
+@dataclass(frozen=True)
+class LatentChoices:
+    """Choices of how the map is shown, and who draws its pictures.
+
+    Attributes
+    ----------
+    shown : bool
+        Whether the browser is open.
+    coloring : str
+        What the colours of the map mean.
+    engine : {"automatic", "exact", "learned"}
+        Who draws; automatic takes the ray caster where it is fast enough.
+    codec : {"shipped", "model"}
+        Whose codes these are.
+    as_modes : bool
+        Whether a TF of the map becomes modes, instead of a curve.
+    nearest : bool
+        Whether an empty cell shows its nearest sample.
+    band : tuple of float, or None
+        Only TFs that show some of these scalar values are bright; None for all.
+    """
+
+    shown: bool = False
+    coloring: Coloring = "value"
+    engine: EngineChoice = "automatic"
+    codec: CodecChoice = "shipped"
+    as_modes: bool = False
+    nearest: bool = False
+    band: Range | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class NamedPlace:
+    """A TF that the user wants to find again, with its place on the map."""
+
+    name: str
+    place: Place
+    tf: OpacityTF
+
+
+class LatentState(QObject):
+    """Brush, place under the mouse, filters, named places and the trail of edits."""
+
+    choicesChanged = Signal(object)
+    brushChanged = Signal(object)
+    """Emitted with the rectangle while it is drawn, moved or resized."""
+    brushChangeFinished = Signal()
+    hoverChanged = Signal(object)
+    """Emitted with the place under the mouse on the map, or None."""
+    lassoChanged = Signal(object)
+    """Emitted with the corners of the lasso, or None."""
+    placesChanged = Signal()
+    trailChanged = Signal()
+    toolChanged = Signal(object)
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.choices = LatentChoices()
+        self.brush: Brush = FIRST_BRUSH
+        self.dragging = False
+        self.hover: Place | None = None
+        self.lasso: tuple[Place, ...] | None = None
+        self.places: tuple[NamedPlace, ...] = ()
+        self.trail: tuple[Place, ...] = ()
+        self.tool: MapTool = "brush"
+        self._named = 0
+
+    def choose(self, **changes: Any) -> None:
+        """Change some of the :class:`LatentChoices`."""
+        choices = replace(self.choices, **changes)
+        if choices != self.choices:
+            self.choices = choices
+            self.choicesChanged.emit(choices)
+
+    def move_brush(self, brush: Brush) -> None:
+        """Change the rectangle during a drag."""
+        if brush != self.brush:
+            self.brush, self.dragging = brush, True
+            self.brushChanged.emit(brush)
+
+    def finish_brush(self) -> None:
+        """End a drag of the rectangle."""
+        if self.dragging:
+            self.dragging = False
+            self.brushChangeFinished.emit()
+
+    def set_brush(self, brush: Brush) -> None:
+        """Change the rectangle without a drag."""
+        self.move_brush(brush)
+        self.finish_brush()
+
+    def set_hover(self, place: Place | None) -> None:
+        """Set the place under the mouse; None when it leaves the map."""
+        if place != self.hover:
+            self.hover = place
+            self.hoverChanged.emit(place)
+
+    def set_lasso(self, corners: tuple[Place, ...] | None) -> None:
+        """Keep only what is inside a polygon bright; None for all."""
+        if corners != self.lasso:
+            self.lasso = corners
+            self.lassoChanged.emit(corners)
+
+    def set_tool(self, tool: MapTool) -> None:
+        """Choose what the next drag on the map draws."""
+        if tool != self.tool:
+            self.tool = tool
+            self.toolChanged.emit(tool)
+
+    def name_place(self, place: Place, tf: OpacityTF, name: str = "") -> None:
+        """Add a named place; without a name it is numbered."""
+        self._named += 1
+        named = NamedPlace(name or f"Place {self._named}", place, tf)
+        self.places = (*self.places, named)
+        self.placesChanged.emit()
+
+    def rename_place(self, index: int, name: str) -> None:
+        """Rename a place."""
+        places = list(self.places)
+        places[index] = replace(places[index], name=name)
+        self.places = tuple(places)
+        self.placesChanged.emit()
+
+    def forget_place(self, index: int) -> None:
+        """Remove a named place."""
+        self.places = self.places[:index] + self.places[index + 1 :]
+        self.placesChanged.emit()
+
+    def extend_trail(self, place: Place) -> None:
+        """Remember where an edit of the TF has led to."""
+        if not self.trail or self.trail[-1] != place:
+            self.trail = (*self.trail, place)[-TRAIL_LENGTH:]
+            self.trailChanged.emit()
+
+    def clear_trail(self) -> None:
+        """Forget the trail."""
+        self.trail = ()
+        self.trailChanged.emit()
+
+    def start_map(self, place_of: Callable[[OpacityTF], Place] | None = None) -> None:
+        """Begin with another map.
+
+        Parameters
+        ----------
+        place_of : callable, optional
+            Returns the new place of a TF, for the named places; without it they are forgotten,
+            as trail, lasso and brush are.
+        """
+        kept = () if place_of is None else self.places
+        self.places = tuple(
+            replace(named, place=place_of(named.tf)) for named in kept if place_of is not None
+        )
+        self.lasso = None
+        self.clear_trail()
+        self.placesChanged.emit()
+        self.lassoChanged.emit(None)
+        self.set_hover(None)
+        self.set_brush(FIRST_BRUSH)

@@ -1,0 +1,81 @@
+"""All that works for the latent browser: the space with its map, pictures, search, errors and path."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PySide6.QtCore import QObject
+
+from app.engines.client import EngineClient
+from app.state.latent_errors import LatentErrors
+from app.state.latent_path import LatentPath
+from app.state.latent_pictures import LatentPictures
+from app.state.latent_search import LatentSearch
+from app.state.latent_session import LatentSession, OpenSpace
+from app.state.latent_state import LatentState
+from app.state.viewer_state import ViewerState
+
+
+class LatentWork(QObject):
+    """Session, pictures, search, model errors and path of the latent browser.
+
+    Parameters
+    ----------
+    state : ViewerState
+    latent : LatentState
+    exact, learned : EngineClient
+        Clients of a ray caster and of the generator.
+    open_space : callable
+    """
+
+    def __init__(
+        self,
+        state: ViewerState,
+        latent: LatentState,
+        exact: EngineClient,
+        learned: EngineClient,
+        open_space: OpenSpace,
+        parent: QObject,
+    ) -> None:
+        super().__init__(parent)
+        self.state = latent
+        self.session = LatentSession(state, latent, open_space, self)
+        self.pictures = LatentPictures(state, latent, self.session, exact, learned, self)
+        drawing = self.pictures
+        clients = drawing.clients
+        self.search = LatentSearch(
+            state,
+            self.session,
+            clients,
+            lambda: drawing.source,
+            lambda: drawing.learned_size,
+            self,
+        )
+        self.errors = LatentErrors(state, latent, self.session, clients, self)
+        self.path = LatentPath(
+            state,
+            latent,
+            self.session,
+            clients,
+            lambda: drawing.source,
+            lambda: drawing.learned_size,
+            self,
+        )
+
+    def set_model(self, folder: Path | None, size: int | None) -> None:
+        """Set a model that fits the volume, and its image size; None without one."""
+        self.session.set_model(folder)
+        self.pictures.set_learned(size)
+        self.errors.set_learned(size)
+
+    def stop(self) -> None:
+        """Ask all threads and processes to end; returns at once."""
+        self.path.stop()
+        self.search.stop()
+        self.session.stop()
+
+    def join(self) -> None:
+        """Wait until all threads have ended."""
+        self.path.join()
+        self.search.join()
+        self.session.join()
