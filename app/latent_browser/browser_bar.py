@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
+from functools import partial
 
 from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLineEdit, QMenu, QToolButton, QWidget
 
 from app.state.latent_state import Coloring, EngineChoice, LatentState
@@ -60,9 +63,7 @@ class BrowserBar(QWidget):
         self.band.setPlaceholderText("shows, e.g. 90 to 120")
         self.band.setClearButtonEnabled(True)
         self.band.setMaximumWidth(150)
-        self.band.setToolTip(
-            "Only TFs whose picture shows some of these scalar values stay bright"
-        )
+        self.band.setToolTip("Only TFs whose picture shows some of these scalar values stay bright")
         self.lasso = _button("Lasso", "Draw around TFs: the others fade. A click ends it.")
         self.lasso.setCheckable(True)
         self.modes = _button("As modes", "A chosen TF becomes Gaussian modes, instead of a curve")
@@ -107,41 +108,39 @@ class BrowserBar(QWidget):
         menu = self.search.menu()
         menu.clear()
         if running:
-            menu.addAction("Stop the search", lambda: self.seekRequested.emit("stop"))
+            _add(menu, "Stop the search", partial(self.seekRequested.emit, "stop"))
             return
-        menu.addAction(f"More in: {region}", lambda: self.seekRequested.emit("more"))
-        menu.addAction(f"Less in: {region}", lambda: self.seekRequested.emit("less"))
+        _add(menu, f"More in: {region}", partial(self.seekRequested.emit, "more"))
+        _add(menu, f"Less in: {region}", partial(self.seekRequested.emit, "less"))
         menu.addSeparator()
-        menu.addAction(
-            "Remember this picture as a goal", lambda: self.seekRequested.emit("remember")
-        )
+        _add(menu, "Remember this picture as a goal", partial(self.seekRequested.emit, "remember"))
         for text, kind in (
             ("Like the remembered picture", "picture"),
             (f"{region}, as in the remembered picture", "region"),
         ):
-            action = menu.addAction(text, lambda k=kind: self.seekRequested.emit(k))
+            action = _add(menu, text, partial(self.seekRequested.emit, kind))
             action.setEnabled(remembered)
-        menu.addAction("Like a picture file…", lambda: self.seekRequested.emit("file"))
+        _add(menu, "Like a picture file…", partial(self.seekRequested.emit, "file"))
 
     def fill_places(self) -> None:
         """Fill the menu of places."""
         menu = self.places.menu()
         menu.clear()
         named = self._latent.places
-        menu.addAction("Name the present TF's place…", self.nameRequested.emit)
+        _add(menu, "Name the present TF's place…", self.nameRequested.emit)
         menu.addSeparator()
         for index, place in enumerate(named):
             sub = menu.addMenu(place.name)
-            sub.addAction("Make it the TF", lambda i=index: self.placeRequested.emit(i))
-            sub.addAction("Forget it", lambda i=index: self.forgetRequested.emit(i))
+            _add(sub, "Make it the TF", partial(self.placeRequested.emit, index))
+            _add(sub, "Forget it", partial(self.forgetRequested.emit, index))
         if named:
             menu.addSeparator()
-        play = menu.addAction("Play the path", self.playRequested.emit)
-        movie = menu.addAction("Save the path as a movie…", self.movieRequested.emit)
+        play = _add(menu, "Play the path", self.playRequested.emit)
+        movie = _add(menu, "Save the path as a movie…", self.movieRequested.emit)
         for action in (play, movie):
             action.setEnabled(bool(named))
         menu.addSeparator()
-        menu.addAction("Clear the trail", self._latent.clear_trail)
+        _add(menu, "Clear the trail", self._latent.clear_trail)
 
     def _connect(self) -> None:
         latent = self._latent
@@ -203,6 +202,13 @@ def parsed_band(text: str) -> Range | None:
     low = float(found[1])
     high = low if found[2] is None else float(found[2])
     return min(low, high), max(low, high)
+
+
+def _add(menu: QMenu, text: str, slot: Callable[[], object]) -> QAction:
+    """Add an entry whose slot is called without Qt's `checked` argument."""
+    action = menu.addAction(text)
+    action.triggered.connect(lambda _checked=False: slot())
+    return action
 
 
 def _combo(entries: list[tuple[str, str]], tip: str) -> QComboBox:

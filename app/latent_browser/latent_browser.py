@@ -21,7 +21,6 @@ from PySide6.QtWidgets import (
 )
 
 from app.engines.messages import ImageRequest, Result
-from app.figures.movie import SUFFIXES
 from app.image_view.engine_pane import EnginePane
 from app.latent_browser.browser_bar import BrowserBar
 from app.latent_browser.cell_grid import CELLS, CellGrid
@@ -37,6 +36,7 @@ from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from app.tf_editor.editor import TransferFunctionEditor
 from model.errors import LatentError, TfscopeError
+from model.latent.movie import SUFFIXES
 from model.scene.tf_fitting import fitted_curve, fitted_modes, tf_difference
 from model.scene.transfer_function import OpacityTF
 
@@ -110,10 +110,21 @@ class LatentBrowser(QWidget):
         else:
             super().keyPressEvent(event)
 
-    def take(self, tf: OpacityTF, text: str) -> None:
-        """Make an opacity TF of the map the present one, as one edit that can be undone."""
+    def take(self, tf: OpacityTF, text: str, place: Place | None = None) -> None:
+        """Make an opacity TF of the map the present one, as one edit that can be undone.
+
+        Parameters
+        ----------
+        tf : OpacityTF
+        text : str
+            Name of the edit in the menu.
+        place : tuple of float, optional
+            Where it was found.
+        """
         as_modes = self._latent.choices.as_modes
         fitted = fitted_modes(tf) if as_modes else fitted_curve(tf)
+        if place is not None:
+            self._work.session.remember_place(fitted, place)
         self._state.commit(replace(self._state.transfer_function, opacity=fitted), text)
         what = f"{len(fitted.modes)} modes" if as_modes else f"{len(fitted.points)} points"
         self.news.emit(f"The TF has {what}; {tf_difference(fitted, tf):.3f} from the map's (RMS).")
@@ -210,18 +221,27 @@ class LatentBrowser(QWidget):
             self._color()
         self._tell()
 
-    def _choose_place(self, place: Place) -> None:
-        tf, _, _ = self._work.session.tf_at(place)
-        self.take(tf, "TF from the map")
+    def _choose_place(self) -> None:
+        place = self._latent.hover
+        if place is not None:
+            self.take(self._tf_under_mouse(place), "TF from the map", place)
+
+    def _tf_under_mouse(self, place: Place) -> OpacityTF:
+        latent = self._latent
+        sample = latent.hover_sample if place == latent.hover else None
+        tf, _ = self._work.session.tf_at(place, sample, latent.closeness)
+        return tf
 
     def _open_menu(self, place: Place, point: QPoint) -> None:
         if self._work.session.map is None:
             return
-        tf, _, _ = self._work.session.tf_at(place)
+        tf = self._tf_under_mouse(place)
         menu = QMenu(self)
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        menu.addAction("Make it the TF", lambda: self.take(tf, "TF from the map"))
-        menu.addAction("Name this place…", lambda: self._ask_name(place, tf))
+        take = menu.addAction("Make it the TF")
+        take.triggered.connect(lambda _checked=False: self.take(tf, "TF from the map", place))
+        name = menu.addAction("Name this place…")
+        name.triggered.connect(lambda _checked=False: self._ask_name(place, tf))
         menu.popup(point)
 
     # The grid.
@@ -239,7 +259,7 @@ class LatentBrowser(QWidget):
     def _choose_cell(self, cell: int) -> None:
         tf = self._work.pictures.cell_tf(cell)
         if tf is not None:
-            self.take(tf, "TF from the grid")
+            self.take(tf, "TF from the grid", self._work.pictures.cell_place(cell))
 
     def _hover_cell(self, cell: int | None) -> None:
         self.map.mark_cell(cell)
@@ -277,7 +297,9 @@ class LatentBrowser(QWidget):
             self.preview.show_picture(None)
             return
         source = SOURCES[picture.source]
-        of = f"{picture.samples} samples" if picture.samples else "nearest sample: none in the disc"
+        of = {0: "nearest sample, none in the disc", 1: "one sample"}.get(
+            picture.samples, f"{picture.samples} samples"
+        )
         self.preview.show_picture(
             picture.image, f"Under the mouse: {of}; {source}, {1000 * picture.seconds:.0f} ms"
         )
@@ -301,7 +323,7 @@ class LatentBrowser(QWidget):
 
     def _take_named(self, index: int) -> None:
         named = self._latent.places[index]
-        self.take(named.tf, f"TF of {named.name}")
+        self.take(named.tf, f"TF of {named.name}", named.place)
 
     def _ask_movie(self) -> None:
         endings = " ".join(f"*{suffix}" for suffix in SUFFIXES)
@@ -439,13 +461,13 @@ class LatentBrowser(QWidget):
         if not session.map.is_final:
             facts.append("principal components only")
         if session.place is not None:
-            facts.append(f"present TF: near, code off by {session.place_error:.3f}")
+            near = "" if session.is_exact else ", about here"
+            facts.append(f"present TF{near}: its code is off by {session.place_error:.3f}")
         grid = pictures.grid
         if grid is not None and grid.images:
             size = next(iter(grid.images.values())).shape[0]
-            facts.append(
-                f"{len(grid.images)} × {size}²: {SOURCES[grid.source]}, {1000 * grid.seconds:.0f} ms"
-            )
+            source, ms = SOURCES[grid.source], 1000 * grid.seconds
+            facts.append(f"{len(grid.images)} × {size}²: {source}, {ms:.0f} ms")
         if self._latent.hover is not None:
             x, y = self._latent.hover
             facts.append(f"({x:.2f}, {y:.2f})")

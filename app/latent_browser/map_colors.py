@@ -125,9 +125,7 @@ def mode_counts(tfs: NDArray[np.float32]) -> NDArray[np.int64]:
     return counts
 
 
-def inside_polygon(
-    places: NDArray[np.floating], corners: tuple[Place, ...]
-) -> NDArray[np.bool_]:
+def inside_polygon(places: NDArray[np.floating], corners: tuple[Place, ...]) -> NDArray[np.bool_]:
     """Whether places (n, 2) lie inside a polygon."""
     x, y = places[:, 0], places[:, 1]
     inside = np.zeros(len(places), dtype=bool)

@@ -46,9 +46,7 @@ class MapFrame:
     def pixel(self, place: tuple[float, float]) -> QPointF:
         """Pixel of one place."""
         (x, y), s = self.center, self.scale
-        return QPointF(
-            self.width / 2 + (place[0] - x) * s, self.height / 2 - (place[1] - y) * s
-        )
+        return QPointF(self.width / 2 + (place[0] - x) * s, self.height / 2 - (place[1] - y) * s)
 
     def place(self, pixel: QPointF) -> tuple[float, float]:
         """Place of a pixel."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,7 +69,7 @@ def paint_disc(painter: QPainter, frame: MapFrame, place: Place, radius: float) 
 def paint_trail(painter: QPainter, frame: MapFrame, trail: Sequence[Place]) -> None:
     """Paint the places of earlier TFs, fainter the longer ago."""
     points = [frame.pixel(place) for place in trail]
-    for i, (a, b) in enumerate(zip(points[:-1], points[1:], strict=True)):
+    for i, (a, b) in enumerate(pairwise(points)):
         color = QColor(PRESENT)
         color.setAlphaF(0.15 + 0.6 * (i + 1) / len(points))
         painter.setPen(QPen(color, 1.4))
@@ -102,9 +103,7 @@ def paint_names(painter: QPainter, frame: MapFrame, places: Sequence[NamedPlace]
     metrics = QFontMetricsF(painter.font())
     for named in places:
         at = frame.pixel(named.place)
-        diamond = QPolygonF(
-            [at + QPointF(*d) for d in ((0, -6), (6, 0), (0, 6), (-6, 0))]
-        )
+        diamond = QPolygonF([at + QPointF(*d) for d in ((0, -6), (6, 0), (0, 6), (-6, 0))])
         painter.setPen(QPen(QColor(theme.BACKGROUND), 1.5))
         painter.setBrush(QColor(NAMED))
         painter.drawPolygon(diamond)

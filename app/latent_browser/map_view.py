@@ -61,8 +61,8 @@ class MapView(QWidget):
     pictures : LatentPictures
     """
 
-    chosen = Signal(object)
-    """Emitted with the place that was clicked."""
+    chosen = Signal()
+    """Emitted when the place under the mouse was clicked."""
     menuRequested = Signal(object, object)
     """Emitted with the place of a right click, and its point on the screen."""
 
@@ -149,7 +149,9 @@ class MapView(QWidget):
         """Bring a rectangle into sight, so that it fills about half of the view."""
         left, lower, right, upper = brush
         side = max(right - left, upper - lower, 1e-3)
-        frame = MapFrame(self.width(), self.height(), center=((left + right) / 2, (lower + upper) / 2))
+        frame = MapFrame(
+            self.width(), self.height(), center=((left + right) / 2, (lower + upper) / 2)
+        )
         wanted = min(frame.width, frame.height) * 0.55 / (side * frame.scale)
         if wanted > self._frame.zoom or not self._is_in_sight(brush):
             self._set_frame(replace(frame, zoom=min(max(wanted, 1.0), 30.0)))
@@ -188,7 +190,7 @@ class MapView(QWidget):
                 marks.paint_neighbours(painter, frame, map_.places[nearest])
             marks.paint_present(painter, frame, self._session.place)
         if latent.hover is not None and self._pressed is None:
-            marks.paint_disc(painter, frame, latent.hover, map_.radius)
+            self._paint_hover(painter, latent.hover, map_.radius)
         marks.paint_legend(painter, frame, self._shades.legend)
         painter.end()
 
@@ -218,8 +220,7 @@ class MapView(QWidget):
         at = event.position()
         if self._pressed is None:
             self._show_cursor(at)
-            if self._session.map is not None and not self._message:
-                self._latent.set_hover(self._frame.place(at))
+            self._hover(at)
             return
         distance = at - self._pressed
         self._moved = self._moved or max(abs(distance.x()), abs(distance.y())) > CLICK_REACH
@@ -255,7 +256,8 @@ class MapView(QWidget):
         elif moved:
             self._latent.finish_brush()
         elif self._session.map is not None and not self._message:
-            self.chosen.emit(place)
+            self._hover(at)
+            self.chosen.emit()
         self.update()
 
     def leaveEvent(self, _event: QEvent) -> None:
@@ -266,11 +268,34 @@ class MapView(QWidget):
         """Come closer to what is under the mouse, or move away."""
         notches = event.angleDelta().y() / 120
         self._set_frame(self._frame.zoomed(WHEEL_FACTOR**notches, event.position()))
-        self._latent.set_hover(self._frame.place(event.position()))
+        self._hover(event.position())
 
     def sizeHint(self) -> QSize:
         """Return a size at which the whole window fits on a laptop's screen."""
         return QSize(420, 420)
+
+    def _hover(self, at: QPointF) -> None:
+        """Say what is under the mouse: a thumbnail's sample, or a place between samples."""
+        map_ = self._session.map
+        if map_ is None or self._message:
+            return
+        half = THUMBNAIL / 2
+        for index in self.thumbnails_in_sight:
+            place = tuple(map_.places[index].tolist())
+            offset = self._frame.pixel(place) - at
+            if max(abs(offset.x()), abs(offset.y())) <= half and self._thumbnail(index):
+                self._latent.set_hover(place, index)
+                return
+        self._latent.set_hover(self._frame.place(at), closeness=max(self._frame.zoom, 1.0))
+
+    def _paint_hover(self, painter: QPainter, place: Place, radius: float) -> None:
+        if self._latent.hover_sample is None:
+            marks.paint_disc(painter, self._frame, place, radius / self._latent.closeness)
+            return
+        at, half = self._frame.pixel(place), THUMBNAIL / 2 + 1
+        painter.setPen(QPen(QColor(theme.ACCENT), 2.5))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.drawRect(QRectF(at.x() - half, at.y() - half, 2 * half, 2 * half))
 
     def _set_frame(self, frame: MapFrame) -> None:
         if frame != self._frame:

@@ -68,9 +68,7 @@ def apart(places: NDArray[np.floating], distance: float) -> NDArray[np.int64]:
     kept = []
     cells = np.floor(places / distance).astype(np.int64)
     for index, ((x, y), (i, j)) in enumerate(zip(places.tolist(), cells.tolist(), strict=True)):
-        near = (
-            taken.get((i + di, j + dj)) for di in (-1, 0, 1) for dj in (-1, 0, 1)
-        )
+        near = (taken.get((i + di, j + dj)) for di in (-1, 0, 1) for dj in (-1, 0, 1))
         if all(
             other is None or abs(other[0] - x) >= distance or abs(other[1] - y) >= distance
             for other in near

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, QRect, QRectF
+from PySide6.QtCore import QObject, QRect, QRectF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPen
 
 from app import theme
@@ -71,7 +71,10 @@ class Preview(QObject):
     def _paint(self, painter: QPainter, rect: QRect) -> None:
         if not self._covers:
             return
+        painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.setPen(QPen(QColor(theme.ACCENT), 2))
         painter.drawRect(rect.adjusted(1, 1, -1, -1))
         width = QFontMetricsF(painter.font()).horizontalAdvance(self._caption)
-        paint_text_box(painter, QRectF(rect.left() + 10, rect.top() + 10, width + 14, 20), self._caption)
+        paint_text_box(
+            painter, QRectF(rect.left() + 10, rect.top() + 10, width + 14, 20), self._caption
+        )

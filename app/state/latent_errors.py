@@ -67,8 +67,10 @@ class LatentErrors(QObject):
         latent.choicesChanged.connect(lambda _choices: self._start_if_needed())
         session.mapOpened.connect(self.restart)
         for finished in (
-            state.viewChangeFinished, state.lightChangeFinished, state.transferFunctionChangeFinished
-        ):  # fmt: skip
+            state.viewChangeFinished,
+            state.lightChangeFinished,
+            state.transferFunctionChangeFinished,
+        ):
             finished.connect(self._inputs_changed)
         self._inputs = state.inputs
         for name, client in clients.items():

@@ -197,7 +197,7 @@ class LatentPath(QObject):
             self._finish()
 
     def _finish(self) -> None:
-        from app.figures.movie import write_movie
+        from model.latent.movie import write_movie
 
         self._timer.stop()
         frames, tfs, movie = self._frames, self._tfs, self._movie

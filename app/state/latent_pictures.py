@@ -251,6 +251,16 @@ class LatentPictures(QObject):
         """Opacity TF of a cell, row by row; None for an empty one."""
         return None if self.grid is None else self.grid.tfs[index]
 
+    def cell_place(self, index: int) -> Place | None:
+        """Mean place of a cell's samples, row by row; that of the nearest for an empty cell."""
+        if self.grid is None or self._session.map is None:
+            return None
+        cells = self.grid.cells
+        place = cells.places.reshape(-1, 2)[index]
+        if not cells.count.flat[index]:
+            place = self._session.map.places[cells.nearest.flat[index]]
+        return float(place[0]), float(place[1])
+
     def _ask_live(self) -> None:
         if self._state.live:
             self._ask_grid(live=True)
@@ -306,7 +316,8 @@ class LatentPictures(QObject):
         place = self._latent.hover
         if place is None or self._session.map is None:
             return
-        tf, _, samples = self._session.tf_at(place)
+        latent = self._latent
+        tf, samples = self._session.tf_at(place, latent.hover_sample, latent.closeness)
         self._sequence += 1
         self._asked_hovers[self._sequence] = _AskedHover(place, samples)
         self.hoverMoved.emit(tf)
@@ -351,7 +362,7 @@ class LatentPictures(QObject):
         if source != self._source:
             self._source = source
             self.sourceChanged.emit(source)
-        if source == "learned":
+        if source == "learned" and self.learned_size is not None:
             request = replace(request, quality=replace(request.quality, size=self.learned_size))
         self.clients[source].submit(request)
 

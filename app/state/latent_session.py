@@ -49,7 +49,9 @@ class LatentSession(QObject):
     overview : Overview or None
         Of the map's TFs, in the view of `overview_view`.
     place : tuple of float, or None
-        Approximate place of the present TF.
+        Place of the present TF.
+    is_exact : bool
+        Whether the present TF was found at its place; otherwise its neighbours' is taken.
     present_code : ndarray of float32, shape (d,), or None
         Code of the present TF.
     place_error : float
@@ -79,10 +81,12 @@ class LatentSession(QObject):
         self.overview_view: View | None = None
         self.place: tuple[float, float] | None = None
         self.present_code: NDArray[np.float32] | None = None
+        self.is_exact = False
         self.place_error = 0.0
         self._state = state
         self._latent = latent
         self._open_space = open_space
+        self._known: tuple[OpacityTF, tuple[float, float]] | None = None
         self._volume: Volume | None = None
         self._window: Range = (0.0, 1.0)
         self._model: Path | None = None
@@ -155,17 +159,36 @@ class LatentSession(QObject):
         for call in self._calls:
             call.join()
 
-    def tf_at(self, place: tuple[float, float]) -> tuple[OpacityTF, NDArray[np.float32], int]:
-        """Opacity TF and code (d,) at a place of the map, and how many samples they blend."""
+    def tf_at(
+        self, place: tuple[float, float], sample: int | None = None, closeness: float = 1.0
+    ) -> tuple[OpacityTF, int]:
+        """Opacity TF at a place of the map, and how many samples it blends.
+
+        Parameters
+        ----------
+        place : tuple of float
+        sample : int, optional
+            Sample whose own TF is wanted.
+        closeness : float
+            See :meth:`model.latent.latent_map.LatentMap.at`.
+        """
         assert self.map is not None and self.space is not None
-        blend = self.map.at(place)
-        return self.space.tf_of(blend.code), blend.code, blend.samples
+        if sample is not None:
+            return self.space.tf_of(self.map.codes[sample]), 1
+        blend = self.map.at(place, closeness)
+        return self.space.tf_of(blend.code), blend.samples
+
+    def remember_place(self, tf: OpacityTF, place: tuple[float, float]) -> None:
+        """Say where a TF was found, for as long as it is the present one."""
+        self._known = tf, place
 
     def compute_map(self) -> None:
         """Compute the final places of the map, unless they are known."""
         from model.latent.embedding import EmbeddingProcess
 
-        if self.map is None or self.map.is_final or self._embedding is not None:
+        if self.map is None or self.space is None or self._embedding is not None:
+            return
+        if self.map.is_final:
             return
         process = EmbeddingProcess(self.map.codes)
         self._embedding = process
@@ -204,6 +227,7 @@ class LatentSession(QObject):
         self.space, self.map = opened
         self.overview = None
         self._latent.start_map()
+        self._known = None
         self.mapOpened.emit()
         self.mapChanged.emit(self.map)
         self._place_present()
@@ -218,6 +242,7 @@ class LatentSession(QObject):
         self.progressed.emit(1.0)
         if places is not None:
             self.map = self.map.moved(places)
+            self._known = None
             self._latent.start_map(self._place_of)
             self.mapChanged.emit(self.map)
             self._place_present()
@@ -241,7 +266,10 @@ class LatentSession(QObject):
         tf = self._state.transfer_function.opacity
         code = self.space.code_of(tf)
         self.present_code = code
-        self.place = self.map.place(code)
+        known = self._known
+        found = known is not None and known[0] == tf
+        self.place = known[1] if known is not None and found else self.map.place(code)
+        self.is_exact = found
         wanted = tf.sample(self.space.frame.window)
         missed = self.space.codec.decode(code[None])[0] - wanted
         self.place_error = float(np.sqrt(np.square(missed).mean()))
@@ -256,7 +284,7 @@ class LatentSession(QObject):
         if self.map is None or self.space is None or self._volume is None:
             return
         view = self._state.view
-        if not self._latent.choices.shown or view == self.overview_view and self.overview:
+        if not self._latent.choices.shown or (view == self.overview_view and self.overview):
             return
         self._looking.ask(partial(_overview, self._volume, view, self.space, self.map))
 

@@ -88,6 +88,8 @@ class LatentState(QObject):
         self.brush: Brush = FIRST_BRUSH
         self.dragging = False
         self.hover: Place | None = None
+        self.hover_sample: int | None = None
+        self.closeness = 1.0
         self.lasso: tuple[Place, ...] | None = None
         self.places: tuple[NamedPlace, ...] = ()
         self.trail: tuple[Place, ...] = ()
@@ -118,10 +120,22 @@ class LatentState(QObject):
         self.move_brush(brush)
         self.finish_brush()
 
-    def set_hover(self, place: Place | None) -> None:
-        """Set the place under the mouse; None when it leaves the map."""
-        if place != self.hover:
-            self.hover = place
+    def set_hover(
+        self, place: Place | None, sample: int | None = None, closeness: float = 1.0
+    ) -> None:
+        """Set the place under the mouse.
+
+        Parameters
+        ----------
+        place : tuple of float, or None
+            None when the mouse leaves the map.
+        sample : int, optional
+            The sample whose thumbnail is there; nothing is interpolated then.
+        closeness : float
+            How many times closer one looks than at the whole map.
+        """
+        if (place, sample, closeness) != (self.hover, self.hover_sample, self.closeness):
+            self.hover, self.hover_sample, self.closeness = place, sample, closeness
             self.hoverChanged.emit(place)
 
     def set_lasso(self, corners: tuple[Place, ...] | None) -> None:

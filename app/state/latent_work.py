@@ -1,4 +1,4 @@
-"""All that works for the latent browser: the space with its map, pictures, search, errors and path."""
+"""The workings of the latent browser: space and map, pictures, search, errors and path."""
 
 from __future__ import annotations
 

@@ -275,9 +275,9 @@ class Workspace(QObject):
                 self._start_analyst()
             self._dispatcher.send()
         self.modelChanged.emit()
-        size = None if scene is None else scene.image_size
-        self.sensitivity.set_learned(size)
-        self.latent.set_model(None if scene is None else self._model, size)
+        learned_size = None if scene is None else scene.image_size
+        self.sensitivity.set_learned(learned_size)
+        self.latent.set_model(None if scene is None else self._model, learned_size)
 
     def _offer_light(self) -> None:
         """Make the light movable if the model was trained with a movable light."""

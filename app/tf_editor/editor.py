@@ -92,9 +92,9 @@ class TransferFunctionEditor(QFrame):
         self._row.addLayout(plots, 1)
         self._row.addWidget(self.numbers)
 
-    def add_to_header(self, widget: QWidget, stretch: int = 1) -> None:
-        """Add controls beside the title, which take this share of the free width."""
-        self._header.addWidget(widget, stretch)
+    def add_to_header(self, widget: QWidget) -> None:
+        """Add controls beside the title."""
+        self._header.addWidget(widget, 1)
 
     def add_beside(self, widget: QWidget) -> None:
         """Add a panel between the plots and the numbers."""

@@ -118,7 +118,9 @@ class MainWindow(QMainWindow):
         self._show_browser(self.latent_state.choices)
         self.state.viewChanged.connect(self._show_view)
         self.workspace.modelChanged.connect(
-            lambda: self.browser.bar.set_model(self.workspace.latent.pictures.learned_size is not None)
+            lambda: self.browser.bar.set_model(
+                self.workspace.latent.pictures.learned_size is not None
+            )
         )
         self.workspace.volumeOpened.connect(self._show_volume)
         # Errors of an earlier file no longer apply.
@@ -186,7 +188,7 @@ class MainWindow(QMainWindow):
         self.browse.setText("Browse TFs")
         self.browse.setCheckable(True)
         self.browse.setToolTip("Show a map of the TFs, with a picture of each (Ctrl+B)")
-        self.editor.add_to_header(self.browse, stretch=0)
+        self.menuBar().setCornerWidget(self.browse)
         splitter = QSplitter(Qt.Orientation.Vertical)
         splitter.setHandleWidth(12)
         splitter.setChildrenCollapsible(False)

@@ -102,14 +102,21 @@ def cell_means(codes: Codes, places: Places, brush: Brush) -> Cells:
     )
 
 
-def blended_code(codes: Codes, places: Places, place: tuple[float, float]) -> Blend:
+def blended_code(codes: Codes, places: Places, place: tuple[float, float], radius: float) -> Blend:
     """Interpolate codes at a place by Shepard's weights over the samples of a disc around it.
 
     The weights are exp(-d^2 / h^2) with h a third of the disc's radius, as a softmax, which
     does not underflow. Without samples in the disc the nearest one's code is returned.
+
+    Parameters
+    ----------
+    codes : ndarray of float32, shape (n, d)
+    places : ndarray of float32, shape (n, 2)
+    place : tuple of float
+    radius : float
+        The paper's is :func:`disc_radius`.
     """
     squares = np.square(places.astype(np.float64) - place).sum(axis=1)
-    radius = disc_radius(places)
     inside = np.flatnonzero(squares <= radius**2)
     if not len(inside):
         return Blend(codes[squares.argmin()], 0)

@@ -51,9 +51,16 @@ class LatentMap:
         """Average the samples of a rectangle in 4 x 4 cells."""
         return cell_means(self.codes, self.places, brush)
 
-    def at(self, place: tuple[float, float]) -> Blend:
-        """Interpolate the code of a place."""
-        return blended_code(self.codes, self.places, place)
+    def at(self, place: tuple[float, float], closeness: float = 1.0) -> Blend:
+        """Interpolate the code of a place.
+
+        Parameters
+        ----------
+        place : tuple of float
+        closeness : float
+            How many times closer one looks than at the whole map: the disc is so much smaller.
+        """
+        return blended_code(self.codes, self.places, place, self.radius / max(closeness, 1.0))
 
     def nearest(self, code: NDArray[np.floating], count: int) -> NDArray[np.int64]:
         """Indices of the samples with the nearest codes, the nearest first.

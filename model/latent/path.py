@@ -37,6 +37,4 @@ def path_codes(codec: TFCodec, stations: NDArray[np.floating], frames: int) -> C
     # A leg on which nothing changes still takes its time.
     length = np.concatenate([[0.0], np.cumsum(steps + 1e-3 * max(steps.max(), 1e-6))])
     at = np.interp(np.linspace(0, length[-1], frames), length, fine)
-    return np.stack(
-        [np.interp(at, fine, column) for column in between.T], axis=1, dtype=np.float32
-    )
+    return np.stack([np.interp(at, fine, column) for column in between.T], axis=1, dtype=np.float32)

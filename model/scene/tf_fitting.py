@@ -5,20 +5,22 @@ Both have as many handles as a user can move; how far they are from the samples 
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
 from model.scene.random_tfs import MAX_MODES
 from model.scene.transfer_function import TF_SAMPLES, GaussianMode, OpacityTF
 
-CURVE_ERROR = 0.004
-"""Largest difference in opacity between samples and a curve of few points."""
+CURVE_ERROR = 0.03
+"""Largest difference between samples and a curve of few points, relative to the peak."""
 
 LEAST_AMPLITUDE = 0.004
 """Opacity below which no mode is fitted: one step of an 8-bit image."""
 
 
-def fitted_curve(opacity: OpacityTF, largest_error: float = CURVE_ERROR) -> OpacityTF:
+def fitted_curve(opacity: OpacityTF, relative_error: float = CURVE_ERROR) -> OpacityTF:
     """Return a free curve of few points through the samples of one with many.
 
     Points are added where the curve is farthest from the samples (Ramer, Douglas, Peucker, with
@@ -27,18 +29,19 @@ def fitted_curve(opacity: OpacityTF, largest_error: float = CURVE_ERROR) -> Opac
     Parameters
     ----------
     opacity : OpacityTF
-    largest_error : float
-        Largest difference at any of the points.
+    relative_error : float
+        Largest difference at any of the points, as a fraction of the highest.
     """
     if len(opacity.points) < 3:
         return opacity
     values, heights = np.array(opacity.points).T
+    largest_error = relative_error * float(heights.max())
     kept = {0, len(values) - 1}
     # A jump, two points at one value, stays a jump.
     jumps = np.flatnonzero(np.diff(values) == 0)
     kept.update(jumps.tolist(), (jumps + 1).tolist())
     ends = sorted(kept)
-    open_parts = [*zip(ends[:-1], ends[1:], strict=True)]
+    open_parts = [*pairwise(ends)]
     while open_parts:
         first, last = open_parts.pop()
         if last - first < 2:
@@ -123,6 +126,8 @@ def _guess(missing: NDArray[np.float64]) -> NDArray[np.float64]:
     peak = int(missing.argmax())
     low = missing < missing[peak] / 2
     left = peak - next((i for i in range(1, peak + 1) if low[peak - i]), peak)
-    right = peak + next((i for i in range(1, TF_SAMPLES - peak) if low[peak + i]), TF_SAMPLES - peak)
+    right = peak + next(
+        (i for i in range(1, TF_SAMPLES - peak) if low[peak + i]), TF_SAMPLES - peak
+    )
     width = max((right - left) / (2 * np.sqrt(np.log(2))), 1.5)
     return np.array([[(left + right) / 2, width, missing[peak]]])

@@ -21,9 +21,11 @@ from app.engines.messages import (
     ValueSensitivityRequest,
     VisibilityRequest,
 )
-from model.errors import NotOfferedError, VolumeError
+from model.errors import LatentError, NotOfferedError, VolumeError
+from model.latent.latent_space import LatentSpace
 from model.scene.inputs import SceneInputs
 from model.scene.scene import Scene
+from model.scene.transfer_function import Range
 from model.scene.view import View
 from model.scene.volume import Volume
 

@@ -45,9 +45,7 @@ def write_movie(
     partial = path.with_name(f".{path.stem}.partial{path.suffix}")
     try:
         if path.suffix.lower() == ".mp4":
-            iio.imwrite(
-                partial, frames, fps=frames_per_second, plugin="FFMPEG", macro_block_size=2
-            )
+            iio.imwrite(partial, frames, fps=frames_per_second, plugin="FFMPEG", macro_block_size=2)
         else:
             iio.imwrite(partial, frames, duration=1000 / frames_per_second, loop=0)
         partial.replace(path)
@@ -57,9 +55,7 @@ def write_movie(
     return path
 
 
-def movie_frame(
-    image: NDArray[np.float32], tf: OpacityTF, colors: ColorTF
-) -> NDArray[np.uint8]:
+def movie_frame(image: NDArray[np.float32], tf: OpacityTF, colors: ColorTF) -> NDArray[np.uint8]:
     """Image (S, S, 4) on black, with a plot of its TF below: uint8 (H, S, 3), H and S even."""
     size = image.shape[1] // 2 * 2
     height = max(int(STRIP_SHARE * size) // 2 * 2, 8)
