@@ -191,6 +191,40 @@ def training(
 
 
 @bench.command()
+def latent(
+    volume: Annotated[
+        list[Path] | None,
+        typer.Option("--volume", help="Volume file; may be repeated. (default: the shipped ones)"),
+    ] = None,
+    size: Annotated[
+        int, typer.Option("--size", min=16, max=1024, help="Pixels of the ray caster's pictures.")
+    ] = 128,
+    view: options.ViewText = "30,20,0,1",
+    tsne: Annotated[
+        bool, typer.Option("--map", help="Also time the map's computation: a minute.")
+    ] = False,
+    seed: options.Seed = 0,
+    json: options.JsonFile = None,
+) -> None:
+    """The latent browser: grid, hovering, map and search, in images."""
+    from app.cli.bench_latent import bench_latent
+
+    bench_latent(volume, size, view, tsne, seed, json)
+
+
+@bench.command()
+def codecs(
+    steps: Annotated[int, typer.Option("--steps", min=1, help="To train each codec for.")] = 3000,
+    seed: options.Seed = 0,
+    json: options.JsonFile = None,
+) -> None:
+    """Codecs for browsing, of several kinds and lengths: true, smooth, well spread."""
+    from app.cli.bench_codecs import bench_codecs
+
+    bench_codecs(steps, seed, json)
+
+
+@bench.command()
 def codec(
     model: Annotated[
         Path | None,

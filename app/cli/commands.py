@@ -13,6 +13,7 @@ import typer
 
 from app.cli import options
 from app.cli.bench_commands import bench
+from app.cli.latent_commands import codec, latent
 from model.errors import TfscopeError
 from model.volume_files.source import VolumeSource
 
@@ -23,6 +24,8 @@ application = typer.Typer(
 )
 
 application.add_typer(bench, name="bench")
+application.command()(latent)
+application.command()(codec)
 
 
 @application.callback(invoke_without_command=True)

@@ -119,6 +119,14 @@ class TFFamilyOption(StrEnum):
     DRAWN = "drawn"
 
 
+class CodecKindOption(StrEnum):
+    """Kinds of codecs, see :class:`model.training.codec_training.CodecDesign`."""
+
+    PLAIN = "plain"
+    CONTRACTIVE = "contractive"
+    VARIATIONAL = "variational"
+
+
 VolumeFile = Annotated[
     Path | None,
     typer.Option("--volume", help="Volume file or DICOM folder. (default: the shipped jet)"),

@@ -147,6 +147,7 @@ class LatentBrowser(QWidget):
     def _connect(self) -> None:
         work, latent, bar = self._work, self._latent, self.bar
         session, pictures = work.session, work.pictures
+        session.mapClosed.connect(lambda: self.map.show_message(OPENING))
         session.mapOpened.connect(self._map_opened)
         session.mapChanged.connect(lambda _map: self._show_map())
         session.progressed.connect(self._show_progress)
@@ -155,7 +156,7 @@ class LatentBrowser(QWidget):
         session.problem.connect(self._session_problem)
         work.errors.changed.connect(self._color)
         latent.choicesChanged.connect(lambda _choices: self._color())
-        latent.lassoChanged.connect(lambda _lasso: self._color())
+        session.filterChanged.connect(self._color)
         latent.hoverChanged.connect(lambda _place: self._tell())
         pictures.gridDrawn.connect(self._show_grid)
         pictures.hoverDrawn.connect(self._show_hover)
@@ -346,8 +347,9 @@ class LatentBrowser(QWidget):
         if frame is None:
             self.preview.show_tf(None)
             self.preview.show_picture(None)
-            self._latent.set_hover(None)
+            self.map.mark_path(None)
             return
+        self.map.mark_path(frame.place)
         self.preview.show_tf(frame.tf)
         self.preview.show_picture(frame.image, f"Path: {frame.number + 1} of {frame.count}")
         self._tell(f"Path: picture {frame.number + 1} of {frame.count}")
@@ -454,9 +456,11 @@ class LatentBrowser(QWidget):
         if session.is_embedding or self._work.search.is_running or self._work.path.is_running:
             return
         samples = session.map.samples
+        count = f"{len(samples.codes):,}"
+        if session.wanted is not None and not session.wanted.all():
+            count = f"{session.wanted.sum():,} of {count}"
         facts = [
-            f"{len(samples.codes):,} TFs, {samples.effective_dimension:.1f} of "
-            f"{samples.codes.shape[1]} dimensions"
+            f"{count} TFs, {samples.effective_dimension:.1f} of {samples.codes.shape[1]} dimensions"
         ]
         if not session.map.is_final:
             facts.append("principal components only")

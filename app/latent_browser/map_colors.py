@@ -9,7 +9,7 @@ import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
 
-from app.state.latent_state import LatentState, Place
+from app.state.latent_state import LatentState
 from model.scene.transfer_function import Range
 
 if TYPE_CHECKING:
@@ -89,11 +89,7 @@ def shades_of(
     if overview is not None and choices.coloring in ("value", "opacity", "error"):
         shown &= overview.shows_something
     colors[~shown] = NOTHING
-    wanted = np.ones(count, dtype=bool)
-    if choices.band is not None and overview is not None:
-        wanted &= overview.shows(choices.band, scalar_range)
-    if latent.lasso is not None:
-        wanted &= inside_polygon(map_.places, latent.lasso)
+    wanted = np.ones(count, dtype=bool) if session.wanted is None else session.wanted
     colors[~wanted] = HIDDEN
     order = np.lexsort((np.arange(count), 2 * wanted + shown))
     legend = Legend(title, number.format(low), number.format(high))
@@ -123,17 +119,6 @@ def mode_counts(tfs: NDArray[np.float32]) -> NDArray[np.int64]:
         highest = np.where(rises, column, highest)
         rising = (rising & ~falls) | rises
     return counts
-
-
-def inside_polygon(places: NDArray[np.floating], corners: tuple[Place, ...]) -> NDArray[np.bool_]:
-    """Whether places (n, 2) lie inside a polygon."""
-    x, y = places[:, 0], places[:, 1]
-    inside = np.zeros(len(places), dtype=bool)
-    for (ax, ay), (bx, by) in zip(corners, corners[1:] + corners[:1], strict=True):
-        if ay != by:
-            crosses = (ay > y) != (by > y)
-            inside ^= crosses & (x < (bx - ax) * (y - ay) / (by - ay) + ax)
-    return inside
 
 
 def _quantity(

@@ -78,9 +78,10 @@ class MapView(QWidget):
         self._points: QImage | None = None
         self._contours: list[NDArray[np.float64]] = []
         self._thumbnails: dict[int, QImage] = {}
-        self._chosen_ones: tuple[float, NDArray[np.int64]] | None = None
+        self._chosen_ones: tuple[float, NDArray[np.bool_] | None, NDArray[np.int64]] | None = None
         self._message = ""
         self._active_cell: int | None = None
+        self._path_place: Place | None = None
         self._grips: tuple[Grip, ...] = ()
         self._pressed: QPointF | None = None
         self._last = QPointF()
@@ -95,6 +96,7 @@ class MapView(QWidget):
         ):  # fmt: skip
             signal.connect(lambda _value: self.update())
         latent.placesChanged.connect(self.update)
+        session.filterChanged.connect(self._take_thumbnails)
         latent.trailChanged.connect(self.update)
         pictures.thumbnailsDrawn.connect(self._take_thumbnails)
 
@@ -140,6 +142,11 @@ class MapView(QWidget):
         if cell != self._active_cell:
             self._active_cell = cell
             self.update()
+
+    def mark_path(self, place: Place | None) -> None:
+        """Mark where a path has got to."""
+        self._path_place = place
+        self.update()
 
     def reset(self) -> None:
         """Show the whole map."""
@@ -189,6 +196,8 @@ class MapView(QWidget):
                 nearest = map_.nearest(code, NEIGHBOURS)
                 marks.paint_neighbours(painter, frame, map_.places[nearest])
             marks.paint_present(painter, frame, self._session.place)
+        if self._path_place is not None:
+            marks.paint_disc(painter, frame, self._path_place, map_.radius / 4)
         if latent.hover is not None and self._pressed is None:
             self._paint_hover(painter, latent.hover, map_.radius)
         marks.paint_legend(painter, frame, self._shades.legend)
@@ -314,13 +323,16 @@ class MapView(QWidget):
 
     def _far_apart(self) -> NDArray[np.int64]:
         """Samples whose thumbnails do not overlap at this zoom, in steps of the wheel."""
-        map_ = self._session.map
+        map_, wanted = self._session.map, self._session.wanted
         assert map_ is not None
         level = float(np.floor(np.log(self._frame.zoom) / np.log(WHEEL_FACTOR)))
-        if self._chosen_ones is None or self._chosen_ones[0] != level:
-            lowest = replace(self._frame, zoom=WHEEL_FACTOR**level).scale
-            self._chosen_ones = level, apart(map_.places, (THUMBNAIL + 3) / lowest)
-        return self._chosen_ones[1]
+        known = self._chosen_ones
+        if known is None or known[0] != level or known[1] is not wanted:
+            scale = replace(self._frame, zoom=WHEEL_FACTOR**level).scale
+            some = np.arange(len(map_.codes)) if wanted is None else np.flatnonzero(wanted)
+            ones = some[apart(map_.places[some], (THUMBNAIL + 3) / scale)]
+            known = self._chosen_ones = level, wanted, ones
+        return known[2]
 
     def _paint_thumbnails(self, painter: QPainter) -> None:
         map_, shades = self._session.map, self._shades

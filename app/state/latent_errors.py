@@ -65,6 +65,7 @@ class LatentErrors(QObject):
         self._images: dict[EngineName, Images] = {}
         self._sequence = 0
         latent.choicesChanged.connect(lambda _choices: self._start_if_needed())
+        session.mapClosed.connect(self.restart)
         session.mapOpened.connect(self.restart)
         for finished in (
             state.viewChangeFinished,

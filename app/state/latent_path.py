@@ -96,7 +96,7 @@ class LatentPath(QObject):
         self._writing.failed.connect(self.ended)
         for client in clients.values():
             client.resultReady.connect(self._take)
-        session.mapOpened.connect(self.cancel)
+        session.mapClosed.connect(self.cancel)
 
     @property
     def is_running(self) -> bool:

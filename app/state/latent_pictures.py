@@ -34,6 +34,7 @@ from model.scene.transfer_function import OpacityTF
 
 if TYPE_CHECKING:
     from model.latent.interpolation import Cells
+    from model.latent.latent_map import LatentMap
 
 EngineName = Literal["exact", "learned"]
 
@@ -83,6 +84,8 @@ class GridPicture:
 
     Attributes
     ----------
+    map : LatentMap
+        The samples that were averaged.
     cells : Cells
     tfs : tuple of 16 (OpacityTF or None), row by row
         None for cells that show nothing.
@@ -94,6 +97,7 @@ class GridPicture:
     source : {"exact", "learned"}
     """
 
+    map: LatentMap
     cells: Cells
     tfs: tuple[OpacityTF | None, ...]
     images: dict[int, Images]
@@ -110,6 +114,7 @@ class _AskedHover:
 
 @dataclass(frozen=True, eq=False)
 class _AskedGrid:
+    map: LatentMap
     cells: Cells
     tfs: tuple[OpacityTF | None, ...]
     drawn: tuple[int, ...]
@@ -193,8 +198,9 @@ class LatentPictures(QObject):
         latent.brushChangeFinished.connect(self._ask_grid)
         latent.hoverChanged.connect(self._hover_changed)
         latent.choicesChanged.connect(lambda _choices: self.ask())
-        session.mapOpened.connect(self.forget)
+        session.mapClosed.connect(self.forget)
         session.mapChanged.connect(lambda _map: self.ask())
+        session.filterChanged.connect(self._ask_grid)
         exact.resultReady.connect(partial(self._take, "exact"))
         learned.resultReady.connect(partial(self._take, "learned"))
 
@@ -223,6 +229,10 @@ class LatentPictures(QObject):
         """Forget all pictures and how long they took."""
         self._pace = Pace()
         self.forget()
+
+    def stop(self) -> None:
+        """Ask nothing any more."""
+        self._hover_rest.stop()
 
     def forget(self) -> None:
         """Forget all pictures."""
@@ -253,12 +263,12 @@ class LatentPictures(QObject):
 
     def cell_place(self, index: int) -> Place | None:
         """Mean place of a cell's samples, row by row; that of the nearest for an empty cell."""
-        if self.grid is None or self._session.map is None:
+        if self.grid is None:
             return None
-        cells = self.grid.cells
+        cells, map_ = self.grid.cells, self.grid.map
         place = cells.places.reshape(-1, 2)[index]
         if not cells.count.flat[index]:
-            place = self._session.map.places[cells.nearest.flat[index]]
+            place = map_.places[cells.nearest.flat[index]]
         return float(place[0]), float(place[1])
 
     def _ask_live(self) -> None:
@@ -267,7 +277,7 @@ class LatentPictures(QObject):
             self._check_thumbnails()
 
     def _ask_grid(self, live: bool = False) -> None:
-        space, map_ = self._session.space, self._session.map
+        space, map_ = self._session.space, self._session.chosen
         if map_ is None or space is None or not self._latent.choices.shown:
             return
         key = (
@@ -290,7 +300,7 @@ class LatentPictures(QObject):
             tfs[index] = space.tf_of(codes[index])
         inputs = [self._with(tf) for tf in tfs if tf is not None]
         self._sequence += 1
-        asked = _AskedGrid(cells, tuple(tfs), tuple(int(index) for index in drawn))
+        asked = _AskedGrid(map_, cells, tuple(tfs), tuple(int(index) for index in drawn))
         if not inputs:
             self._asked_grids.clear()
             none = np.empty((0, 1, 1, 4), np.float32)
@@ -407,7 +417,7 @@ class LatentPictures(QObject):
         inputs: SceneInputs,
     ) -> None:
         drawn = dict(zip(asked.drawn, images, strict=True))
-        self.grid = GridPicture(asked.cells, asked.tfs, drawn, inputs, seconds, source)
+        self.grid = GridPicture(asked.map, asked.cells, asked.tfs, drawn, inputs, seconds, source)
         self.gridDrawn.emit(self.grid)
 
     def _take_thumbnails(self, request: ThumbnailRequest, images: Images) -> None:

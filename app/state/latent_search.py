@@ -105,7 +105,7 @@ class LatentSearch(QObject):
             client.resultReady.connect(partial(self._take, name))
         state.viewChanged.connect(lambda _view: self.cancel())
         state.lightChanged.connect(lambda _light: self.cancel())
-        session.mapOpened.connect(self.cancel)
+        session.mapClosed.connect(self.cancel)
 
     @property
     def is_running(self) -> bool:

@@ -16,6 +16,7 @@ from app.state.latent_state import LatentState
 from app.state.latest_call import LatestCall
 from app.state.viewer_state import ViewerState
 from model.errors import LatentError
+from model.latent.interpolation import inside_polygon
 from model.scene.transfer_function import OpacityTF, Range
 from model.scene.view import View
 from model.scene.volume import Volume
@@ -46,6 +47,10 @@ class LatentSession(QObject):
     ----------
     space : LatentSpace or None
     map : LatentMap or None
+    wanted : ndarray of bool, shape (n,), or None
+        Samples that pass the filters; None without a map.
+    chosen : LatentMap or None
+        The map with these samples only.
     overview : Overview or None
         Of the map's TFs, in the view of `overview_view`.
     place : tuple of float, or None
@@ -60,11 +65,15 @@ class LatentSession(QObject):
 
     mapChanged = Signal(object)
     """Emitted with the map: another codec's or volume's, or the same at its final places."""
+    mapClosed = Signal()
+    """Emitted when there is no map any more, until the next one is opened."""
     mapOpened = Signal()
     """Emitted before `mapChanged` for another codec's or volume's map."""
     progressed = Signal(float)
     """Emitted with the fraction of t-SNE that is done; 1 at its end, however it ended."""
     overviewChanged = Signal(object)
+    filterChanged = Signal()
+    """Emitted when other samples pass the filters, or their pictures were looked at anew."""
     placeChanged = Signal(object)
     problem = Signal(str)
     """Emitted with a sentence for the user; empty when it no longer holds."""
@@ -77,6 +86,8 @@ class LatentSession(QObject):
         super().__init__(parent)
         self.space: LatentSpace | None = None
         self.map: LatentMap | None = None
+        self.wanted: NDArray[np.bool_] | None = None
+        self.chosen: LatentMap | None = None
         self.overview: Overview | None = None
         self.overview_view: View | None = None
         self.place: tuple[float, float] | None = None
@@ -101,6 +112,7 @@ class LatentSession(QObject):
         self._calls: list[BackgroundCall] = []
         self._advanced.connect(self.progressed, Qt.ConnectionType.QueuedConnection)
         latent.choicesChanged.connect(self._choices_changed)
+        latent.lassoChanged.connect(lambda _lasso: self._filter())
         state.viewChanged.connect(lambda _view: self._look())
         state.transferFunctionChanged.connect(lambda _tf: self._place_present())
         state.transferFunctionChangeFinished.connect(lambda _tf: self._remember())
@@ -134,7 +146,9 @@ class LatentSession(QObject):
         self._opening.forget()
         self._looking.forget()
         self.space = self.map = self.overview = self.place = self.present_code = None
+        self.wanted = self.chosen = None
         self._is_open = False
+        self.mapClosed.emit()
         self._ensure_open()
 
     def cancel(self) -> None:
@@ -175,7 +189,7 @@ class LatentSession(QObject):
         assert self.map is not None and self.space is not None
         if sample is not None:
             return self.space.tf_of(self.map.codes[sample]), 1
-        blend = self.map.at(place, closeness)
+        blend = (self.chosen or self.map).at(place, closeness)
         return self.space.tf_of(blend.code), blend.samples
 
     def remember_place(self, tf: OpacityTF, place: tuple[float, float]) -> None:
@@ -210,6 +224,21 @@ class LatentSession(QObject):
         else:
             self._ensure_open()
             self._look()
+            self._filter()
+
+    def _filter(self) -> None:
+        """Find the samples that pass the filters."""
+        map_, latent = self.map, self._latent
+        if map_ is None:
+            return
+        wanted = np.ones(len(map_.codes), dtype=bool)
+        if latent.choices.band is not None and self.overview is not None:
+            wanted &= self.overview.shows(latent.choices.band, self._state.scalar_range)
+        if latent.lasso is not None:
+            wanted &= inside_polygon(map_.places, latent.lasso)
+        if self.wanted is None or self.chosen is None or not np.array_equal(wanted, self.wanted):
+            self.wanted, self.chosen = wanted, map_.only(wanted)
+            self.filterChanged.emit()
 
     def _ensure_open(self) -> None:
         if not self._latent.choices.shown or self._volume is None or self._is_open:
@@ -225,8 +254,9 @@ class LatentSession(QObject):
         if not self._is_open:
             return
         self.space, self.map = opened
-        self.overview = None
+        self.overview = self.wanted = self.chosen = None
         self._latent.start_map()
+        self._filter()
         self._known = None
         self.mapOpened.emit()
         self.mapChanged.emit(self.map)
@@ -242,6 +272,8 @@ class LatentSession(QObject):
         self.progressed.emit(1.0)
         if places is not None:
             self.map = self.map.moved(places)
+            self.wanted = self.chosen = None
+            self._filter()
             self._known = None
             self._latent.start_map(self._place_of)
             self.mapChanged.emit(self.map)
@@ -292,6 +324,7 @@ class LatentSession(QObject):
         map_, view, overview = answer
         if self.map is not None and map_.samples is self.map.samples:
             self.overview, self.overview_view = overview, view
+            self._filter()
             self.overviewChanged.emit(overview)
 
     def _forget_call(self, call: BackgroundCall) -> None:

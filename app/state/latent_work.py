@@ -72,6 +72,7 @@ class LatentWork(QObject):
         """Ask all threads and processes to end; returns at once."""
         self.path.stop()
         self.search.stop()
+        self.pictures.stop()
         self.session.stop()
 
     def join(self) -> None:

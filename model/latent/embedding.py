@@ -20,7 +20,7 @@ from model.latent.codes import Codes, checked_codes
 PERPLEXITY = 30
 """Effective number of neighbours of t-SNE, as in the paper (section 4.4)."""
 
-ITERATIONS = 1000
+ITERATIONS = 750
 REPORTED_EVERY = 50
 """t-SNE reports its progress after as many iterations."""
 
@@ -78,14 +78,15 @@ class EmbeddingProcess:
             self._process = subprocess.Popen(
                 command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=root
             )
-            if self._cancelled:
-                self._process.kill()
-            assert self._process.stdout is not None and self._process.stderr is not None
-            for line in self._process.stdout:
-                if line.startswith("[t-SNE] Iteration "):
-                    progress(int(line.split()[2].rstrip(":")) / ITERATIONS)
-            problem = self._process.stderr.read().strip().splitlines()
-            code = self._process.wait()
+            with self._process as process:
+                if self._cancelled:
+                    process.kill()
+                assert process.stdout is not None and process.stderr is not None
+                for line in process.stdout:
+                    if line.startswith("[t-SNE] Iteration "):
+                        progress(int(line.split()[2].rstrip(":")) / ITERATIONS)
+                problem = process.stderr.read().strip().splitlines()
+                code = process.wait()
             if self._cancelled:
                 return None
             if code or not target.is_file():

@@ -6,6 +6,7 @@ average; what is there instead is said.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -124,6 +125,19 @@ def blended_code(codes: Codes, places: Places, place: tuple[float, float], radiu
     weights = np.exp(exponents - exponents.max())
     code = weights @ codes[inside].astype(np.float64) / weights.sum()
     return Blend(code.astype(np.float32), len(inside))
+
+
+def inside_polygon(
+    places: NDArray[np.floating], corners: Sequence[tuple[float, float]]
+) -> NDArray[np.bool_]:
+    """Whether places (n, 2) lie inside a polygon."""
+    x, y = places[:, 0], places[:, 1]
+    inside = np.zeros(len(places), dtype=bool)
+    for (ax, ay), (bx, by) in zip(corners, [*corners[1:], corners[0]], strict=True):
+        if ay != by:
+            crosses = (ay > y) != (by > y)
+            inside ^= crosses & (x < (bx - ax) * (y - ay) / (by - ay) + ax)
+    return inside
 
 
 def disc_radius(places: Places) -> float:

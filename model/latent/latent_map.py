@@ -32,11 +32,14 @@ class LatentMap:
     places : ndarray of float32, shape (n, 2)
     is_final : bool
         False while principal components stand for the t-SNE map.
+    whole : float, optional
+        Radius of the disc on the map that these samples are a part of.
     """
 
     samples: CodeSamples
     places: Places
     is_final: bool
+    whole: float | None = None
 
     @property
     def codes(self) -> Codes:
@@ -46,6 +49,13 @@ class LatentMap:
     def moved(self, places: Places) -> LatentMap:
         """Return the same samples at their final places."""
         return replace(self, places=places, is_final=True)
+
+    def only(self, wanted: NDArray[np.bool_]) -> LatentMap:
+        """Return some of the samples where they are; all if there is none among them."""
+        if wanted.all() or not wanted.any():
+            return self
+        samples = replace(self.samples, codes=self.codes[wanted], tfs=self.samples.tfs[wanted])
+        return replace(self, samples=samples, places=self.places[wanted], whole=self.radius)
 
     def cells(self, brush: Brush) -> Cells:
         """Average the samples of a rectangle in 4 x 4 cells."""
@@ -92,7 +102,7 @@ class LatentMap:
     @cached_property
     def radius(self) -> float:
         """Radius of the disc that is interpolated over."""
-        return disc_radius(self.places)
+        return disc_radius(self.places) if self.whole is None else self.whole
 
     @cached_property
     def _deviations(self) -> NDArray[np.float32]:

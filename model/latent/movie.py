@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from model.errors import RenderError
 from model.scene.transfer_function import ColorTF, OpacityTF
 
-SUFFIXES = (".mp4", ".gif", ".webp")
+SUFFIXES = (".mp4", ".gif")
 
 STRIP_SHARE = 0.18
 """Height of the TF's plot, as a fraction of the image's."""

@@ -93,18 +93,20 @@ class RayLengths:
     hits: NDArray[np.bool_]
 
     @classmethod
-    def of(cls, volume: Volume, view: View, size: int = OVERVIEW_SIZE) -> RayLengths:
-        """Follow the rays of an image of this size in steps of about a voxel."""
+    def of(
+        cls, volume: Volume, view: View, size: int = OVERVIEW_SIZE, distance: float = 0.5
+    ) -> RayLengths:
+        """Follow the rays of an image of this size, with about this distance between samples."""
         from scipy.ndimage import map_coordinates
 
         eye, directions, near, far = _rays(volume, view, size)
-        step = volume.voxel_size
+        step = distance * volume.voxel_size
         count = np.ceil(np.maximum(far - near, 0) / step).astype(np.int64)
         ray = np.repeat(np.arange(len(count)), count)
         first = np.repeat(np.cumsum(count) - count, count)
         length = np.divide(far - near, count, out=np.zeros(len(count)), where=count > 0)
-        distance = near[ray] + (np.arange(len(ray)) - first + 0.5) * length[ray]
-        places = eye + distance[:, None] * directions[ray]
+        along = near[ray] + (np.arange(len(ray)) - first + 0.5) * length[ray]
+        places = eye + along[:, None] * directions[ray]
         voxels = map_coordinates(
             volume.scalars, places.T[::-1], np.float32, order=1, mode="nearest", prefilter=False
         )
@@ -112,7 +114,7 @@ class RayLengths:
         bins = np.clip((voxels - lo) / (hi - lo), 0, 1) * (TF_SAMPLES - 1)
         below = np.minimum(bins.astype(np.int64), TF_SAMPLES - 2)
         share = bins - below
-        weights = length[ray] / step
+        weights = length[ray] / volume.voxel_size
         shape = (len(count), TF_SAMPLES)
         flat = ray * TF_SAMPLES + below
         lengths = np.bincount(flat, weights * (1 - share), np.prod(shape))

@@ -24,7 +24,7 @@ def read_picture(path: Path) -> NDArray[np.float32]:
     import imageio.v3 as iio
 
     try:
-        values = np.asarray(iio.imread(path))
+        values = np.asarray(iio.imread(path, plugin="pillow"))
     except (OSError, ValueError, SyntaxError) as error:
         raise LatentError(f"{path}: the picture cannot be read ({error}).") from error
     if values.dtype.kind not in "u" or values.ndim not in (2, 3):

@@ -71,7 +71,7 @@ def load_map(path: Path, key: str) -> tuple[Codes, Places]:
         When there is no map, or one that is damaged or of another codec.
     """
     try:
-        with np.load(path, allow_pickle=False) as stored:
+        with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as stored:
             found = str(stored["key"])
             codes = stored["codes"].astype(np.float32)
             places = stored["places"].astype(np.float32)

@@ -67,8 +67,8 @@ class CodecDesign:
     latent_dim: int = 8
     width: float = 1.0
     layer_weight: float = 0.3
-    slope_weight: float = 3.0
-    prior_weight: float = 1e-3
+    slope_weight: float = 10.0
+    prior_weight: float = 3e-3
     contraction_weight: float = 0.01
     batch_size: int = 128
     learning_rate: float = 1e-3

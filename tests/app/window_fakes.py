@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from ramp import make_tf, make_volume
+from toy_codec import toy_space
 
 from app.engines.engine import Engine
 from app.engines.engines import Builders, GeneratorSettings, ReferenceSettings
@@ -21,7 +22,7 @@ from app.engines.messages import (
     ValueSensitivityRequest,
     VisibilityRequest,
 )
-from model.errors import LatentError, NotOfferedError, VolumeError
+from model.errors import NotOfferedError, VolumeError
 from model.latent.latent_space import LatentSpace
 from model.scene.inputs import SceneInputs
 from model.scene.scene import Scene
@@ -126,6 +127,9 @@ class FakeBuilders:
     settings: list[ReferenceSettings] = field(default_factory=list)
     generator_error: Exception | None = None
     loading: threading.Event | None = None
+    map_folder: Path = Path("maps")
+    spaces: list[Path | None] = field(default_factory=list)
+    space_error: Exception | None = None
 
     def make(self) -> Builders:
         return Builders(
@@ -133,7 +137,10 @@ class FakeBuilders:
         )
 
     def latent_space(self, scalar_range: Range, window: Range, model: Path | None) -> LatentSpace:
-        raise LatentError("The fake has no latent space.")
+        self.spaces.append(model)
+        if self.space_error is not None:
+            raise self.space_error
+        return toy_space(self.map_folder, scalar_range, window)
 
     def read_volume(self, path: Path) -> Volume:
         if path.stem not in self.volumes:

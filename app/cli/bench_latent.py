@@ -1,0 +1,150 @@
+"""``bench latent``: speed of the latent browser's parts."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.table import Table
+
+from app.cli.console import console
+from app.cli.machine import print_machine
+from app.cli.outputs import check_outputs, write_json
+from model.benchmarks.latent import (
+    SEARCH_SIZE,
+    Draw,
+    LatentRow,
+    MapRow,
+    SearchRow,
+    time_engine,
+    time_map,
+    time_searches,
+)
+from model.generator.catalog import model_for
+from model.generator.generator import Generator
+from model.latent.latent_space import LatentSpace
+from model.rendering.raycast.renderer import RaycastRenderer
+from model.scene.default_tf import default_transfer_function
+from model.scene.inputs import SceneInputs
+from model.scene.scene import Scene, default_scalar_window
+from model.scene.view import View
+from model.scene.volume import Volume
+from model.volume_files import read_volume
+from model.volume_files.shipped import shipped_volumes
+
+
+def bench_latent(
+    volumes: list[Path] | None,
+    size: int,
+    view: str,
+    with_tsne: bool,
+    seed: int,
+    json_path: Path | None,
+) -> None:
+    """Time the browser's parts on volumes with the ray caster, and with their models."""
+    check_outputs(json_path)
+    machine = print_machine()
+    results = []
+    for path in volumes or shipped_volumes():
+        volume = read_volume(path)
+        console.print(f"\n[bold]{volume.name}[/bold] {volume.dimensions}")
+        with console.status("Drawing maps, grids and searches"):
+            found = _measure(volume, size, View.parse(view), with_tsne, seed)
+        _tell(*found)
+        rows, map_row, searches = found
+        results.append(
+            {
+                "volume": volume.name,
+                "engines": [asdict(row) for row in rows],
+                "map": asdict(map_row),
+                "searches": [asdict(row) for row in searches],
+            }
+        )
+    if json_path is not None:
+        write_json(json_path, {"machine": machine, "volumes": results})
+
+
+def _measure(
+    volume: Volume, size: int, view: View, with_tsne: bool, seed: int
+) -> tuple[list[LatentRow], MapRow, list[SearchRow]]:
+    space = LatentSpace.shipped(volume.scalar_range, default_scalar_window(volume))
+    map_ = space.open_map()
+    inputs = SceneInputs.of(view, default_transfer_function(volume))
+    scene = Scene.of(volume, size)
+    renderer = RaycastRenderer(volume)
+
+    def ray_caster(some: list[SceneInputs], pixels: int) -> Any:
+        return np.stack([renderer.render(one, pixels) for one in some])
+
+    engines: list[tuple[str, Draw, int]] = [("ray caster", ray_caster, size)]
+    folder = model_for(volume.fingerprint)
+    if folder is not None:
+        generator = Generator.load(folder)
+        size = generator.scene.image_size
+        engines.append(("model", lambda some, _size: generator.render_batch(some), size))
+    try:
+        rows = [
+            time_engine(name, draw, pixels, space, map_, inputs) for name, draw, pixels in engines
+        ]
+        searches = [
+            time_searches(
+                name,
+                draw,
+                SEARCH_SIZE if name == "ray caster" else pixels,
+                volume,
+                space,
+                map_,
+                scene,
+                seed,
+            )
+            for name, draw, pixels in engines
+        ]
+        return rows, time_map(volume, space, map_, inputs, with_tsne), searches
+    finally:
+        renderer.close()
+
+
+def _tell(rows: list[LatentRow], map_row: MapRow, searches: list[SearchRow]) -> None:
+    table = Table()
+    for heading in (
+        "engine", "pixels", "image", "16 in one batch", "in single images", "grids a second",
+        "hover", "in images", "hovers a second",
+    ):  # fmt: skip
+        table.add_column(heading, justify="right")
+    for row in rows:
+        table.add_row(
+            row.engine,
+            str(row.size),
+            f"{1000 * row.image:.1f} ms",
+            f"{1000 * row.grid:.0f} ms",
+            f"{row.grid / row.image:.1f}",
+            f"{1 / row.grid:.1f}",
+            f"{1000 * row.hover:.1f} ms",
+            f"{row.hover / row.image:.2f}",
+            f"{1 / row.hover:.0f}",
+        )
+    console.print(table)
+    image = rows[0].image
+    parts = {
+        "sampling": map_row.sampling,
+        "cells": map_row.cells,
+        "interpolation": map_row.blend,
+        "placement": map_row.placement,
+        "overview": map_row.overview,
+        "t-SNE": map_row.tsne,
+    }
+    told = (
+        f"{name} {1000 * seconds:.1f} ms ({seconds / image:.2g} images)"
+        for name, seconds in parts.items()
+        if seconds is not None
+    )
+    console.print(f"{map_row.samples:,} samples: {', '.join(told)}")
+    for search in searches:
+        seconds = float(np.median(search.seconds))
+        console.print(
+            f"Search, {search.engine}: RMSE median {np.median(search.errors):.4f}, "
+            f"quartile 3 {np.quantile(search.errors, 0.75):.4f}, largest "
+            f"{max(search.errors):.3f}; {np.median(search.images):.0f} pictures, {seconds:.1f} s"
+        )

@@ -1,0 +1,308 @@
+"""``latent`` and ``codec``: the map of opacity TFs, its pictures, and the codec behind it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.progress import Progress
+
+from app.cli.console import console
+from app.cli.outputs import check_outputs
+from app.cli.render import load_fitted
+from model.errors import LatentError, RenderError
+from model.latent.embedding import EmbeddingProcess
+from model.latent.latent_map import LatentMap
+from model.latent.latent_space import LatentSpace
+from model.latent.movie import movie_frame
+from model.networks.card import load_card
+from model.scene.default_tf import default_transfer_function
+from model.scene.inputs import SceneInputs
+from model.scene.scene import default_scalar_window
+from model.scene.tf_fitting import fitted_curve
+from model.scene.transfer_function import OpacityTF, TransferFunction
+from model.scene.view import View
+from model.scene.volume import Volume
+from model.training.codec_training import CodecKind
+from model.volume_files.source import VolumeSource, volume_of
+
+GAP = 4
+"""Pixels between the pictures of a grid."""
+
+MAP_PIXELS = 720
+
+Images = NDArray[np.float32]
+Draw = Callable[[list[SceneInputs]], Images]
+
+
+@dataclass(frozen=True)
+class LatentOrder:
+    """Options of the ``latent`` command; see :func:`app.cli.latent_commands.latent`."""
+
+    volume: VolumeSource
+    model: Path | None
+    samples: int
+    grid: str | None
+    at: str | None
+    near: Path | None
+    view: str
+    tf: Path | None
+    size: int
+    out: Path
+
+
+@dataclass(frozen=True, eq=False)
+class _Found:
+    """Arrays for an `.npz` file, a picture (H, W, 3), and the TF of a place."""
+
+    arrays: dict[str, NDArray[Any]]
+    picture: Images
+    opacity_tf: OpacityTF | None = None
+
+
+def save_latent(order: LatentOrder) -> None:
+    """Open or compute the map, answer the question, and write the result."""
+    suffix = order.out.suffix.lower()
+    asked = [order.grid, order.at, order.near]
+    if suffix not in (".npz", ".png", ".json"):
+        raise LatentError(f"{order.out}: the name must end in .npz, .png or .json.")
+    if sum(one is not None for one in asked) > 1:
+        raise LatentError("Give one of --grid, --at and --near, as each is a question.")
+    if suffix == ".json" and order.at is None and order.near is None:
+        raise LatentError(
+            f"{order.out}: a JSON file holds one TF; say which by --at or --near.", at="0,0"
+        )
+    check_outputs(order.out)
+    view = View.parse(order.view)
+    brush = _numbers(order.grid, 4, "--grid")
+    place = _numbers(order.at, 2, "--at")
+    volume = _volume(order)
+    if order.model is not None:
+        space = LatentSpace.of_model(order.model)
+    else:
+        space = LatentSpace.shipped(volume.scalar_range, default_scalar_window(volume))
+    map_ = _final(space, space.open_map(order.samples))
+    colors = default_transfer_function(volume)
+    if order.tf is not None:
+        colors = load_fitted(order.tf, volume.scalar_range)
+    inputs = SceneInputs.of(view, colors)
+    draw, close = _engine(order, volume)
+    try:
+        if brush is not None:
+            found = _grid(space, map_, brush, inputs, draw)
+        elif place is not None:
+            found = _at(space, map_, place, inputs, draw)
+        elif order.near is not None:
+            tf = load_fitted(order.near, volume.scalar_range)
+            found = _near(space, map_, tf.opacity, inputs, draw)
+        else:
+            found = _Found({}, _map_picture(map_))
+    finally:
+        close()
+    _write(order.out, map_, found, colors)
+
+
+def train_and_map(
+    out: Path, kind: str, latent_dim: int, width: float, steps: int, seed: int
+) -> None:
+    """Train a codec, store it after each twentieth, and compute its map at the end."""
+    from model.benchmarks.codec_browsing import measure_browsing
+    from model.latent.codec_folder import CodecCard, save_codec
+    from model.latent.codes import TFCodec
+    from model.latent.stored_map import MAP_FILE, map_key, save_map
+    from model.networks.codec import BrowserCodec
+    from model.training.codec_training import CodecDesign, train_codec
+
+    if kind == "plain":
+        raise LatentError(
+            "The plain codec is for comparisons only ('bench codecs'); train a variational one.",
+            kind="variational",
+        )
+    design = CodecDesign(cast(CodecKind, kind), latent_dim, width)
+    training = {"design": asdict(design), "steps": steps, "seed": seed}
+    with Progress(console=console) as progress:
+        task = progress.add_task("Training the codec", total=steps)
+        for done, codec in train_codec(design, steps, seed):
+            assert isinstance(codec, BrowserCodec)
+            codec.eval()
+            metrics: dict[str, Any] = {}
+            if done == steps:
+                metrics = asdict(measure_browsing(kind, TFCodec(codec), steps))
+            save_codec(out, CodecCard(latent_dim, width, training, metrics), codec)
+            codec.train()
+            progress.update(task, completed=done)
+    space = LatentSpace.of_codec(out, (0.0, 1.0), (0.0, 1.0))
+    map_ = space.open_map()
+    places = _compute(map_)
+    save_map(out / MAP_FILE, map_key(space.digest), map_.codes, places)
+    console.print(f"{out}: the codec and its map are written.")
+
+
+def _volume(order: LatentOrder) -> Volume:
+    if order.model is None:
+        return order.volume.read()
+    scene = load_card(order.model).scene
+    return volume_of(scene.volume_fingerprint, scene.volume_name, order.volume)
+
+
+def _final(space: LatentSpace, map_: LatentMap) -> LatentMap:
+    """Return the map at its final places, which are computed and kept if need be."""
+    if map_.is_final:
+        return map_
+    places = _compute(map_)
+    try:
+        space.keep_map(map_.codes, places)
+    except LatentError as error:
+        console.print(str(error))
+    return map_.moved(places)
+
+
+def _compute(map_: LatentMap) -> NDArray[np.float32]:
+    process = EmbeddingProcess(map_.codes)
+    with Progress(console=console) as progress:
+        task = progress.add_task("Computing the map", total=1.0)
+        places = process.run(lambda done: progress.update(task, completed=done))
+    assert places is not None
+    return places
+
+
+def _engine(order: LatentOrder, volume: Volume) -> tuple[Draw, Callable[[], None]]:
+    """Function that draws, and one that ends the engine."""
+    if order.model is not None:
+        from model.generator.generator import Generator
+
+        return Generator.load(order.model).render_batch, lambda: None
+    from model.rendering.raycast.renderer import RaycastRenderer
+
+    renderer = RaycastRenderer(volume)
+
+    def draw(inputs: list[SceneInputs]) -> Images:
+        return np.stack([renderer.render(one, order.size) for one in inputs])
+
+    return draw, renderer.close
+
+
+def _grid(
+    space: LatentSpace,
+    map_: LatentMap,
+    brush: tuple[float, ...],
+    inputs: SceneInputs,
+    draw: Draw,
+) -> _Found:
+    left, lower, right, upper = brush
+    cells = map_.cells((left, lower, right, upper))
+    filled = np.argwhere(cells.count > 0)
+    if not len(filled):
+        raise LatentError(
+            "There is no sample in this rectangle; the map lies within -1 to 1 along both axes."
+        )
+    tfs = [space.tf_of(cells.codes[row, column]) for row, column in filled]
+    drawn = draw([replace(inputs, opacity_tf=tf) for tf in tfs])
+    side, size = cells.count.shape[0], drawn.shape[1]
+    images = np.full((side, side, size, size, 4), np.nan, dtype=np.float32)
+    images[tuple(filled.T)] = drawn
+    edge = side * size + (side - 1) * GAP
+    picture = np.full((edge, edge, 3), 0.12, dtype=np.float32)
+    for row, column in filled:
+        y, x = row * (size + GAP), column * (size + GAP)
+        picture[y : y + size, x : x + size] = images[row, column, ..., :3]
+    arrays: dict[str, NDArray[Any]] = {"cells": cells.codes, "count": cells.count, "images": images}
+    return _Found(arrays, picture)
+
+
+def _at(
+    space: LatentSpace,
+    map_: LatentMap,
+    place: tuple[float, ...],
+    inputs: SceneInputs,
+    draw: Draw,
+) -> _Found:
+    blend = map_.at((place[0], place[1]))
+    if not blend.samples:
+        console.print("No sample lies in the disc around this place; the nearest one is taken.")
+    return _one(space, blend.code, np.array(place), inputs, draw)
+
+
+def _near(
+    space: LatentSpace, map_: LatentMap, tf: OpacityTF, inputs: SceneInputs, draw: Draw
+) -> _Found:
+    code = space.code_of(tf)
+    place = map_.place(code)
+    console.print(f"The TF lies near {place[0]:.3f},{place[1]:.3f} on the map.")
+    found = _one(space, code, np.array(place), inputs, draw)
+    return replace(found, arrays={**found.arrays, "neighbours": map_.nearest(code, 8)})
+
+
+def _one(
+    space: LatentSpace,
+    code: NDArray[np.float32],
+    place: NDArray[np.floating],
+    inputs: SceneInputs,
+    draw: Draw,
+) -> _Found:
+    tf = space.tf_of(code)
+    image = draw([replace(inputs, opacity_tf=tf)])[0]
+    arrays = {"code": code, "place": place, "tf": tf.sample(), "image": image}
+    frame = movie_frame(image, tf, inputs.color_tf)
+    picture = (frame / 255).astype(np.float32)
+    return _Found(arrays, picture, fitted_curve(tf))
+
+
+def _map_picture(map_: LatentMap) -> Images:
+    """Picture of all places, brighter where there are more."""
+    counts, _, _ = np.histogram2d(
+        -map_.places[:, 1], map_.places[:, 0], MAP_PIXELS // 4, [[-1.05, 1.05], [-1.05, 1.05]]
+    )
+    shades: NDArray[np.float64] = np.sqrt(
+        np.minimum(counts / max(np.quantile(counts, 0.995), 1.0), 1.0)
+    )
+    large = np.kron(shades, np.ones((4, 4)))
+    return np.asarray(np.repeat(large[..., None], 3, axis=2), dtype=np.float32)
+
+
+def _write(out: Path, map_: LatentMap, found: _Found, colors: TransferFunction) -> None:
+    suffix = out.suffix.lower()
+    try:
+        if suffix == ".json":
+            assert found.opacity_tf is not None
+            replace(colors, opacity=found.opacity_tf).save(out)
+        elif suffix == ".npz":
+            samples = map_.samples
+            np.savez_compressed(
+                out,
+                codes=samples.codes,
+                map=map_.places,
+                tfs=samples.tfs,
+                singular_values=samples.singular_values,
+                **found.arrays,  # type: ignore[arg-type]
+            )
+        else:
+            from skimage.io import imsave
+
+            pixels = np.rint(np.clip(found.picture, 0, 1) * 255).astype(np.uint8)
+            imsave(out, pixels, check_contrast=False)
+    except OSError as error:
+        raise RenderError(f"{out}: the result cannot be written ({error.strerror}).") from error
+    samples = map_.samples
+    values = ", ".join(f"{value:.3g}" for value in samples.singular_values)
+    console.print(
+        f"{len(samples.codes):,} codes; singular values {values}; "
+        f"effective dimension {samples.effective_dimension:.1f} of {samples.codes.shape[1]}."
+    )
+
+
+def _numbers(text: str | None, count: int, name: str) -> tuple[float, ...] | None:
+    """Read numbers between commas."""
+    if text is None:
+        return None
+    try:
+        numbers = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        numbers = ()
+    if len(numbers) != count or not np.isfinite(numbers).all():
+        raise LatentError(f"{name} takes {count} numbers with commas between them, not '{text}'.")
+    return numbers

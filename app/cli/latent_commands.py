@@ -1,0 +1,99 @@
+"""The commands ``latent`` and ``codec`` and their options."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from app.cli import options
+from model.volume_files.source import VolumeSource
+
+
+def latent(
+    out: Annotated[
+        Path,
+        typer.Option(
+            "--out",
+            metavar="OUT",
+            help="OUT.npz: all arrays, OUT.png: a picture, OUT.json: the TF at --at or --near.",
+        ),
+    ],
+    volume: options.VolumeFile = None,
+    raw: options.RawLayoutText = None,
+    component: options.ComponentName = None,
+    model: Annotated[
+        Path | None,
+        typer.Option(
+            "--model", help="Take this model's codec and pictures, not tfscope's and exact ones."
+        ),
+    ] = None,
+    samples: Annotated[
+        int,
+        typer.Option(
+            "--samples", min=5, max=200_000, help="Codes on the map; the shipped one has 10000."
+        ),
+    ] = 10_000,
+    grid: Annotated[
+        str | None,
+        typer.Option(
+            "--grid", metavar="X0,Y0,X1,Y1", help="Pictures of this rectangle's 4 x 4 cells."
+        ),
+    ] = None,
+    at: Annotated[
+        str | None,
+        typer.Option("--at", metavar="X,Y", help="The TF interpolated at a place of the map."),
+    ] = None,
+    near: Annotated[
+        Path | None,
+        typer.Option("--near", metavar="TF.json", help="The place of this TF, and its code's TF."),
+    ] = None,
+    view: options.ViewText = "30,20,0,1",
+    tf: Annotated[
+        Path | None,
+        typer.Option("--tf", metavar="TF.json", help="Its colours. (default: the volume's)"),
+    ] = None,
+    size: Annotated[
+        int,
+        typer.Option("--size", min=16, max=1024, help="Pixels; a model has its own size."),
+    ] = 128,
+) -> None:
+    """Map opacity TFs by their latent codes, and draw what its parts show."""
+    from app.cli.latent import LatentOrder, save_latent
+
+    save_latent(
+        LatentOrder(
+            VolumeSource(volume, raw, component),
+            model,
+            samples,
+            grid,
+            at,
+            near,
+            view,
+            tf,
+            size,
+            out,
+        )
+    )
+
+
+def codec(
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The codec's folder.")],
+    kind: Annotated[
+        options.CodecKindOption,
+        typer.Option("--kind", help="What the training asks of codes."),
+    ] = options.CodecKindOption.VARIATIONAL,
+    latent_dim: Annotated[
+        int, typer.Option("--latent-dim", min=1, max=256, help="Numbers of a code.")
+    ] = 8,
+    width: Annotated[
+        float, typer.Option("--width", min=0.05, max=4, help="Channels, of the paper's.")
+    ] = 1.0,
+    steps: Annotated[int, typer.Option("--steps", min=1, help="To train for.")] = 20_000,
+    seed: options.Seed = 0,
+) -> None:
+    """Train a codec for browsing any volume's TFs, and compute its map."""
+    from app.cli.latent import train_and_map
+
+    train_and_map(out, str(kind), latent_dim, width, steps, seed)

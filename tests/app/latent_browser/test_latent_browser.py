@@ -1,0 +1,500 @@
+"""The latent browser in the window, on fake engines and a toy codec, by real mouse events."""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
+from PySide6.QtGui import QWheelEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QWidget
+from pytestqt.qtbot import QtBot
+from ramp import make_tf
+from toy_codec import ToyCodec, toy_space
+from window_fakes import FakeBuilders
+
+from app.engines.messages import GridRequest, HoverRequest, ThumbnailRequest
+from app.latent_browser.browser_bar import parsed_band
+from app.latent_browser.map_view import MapView
+from app.window.main_window import MainWindow
+from model.errors import LatentError
+from model.latent.embedding import EmbeddingProcess
+from model.scene.transfer_function import GaussianMode, OpacityTF, TransferFunction
+from model.scene.view import View
+
+WindowMaker = Callable[..., MainWindow]
+
+
+@pytest.fixture
+def places(tmp_path: Path, builders: FakeBuilders) -> np.ndarray:
+    """Places of a stored map: the plane of the toy's codes itself."""
+    builders.map_folder = tmp_path
+    space = toy_space(tmp_path, (100.0, 200.0), (100.0, 200.0))
+    codes = space.open_map().codes
+    places = codes * 0.9
+    space.keep_map(codes, places)
+    return places.astype(np.float32)
+
+
+@pytest.fixture
+def window(qtbot: QtBot, make_window: WindowMaker, places: np.ndarray) -> MainWindow:
+    """A window that shows a stored map, and its grid."""
+    window = make_window()
+    open_browser(qtbot, window)
+    return window
+
+
+def open_browser(qtbot: QtBot, window: MainWindow) -> None:
+    window.resize(1200, 800)
+    QTest.keyClick(window, Qt.Key.Key_B, Qt.KeyboardModifier.ControlModifier)
+    if not window.latent_state.choices.shown:
+        # Without a window system, shortcuts of menus are not delivered.
+        window.browse.click()
+    work = window.workspace.latent
+    qtbot.waitUntil(lambda: work.session.map is not None and work.pictures.grid is not None)
+    qtbot.waitUntil(lambda: work.session.overview is not None)
+
+
+def pixel(map_view: MapView, place: tuple[float, float]) -> QPoint:
+    return map_view.frame.pixel(place).toPoint()
+
+
+def move(qtbot: QtBot, map_view: MapView, place: tuple[float, float]) -> None:
+    QTest.mouseMove(map_view, pixel(map_view, place))
+
+
+def drag(widget: QWidget, *points: QPoint, modifier: Qt.KeyboardModifier) -> None:
+    QTest.mousePress(widget, Qt.MouseButton.LeftButton, modifier, points[0])
+    for point in points[1:]:
+        QTest.mouseMove(widget, point)
+    QTest.mouseRelease(widget, Qt.MouseButton.LeftButton, modifier, points[-1])
+
+
+def turn_wheel(widget: QWidget, at: QPointF, notches: int) -> None:
+    event = QWheelEvent(
+        at, widget.mapToGlobal(at), QPoint(), QPoint(0, 120 * notches),
+        Qt.MouseButton.NoButton, Qt.KeyboardModifier.NoModifier,
+        Qt.ScrollPhase.NoScrollPhase, False,
+    )  # fmt: skip
+    QApplication.sendEvent(widget, event)
+
+
+NO_KEY, SHIFT = Qt.KeyboardModifier.NoModifier, Qt.KeyboardModifier.ShiftModifier
+
+
+def test_the_browser_takes_the_place_of_the_generator(window: MainWindow) -> None:
+    assert window.browser.isVisible()
+    assert not window.generator.isVisible()
+    assert window.reference.isVisible()
+    window.browse.click()
+    assert not window.browser.isVisible()
+    assert window.generator.isVisible()
+
+
+def test_nothing_is_opened_before_the_browser_is(
+    make_window: WindowMaker, builders: FakeBuilders, places: np.ndarray
+) -> None:
+    make_window()
+    assert builders.spaces == []
+
+
+def test_the_grid_shows_the_mean_of_each_cell(
+    window: MainWindow, builders: FakeBuilders, places: np.ndarray
+) -> None:
+    grid = window.workspace.latent.pictures.grid
+    assert grid is not None
+    latent_map = window.workspace.latent.session.map
+    assert latent_map is not None
+    for cell, tf in enumerate(grid.tfs):
+        row, column = divmod(cell, 4)
+        left, lower, right, upper = window.latent_state.brush
+        x0, x1 = (left + (right - left) * (column + i) / 4 for i in (0, 1))
+        y0, y1 = (upper - (upper - lower) * (row + i) / 4 for i in (1, 0))
+        x, y = latent_map.places.T
+        inside = (x >= x0) & (x < x1) & (y >= y0) & (y < y1)
+        assert (tf is None) == (not inside.any())
+        if tf is not None:
+            code = latent_map.codes[inside].mean(axis=0, keepdims=True)
+            frame = window.workspace.latent.session.space.frame
+            assert frame.opacities(tf) == pytest.approx(ToyCodec().decode(code)[0], abs=0.02)
+    # All of them in one request.
+    request = [r for r in builders.analysts[-1].others if isinstance(r, GridRequest)][-1]
+    asked = [request.inputs, *request.more]
+    assert [one.opacity_tf for one in asked] == [tf for tf in grid.tfs if tf is not None]
+    assert len(window.browser.grid.images) == len(asked)
+
+
+def test_hovering_shows_picture_and_tf(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
+) -> None:
+    pictures = window.workspace.latent.pictures
+    move(qtbot, window.browser.map, (0.2, 0.1))
+    qtbot.waitUntil(lambda: pictures.hover is not None)
+    request = [r for r in builders.analysts[-1].others if isinstance(r, HoverRequest)][-1]
+    place = window.latent_state.hover
+    assert place is not None
+    assert place == pytest.approx((0.2, 0.1), abs=0.02)
+    expected, samples = window.workspace.latent.session.tf_at(place)
+    assert request.inputs.opacity_tf == expected
+    assert request.inputs.view == window.state.view
+    assert window.browser.preview.is_shown
+    assert str(samples) in window.browser.preview.caption
+    # At rest it is drawn once more, at full size.
+    qtbot.waitUntil(lambda: not pictures.hover.image.shape[0] < 256 if pictures.hover else False)
+    window.latent_state.set_hover(None)
+    assert not window.browser.preview.is_shown
+    assert window.state.undo_stack.count() == 0
+
+
+def test_a_click_makes_the_tf_in_one_undo_step(qtbot: QtBot, window: MainWindow) -> None:
+    before = window.state.transfer_function
+    map_view = window.browser.map
+    QTest.mouseClick(map_view, Qt.MouseButton.LeftButton, pos=pixel(map_view, (0.3, 0.2)))
+    tf = window.state.transfer_function
+    place = window.latent_state.hover
+    assert place is not None
+    wanted, _ = window.workspace.latent.session.tf_at(place)
+    assert tf.opacity.sample() == pytest.approx(wanted.sample(), abs=0.03)
+    assert 2 < len(tf.opacity.points) < 40
+    assert tf.color == before.color
+    # The mark is where the click was, not only near it.
+    assert window.workspace.latent.session.place == place
+    assert window.state.undo_stack.count() == 1
+    window.state.undo()
+    assert window.state.transfer_function == before
+
+
+def test_a_click_can_give_modes(qtbot: QtBot, window: MainWindow) -> None:
+    window.browser.bar.modes.click()
+    map_view = window.browser.map
+    QTest.mouseClick(map_view, Qt.MouseButton.LeftButton, pos=pixel(map_view, (0.3, 0.2)))
+    opacity = window.state.transfer_function.opacity
+    assert opacity.modes
+    assert not opacity.points
+    wanted, _ = window.workspace.latent.session.tf_at(window.latent_state.hover or (0, 0))
+    assert opacity.sample() == pytest.approx(wanted.sample(), abs=0.05)
+    assert "modes" in window.statusBar().currentMessage()
+
+
+def test_the_brush_is_moved_resized_and_drawn_anew(qtbot: QtBot, window: MainWindow) -> None:
+    map_view, latent = window.browser.map, window.latent_state
+    latent.set_brush((-0.4, -0.4, 0.4, 0.4))
+    drag(map_view, pixel(map_view, (0, 0)), pixel(map_view, (0.2, 0.1)), modifier=NO_KEY)
+    assert latent.brush == pytest.approx((-0.2, -0.3, 0.6, 0.5), abs=0.02)
+    drag(map_view, pixel(map_view, (0.6, 0.5)), pixel(map_view, (0.8, 0.7)), modifier=NO_KEY)
+    assert latent.brush == pytest.approx((-0.2, -0.3, 0.8, 0.7), abs=0.02)
+    drag(map_view, pixel(map_view, (0.1, 0.1)), pixel(map_view, (0.5, 0.3)), modifier=SHIFT)
+    assert latent.brush == pytest.approx((0.1, 0.1, 0.5, 0.3), abs=0.02)
+    drag(map_view, pixel(map_view, (-0.9, -0.9)), pixel(map_view, (-0.5, -0.6)), modifier=NO_KEY)
+    assert latent.brush == pytest.approx((-0.9, -0.9, -0.5, -0.6), abs=0.02)
+    assert window.state.undo_stack.count() == 0
+    pictures = window.workspace.latent.pictures
+    qtbot.waitUntil(lambda: pictures.grid is not None and pictures.grid.cells.count.sum() < 40)
+
+
+def test_a_brush_beside_all_samples_is_empty(qtbot: QtBot, window: MainWindow) -> None:
+    window.latent_state.set_brush((0.99, 0.99, 0.999, 0.999))
+    pictures = window.workspace.latent.pictures
+    qtbot.waitUntil(lambda: pictures.grid is not None and not pictures.grid.images)
+    QTest.mouseClick(
+        window.browser.grid,
+        Qt.MouseButton.LeftButton,
+        pos=window.browser.grid.cell_rect(5).center().toPoint(),
+    )
+    assert window.state.undo_stack.count() == 0
+    window.latent_state.choose(nearest=True)
+    qtbot.waitUntil(lambda: pictures.grid is not None and len(pictures.grid.images) == 16)
+
+
+def test_cells_are_chosen_divided_and_left_again(qtbot: QtBot, window: MainWindow) -> None:
+    grid, latent = window.browser.grid, window.latent_state
+    cell = next(iter(grid.images))
+    centre = grid.cell_rect(cell).center()
+    QTest.mouseClick(grid, Qt.MouseButton.LeftButton, pos=centre.toPoint())
+    assert window.state.undo_stack.count() == 1
+    before = latent.brush
+    turn_wheel(grid, QPointF(centre), 1)
+    assert latent.brush[2] - latent.brush[0] == pytest.approx((before[2] - before[0]) / 4)
+    assert latent.brush[0] == pytest.approx(before[0] + (cell % 4) * (before[2] - before[0]) / 4)
+    in_sight = QRectF(window.browser.map.rect())
+    assert in_sight.contains(window.browser.map.frame.rectangle(latent.brush))
+    turn_wheel(grid, QPointF(centre), -1)
+    assert latent.brush == before
+
+
+def test_the_present_tf_is_placed_while_it_is_edited(qtbot: QtBot, window: MainWindow) -> None:
+    session = window.workspace.latent.session
+
+    def show_mode(mean: float, height: float) -> tuple[float, float]:
+        modes = (GaussianMode(mean, 8.0, height),)
+        tf = TransferFunction(OpacityTF((100.0, 200.0), modes), make_tf().color)
+        window.state.commit(tf, "test")
+        assert session.place is not None
+        return session.place
+
+    # Mean and height, from 0 to 1, are the map's axes from -.9 to .9.
+    low, high = show_mode(120, 0.5), show_mode(180, 0.8)
+    assert low == pytest.approx((-0.54, 0.0), abs=0.2)
+    assert high == pytest.approx((0.54, 0.54), abs=0.2)
+    assert window.latent_state.trail[-2:] == (low, high)
+    assert not session.is_exact
+
+
+def test_pictures_follow_the_view_and_are_marked_until_then(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
+) -> None:
+    pictures = window.workspace.latent.pictures
+    first = pictures.grid
+    window.state.set_view(View(77, 0, 0, 1))
+    assert window.browser.grid.is_stale
+    qtbot.waitUntil(lambda: pictures.is_fresh(pictures.grid))
+    assert not window.browser.grid.is_stale
+    assert pictures.grid is not first
+    # An edit of the opacity TF changes no picture of the map.
+    asked = sum(isinstance(r, GridRequest) for r in builders.analysts[-1].others)
+    tf = window.state.transfer_function
+    window.state.commit(replace(tf, opacity=make_tf(140.0).opacity), "test")
+    assert not window.browser.grid.is_stale
+    assert sum(isinstance(r, GridRequest) for r in builders.analysts[-1].others) == asked
+
+
+def test_thumbnails_come_when_one_is_close(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
+) -> None:
+    map_view, pictures = window.browser.map, window.workspace.latent.pictures
+    assert map_view.thumbnails_in_sight == []
+    for _ in range(8):
+        turn_wheel(map_view, QPointF(map_view.rect().center()), 1)
+    wanted = map_view.thumbnails_in_sight
+    assert wanted
+    qtbot.waitUntil(lambda: set(wanted) <= set(pictures.thumbnails))
+    latent_map = window.workspace.latent.session.map
+    assert latent_map is not None
+    places = map_view.frame.pixels(latent_map.places[wanted])
+    gaps = np.abs(places[:, None] - places).max(axis=2) + 1e3 * np.eye(len(wanted))
+    assert gaps.min() >= 52
+    # Over a thumbnail the mouse means its sample alone.
+    sample = wanted[0]
+    move(qtbot, map_view, tuple(latent_map.places[sample].tolist()))
+    qtbot.waitUntil(lambda: window.latent_state.hover_sample == sample)
+    assert any(isinstance(r, ThumbnailRequest) for r in builders.analysts[-1].others)
+    window.browser.bar.reset.click()
+    assert map_view.thumbnails_in_sight == []
+
+
+def test_filters_by_value_and_lasso(qtbot: QtBot, window: MainWindow) -> None:
+    session, bar = window.workspace.latent.session, window.browser.bar
+    bar.band.setText("150 to 160")
+    QTest.keyClick(bar.band, Qt.Key.Key_Return)
+    assert window.latent_state.choices.band == (150.0, 160.0)
+    assert session.wanted is not None
+    assert session.chosen is not None
+    assert 0 < session.wanted.sum() < len(session.wanted)
+    means = (session.chosen.codes[:, 0] + 1) / 2 * 100 + 100
+    assert ((means > 130) & (means < 180)).all()
+    bar.band.setText("rubbish")
+    QTest.keyClick(bar.band, Qt.Key.Key_Return)
+    assert "rubbish" in window.notice.text
+    bar.band.setText("")
+    assert session.wanted.all()
+    bar.lasso.click()
+    map_view = window.browser.map
+    corners = [(-0.9, -0.9), (0.0, -0.9), (0.0, 0.9), (-0.9, 0.9)]
+    drag(map_view, *[pixel(map_view, corner) for corner in corners], modifier=NO_KEY)
+    assert (session.chosen.places[:, 0] <= 0.01).all()
+    assert bar.lasso.isChecked()
+    bar.lasso.click()
+    assert session.wanted.all()
+
+
+@pytest.mark.parametrize(
+    ("text", "band"),
+    [
+        ("", None),
+        ("90 to 120", (90.0, 120.0)),
+        ("-5, 3.5", (-5.0, 3.5)),
+        ("120 – 90", (90.0, 120.0)),
+        ("1e3", (1000.0, 1000.0)),
+    ],
+)
+def test_bands_are_read(text: str, band: tuple[float, float] | None) -> None:
+    assert parsed_band(text) == band
+
+
+def test_places_are_named_played_and_kept(qtbot: QtBot, window: MainWindow, tmp_path: Path) -> None:
+    work, latent = window.workspace.latent, window.latent_state
+    with pytest.raises(LatentError, match="two places"):
+        work.path.play()
+    for place in ((-0.5, 0.1), (0.5, 0.4)):
+        tf, _ = work.session.tf_at(place)
+        latent.name_place(place, tf)
+    assert [named.name for named in latent.places] == ["Place 1", "Place 2"]
+    frames: list[object] = []
+    work.path.frameDrawn.connect(frames.append)
+    window.browser.bar.playRequested.emit()
+    assert window.browser.cancel.isVisible()
+    qtbot.waitUntil(lambda: frames[-1:] == [None])
+    assert len(frames) == 50
+    assert not window.browser.preview.is_shown
+    with qtbot.waitSignal(work.path.ended, check_params_cb=lambda text: "Saved" in text):
+        work.path.play(tmp_path / "path.gif")
+    assert (tmp_path / "path.gif").stat().st_size > 1000
+    latent.rename_place(0, "ribs")
+    latent.forget_place(1)
+    assert [named.name for named in latent.places] == ["ribs"]
+
+
+def test_a_path_is_cancelled(qtbot: QtBot, window: MainWindow) -> None:
+    work = window.workspace.latent
+    tf, _ = work.session.tf_at((0.5, 0.4))
+    window.latent_state.name_place((0.5, 0.4), tf)
+    window.browser.bar.playRequested.emit()
+    assert work.path.is_running
+    QTest.keyClick(window.browser, Qt.Key.Key_Escape)
+    assert not work.path.is_running
+
+
+def test_a_search_previews_and_can_be_undone(qtbot: QtBot, window: MainWindow) -> None:
+    before = window.state.transfer_function
+    search = window.workspace.latent.search
+    steps: list[object] = []
+    search.stepped.connect(steps.append)
+    with qtbot.waitSignal(search.ended, timeout=20_000):
+        window.browser.seek("more")
+    assert steps
+    assert window.state.transfer_function != before
+    assert window.state.undo_stack.undoText() == "TF found by search"
+    window.state.undo()
+    assert window.state.transfer_function == before
+
+
+def test_an_edit_ends_a_search(qtbot: QtBot, window: MainWindow) -> None:
+    search = window.workspace.latent.search
+    window.browser.seek("less")
+    assert search.is_running
+    window.state.commit(make_tf(111.0), "edit")
+    assert not search.is_running
+    assert window.state.transfer_function == make_tf(111.0)
+
+
+def test_the_map_is_computed_shown_and_kept(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders, tmp_path: Path
+) -> None:
+    builders.map_folder = tmp_path
+    window = make_window()
+    window.browse.click()
+    session = window.workspace.latent.session
+    qtbot.waitUntil(lambda: session.map is not None)
+    assert session.map is not None
+    assert not session.map.is_final
+    assert window.browser.cancel.isVisible()
+    tf, _ = session.tf_at((0.3, 0.3))
+    window.latent_state.name_place((0.3, 0.3), tf, "kept")
+    qtbot.waitUntil(lambda: session.map is not None and session.map.is_final, timeout=30_000)
+    assert not window.browser.cancel.isVisible()
+    assert [named.name for named in window.latent_state.places] == ["kept"]
+    assert toy_space(tmp_path, (100.0, 200.0), (112.0, 188.0)).open_map().is_final
+
+
+def test_the_map_is_cancelled_or_the_window_closed_meanwhile(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders, tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    builders.map_folder = tmp_path
+    started = []
+    popen = subprocess.Popen
+    monkeypatch.setattr(
+        subprocess, "Popen", lambda *args, **kw: started.append(popen(*args, **kw)) or started[-1]
+    )
+    for close in (False, True):
+        window = make_window()
+        window.browse.click()
+        session = window.workspace.latent.session
+        qtbot.waitUntil(lambda s=session: s.is_embedding)  # type: ignore[misc]
+        if close:
+            window.close()
+        else:
+            window.browser.cancel.click()
+            assert not session.is_embedding
+            assert session.map is not None
+            window.close()
+    assert all(process.poll() is not None for process in started)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_space_that_cannot_be_opened_is_explained(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
+) -> None:
+    builders.space_error = LatentError("The codec has collapsed.")
+    window = make_window()
+    window.browse.click()
+    session = window.workspace.latent.session
+    with qtbot.waitSignal(session.problem, check_params_cb=lambda text: "collapsed" in text):
+        session.reset()
+    assert session.map is None
+
+
+def test_a_map_that_fails_leaves_the_principal_components(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders, tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    builders.map_folder = tmp_path
+
+    def fail(_self: EmbeddingProcess, _progress: object) -> None:
+        raise LatentError("The map cannot be computed.")
+
+    monkeypatch.setattr(EmbeddingProcess, "run", fail)
+    window = make_window()
+    window.browse.click()
+    qtbot.waitUntil(lambda: "cannot be computed" in window.notice.text)
+    assert window.workspace.latent.session.map is not None
+
+
+def test_another_volume_has_its_own_map(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
+) -> None:
+    session = window.workspace.latent.session
+    tf, _ = session.tf_at((0.3, 0.3))
+    window.latent_state.name_place((0.3, 0.3), tf)
+    from ramp import make_volume
+
+    builders.volumes["other"] = make_volume("other", 300.0)
+    with qtbot.waitSignal(session.mapOpened):
+        window.workspace.open_volume(Path("other"))
+    assert session.space is not None
+    assert session.space.frame.scalar_range == (100.0, 300.0)
+    assert window.latent_state.places == ()
+
+
+def test_the_model_draws_and_is_compared(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
+) -> None:
+    pictures = window.workspace.latent.pictures
+    assert pictures.source == "exact"
+    window.latent_state.choose(engine="learned")
+    qtbot.waitUntil(lambda: pictures.grid is not None and pictures.grid.source == "learned")
+    assert any(isinstance(r, GridRequest) for r in builders.generators[-1].others)
+    window.latent_state.choose(coloring="error")
+    errors = window.workspace.latent.errors
+    qtbot.waitUntil(lambda: errors.errors is not None)
+    # Both fakes draw the same.
+    assert errors.errors is not None
+    assert np.nanmax(errors.errors) == 0.0
+    window.latent_state.choose(codec="model")
+    qtbot.waitUntil(lambda: builders.spaces[-1] == Path("model"))
+
+
+@pytest.mark.parametrize("coloring", ["value", "opacity", "modes", "distance", "error"])
+def test_every_colouring_has_a_legend(window: MainWindow, coloring: str) -> None:
+    window.latent_state.choose(coloring=coloring)
+    before = window.browser.map.grab().toImage()
+    assert before.width() > 100
+    shades = window.browser.map._shades
+    assert shades is not None
+    assert shades.legend.title
+    assert len(np.unique(shades.colors, axis=0)) > (1 if coloring in ("error", "modes") else 5) - 1

@@ -1,0 +1,108 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from model.errors import LatentError
+from model.latent.interpolation import blended_code, cell_means, disc_radius, inside_polygon
+
+
+@pytest.fixture
+def codes() -> np.ndarray:
+    return np.random.default_rng(1).normal(size=(400, 3)).astype(np.float32)
+
+
+@pytest.fixture
+def places() -> np.ndarray:
+    return np.random.default_rng(2).uniform(-1, 1, (400, 2)).astype(np.float32)
+
+
+def test_shepard_weights(codes: np.ndarray, places: np.ndarray) -> None:
+    radius = disc_radius(places)
+    assert radius == pytest.approx(0.05 * math.dist(places.min(axis=0), places.max(axis=0)))
+    for x, y in ((0.1, 0.2), (-0.4, 0.9), (0.99, -0.99)):
+        weights = []
+        for px, py in places.astype(np.float64).tolist():
+            d = math.hypot(px - x, py - y)
+            weights.append(math.exp(-(d**2) / (radius / 3) ** 2) if d <= radius else 0.0)
+        expected = np.array(weights) @ codes.astype(np.float64) / sum(weights)
+        blend = blended_code(codes, places, (x, y), radius)
+        assert blend.code == pytest.approx(expected, rel=1e-5)
+        assert blend.samples == sum(weight > 0 for weight in weights)
+
+
+def test_weights_do_not_underflow_near_the_rim(codes: np.ndarray) -> None:
+    """All samples a thousand bandwidths away: the plain formula is 0 / 0."""
+    places = np.array([[1.0, 0.0], [1.001, 0.0]], dtype=np.float32)
+    blend = blended_code(codes[:2], places, (0.0, 0.0), 3e-3 * 1000)
+    assert np.isfinite(blend.code).all()
+
+
+def test_an_empty_disc_takes_the_nearest_sample(codes: np.ndarray, places: np.ndarray) -> None:
+    blend = blended_code(codes, places, (7.0, 7.0), 0.1)
+    nearest = np.square(places.astype(np.float64) - 7.0).sum(axis=1).argmin()
+    assert blend.samples == 0
+    assert blend.code == pytest.approx(codes[nearest])
+
+
+def test_samples_at_one_place_are_averaged(codes: np.ndarray) -> None:
+    places = np.full((400, 2), 0.3, dtype=np.float32)
+    assert disc_radius(places) == 0
+    blend = blended_code(codes, places, (0.3, np.float32(0.3)), 1e-6)
+    assert blend.code == pytest.approx(codes.mean(axis=0, dtype=np.float64), abs=1e-6)
+
+
+def test_cell_means(codes: np.ndarray, places: np.ndarray) -> None:
+    left, lower, right, upper = brush = (-0.5, -0.2, 0.7, 0.6)
+    cells = cell_means(codes, places, brush)
+    for row in range(4):
+        for column in range(4):
+            x0, x1 = (left + (right - left) * (column + i) / 4 for i in (0, 1))
+            y0, y1 = (upper - (upper - lower) * (row + i) / 4 for i in (1, 0))
+            x, y = places.astype(np.float64).T
+            inside = (x >= x0) & (x < x1) & (y >= y0) & (y < y1)
+            assert cells.count[row, column] == inside.sum() > 0
+            mean = codes[inside].mean(axis=0, dtype=np.float64)
+            assert cells.codes[row, column] == pytest.approx(mean, rel=1e-5, abs=1e-6)
+            assert cells.places[row, column] == pytest.approx(
+                places[inside].mean(axis=0, dtype=np.float64), abs=1e-6
+            )
+            middle = (x0 + x1) / 2, (y0 + y1) / 2
+            nearest = np.hypot(x - middle[0], y - middle[1]).argmin()
+            assert cells.nearest[row, column] == nearest
+
+
+def test_upside_down_rectangles_are_turned(codes: np.ndarray, places: np.ndarray) -> None:
+    one, other = (cell_means(codes, places, b) for b in ((-1, -1, 1, 1), (1, 1, -1, -1)))
+    assert (one.count == other.count).all()
+    assert one.count.sum() == 400
+
+
+def test_empty_cells_have_no_code_but_a_nearest_sample(codes: np.ndarray) -> None:
+    places = np.array([[0.9, 0.9]], dtype=np.float32)
+    cells = cell_means(codes[:1], places, (0, 0, 1, 1))
+    assert cells.count.sum() == cells.count[0, 3] == 1
+    assert np.isnan(cells.codes[3, 0]).all()
+    assert (cells.nearest == 0).all()
+
+
+def test_a_rectangle_without_area_has_the_samples_on_it(codes: np.ndarray) -> None:
+    places = np.array([[0.5, 0.1], [0.5, 0.9], [0.4, 0.5]], dtype=np.float32)
+    cells = cell_means(codes[:3], places, (0.5, 0.0, 0.5, 1.0))
+    assert cells.count.sum() == 2
+    assert (cells.count[:, :3] == 0).all()
+    assert cell_means(codes[:3], places, (0.5, 0.5, 0.5, 0.5)).count.sum() == 0
+
+
+def test_a_rectangle_that_is_not_finite_is_refused(codes: np.ndarray, places: np.ndarray) -> None:
+    with pytest.raises(LatentError, match="not finite"):
+        cell_means(codes, places, (0, 0, float("nan"), 1))
+
+
+def test_inside_a_polygon() -> None:
+    """A polygon that is not convex."""
+    arrow = ((0.0, 0.0), (4.0, 0.0), (1.0, 1.0), (0.0, 4.0))
+    places = np.array([[0.5, 0.5], [2.0, 2.0], [3.0, 0.1], [-1.0, 1.0], [0.1, 3.0]])
+    assert inside_polygon(places, arrow).tolist() == [True, False, True, False, True]

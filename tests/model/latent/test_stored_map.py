@@ -1,0 +1,71 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from toy_codec import toy_space
+
+from model.errors import LatentError
+from model.latent.stored_map import MAP_FILE, load_map, map_key, save_map
+
+CODES = np.random.default_rng(0).uniform(-1, 1, (20, 3)).astype(np.float32)
+PLACES = np.random.default_rng(1).uniform(-1, 1, (20, 2)).astype(np.float32)
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    path = tmp_path / "deep" / MAP_FILE
+    save_map(path, map_key("one"), CODES, PLACES)
+    return path
+
+
+def test_a_map_comes_back_in_half_precision(path: Path) -> None:
+    codes, places = load_map(path, map_key("one"))
+    assert (codes == CODES.astype(np.float16)).all()
+    assert (places == PLACES.astype(np.float16)).all()
+
+
+def test_a_map_of_another_codec_is_refused(path: Path) -> None:
+    with pytest.raises(LatentError, match="another codec"):
+        load_map(path, map_key("other"))
+    assert map_key("one", 10) != map_key("one", 11)
+
+
+def test_damaged_maps_are_refused(path: Path) -> None:
+    content = path.read_bytes()
+    for damaged in (b"", content[: len(content) // 2], b"PK" + content[50:], b"no map at all"):
+        path.write_bytes(damaged)
+        with pytest.raises(LatentError):
+            load_map(path, map_key("one"))
+    with pytest.raises(LatentError, match="cannot be read"):
+        load_map(path.with_name("missing.npz"), map_key("one"))
+
+
+@pytest.mark.parametrize(
+    ("codes", "places"),
+    [(CODES * np.nan, PLACES), (CODES, PLACES[:5]), (CODES[:0], PLACES[:0])],
+    ids=["not finite", "of different lengths", "empty"],
+)
+def test_maps_of_nonsense_are_refused(path: Path, codes: np.ndarray, places: np.ndarray) -> None:
+    save_map(path, map_key("one"), codes, places)
+    with pytest.raises(LatentError, match="damaged"):
+        load_map(path, map_key("one"))
+
+
+def test_a_space_finds_the_map_that_it_kept(tmp_path: Path) -> None:
+    space = toy_space(tmp_path, (0.0, 9.0), (3.0, 6.0))
+    fresh = space.open_map(30)
+    assert not fresh.is_final
+    places = np.random.default_rng(0).uniform(-1, 1, (30, 2)).astype(np.float32)
+    space.keep_map(fresh.codes, places)
+    again = space.open_map(30)
+    assert again.is_final
+    assert again.places == pytest.approx(places, abs=1e-3)
+    assert again.codes == pytest.approx(fresh.codes, abs=1e-3)
+    assert not space.open_map(31).is_final
+
+
+def test_a_damaged_map_is_computed_anew(tmp_path: Path) -> None:
+    (tmp_path / MAP_FILE).write_bytes(b"damaged")
+    assert not toy_space(tmp_path, (0.0, 1.0), (0.0, 1.0)).open_map(30).is_final
