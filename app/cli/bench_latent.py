@@ -109,8 +109,7 @@ def _measure(
 def _tell(rows: list[LatentRow], map_row: MapRow, searches: list[SearchRow]) -> None:
     table = Table()
     for heading in (
-        "engine", "pixels", "image", "16 in one batch", "in single images", "grids a second",
-        "hover", "in images", "hovers a second",
+        "engine", "pixels", "image", "grid", "in images", "per s", "hover", "in images", "per s",
     ):  # fmt: skip
         table.add_column(heading, justify="right")
     for row in rows:
