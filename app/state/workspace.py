@@ -274,10 +274,11 @@ class Workspace(QObject):
             if replace(settings, renderer=before.renderer) != before:
                 self._start_analyst()
             self._dispatcher.send()
-        self.modelChanged.emit()
         learned_size = None if scene is None else scene.image_size
         self.sensitivity.set_learned(learned_size)
         self.latent.set_model(None if scene is None else self._model, learned_size)
+        # Last, so that whoever listens finds all of them changed.
+        self.modelChanged.emit()
 
     def _offer_light(self) -> None:
         """Make the light movable if the model was trained with a movable light."""

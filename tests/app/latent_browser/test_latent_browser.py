@@ -476,6 +476,8 @@ def test_the_model_draws_and_is_compared(
 ) -> None:
     pictures = window.workspace.latent.pictures
     assert pictures.source == "exact"
+    assert window.browser.bar.engine.isEnabled()
+    assert window.browser.bar.codec.isVisible()
     window.latent_state.choose(engine="learned")
     qtbot.waitUntil(lambda: pictures.grid is not None and pictures.grid.source == "learned")
     assert any(isinstance(r, GridRequest) for r in builders.generators[-1].others)
