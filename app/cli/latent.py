@@ -18,7 +18,6 @@ from model.errors import LatentError, RenderError
 from model.latent.embedding import EmbeddingProcess
 from model.latent.latent_map import LatentMap
 from model.latent.latent_space import LatentSpace
-from model.latent.movie import movie_frame
 from model.networks.card import load_card
 from model.scene.default_tf import default_transfer_function
 from model.scene.inputs import SceneInputs
@@ -57,10 +56,12 @@ class LatentOrder:
 
 @dataclass(frozen=True, eq=False)
 class _Found:
-    """Arrays for an `.npz` file, a picture (H, W, 3), and the TF of a place."""
+    """Arrays for an `.npz` file, a picture (H, W, 3) with its caption, and the TF of a place."""
 
     arrays: dict[str, NDArray[Any]]
-    picture: Images
+    picture: Images | None = None
+    caption: str = ""
+    place: tuple[float, float] | None = None
     opacity_tf: OpacityTF | None = None
 
 
@@ -100,10 +101,14 @@ def save_latent(order: LatentOrder) -> None:
             tf = load_fitted(order.near, volume.scalar_range)
             found = _near(space, map_, tf.opacity, inputs, draw)
         else:
-            found = _Found({}, _map_picture(map_))
+            found = _Found({})
     finally:
         close()
-    _write(order.out, map_, found, colors)
+    if suffix == ".png":
+        _draw_figure(order, volume, map_, brush, found)
+    else:
+        _write(order.out, map_, found, colors)
+    _tell(map_)
 
 
 def train_and_map(
@@ -211,7 +216,7 @@ def _grid(
         y, x = row * (size + GAP), column * (size + GAP)
         picture[y : y + size, x : x + size] = images[row, column, ..., :3]
     arrays: dict[str, NDArray[Any]] = {"cells": cells.codes, "count": cells.count, "images": images}
-    return _Found(arrays, picture)
+    return _Found(arrays, picture, "Means of the rectangle's 4 x 4 cells")
 
 
 def _at(
@@ -247,21 +252,35 @@ def _one(
     tf = space.tf_of(code)
     image = draw([replace(inputs, opacity_tf=tf)])[0]
     arrays = {"code": code, "place": place, "tf": tf.sample(), "image": image}
-    frame = movie_frame(image, tf, inputs.color_tf)
-    picture = (frame / 255).astype(np.float32)
-    return _Found(arrays, picture, fitted_curve(tf))
+    x, y = (float(number) for number in place)
+    return _Found(arrays, image[..., :3], f"At {x:.3f},{y:.3f}", (x, y), fitted_curve(tf))
 
 
-def _map_picture(map_: LatentMap) -> Images:
-    """Picture of all places, brighter where there are more."""
-    counts, _, _ = np.histogram2d(
-        -map_.places[:, 1], map_.places[:, 0], MAP_PIXELS // 4, [[-1.05, 1.05], [-1.05, 1.05]]
+def _draw_figure(
+    order: LatentOrder,
+    volume: Volume,
+    map_: LatentMap,
+    brush: tuple[float, ...] | None,
+    found: _Found,
+) -> None:
+    from app.figures.latent_figure import LatentFigure, save_latent_figure
+
+    drawn_by = "ray caster" if order.model is None else f"model {order.model.name}"
+    edges = None if brush is None else (brush[0], brush[1], brush[2], brush[3])
+    units = f" ({volume.units})" if volume.units else ""
+    save_latent_figure(
+        order.out,
+        LatentFigure(
+            f"{volume.name}, view {order.view}, {drawn_by}",
+            map_.places,
+            found.picture,
+            found.caption,
+            edges,
+            found.place,
+            found.opacity_tf,
+            f"scalar value{units}",
+        ),
     )
-    shades: NDArray[np.float64] = np.sqrt(
-        np.minimum(counts / max(np.quantile(counts, 0.995), 1.0), 1.0)
-    )
-    large = np.kron(shades, np.ones((4, 4)))
-    return np.asarray(np.repeat(large[..., None], 3, axis=2), dtype=np.float32)
 
 
 def _write(out: Path, map_: LatentMap, found: _Found, colors: TransferFunction) -> None:
@@ -270,7 +289,7 @@ def _write(out: Path, map_: LatentMap, found: _Found, colors: TransferFunction) 
         if suffix == ".json":
             assert found.opacity_tf is not None
             replace(colors, opacity=found.opacity_tf).save(out)
-        elif suffix == ".npz":
+        else:
             samples = map_.samples
             np.savez_compressed(
                 out,
@@ -280,13 +299,11 @@ def _write(out: Path, map_: LatentMap, found: _Found, colors: TransferFunction) 
                 singular_values=samples.singular_values,
                 **found.arrays,  # type: ignore[arg-type]
             )
-        else:
-            from skimage.io import imsave
-
-            pixels = np.rint(np.clip(found.picture, 0, 1) * 255).astype(np.uint8)
-            imsave(out, pixels, check_contrast=False)
     except OSError as error:
         raise RenderError(f"{out}: the result cannot be written ({error.strerror}).") from error
+
+
+def _tell(map_: LatentMap) -> None:
     samples = map_.samples
     values = ", ".join(f"{value:.3g}" for value in samples.singular_values)
     console.print(

@@ -102,6 +102,19 @@ def new_layout(width: int, height: int) -> Any:
     return layout
 
 
+def add_image(layout: Any, row: int, column: int, title: str, image: NDArray[np.floating]) -> None:
+    """Add an image (H, W, 3) in [0, 1] to a layout, row 0 at the top."""
+    import pyqtgraph as pg
+
+    plot = layout.addPlot(row=row, col=column, title=title)
+    plot.hideAxis("left")
+    plot.hideAxis("bottom")
+    plot.setAspectLocked()
+    plot.invertY()
+    levels = np.rint(255 * np.clip(image, 0, 1)).astype(np.uint8)
+    plot.addItem(pg.ImageItem(levels, axisOrder="row-major", levels=(0, 255)))
+
+
 def save_layout(path: Path, layout: Any) -> None:
     """Draw a layout into a PNG file.
 

@@ -6,9 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from app.figures.plots import Curve, Plot, new_layout, save_layout, save_plots
+from app.figures.plots import Curve, Plot, add_image, new_layout, save_layout, save_plots
 from model.sensitivity.display import (
     UNIT,
     color_bar,
@@ -81,22 +80,10 @@ def _save_field(path: Path, result: SensitivityResult) -> None:
     scale = scale_of(field)
     layout = new_layout(*FIGURE_SIZE)
     layout.addLabel(f"Sensitivity to {result.place}: {result.source}", 0, 0, 1, 3, color="k")
-    _add_image(layout, 1, 0, "Image", image)
-    _add_image(layout, 1, 1, MEASURE_NAMES[measure], overlay(image, field, scale, measure))
+    add_image(layout, 1, 0, "Image", image)
+    add_image(layout, 1, 1, MEASURE_NAMES[measure], overlay(image, field, scale, measure))
     _add_bar(layout, measure, scale, label)
     save_layout(path, layout)
-
-
-def _add_image(layout: Any, row: int, column: int, title: str, image: NDArray[np.floating]) -> None:
-    import pyqtgraph as pg
-
-    plot = layout.addPlot(row=row, col=column, title=title)
-    plot.hideAxis("left")
-    plot.hideAxis("bottom")
-    plot.setAspectLocked()
-    plot.invertY()
-    levels = np.rint(255 * np.clip(image, 0, 1)).astype(np.uint8)
-    plot.addItem(pg.ImageItem(levels, axisOrder="row-major", levels=(0, 255)))
 
 
 def _add_bar(layout: Any, measure: Measure, scale: float, label: str) -> None:
