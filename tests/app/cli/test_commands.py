@@ -379,6 +379,7 @@ def test_the_generator_renders_its_model(trained: Path, tf_file: Path, tmp_path:
     assert np.load(out).shape == (128, 128, 4)
 
 
+@pytest.mark.slow
 def test_a_dataset_is_made_grown_and_trained_on(raw_file: Path, tmp_path: Path) -> None:
     out = tmp_path / "samples.zarr"
     arguments = f"dataset --volume {raw_file} --out {out} --size 64 --seed 5 --workers 1 --count"

@@ -12,6 +12,7 @@ from model.training.options import TrainingOptions
 CPU = torch.device("cpu")
 
 
+@pytest.mark.slow
 def test_each_stage_is_timed_each_way(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(shutil, "which", lambda name: None)
     chosen = Execution("float32", False)

@@ -90,6 +90,7 @@ def test_where_vtk_scatters_it_is_timed_too(volume: Volume, tmp_path: Path) -> N
     assert found["verdict"].endswith(f"VTK itself takes {times} times as long.")
 
 
+@pytest.mark.slow
 def test_the_verdict_is_kept_in_the_card(folder: Path, volume: Volume) -> None:
     assert verdict_of(folder) == ""
     assert recorded_agreement(folder) is None

@@ -214,6 +214,7 @@ except KeyboardInterrupt:
 """
 
 
+@pytest.mark.slow
 def test_ctrl_c_is_heard_after_openvino_is_gone() -> None:
     usable("openvino")
     process = subprocess.run(

@@ -27,6 +27,9 @@ def test_a_frame_has_the_picture_above_the_tf() -> None:
     assert (strip[:, :24] < 40).all()
 
 
+# imageio leaves its reader's pipes to the garbage collection.
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+@pytest.mark.filterwarnings("ignore::ResourceWarning")
 @pytest.mark.parametrize("suffix", [".mp4", ".gif"])
 def test_movies_can_be_read_again(tmp_path: Path, suffix: str) -> None:
     levels = np.linspace(0.1, 0.9, 6, dtype=np.float32)

@@ -67,6 +67,7 @@ def error(network: RefinedGenerator, scene: Scene, store: SampleStore) -> float:
     return float((decode_unit(image) - truth).square().mean().sqrt())
 
 
+@pytest.mark.slow
 def test_the_refiner_learns_another_light(
     volume: Volume, scene: Scene, store: SampleStore, tmp_path: Path
 ) -> None:

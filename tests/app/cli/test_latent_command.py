@@ -1,0 +1,112 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from skimage.io import imread
+
+from app.cli import run
+from model.latent.embedding import EmbeddingProcess, normalized
+from model.scene.transfer_function import TransferFunction
+
+
+@pytest.fixture(scope="module")
+def volume(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """A small volume as a raw file, with the option that describes it."""
+    path = tmp_path_factory.mktemp("data") / "blob.raw"
+    z, y, x = np.mgrid[0:12, 0:14, 0:16] / 16 - 0.4
+    values = 255 * np.exp(-(x**2 + y**2 + z**2) / 0.05)
+    values.astype(np.uint8).tofile(path)
+    return f"--volume {path} --raw 16x14x12,uint8"
+
+
+def test_the_map_and_its_grid(volume: str, tmp_path: Path) -> None:
+    base = f"latent {volume} --size 16 --out {tmp_path}"
+    assert run(f"{base}/map.npz".split()) == 0
+    assert run(f"{base}/grid.npz --grid=-0.5,-1,0.5,0.2".split()) == 0
+    with np.load(tmp_path / "map.npz") as plain, np.load(tmp_path / "grid.npz") as grid:
+        assert set(plain) == {"codes", "map", "tfs", "singular_values"}
+        assert plain["codes"].shape == (10_000, 8)
+        assert plain["map"].shape == (10_000, 2)
+        assert plain["tfs"].shape == (10_000, 256)
+        assert plain["singular_values"].shape == (8,)
+        assert grid["cells"].shape == (4, 4, 8)
+        assert grid["images"].shape == (4, 4, 16, 16, 4)
+        x, y = plain["map"].T
+        lowest = (x >= -0.5) & (x < -0.25) & (y >= -1) & (y < -0.7)
+        assert grid["count"][3, 0] == lowest.sum()
+        expected = plain["codes"][lowest].mean(axis=0, dtype=np.float64)
+        assert grid["cells"][3, 0] == pytest.approx(expected, abs=1e-4)
+        assert (np.isnan(grid["images"][..., 0, 0, 0]) == (grid["count"] == 0)).all()
+
+
+def test_a_place_becomes_a_tf_that_is_found_there(
+    volume: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    base = f"latent {volume} --size 16 --out {tmp_path}"
+    assert run(f"{base}/tf.json --at 0.3,-0.7".split()) == 0
+    tf = TransferFunction.load(tmp_path / "tf.json")
+    assert tf.opacity.points
+    assert run(f"{base}/at.npz --at 0.3,-0.7".split()) == 0
+    assert run(f"{base}/near.npz --near {tmp_path}/tf.json".split()) == 0
+    with np.load(tmp_path / "at.npz") as at, np.load(tmp_path / "near.npz") as near:
+        assert tf.opacity.sample() == pytest.approx(at["tf"], abs=0.05)
+        assert at["image"].shape == (16, 16, 4)
+        assert np.abs(near["tf"] - at["tf"]).mean() < 0.03
+        assert near["place"] == pytest.approx([0.3, -0.7], abs=0.35)
+        assert near["neighbours"].shape == (8,)
+    for name, question in (("map", ""), ("grid", "--grid=-1,-1,1,1"), ("at", "--at 0,0")):
+        assert run(f"{base}/{name}.png {question}".split()) == 0
+        assert imread(tmp_path / f"{name}.png").std() > 1
+
+
+@pytest.mark.parametrize(
+    ("options", "problem"),
+    [
+        ("--out x.txt", "must end in"),
+        ("--out x.json", "by --at or --near"),
+        ("--out x.npz --at 1", "takes 2 numbers"),
+        ("--out x.npz --grid 0,0,nan,1", "takes 4 numbers"),
+        ("--out x.npz --grid 5,5,6,6", "no sample"),
+        ("--out x.npz --at 0,0 --grid 0,0,1,1", "Give one of"),
+    ],
+)
+def test_questions_that_make_no_sense(
+    volume: str, options: str, problem: str, tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    monkeypatch.chdir(tmp_path)
+    assert run(f"latent {volume} {options}".split()) == 2
+    assert problem in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_codec_is_trained_and_mapped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("model.training.codec_training.POOL", 500)
+    for name in ("CHECKED", "KNOWN", "RANDOM", "PAIRS"):
+        monkeypatch.setattr(f"model.benchmarks.codec_browsing.{name}", 100)
+    monkeypatch.setattr(
+        EmbeddingProcess, "run", lambda self, _progress: normalized(self._scaled[:, :2])
+    )
+    out = tmp_path / "codec"
+    assert run(f"codec --out {out} --latent-dim 3 --width 0.1 --steps 40".split()) == 0
+    card = json.loads((out / "codec.json").read_text())
+    assert card["latent_dim"] == 3
+    assert card["metrics"]["steps"] == 40
+    assert (out / "map.npz").is_file()
+    assert run(f"codec --out {out} --kind plain".split()) == 2
+
+
+@pytest.mark.slow
+def test_the_browser_is_timed(volume: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("model.benchmarks.latent.SEARCHES", 2)
+    monkeypatch.setattr("model.benchmarks.latent.REPEATS", 1)
+    nrrd = Path(__file__).parents[3] / "resources" / "volumes"
+    jet = next(nrrd.glob("reacting_jet*"))
+    out = tmp_path / "latent.json"
+    assert run(f"bench latent --volume {jet} --size 32 --json {out}".split()) == 0
+    (found,) = json.loads(out.read_text())["volumes"]
+    assert [row["engine"] for row in found["engines"]] == ["ray caster", "model"]
+    assert all(len(row["errors"]) == 2 for row in found["searches"])
