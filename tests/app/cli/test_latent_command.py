@@ -85,8 +85,9 @@ def test_questions_that_make_no_sense(
 
 def test_a_codec_is_trained_and_mapped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("model.training.codec_training.POOL", 500)
-    for name in ("CHECKED", "KNOWN", "RANDOM", "PAIRS"):
-        monkeypatch.setattr(f"model.benchmarks.codec_browsing.{name}", 100)
+    for name in ("CHECKED", "KNOWN", "RANDOM"):
+        monkeypatch.setattr(f"model.benchmarks.codec_browsing.{name}", 200)
+    monkeypatch.setattr("model.benchmarks.codec_browsing.PAIRS", 50)
     monkeypatch.setattr(
         EmbeddingProcess, "run", lambda self, _progress: normalized(self._scaled[:, :2])
     )
