@@ -13,29 +13,31 @@ from numpy.typing import NDArray
 from model.scene.random_tfs import MAX_MODES
 from model.scene.transfer_function import TF_SAMPLES, GaussianMode, OpacityTF
 
-CURVE_ERROR = 0.03
-"""Largest difference between samples and a curve of few points, relative to the peak."""
+CURVE_ERROR = 0.02
+"""Largest difference in the square root of opacity between samples and a curve of few points.
+
+The root, as a faint haze over many values is seen where a small difference at a peak is not.
+"""
 
 LEAST_AMPLITUDE = 0.004
 """Opacity below which no mode is fitted: one step of an 8-bit image."""
 
 
-def fitted_curve(opacity: OpacityTF, relative_error: float = CURVE_ERROR) -> OpacityTF:
+def fitted_curve(opacity: OpacityTF, largest_error: float = CURVE_ERROR) -> OpacityTF:
     """Return a free curve of few points through the samples of one with many.
 
     Points are added where the curve is farthest from the samples (Ramer, Douglas, Peucker, with
-    differences in opacity only).
+    differences in opacity alone).
 
     Parameters
     ----------
     opacity : OpacityTF
-    relative_error : float
-        Largest difference at any of the points, as a fraction of the highest.
+    largest_error : float
+        Largest difference of square roots at any of the points.
     """
     if len(opacity.points) < 3:
         return opacity
     values, heights = np.array(opacity.points).T
-    largest_error = relative_error * float(heights.max())
     kept = {0, len(values) - 1}
     # A jump, two points at one value, stays a jump.
     jumps = np.flatnonzero(np.diff(values) == 0)
@@ -48,7 +50,7 @@ def fitted_curve(opacity: OpacityTF, relative_error: float = CURVE_ERROR) -> Opa
             continue
         inside = slice(first + 1, last)
         line = np.interp(values[inside], values[[first, last]], heights[[first, last]])
-        errors = np.abs(heights[inside] - line)
+        errors = np.abs(np.sqrt(heights[inside]) - np.sqrt(line))
         if errors.max() > largest_error:
             middle = first + 1 + int(errors.argmax())
             kept.add(middle)
