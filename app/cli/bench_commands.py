@@ -203,13 +203,16 @@ def latent(
     tsne: Annotated[
         bool, typer.Option("--map", help="Also time the map's computation: a minute.")
     ] = False,
+    window: Annotated[
+        bool, typer.Option("--window", help="Also browse in the real window, off screen.")
+    ] = False,
     seed: options.Seed = 0,
     json: options.JsonFile = None,
 ) -> None:
     """The latent browser: grid, hovering, map and search, in images."""
     from app.cli.bench_latent import bench_latent
 
-    bench_latent(volume, size, view, tsne, seed, json)
+    bench_latent(volume, size, view, tsne, window, seed, json)
 
 
 @bench.command()

@@ -40,6 +40,7 @@ def bench_latent(
     size: int,
     view: str,
     with_tsne: bool,
+    with_window: bool,
     seed: int,
     json_path: Path | None,
 ) -> None:
@@ -54,12 +55,20 @@ def bench_latent(
             found = _measure(volume, size, View.parse(view), with_tsne, seed)
         _tell(*found)
         rows, map_row, searches = found
+        rates = {}
+        if with_window:
+            from app.cli.window_pace import measure_browser
+
+            rates = measure_browser(path)
+            told = (f"{name} {rate:.0f}" for name, rate in rates.items())
+            console.print(f"In the window, a second: {', '.join(told)}")
         results.append(
             {
                 "volume": volume.name,
                 "engines": [asdict(row) for row in rows],
                 "map": asdict(map_row),
                 "searches": [asdict(row) for row in searches],
+                "window": rates,
             }
         )
     if json_path is not None:

@@ -47,9 +47,9 @@ def bench_sensitivity(
         _print(volume.name, costs)
         result: dict[str, Any] = {"volume": volume.name, "costs": [c.to_json() for c in costs]}
         if window:
-            from app.cli.window_pace import measure_window
+            from app.cli.window_pace import measure_sensitivity
 
-            result["window"] = measure_window(path, size)
+            result["window"] = measure_sensitivity(path, size)
             _print_window(volume.name, result["window"])
         results.append(result)
     if json_path is not None:
