@@ -44,11 +44,10 @@ def bench_codecs(steps: int, seed: int, json_path: Path | None) -> None:
 
 
 def _tell(rows: list[BrowsingRow]) -> None:
-    table = Table()
+    table = Table(box=None, padding=(0, 1))
     table.add_column("codec")
     for heading in (
-        "numbers", "steps", "TF", "16 voxels", "faint", "detour", "jump", "plausible", "nothing",
-        "returned", "neighbours", "dimension",
+        "n", "steps", "TF", "thick", "faint", "way", "jump", "far", "none", "back", "near", "dim",
     ):  # fmt: skip
         table.add_column(heading, justify="right")
     for row in rows:
@@ -56,8 +55,8 @@ def _tell(rows: list[BrowsingRow]) -> None:
             row.name,
             str(row.latent_dim),
             str(row.steps),
-            *(f"{error:.4f}" for error in row.layer_rmse.values()),
-            f"{row.faint_rmse:.4f}",
+            *(f"{error:.3f}" for error in row.layer_rmse.values()),
+            f"{row.faint_rmse:.3f}",
             f"{row.detour:.2f}",
             f"{row.jump:.2f}",
             f"{row.plausible:.2f}",
@@ -68,9 +67,10 @@ def _tell(rows: list[BrowsingRow]) -> None:
         )
     console.print(table)
     console.print(
-        "TF, 16 voxels, faint: RMSE of decoded TFs, of layers so thick, and of these where the TF "
-        "is faint\ndetour, jump: length and largest step of the TFs along a straight line of "
-        "codes\nplausible, nothing: random codes' distance from drawn TFs, and how many are "
-        "empty\nreturned, neighbours: change by decoding and encoding, and near TFs that are near "
-        "as codes\ndimension: effective dimension of the map's samples"
+        "n: numbers of a code\n"
+        "TF, thick, faint: RMSE of TFs, of layers of 16 voxels, of these where the TF is faint\n"
+        "way, jump: length and largest step of the TFs along a straight line of codes\n"
+        "far, none: random codes' distance from drawn TFs, and how many are empty\n"
+        "back, near: change by decoding and encoding, and near TFs that are near as codes\n"
+        "dim: effective dimension of the map's samples"
     )

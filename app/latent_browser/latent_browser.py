@@ -30,7 +30,7 @@ from app.latent_browser.preview import Preview
 from app.state.latent_path import Frame
 from app.state.latent_pictures import GridPicture, HoverPicture
 from app.state.latent_search import SearchStep
-from app.state.latent_state import Brush, Place
+from app.state.latent_state import Brush, LatentChoices, Place
 from app.state.latent_work import LatentWork
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
@@ -42,6 +42,7 @@ from model.scene.transfer_function import OpacityTF
 
 SOURCES = {"exact": "ray caster", "learned": "model"}
 OPENING = "Opening the map …"
+NO_VOLUME = "Open a volume: the map of its TFs will be here."
 LEAST_SIDE = 0.01
 """Least side of a brush that a wheel's turn leads to."""
 
@@ -93,7 +94,7 @@ class LatentBrowser(QWidget):
         self.status.setProperty("role", "dim")
         self.cancel = QPushButton("Cancel")
         self.cancel.hide()
-        self.map.show_message(OPENING)
+        self.map.show_message(NO_VOLUME)
         self._lay_out()
         self._connect()
 
@@ -148,6 +149,7 @@ class LatentBrowser(QWidget):
         work, latent, bar = self._work, self._latent, self.bar
         session, pictures = work.session, work.pictures
         session.mapClosed.connect(lambda: self.map.show_message(OPENING))
+        latent.choicesChanged.connect(self._choices_changed)
         session.mapOpened.connect(self._map_opened)
         session.mapChanged.connect(lambda _map: self._show_map())
         session.progressed.connect(self._show_progress)
@@ -190,6 +192,14 @@ class LatentBrowser(QWidget):
         self._state.transferFunctionChanged.connect(self._tf_changed)
         self._state.volumeStarting.connect(self._forget_images)
         self._fill_search()
+
+    def _choices_changed(self, choices: LatentChoices) -> None:
+        if not choices.shown:
+            # Nobody sees what they do.
+            self._work.search.cancel()
+            self._work.path.cancel()
+            self._latent.set_hover(None)
+            self.preview.show_tf(None)
 
     # The map.
 

@@ -87,6 +87,7 @@ class LatentErrors(QObject):
         """Measure anew, in the present view, light and colours."""
         self.errors = None
         self._left, self._found, self._asked, self._images = [], {}, (), {}
+        self.changed.emit()
         self._start_if_needed()
 
     def _inputs_changed(self, _value: object) -> None:
@@ -116,8 +117,8 @@ class LatentErrors(QObject):
         self._images = {}
         self._sequence += 1
         inputs = [
-            replace(self._state.inputs, opacity_tf=space.tf_of(map_.codes[index]))
-            for index in self._asked
+            replace(self._state.inputs, opacity_tf=tf)
+            for tf in space.tfs_of(map_.codes[[*self._asked]])
         ]
         request = ErrorRequest(self._sequence, inputs[0], Quality(self._size), tuple(inputs[1:]))
         for client in self._clients.values():

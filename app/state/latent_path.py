@@ -86,6 +86,7 @@ class LatentPath(QObject):
         self._number = 0
         self._sequence = 0
         self._asked = -1
+        self._engine: EngineName = "exact"
         self._movie: Path | None = None
         self._frames: list[Images] = []
         self._waiting: Frame | None = None
@@ -127,10 +128,12 @@ class LatentPath(QObject):
             tfs.insert(0, self._state.transfer_function.opacity)
         stations = np.array([space.code_of(tf) for tf in tfs])
         codes = path_codes(space.codec, stations, FRAMES_PER_LEG * max(len(tfs) - 1, 1) + 1)
-        self._tfs = [space.tf_of(code) for code in codes]
+        self._tfs = space.tfs_of(codes)
         self._places = [map_.place(code) for code in codes]
         self._inputs, self._number, self._movie = self._state.inputs, 0, movie
         self._frames, self._waiting = [], None
+        # The same engine to the end: frames of another would have another size.
+        self._engine = self._source()
         if movie is None:
             self._timer.start()
         self._ask()
@@ -156,7 +159,7 @@ class LatentPath(QObject):
     def _ask(self) -> None:
         assert self._inputs is not None
         size = PLAYED_SIZE if self._movie is None else MOVIE_SIZE
-        if self._source() == "learned":
+        if self._engine == "learned":
             size = self._learned_size() or size
         self._sequence += 1
         self._asked = self._sequence
@@ -165,7 +168,7 @@ class LatentPath(QObject):
         request = FrameRequest(
             self._sequence, replace(inputs, opacity_tf=self._tfs[self._number]), Quality(size)
         )
-        self._clients[self._source()].submit(request)
+        self._clients[self._engine].submit(request)
 
     def _take(self, result: Result) -> None:
         request = result.request

@@ -219,6 +219,8 @@ class LatentPictures(QObject):
         """Set the image size of a generator that fits the volume; None without one."""
         if size != self.learned_size:
             self.learned_size = size
+            # What the engine before was asked for may never come.
+            self._asked_thumbnails = self._grid_key = None
             self.ask()
 
     def is_fresh(self, picture: GridPicture | None) -> bool:
@@ -278,7 +280,13 @@ class LatentPictures(QObject):
 
     def _ask_grid(self, live: bool = False) -> None:
         space, map_ = self._session.space, self._session.chosen
-        if map_ is None or space is None or not self._latent.choices.shown:
+        if space is None or not self._latent.choices.shown:
+            return
+        if map_ is None:
+            # Nothing passes the filters.
+            self._asked_grids.clear()
+            self.grid = self._grid_key = None
+            self.gridDrawn.emit(None)
             return
         key = (
             _look_of(self._state.inputs), map_, self._latent.brush, self._latent.choices.nearest,
@@ -296,8 +304,8 @@ class LatentPictures(QObject):
             codes[empty] = map_.codes[cells.nearest.ravel()[empty]]
             drawn = np.arange(len(codes))
         tfs: list[OpacityTF | None] = [None] * len(codes)
-        for index in drawn:
-            tfs[index] = space.tf_of(codes[index])
+        for index, tf in zip(drawn, space.tfs_of(codes[drawn]), strict=True):
+            tfs[index] = tf
         inputs = [self._with(tf) for tf in tfs if tf is not None]
         self._sequence += 1
         asked = _AskedGrid(map_, cells, tuple(tfs), tuple(int(index) for index in drawn))
@@ -351,7 +359,7 @@ class LatentPictures(QObject):
         if not self._latent.choices.shown or self._state.live:
             return
         some = tuple(self._wanted[:THUMBNAILS_AT_ONCE])
-        inputs = [self._with(space.tf_of(map_.codes[index])) for index in some]
+        inputs = [self._with(tf) for tf in space.tfs_of(map_.codes[[*some]])]
         self._sequence += 1
         self._asked_thumbnails = self._sequence, some
         self._submit(

@@ -95,6 +95,7 @@ class LatentSearch(QObject):
         self._search: GoalSearch | None = None
         self._inputs: SceneInputs | None = None
         self._wish: tuple[Wish, Outline] | None = None
+        self._engine: EngineName = "exact"
         self._sequence = 0
         self._asked = -1
         self._batches = 0
@@ -117,7 +118,8 @@ class LatentSearch(QObject):
         self.cancel()
         if self._session.map is None:
             return
-        self._inputs, self._wish, self._batches = self._state.inputs, (wish, outline), 0
+        self._start((wish, outline))
+        assert self._inputs is not None
         self._submit(_FirstRequest, (self._inputs,))
 
     def seek_picture(self, picture: Images, outline: Outline | None = None) -> None:
@@ -127,7 +129,7 @@ class LatentSearch(QObject):
         self.cancel()
         if self._session.map is None:
             return
-        self._inputs, self._wish, self._batches = self._state.inputs, None, 0
+        self._start(None)
         size = self._size()
         try:
             mask = None if outline is None else outline.mask(size)
@@ -150,6 +152,11 @@ class LatentSearch(QObject):
         """Wait until the thread has ended."""
         self._preparing.join()
 
+    def _start(self, wish: tuple[Wish, Outline] | None) -> None:
+        self._inputs, self._wish, self._batches = self._state.inputs, wish, 0
+        # The same engine to the end: pictures of another would have another size.
+        self._engine = self._source()
+
     def _prepare(self, goal: Goal) -> None:
         """Choose the codes to start from in the background: thousands are compared."""
         session, inputs = self._session, self._inputs
@@ -167,17 +174,17 @@ class LatentSearch(QObject):
     def _ask(self) -> None:
         space = self._session.space
         assert self._search is not None and self._inputs is not None and space is not None
-        tfs = [space.tf_of(code) for code in self._search.question]
+        tfs = space.tfs_of(self._search.question)
         self._submit(SearchRequest, tuple(replace(self._inputs, opacity_tf=tf) for tf in tfs))
 
     def _submit(self, kind: type[SearchRequest], inputs: tuple[SceneInputs, ...]) -> None:
         self._sequence += 1
         self._asked = self._sequence
         request: Request = kind(self._sequence, inputs[0], Quality(self._size()), inputs[1:])
-        self._clients[self._source()].submit(request)
+        self._clients[self._engine].submit(request)
 
     def _size(self) -> int:
-        return (self._learned_size() or SEARCH_SIZE) if self._source() == "learned" else SEARCH_SIZE
+        return (self._learned_size() or SEARCH_SIZE) if self._engine == "learned" else SEARCH_SIZE
 
     def _take(self, _name: EngineName, result: Result) -> None:
         request = result.request

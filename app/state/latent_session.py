@@ -50,7 +50,7 @@ class LatentSession(QObject):
     wanted : ndarray of bool, shape (n,), or None
         Samples that pass the filters; None without a map.
     chosen : LatentMap or None
-        The map with these samples only.
+        The map with these samples only; None if there is none.
     overview : Overview or None
         Of the map's TFs, in the view of `overview_view`.
     place : tuple of float, or None
@@ -99,6 +99,7 @@ class LatentSession(QObject):
         self._open_space = open_space
         self._known: tuple[OpacityTF, tuple[float, float]] | None = None
         self._volume: Volume | None = None
+        self._mapped: Volume | None = None
         self._window: Range = (0.0, 1.0)
         self._model: Path | None = None
         self._is_open = False
@@ -113,7 +114,8 @@ class LatentSession(QObject):
         self._advanced.connect(self.progressed, Qt.ConnectionType.QueuedConnection)
         latent.choicesChanged.connect(self._choices_changed)
         latent.lassoChanged.connect(lambda _lasso: self._filter())
-        state.viewChanged.connect(lambda _view: self._look())
+        # Not while it turns: the engines need the processor then.
+        state.viewChangeFinished.connect(lambda _view: self._look())
         state.transferFunctionChanged.connect(lambda _tf: self._place_present())
         state.transferFunctionChangeFinished.connect(lambda _tf: self._remember())
         self._codec_choice = latent.choices.codec
@@ -225,6 +227,7 @@ class LatentSession(QObject):
             self._ensure_open()
             self._look()
             self._filter()
+            self._place_present()
 
     def _filter(self) -> None:
         """Find the samples that pass the filters."""
@@ -236,8 +239,9 @@ class LatentSession(QObject):
             wanted &= self.overview.shows(latent.choices.band, self._state.scalar_range)
         if latent.lasso is not None:
             wanted &= inside_polygon(map_.places, latent.lasso)
-        if self.wanted is None or self.chosen is None or not np.array_equal(wanted, self.wanted):
-            self.wanted, self.chosen = wanted, map_.only(wanted)
+        if self.wanted is None or not np.array_equal(wanted, self.wanted):
+            self.wanted = wanted
+            self.chosen = map_.only(wanted) if wanted.any() else None
             self.filterChanged.emit()
 
     def _ensure_open(self) -> None:
@@ -255,7 +259,9 @@ class LatentSession(QObject):
             return
         self.space, self.map = opened
         self.overview = self.wanted = self.chosen = None
-        self._latent.start_map()
+        # Another codec's map of the same volume has places for the same TFs.
+        self._latent.start_map(self._place_of if self._mapped is self._volume else None)
+        self._mapped = self._volume
         self._filter()
         self._known = None
         self.mapOpened.emit()

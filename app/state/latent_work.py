@@ -62,8 +62,19 @@ class LatentWork(QObject):
             self,
         )
 
+    def restart(self) -> None:
+        """Ask for all pictures anew, of an engine that was started anew."""
+        self.search.cancel()
+        self.path.cancel()
+        self.pictures.start_volume()
+        self.errors.restart()
+        self.pictures.ask()
+
     def set_model(self, folder: Path | None, size: int | None) -> None:
         """Set a model that fits the volume, and its image size; None without one."""
+        if size != self.pictures.learned_size:
+            self.search.cancel()
+            self.path.cancel()
         self.session.set_model(folder)
         self.pictures.set_learned(size)
         self.errors.set_learned(size)

@@ -306,8 +306,7 @@ class Workspace(QObject):
             source: Source = "differences" if self._settings.lighting == "global" else "exact"
             self.sensitivity.start_volume(self._opened.window, source)
             self.sensitivity.ask()
-            self.latent.pictures.start_volume()
-            self.latent.pictures.ask()
+            self.latent.restart()
 
     def _no_model_text(self) -> str:
         volume = "FILE"

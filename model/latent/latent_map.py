@@ -51,8 +51,8 @@ class LatentMap:
         return replace(self, places=places, is_final=True)
 
     def only(self, wanted: NDArray[np.bool_]) -> LatentMap:
-        """Return some of the samples where they are; all if there is none among them."""
-        if wanted.all() or not wanted.any():
+        """Return some of the samples where they are."""
+        if wanted.all():
             return self
         samples = replace(self.samples, codes=self.codes[wanted], tfs=self.samples.tfs[wanted])
         return replace(self, samples=samples, places=self.places[wanted], whole=self.radius)

@@ -73,7 +73,11 @@ class LatentSpace:
 
     def tf_of(self, code: Codes) -> OpacityTF:
         """Return the opacity TF, with 256 points or one more, of a code (d,)."""
-        return self.frame.opacity_tf(self.codec.decode(code[None])[0])
+        return self.tfs_of(code[None])[0]
+
+    def tfs_of(self, codes: Codes) -> list[OpacityTF]:
+        """Return the opacity TFs of codes (n, d)."""
+        return [self.frame.opacity_tf(opacities) for opacities in self.codec.decode(codes)]
 
     def code_of(self, opacity_tf: OpacityTF) -> Codes:
         """Return the code (d,) that is nearest to an opacity TF."""

@@ -33,6 +33,9 @@ SOLID_OPACITY, SOLID_SHARE = 0.9, 0.97
 SHOWN_SHARE = 0.1
 """Share of what is seen that a band of scalar values needs to count as shown."""
 
+PEAK_WIDTH = 4.0
+"""Standard deviation in bins by which shares are smoothed to find the largest."""
+
 _PART = 2000
 """TFs that are looked at together, to bound memory."""
 
@@ -50,12 +53,15 @@ class Overview:
     shares : ndarray of float32, shape (n, 256)
         Share of each scalar value's bin in what is seen, 0 for empty images. Which values
         hide which is not considered.
+    dominant : ndarray of int64, shape (n,)
+        Bin that most is seen of, with its neighbours.
     """
 
     opacity: NDArray[np.float32]
     is_empty: NDArray[np.bool_]
     is_solid: NDArray[np.bool_]
     shares: NDArray[np.float32]
+    dominant: NDArray[np.int64]
 
     @property
     def shows_something(self) -> NDArray[np.bool_]:
@@ -64,11 +70,8 @@ class Overview:
 
     def dominant_values(self, scalar_range: Range) -> NDArray[np.float32]:
         """Scalar value (n,) that most is seen of, in the data's units; NaN for empty images."""
-        from scipy.ndimage import gaussian_filter1d
-
-        smooth = gaussian_filter1d(self.shares, 4, axis=1, mode="constant")
         values = np.linspace(*scalar_range, TF_SAMPLES, dtype=np.float32)
-        return np.where(self.is_empty, np.float32(np.nan), values[smooth.argmax(axis=1)])
+        return np.where(self.is_empty, np.float32(np.nan), values[self.dominant])
 
     def shows(self, band: Range, scalar_range: Range) -> NDArray[np.bool_]:
         """Whether each TF shows a band of scalar values, in the data's units."""
@@ -134,6 +137,8 @@ class RayLengths:
         return Overview(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
 
     def _overview(self, opacities: NDArray[np.floating]) -> tuple[NDArray[Any], ...]:
+        from scipy.ndimage import gaussian_filter1d
+
         extinction = _extinction(opacities)
         thickness = extinction @ self.lengths.T
         opacity = -np.expm1(-thickness)
@@ -145,7 +150,9 @@ class RayLengths:
         is_empty = ~(opacity > NOTHING).any(axis=1)
         is_solid = (inside > SOLID_OPACITY).mean(axis=1) > SOLID_SHARE if inside.size else ~is_empty
         seen = np.where(is_empty[:, None], 0, shares / np.maximum(total, 1e-30))
-        return opacity.mean(axis=1), is_empty, is_solid, seen.astype(np.float32)
+        seen = seen.astype(np.float32)
+        smooth = gaussian_filter1d(seen, PEAK_WIDTH, axis=1, mode="constant")
+        return opacity.mean(axis=1), is_empty, is_solid, seen, smooth.argmax(axis=1)
 
 
 def _extinction(opacities: NDArray[np.floating]) -> NDArray[np.float32]:

@@ -44,7 +44,7 @@ def test_some_of_the_samples_keep_places_and_disc(latent_map: LatentMap) -> None
     assert (some.places == latent_map.places[wanted]).all()
     assert (some.samples.tfs == latent_map.samples.tfs[wanted]).all()
     assert some.radius == latent_map.radius
-    assert latent_map.only(np.zeros(500, dtype=bool)) is latent_map
+    assert latent_map.only(np.ones(500, dtype=bool)) is latent_map
 
 
 def test_a_closer_look_blends_fewer_samples(latent_map: LatentMap) -> None:
