@@ -34,6 +34,8 @@ class Dispatcher(QObject):
     ----------
     size : int
         Size of the reference image, in pixels.
+    hidden : EngineClient or None
+        Client whose image nobody sees: it is asked for none.
     """
 
     def __init__(
@@ -41,6 +43,7 @@ class Dispatcher(QObject):
     ) -> None:
         super().__init__(parent)
         self.size = NO_MODEL_SIZE
+        self.hidden: EngineClient | None = None
         self._state = state
         self._clients = tuple(clients)
         self._sequence = 0
@@ -65,4 +68,5 @@ class Dispatcher(QObject):
         self._sequence += 1
         request = ImageRequest(self._sequence, self._state.inputs, quality_of(self.size, live))
         for client in self._clients:
-            client.submit(request)
+            if client is not self.hidden:
+                client.submit(request)

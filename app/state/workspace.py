@@ -122,7 +122,8 @@ class Workspace(QObject):
     @property
     def is_settled(self) -> bool:
         """True if both images are final or replaced by a message."""
-        engines_settled = self._generator.is_settled and self._reference.is_settled
+        hidden = self._dispatcher.hidden is self._generator
+        engines_settled = (hidden or self._generator.is_settled) and self._reference.is_settled
         return self._reading is None and engines_settled
 
     def open_volume(self, path: Path) -> None:
@@ -166,6 +167,14 @@ class Workspace(QObject):
         self._reference_renderer = name
         self.referenceChanged.emit(name)
         self._follow_scene()
+
+    def show_generator(self, shown: bool) -> None:
+        """Say whether the generator's image is in sight; otherwise it is not drawn."""
+        before, self._dispatcher.hidden = self._dispatcher.hidden, None
+        if not shown:
+            self._dispatcher.hidden = self._generator
+        elif before is not None:
+            self._dispatcher.send()
 
     def stop(self) -> None:
         """Ask all threads to end; returns at once."""

@@ -215,6 +215,7 @@ class MainWindow(QMainWindow):
         """Show the latent browser in the generator's place, or the generator again."""
         self.browser.setVisible(choices.shown)
         self.generator.setVisible(not choices.shown)
+        self.workspace.show_generator(not choices.shown)
         self.browse.setChecked(choices.shown)
 
     def _show_view(self, view: View) -> None:

@@ -87,13 +87,20 @@ def turn_wheel(widget: QWidget, at: QPointF, notches: int) -> None:
 NO_KEY, SHIFT = Qt.KeyboardModifier.NoModifier, Qt.KeyboardModifier.ShiftModifier
 
 
-def test_the_browser_takes_the_place_of_the_generator(window: MainWindow) -> None:
+def test_the_browser_takes_the_place_of_the_generator(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
+) -> None:
     assert window.browser.isVisible()
     assert not window.generator.isVisible()
     assert window.reference.isVisible()
+    asked = len(builders.generators[-1].requests)
+    with qtbot.waitSignal(window.workspace.settled):
+        window.state.set_view(View(50, 10, 0, 1))
+    assert len(builders.generators[-1].requests) == asked
     window.browse.click()
     assert not window.browser.isVisible()
     assert window.generator.isVisible()
+    qtbot.waitUntil(lambda: builders.generators[-1].requests[-1].inputs.view == View(50, 10, 0, 1))
 
 
 def test_nothing_is_opened_before_the_browser_is(
