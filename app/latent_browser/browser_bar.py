@@ -7,9 +7,10 @@ from collections.abc import Callable
 from functools import partial
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QAction
+from PySide6.QtGui import QAction, QIcon, QPixmap
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLineEdit, QMenu, QToolButton, QWidget
 
+from app.image_view.image_canvas import to_qimage
 from app.state.latent_state import Coloring, EngineChoice, LatentState
 from model.scene.transfer_function import Range
 
@@ -41,6 +42,7 @@ class BrowserBar(QWidget):
     movieRequested = Signal()
     nameRequested = Signal()
     placeRequested = Signal(int)
+    renameRequested = Signal(int)
     forgetRequested = Signal(int)
     seekRequested = Signal(str)
     """Emitted with "more", "less", "remember", "picture", "region", "file" or "stop"."""
@@ -132,7 +134,10 @@ class BrowserBar(QWidget):
         for index, place in enumerate(named):
             sub = menu.addMenu(place.name)
             _add(sub, "Make it the TF", partial(self.placeRequested.emit, index))
+            _add(sub, "Rename…", partial(self.renameRequested.emit, index))
             _add(sub, "Forget it", partial(self.forgetRequested.emit, index))
+            if place.picture is not None:
+                sub.setIcon(QIcon(QPixmap.fromImage(to_qimage(place.picture))))
         if named:
             menu.addSeparator()
         play = _add(menu, "Play the path", self.playRequested.emit)

@@ -24,6 +24,8 @@ class CellGrid(QWidget):
     """Emitted with the cell over which the wheel was turned to come closer."""
     widened = Signal()
     """Emitted when the wheel was turned the other way."""
+    menuRequested = Signal(object)
+    """Emitted with the point on the screen of a right click."""
     hovered = Signal(object)
     """Emitted with the cell under the mouse, or None."""
 
@@ -124,6 +126,8 @@ class CellGrid(QWidget):
         cell = self._cell_at(event)
         if event.button() == Qt.MouseButton.LeftButton and cell in self._images:
             self.chosen.emit(cell)
+        elif event.button() == Qt.MouseButton.RightButton:
+            self.menuRequested.emit(event.globalPosition().toPoint())
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         """Come closer to a cell, or move away, by whole notches."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -174,10 +175,12 @@ class LatentBrowser(QWidget):
         self.grid.zoomed.connect(self._zoom_into)
         self.grid.widened.connect(self._widen)
         self.grid.hovered.connect(self._hover_cell)
+        self.grid.menuRequested.connect(self._open_grid_menu)
         bar.resetRequested.connect(self.map.reset)
         bar.problem.connect(self.problem)
         bar.nameRequested.connect(self._name_present)
         bar.placeRequested.connect(self._take_named)
+        bar.renameRequested.connect(self._rename)
         bar.forgetRequested.connect(latent.forget_place)
         bar.playRequested.connect(lambda: self._play(None))
         bar.movieRequested.connect(self._ask_movie)
@@ -252,7 +255,9 @@ class LatentBrowser(QWidget):
         take = menu.addAction("Make it the TF")
         take.triggered.connect(lambda _checked=False: self.take(tf, "TF from the map", place))
         name = menu.addAction("Name this place…")
-        name.triggered.connect(lambda _checked=False: self._ask_name(place, tf))
+        shown = self._work.pictures.hover
+        picture = shown.image if shown is not None and shown.tf == tf else None
+        name.triggered.connect(lambda _checked=False: self._ask_name(place, tf, picture))
         menu.popup(point)
 
     # The grid.
@@ -275,6 +280,15 @@ class LatentBrowser(QWidget):
     def _hover_cell(self, cell: int | None) -> None:
         self.map.mark_cell(cell)
         self.preview.show_tf(None if cell is None else self._work.pictures.cell_tf(cell))
+
+    def _open_grid_menu(self, point: QPoint) -> None:
+        menu = QMenu(self)
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        nearest = menu.addAction("Nearest TF in empty cells")
+        nearest.setCheckable(True)
+        nearest.setChecked(self._latent.choices.nearest)
+        nearest.triggered.connect(lambda on: self._latent.choose(nearest=on))
+        menu.popup(point)
 
     def _zoom_into(self, cell: int) -> None:
         left, lower, right, upper = self._latent.brush
@@ -320,14 +334,26 @@ class LatentBrowser(QWidget):
     def _name_present(self) -> None:
         place = self._work.session.place
         if place is not None:
-            self._ask_name(place, self._state.transfer_function.opacity)
+            self._ask_name(place, self._state.transfer_function.opacity, self._image)
 
-    def _ask_name(self, place: Place, tf: OpacityTF) -> QInputDialog:
+    def _ask_name(self, place: Place, tf: OpacityTF, picture: Images | None) -> None:
+        self._ask_text(
+            f"Place {len(self._latent.places) + 1}",
+            lambda name: self._latent.name_place(place, tf, name, picture),
+        )
+
+    def _rename(self, index: int) -> None:
+        self._ask_text(
+            self._latent.places[index].name,
+            lambda name: self._latent.rename_place(index, name),
+        )
+
+    def _ask_text(self, text: str, take: Callable[[str], None]) -> QInputDialog:
         dialog = QInputDialog(self)
         dialog.setWindowTitle("Name a place")
         dialog.setLabelText("Name of the place:")
-        dialog.setTextValue(f"Place {len(self._latent.places) + 1}")
-        dialog.textValueSelected.connect(lambda name: self._latent.name_place(place, tf, name))
+        dialog.setTextValue(text)
+        dialog.textValueSelected.connect(take)
         dialog.finished.connect(dialog.deleteLater)
         dialog.open()
         return dialog

@@ -11,6 +11,7 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter, QPainterPath, QPen, QPolygonF
 
 from app import theme
+from app.image_view.image_canvas import to_qimage
 from app.latent_browser.map_colors import Legend, lookup_table
 from app.latent_browser.map_frame import MapFrame
 from app.state.latent_state import Brush, NamedPlace, Place
@@ -20,6 +21,8 @@ BRUSH = "#f2f4f8"
 PRESENT = "#ff9a5c"
 NAMED = "#ffd866"
 HANDLE = 4.0
+NAMED_PICTURE = 40
+"""Edge of a named place's picture, in pixels."""
 LEGEND_WIDTH, LEGEND_HEIGHT, MARGIN = 132, 7, 10
 
 
@@ -112,6 +115,11 @@ def paint_names(painter: QPainter, frame: MapFrame, places: Sequence[NamedPlace]
         if box.right() > frame.width:
             box.moveRight(at.x() - 9)
         paint_text_box(painter, box, named.name)
+        if named.picture is not None:
+            edge = NAMED_PICTURE
+            painter.drawImage(
+                QRectF(box.left(), box.bottom() + 2, edge, edge), to_qimage(named.picture)
+            )
 
 
 def paint_text_box(painter: QPainter, box: QRectF, text: str) -> None:

@@ -6,6 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
+import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
 from model.scene.transfer_function import OpacityTF, Range
@@ -60,11 +62,22 @@ class LatentChoices:
 
 @dataclass(frozen=True, eq=False)
 class NamedPlace:
-    """A TF that the user wants to find again, with its place on the map."""
+    """A TF that the user wants to find again.
+
+    Attributes
+    ----------
+    name : str
+    place : tuple of float
+        On the map.
+    tf : OpacityTF
+    picture : ndarray of float32, shape (S, S, 4), or None
+        What it showed when it was named.
+    """
 
     name: str
     place: Place
     tf: OpacityTF
+    picture: NDArray[np.float32] | None = None
 
 
 class LatentState(QObject):
@@ -150,10 +163,16 @@ class LatentState(QObject):
             self.tool = tool
             self.toolChanged.emit(tool)
 
-    def name_place(self, place: Place, tf: OpacityTF, name: str = "") -> None:
+    def name_place(
+        self,
+        place: Place,
+        tf: OpacityTF,
+        name: str = "",
+        picture: NDArray[np.float32] | None = None,
+    ) -> None:
         """Add a named place; without a name it is numbered."""
         self._named += 1
-        named = NamedPlace(name or f"Place {self._named}", place, tf)
+        named = NamedPlace(name or f"Place {self._named}", place, tf, picture)
         self.places = (*self.places, named)
         self.placesChanged.emit()
 

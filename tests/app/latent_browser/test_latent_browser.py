@@ -12,7 +12,7 @@ import pytest
 from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
 from PySide6.QtGui import QWheelEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QApplication, QInputDialog, QWidget
 from pytestqt.qtbot import QtBot
 from ramp import make_tf
 from toy_codec import ToyCodec, toy_space
@@ -351,7 +351,11 @@ def test_places_are_named_played_and_kept(qtbot: QtBot, window: MainWindow, tmp_
     with qtbot.waitSignal(work.path.ended, check_params_cb=lambda text: "Saved" in text):
         work.path.play(tmp_path / "path.gif")
     assert (tmp_path / "path.gif").stat().st_size > 1000
-    latent.rename_place(0, "ribs")
+    window.browser.bar.renameRequested.emit(0)
+    dialog = window.findChild(QInputDialog)
+    assert dialog is not None
+    dialog.setTextValue("ribs")
+    dialog.accept()
     latent.forget_place(1)
     assert [named.name for named in latent.places] == ["ribs"]
 
