@@ -291,14 +291,16 @@ def _write(out: Path, map_: LatentMap, found: _Found, colors: TransferFunction) 
             replace(colors, opacity=found.opacity_tf).save(out)
         else:
             samples = map_.samples
-            np.savez_compressed(
-                out,
-                codes=samples.codes,
-                map=map_.places,
-                tfs=samples.tfs,
-                singular_values=samples.singular_values,
-                **found.arrays,  # type: ignore[arg-type]
-            )
+            # An open file, as numpy appends a suffix to names in capitals.
+            with out.open("wb") as file:
+                np.savez_compressed(
+                    file,
+                    codes=samples.codes,
+                    map=map_.places,
+                    tfs=samples.tfs,
+                    singular_values=samples.singular_values,
+                    **found.arrays,  # type: ignore[arg-type]
+                )
     except OSError as error:
         raise RenderError(f"{out}: the result cannot be written ({error.strerror}).") from error
 

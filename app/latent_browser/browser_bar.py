@@ -51,6 +51,8 @@ class BrowserBar(QWidget):
     def __init__(self, latent: LatentState) -> None:
         super().__init__()
         self._latent = latent
+        self._band_before: Range | None = None
+        self._refused: str | None = None
         self.coloring = _combo([COLORINGS[c] for c in COLORINGS], "What the colours mean")
         self.engine = _combo([ENGINES[e] for e in ENGINES], "Who draws the pictures")
         self.codec = _combo(
@@ -127,6 +129,9 @@ class BrowserBar(QWidget):
     def fill_places(self) -> None:
         """Fill the menu of places."""
         menu = self.places.menu()
+        for action in menu.actions():
+            if isinstance(before := action.menu(), QMenu):
+                before.deleteLater()
         menu.clear()
         named = self._latent.places
         _add(menu, "Name the present TF's place…", self.nameRequested.emit)
@@ -177,12 +182,19 @@ class BrowserBar(QWidget):
         self.engine.setCurrentIndex(list(ENGINES).index(choices.engine))
         self.codec.setCurrentIndex(("shipped", "model").index(choices.codec))
         self.modes.setChecked(choices.as_modes)
+        if choices.band is None and self._band_before is not None:
+            self.band.clear()
+        self._band_before = choices.band
 
     def _read_band(self) -> None:
         text = self.band.text().strip()
+        if text == self._refused:
+            return
+        self._refused = None
         try:
             band = parsed_band(text)
         except ValueError:
+            self._refused = text
             self.problem.emit(
                 f"'{text}' is not a range of scalar values; write two numbers, such as 90 to 120."
             )
@@ -201,7 +213,7 @@ def parsed_band(text: str) -> Range | None:
     if not text:
         return None
     number = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
-    found = re.fullmatch(rf"({number})(?:\s*(?:to|,|–|\s-|\.\.)\s*({number}))?", text)
+    found = re.fullmatch(rf"({number})(?:\s*(?:to|,|–|-|\.\.)\s*({number}))?", text)
     if found is None:
         raise ValueError(text)
     low = float(found[1])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -39,11 +40,14 @@ from app.tf_editor.editor import TransferFunctionEditor
 from model.errors import LatentError, TfscopeError
 from model.latent.movie import SUFFIXES
 from model.scene.tf_fitting import fitted_curve, fitted_modes, tf_difference
-from model.scene.transfer_function import OpacityTF
+from model.scene.transfer_function import OpacityTF, TransferFunction
 
 SOURCES = {"exact": "ray caster", "learned": "model"}
 OPENING = "Opening the map …"
 NO_VOLUME = "Open a volume: the map of its TFs will be here."
+SAME_TF = 0.02
+"""Difference in opacity (RMS) up to which a fitted TF stands at the place it was found."""
+
 LEAST_SIDE = 0.01
 """Least side of a brush that a wheel's turn leads to."""
 
@@ -87,6 +91,7 @@ class LatentBrowser(QWidget):
         self._image: Images | None = None
         self._goal: Images | None = None
         self._seeking = False
+        self._found: TransferFunction | None = None
         self.bar = BrowserBar(self._latent)
         self.map = MapView(self._latent, work.session, work.pictures)
         self.grid = CellGrid()
@@ -123,13 +128,18 @@ class LatentBrowser(QWidget):
         place : tuple of float, optional
             Where it was found.
         """
+        if tf.scalar_range != self._state.scalar_range:
+            # Asked for while another volume was opened.
+            return
+        self._work.search.cancel()
         as_modes = self._latent.choices.as_modes
         fitted = fitted_modes(tf) if as_modes else fitted_curve(tf)
-        if place is not None:
+        difference = tf_difference(fitted, tf)
+        if place is not None and difference < SAME_TF:
             self._work.session.remember_place(fitted, place)
         self._state.commit(replace(self._state.transfer_function, opacity=fitted), text)
         what = f"{len(fitted.modes)} modes" if as_modes else f"{len(fitted.points)} points"
-        self.news.emit(f"The TF has {what}; {tf_difference(fitted, tf):.3f} from the map's (RMS).")
+        self.news.emit(f"The TF has {what}; {difference:.3f} from the map's (RMS).")
 
     def _lay_out(self) -> None:
         images = QHBoxLayout()
@@ -161,6 +171,7 @@ class LatentBrowser(QWidget):
         latent.choicesChanged.connect(lambda _choices: self._color())
         session.filterChanged.connect(self._color)
         latent.hoverChanged.connect(lambda _place: self._tell())
+        latent.brushChanged.connect(lambda _brush: self._brushes.clear())
         pictures.gridDrawn.connect(self._show_grid)
         pictures.hoverDrawn.connect(self._show_hover)
         pictures.hoverMoved.connect(self.preview.show_tf)
@@ -200,7 +211,8 @@ class LatentBrowser(QWidget):
         if not choices.shown:
             # Nobody sees what they do.
             self._work.search.cancel()
-            self._work.path.cancel()
+            if not self._work.path.is_movie:
+                self._work.path.cancel()
             self._latent.set_hover(None)
             self.preview.show_tf(None)
 
@@ -211,6 +223,7 @@ class LatentBrowser(QWidget):
         self.map.show_message("")
 
     def _show_map(self) -> None:
+        self._brushes.clear()
         self.map.show_map()
         self._color()
         self._tell()
@@ -296,23 +309,27 @@ class LatentBrowser(QWidget):
         if min(width, height) < LEAST_SIDE:
             return
         row, column = divmod(cell, CELLS)
-        self._brushes.append(self._latent.brush)
         x, y = left + column * width, upper - (row + 1) * height
-        self._latent.set_brush((x, y, x + width, y + height))
-        self.map.look_at(self._latent.brush)
+        self._set_brush((x, y, x + width, y + height), [*self._brushes, self._latent.brush])
 
     def _widen(self) -> None:
         """Return to the rectangle before the last zoom, or to one of twice the size."""
-        if self._brushes:
-            brush = self._brushes.pop()
+        before = self._brushes
+        if before:
+            brush = before[-1]
         else:
             left, lower, right, upper = self._latent.brush
             dx, dy = (right - left) / 2, (upper - lower) / 2
             brush = (
-                max(left - dx, -1.0), max(lower - dy, -1.0),
-                min(right + dx, 1.0), min(upper + dy, 1.0),
+                min(left, max(left - dx, -1.0)), min(lower, max(lower - dy, -1.0)),
+                max(right, min(right + dx, 1.0)), max(upper, min(upper + dy, 1.0)),
             )  # fmt: skip
+        self._set_brush(brush, before[:-1])
+
+    def _set_brush(self, brush: Brush, before: list[Brush]) -> None:
+        """Set the rectangle, and those that the wheel returns to."""
         self._latent.set_brush(brush)
+        self._brushes = before
         self.map.look_at(brush)
 
     # The picture under the mouse.
@@ -339,8 +356,13 @@ class LatentBrowser(QWidget):
     def _ask_name(self, place: Place, tf: OpacityTF, picture: Images | None) -> None:
         self._ask_text(
             f"Place {len(self._latent.places) + 1}",
-            lambda name: self._latent.name_place(place, tf, name, picture),
+            partial(self._name, place, tf, picture),
         )
+
+    def _name(self, place: Place, tf: OpacityTF, picture: Images | None, name: str) -> None:
+        # Another volume may have been opened meanwhile.
+        if tf.scalar_range == self._state.scalar_range:
+            self._latent.name_place(place, tf, name, picture)
 
     def _rename(self, index: int) -> None:
         self._ask_text(
@@ -373,6 +395,9 @@ class LatentBrowser(QWidget):
     def _play(self, movie: Path | None) -> None:
         if movie is not None and movie.suffix.lower() not in SUFFIXES:
             movie = movie.with_name(movie.name + SUFFIXES[0])
+            if movie.exists():
+                self.problem.emit(f"{movie} is there already; give its full name to replace it.")
+                return
         try:
             self._work.path.play(movie)
         except LatentError as error:
@@ -384,6 +409,8 @@ class LatentBrowser(QWidget):
             self.preview.show_tf(None)
             self.preview.show_picture(None)
             self.map.mark_path(None)
+            self._show_cancel()
+            self._tell("Writing the movie …" if self._work.path.is_movie else "")
             return
         self.map.mark_path(frame.place)
         self.preview.show_tf(frame.tf)
@@ -405,6 +432,10 @@ class LatentBrowser(QWidget):
         search, outline = self._work.search, self._regions.outline
         if kind == "stop":
             search.cancel()
+        elif self._work.session.map is None:
+            self.problem.emit("There is no map to search yet; wait until it is open.")
+        elif kind == "remember" and self._image is None:
+            self.problem.emit("There is no picture to remember yet; wait until it is drawn.")
         elif kind == "remember":
             self._goal = self._image
             self.news.emit("The picture is remembered; change the TF, then search for it.")
@@ -436,13 +467,17 @@ class LatentBrowser(QWidget):
     def _show_step(self, step: SearchStep) -> None:
         tf = replace(self._state.transfer_function, opacity=fitted_curve(step.tf))
         self._seeking = False
+        self._found = tf
         self._state.preview(tf)
         self._seeking = True
         self._tell(f"Searching: difference {step.error:.3f} after {step.batches} batches")
 
     def _search_ended(self, problem: str) -> None:
         self._seeking = False
-        self._state.finish_preview("TF found by search")
+        found, self._found = self._found, None
+        # A drag of the user's own that ended the search goes on.
+        if found is not None and found == self._state.transfer_function:
+            self._state.finish_preview("TF found by search")
         if problem:
             self.problem.emit(problem)
         self._show_cancel()
@@ -468,9 +503,12 @@ class LatentBrowser(QWidget):
     # What is going on.
 
     def _stop(self) -> None:
-        self._work.search.cancel()
-        self._work.path.cancel()
-        self._work.session.cancel()
+        work = self._work
+        if work.search.is_running or work.path.is_running:
+            work.search.cancel()
+            work.path.cancel()
+        else:
+            work.session.cancel()
         self._show_cancel()
 
     def _show_progress(self, done: float) -> None:

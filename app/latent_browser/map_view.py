@@ -84,11 +84,13 @@ class MapView(QWidget):
         self._path_place: Place | None = None
         self._grips: tuple[Grip, ...] = ()
         self._pressed: QPointF | None = None
+        self._button = Qt.MouseButton.NoButton
         self._last = QPointF()
         self._moved = False
         self._before: Brush = latent.brush
         self._lasso: list[Place] = []
         self.setMouseTracking(True)
+        self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self.setMinimumSize(QSize(180, 180))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         for signal in (
@@ -209,8 +211,12 @@ class MapView(QWidget):
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Grip the brush, begin a new one or a lasso, or pan."""
+        if self._pressed is not None:
+            # Another button during a drag.
+            return
         at = event.position()
         self._pressed, self._last, self._moved = at, at, False
+        self._button = event.button()
         self._before = self._latent.brush
         middle = event.button() == Qt.MouseButton.MiddleButton
         if middle or event.modifiers() & Qt.KeyboardModifier.ControlModifier:
@@ -251,6 +257,8 @@ class MapView(QWidget):
         place = self._frame.place(at)
         if event.button() == Qt.MouseButton.RightButton and self._pressed is None:
             self.menuRequested.emit(place, event.globalPosition().toPoint())
+            return
+        if event.button() != self._button:
             return
         grips, moved = self._grips, self._moved
         pressed, self._pressed, self._grips = self._pressed, None, ()

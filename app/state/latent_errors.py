@@ -39,7 +39,7 @@ class LatentErrors(QObject):
     Attributes
     ----------
     errors : ndarray of float32, shape (n,), or None
-        RMSE (0..1) at every sample of the map; NaN while nothing near is measured.
+        RMSE (0..1) at every sample of the map, of what is measured near it so far.
     """
 
     changed = Signal()
@@ -97,21 +97,26 @@ class LatentErrors(QObject):
             self.restart()
 
     def _start_if_needed(self) -> None:
-        choices, map_ = self._latent.choices, self._session.map
-        wanted = choices.shown and choices.coloring == "error"
-        if not wanted or map_ is None or self._size is None or self._left or self._found:
+        map_ = self._session.map
+        if not self._is_wanted or map_ is None or self._size is None or self._asked:
             return
-        count = min(MEASURED, len(map_.codes))
-        rng = np.random.default_rng(0)
-        self._left = rng.choice(len(map_.codes), count, replace=False).tolist()
+        if not self._left and not self._found:
+            count = min(MEASURED, len(map_.codes))
+            rng = np.random.default_rng(0)
+            self._left = rng.choice(len(map_.codes), count, replace=False).tolist()
         self._ask()
+
+    @property
+    def _is_wanted(self) -> bool:
+        choices = self._latent.choices
+        return choices.shown and choices.coloring == "error"
 
     def _ask(self) -> None:
         map_, space = self._session.map, self._session.space
         if not self._left or map_ is None or space is None or self._size is None:
             return
-        if self._latent.choices.coloring != "error":
-            self._left = []
+        if not self._is_wanted:
+            # What is left is measured when it is wanted again.
             return
         self._asked = tuple(self._left[:AT_ONCE])
         self._images = {}
@@ -129,7 +134,7 @@ class LatentErrors(QObject):
         if not isinstance(request, ErrorRequest) or request.sequence != self._sequence:
             return
         if result.value is None or not self._asked:
-            self._left = []
+            self._left, self._asked = [], ()
             return
         self._images[name] = result.value
         if len(self._images) < len(self._clients):
@@ -138,6 +143,7 @@ class LatentErrors(QObject):
         errors = np.sqrt(np.square(one - other).mean(axis=(1, 2, 3)))
         self._found.update(zip(self._asked, errors.tolist(), strict=True))
         self._left = self._left[len(self._asked) :]
+        self._asked = ()
         self._spread()
         self.changed.emit()
         self._ask()

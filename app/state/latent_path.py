@@ -18,6 +18,8 @@ from app.state.latent_session import LatentSession
 from app.state.latent_state import LatentState, Place
 from app.state.latest_call import LatestCall
 from app.state.viewer_state import ViewerState
+from model.errors import LatentError
+from model.latent.movie import movie_frame, write_movie
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import OpacityTF
 
@@ -88,7 +90,7 @@ class LatentPath(QObject):
         self._asked = -1
         self._engine: EngineName = "exact"
         self._movie: Path | None = None
-        self._frames: list[Images] = []
+        self._frames: list[NDArray[np.uint8]] = []
         self._waiting: Frame | None = None
         self._timer = QTimer(self, interval=FRAME_MS)
         self._timer.timeout.connect(self._show)
@@ -98,6 +100,11 @@ class LatentPath(QObject):
         for client in clients.values():
             client.resultReady.connect(self._take)
         session.mapClosed.connect(self.cancel)
+
+    @property
+    def is_movie(self) -> bool:
+        """True while frames of a movie are drawn or written."""
+        return (self.is_running and self._movie is not None) or self._writing.is_running
 
     @property
     def is_running(self) -> bool:
@@ -115,13 +122,15 @@ class LatentPath(QObject):
         Raises
         ------
         LatentError
-            With too few places.
+            With too few places, or while another movie is written.
         """
         from model.latent.path import path_codes
 
         space, map_ = self._session.space, self._session.map
         if space is None or map_ is None:
             return
+        if movie is not None and self._writing.is_running:
+            raise LatentError("Another movie is still written; try again in a moment.")
         self.cancel()
         tfs = [named.tf for named in self._latent.places]
         if len(tfs) == 1:
@@ -184,7 +193,9 @@ class LatentPath(QObject):
             number, len(self._tfs), self._places[number], self._tfs[number], result.value[0]
         )
         if self._movie is not None:
-            self._frames.append(result.value[0])
+            self._frames.append(
+                movie_frame(result.value[0], self._tfs[number], request.inputs.color_tf)
+            )
             self._show()
 
     def _show(self) -> None:
@@ -200,17 +211,11 @@ class LatentPath(QObject):
             self._finish()
 
     def _finish(self) -> None:
-        from model.latent.movie import write_movie
-
         self._timer.stop()
-        frames, tfs, movie = self._frames, self._tfs, self._movie
+        frames, movie = self._frames, self._movie
         self._tfs, self._frames = [], []
         self.frameDrawn.emit(None)
         if movie is None:
             self.ended.emit("")
         else:
-            assert self._inputs is not None
-            colors = self._inputs.color_tf
-            self._writing.ask(
-                partial(write_movie, movie, np.stack(frames), tfs, colors, 1000 / FRAME_MS)
-            )
+            self._writing.ask(partial(write_movie, movie, frames, 1000 / FRAME_MS))

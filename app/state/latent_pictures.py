@@ -50,6 +50,8 @@ SLOW_SECONDS = 0.12
 REST_SIZE, CELL_SIZE, THUMBNAIL_SIZE = 256, 128, 64
 LIVE_SIZES = (128, 96, 64, 48, 32)
 THUMBNAILS_AT_ONCE = 8
+KEPT_THUMBNAILS = 1000
+LEAST_TIMED_SIZE = 96
 
 Images = NDArray[np.float32]
 Asked = TypeVar("Asked")
@@ -153,8 +155,6 @@ class LatentPictures(QObject):
     hoverMoved = Signal(object)
     """Emitted with the decoded TF under the mouse at once, or None."""
     thumbnailsDrawn = Signal()
-    sourceChanged = Signal(str)
-    """Emitted with the name of the engine that draws: "exact" or "learned"."""
     problem = Signal(str)
 
     def __init__(
@@ -177,7 +177,7 @@ class LatentPictures(QObject):
         self._session = session
         self.clients: dict[EngineName, EngineClient] = {"exact": exact, "learned": learned}
         self._pace = Pace()
-        self._source: EngineName = "exact"
+        self._is_warm: set[EngineName] = set()
         self._sequence = 0
         self._asked_hovers: dict[int, _AskedHover] = {}
         self._asked_grids: dict[int, _AskedGrid] = {}
@@ -201,6 +201,7 @@ class LatentPictures(QObject):
         session.mapClosed.connect(self.forget)
         session.mapChanged.connect(lambda _map: self.ask())
         session.filterChanged.connect(self._ask_grid)
+        session.filterChanged.connect(lambda: self._ask_hover(live=False))
         exact.resultReady.connect(partial(self._take, "exact"))
         learned.resultReady.connect(partial(self._take, "learned"))
 
@@ -230,6 +231,7 @@ class LatentPictures(QObject):
     def start_volume(self) -> None:
         """Forget all pictures and how long they took."""
         self._pace = Pace()
+        self._is_warm.clear()
         self.forget()
 
     def stop(self) -> None:
@@ -244,6 +246,7 @@ class LatentPictures(QObject):
         self._asked_hovers.clear()
         self._asked_thumbnails, self._wanted = None, []
         self.gridDrawn.emit(None)
+        self.hoverMoved.emit(None)
         self.hoverDrawn.emit(None)
         self.thumbnailsDrawn.emit()
 
@@ -377,9 +380,6 @@ class LatentPictures(QObject):
 
     def _submit(self, request: BatchRequest) -> None:
         source = self.source
-        if source != self._source:
-            self._source = source
-            self.sourceChanged.emit(source)
         if source == "learned" and self.learned_size is not None:
             request = replace(request, quality=replace(request.quality, size=self.learned_size))
         self.clients[source].submit(request)
@@ -394,10 +394,11 @@ class LatentPictures(QObject):
         if result.value is None:
             if isinstance(request, ThumbnailRequest):
                 self._asked_thumbnails, self._wanted = None, []
-            self.problem.emit(result.error or "")
+            elif isinstance(request, GridRequest):
+                self._grid_key = None
+            self.problem.emit(result.error or "The engine returned no pictures.")
             return
-        self._pace.note(source, request.quality.size, result.seconds / len(result.value))
-        self.problem.emit("")
+        self._note_pace(source, request.quality.size, result.seconds / len(result.value))
         match request:
             case GridRequest():
                 asked_grid = _pop(self._asked_grids, request.sequence)
@@ -415,6 +416,13 @@ class LatentPictures(QObject):
                     self.hoverDrawn.emit(self.hover)
             case ThumbnailRequest():
                 self._take_thumbnails(request, result.value)
+
+    def _note_pace(self, source: EngineName, size: int, seconds: float) -> None:
+        """Note the time of a picture, unless it says little about larger ones."""
+        # The first one compiles; of small ones most of the time has nothing to do with pixels.
+        if source in self._is_warm and size >= LEAST_TIMED_SIZE:
+            self._pace.note(source, size, seconds)
+        self._is_warm.add(source)
 
     def _show_grid(
         self,
@@ -434,7 +442,12 @@ class LatentPictures(QObject):
             return
         self._asked_thumbnails = None
         if _look_of(request.inputs) == _look_of(self._state.inputs):
-            self.thumbnails.update(zip(asked[1], images, strict=True))
+            step = max(images.shape[1] // THUMBNAIL_SIZE, 1)
+            small = (image[::step, ::step].copy() for image in images)
+            self.thumbnails.update(zip(asked[1], small, strict=True))
+            for pictures in (self.thumbnails, self.stale_thumbnails):
+                while len(pictures) > KEPT_THUMBNAILS:
+                    del pictures[next(iter(pictures))]
             self._wanted = [index for index in self._wanted if index not in self.thumbnails]
             self.thumbnailsDrawn.emit()
         self._ask_thumbnails()

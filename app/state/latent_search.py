@@ -145,8 +145,8 @@ class LatentSearch(QObject):
 
     def stop(self) -> None:
         """Ask nothing any more; returns at once."""
+        self.cancel()
         self._preparing.stop()
-        self._search = self._inputs = None
 
     def join(self) -> None:
         """Wait until the thread has ended."""

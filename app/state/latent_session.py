@@ -73,12 +73,12 @@ class LatentSession(QObject):
     """Emitted with the fraction of t-SNE that is done; 1 at its end, however it ended."""
     overviewChanged = Signal(object)
     filterChanged = Signal()
-    """Emitted when other samples pass the filters, or their pictures were looked at anew."""
+    """Emitted when other samples pass the filters."""
     placeChanged = Signal(object)
     problem = Signal(str)
     """Emitted with a sentence for the user; empty when it no longer holds."""
 
-    _advanced = Signal(float)
+    _advanced = Signal(object, float)
 
     def __init__(
         self, state: ViewerState, latent: LatentState, open_space: OpenSpace, parent: QObject
@@ -103,6 +103,7 @@ class LatentSession(QObject):
         self._window: Range = (0.0, 1.0)
         self._model: Path | None = None
         self._is_open = False
+        self._was_shown = False
         self._opening = LatestCall("latent-space", self)
         self._opening.done.connect(self._take_space)
         self._opening.failed.connect(self.problem)
@@ -111,7 +112,7 @@ class LatentSession(QObject):
         self._looking.failed.connect(self.problem)
         self._embedding: EmbeddingProcess | None = None
         self._calls: list[BackgroundCall] = []
-        self._advanced.connect(self.progressed, Qt.ConnectionType.QueuedConnection)
+        self._advanced.connect(self._tell_progress, Qt.ConnectionType.QueuedConnection)
         latent.choicesChanged.connect(self._choices_changed)
         latent.lassoChanged.connect(lambda _lasso: self._filter())
         # Not while it turns: the engines need the processor then.
@@ -132,6 +133,10 @@ class LatentSession(QObject):
 
     def start_volume(self, volume: Volume, window: Range) -> None:
         """Follow another volume; its space is opened when the browser is shown."""
+        if volume is not self._volume:
+            # Its places and filters mean nothing here.
+            self._latent.start_map()
+            self._latent.choose(band=None)
         self._volume, self._window = volume, window
         self.reset()
 
@@ -210,7 +215,9 @@ class LatentSession(QObject):
         self._embedding = process
         self.progressed.emit(0.0)
         call = BackgroundCall(
-            partial(_embed, process, self.space, self.map, self._advanced.emit), "latent-map", self
+            partial(_embed, process, self.space, self.map, partial(self._advanced.emit, process)),
+            "latent-map",
+            self,
         )
         call.done.connect(partial(self._take_places, process))
         call.failed.connect(partial(self._embedding_failed, process))
@@ -218,8 +225,16 @@ class LatentSession(QObject):
         self._calls.append(call)
         call.start()
 
+    def _tell_progress(self, process: EmbeddingProcess, done: float) -> None:
+        if process is self._embedding:
+            self.progressed.emit(done)
+
     def _choices_changed(self, _choices: object) -> None:
         choices = self._latent.choices
+        opened, self._was_shown = choices.shown and not self._was_shown, choices.shown
+        if opened:
+            # It may have been cancelled.
+            self.compute_map()
         if choices.codec != self._codec_choice:
             self._codec_choice = choices.codec
             self.reset()
@@ -322,7 +337,11 @@ class LatentSession(QObject):
         if self.map is None or self.space is None or self._volume is None:
             return
         view = self._state.view
-        if not self._latent.choices.shown or (view == self.overview_view and self.overview):
+        if not self._latent.choices.shown:
+            return
+        if view == self.overview_view and self.overview is not None:
+            # Another view's may be on its way.
+            self._looking.forget()
             return
         self._looking.ask(partial(_overview, self._volume, view, self.space, self.map))
 

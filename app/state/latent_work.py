@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QObject
 
 from app.engines.client import EngineClient
+from app.engines.states import EngineState
 from app.state.latent_errors import LatentErrors
 from app.state.latent_path import LatentPath
 from app.state.latent_pictures import LatentPictures
@@ -43,6 +45,7 @@ class LatentWork(QObject):
         self.pictures = LatentPictures(state, latent, self.session, exact, learned, self)
         drawing = self.pictures
         clients = drawing.clients
+        exact.stateChanged.connect(partial(self._check_failure, exact))
         self.search = LatentSearch(
             state,
             self.session,
@@ -61,6 +64,13 @@ class LatentWork(QObject):
             lambda: drawing.learned_size,
             self,
         )
+
+    def _check_failure(self, client: EngineClient, state: EngineState) -> None:
+        """End what waits for an engine that has failed."""
+        if state is EngineState.FAILED and self.state.choices.shown:
+            self.search.cancel()
+            self.path.cancel()
+            self.pictures.problem.emit(client.text)
 
     def restart(self) -> None:
         """Ask for all pictures anew, of an engine that was started anew."""

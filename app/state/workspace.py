@@ -200,6 +200,9 @@ class Workspace(QObject):
 
     def _volume_opened(self, opened: OpenedVolume) -> None:
         self._reading = None
+        # What they preview belongs to the volume before.
+        self.latent.search.cancel()
+        self.latent.path.cancel()
         self._opened = opened
         self._settings = self._wanted_settings()
         self._start_reference()

@@ -144,7 +144,9 @@ class Menus(QObject):
         _add(menu, "Open &transfer function…", files.open_transfer_function, "Ctrl+T")
         _add(menu, "&Save transfer function as…", files.save_transfer_function, keys.Save)
         menu.addSeparator()
-        _add(menu, "Save &generator image…", lambda: files.save_image(self._generator))
+        self._save_generator = _add(
+            menu, "Save &generator image…", lambda: files.save_image(self._generator)
+        )
         _add(menu, "Save &reference image…", lambda: files.save_image(self._reference))
         menu.addSeparator()
         _add(menu, "&Quit", self._window.close, "Ctrl+Q")
@@ -175,6 +177,10 @@ class Menus(QObject):
         )
         browse.setCheckable(True)
         latent.choicesChanged.connect(lambda choices: browse.setChecked(choices.shown))
+        # It is not drawn while the map is in its place.
+        latent.choicesChanged.connect(
+            lambda choices: self._save_generator.setEnabled(not choices.shown)
+        )
         menu.addSeparator()
         _add(menu, "&Reset view", lambda: state.set_view(HOME_VIEW), "Ctrl+0")
         menu.addSeparator()

@@ -75,18 +75,20 @@ class EmbeddingProcess:
                 str(source), str(target), str(self._seed),
             ]  # fmt: skip
             root = Path(__file__).parents[2]
-            self._process = subprocess.Popen(
-                command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=root
-            )
+            errors = Path(folder) / "errors.txt"
+            with errors.open("w") as file:
+                self._process = subprocess.Popen(
+                    command, stdout=subprocess.PIPE, stderr=file, text=True, cwd=root
+                )
             with self._process as process:
                 if self._cancelled:
                     process.kill()
-                assert process.stdout is not None and process.stderr is not None
+                assert process.stdout is not None
                 for line in process.stdout:
                     if line.startswith("[t-SNE] Iteration "):
                         progress(int(line.split()[2].rstrip(":")) / ITERATIONS)
-                problem = process.stderr.read().strip().splitlines()
                 code = process.wait()
+            problem = errors.read_text(errors="replace").strip().splitlines()
             if self._cancelled:
                 return None
             if code or not target.is_file():

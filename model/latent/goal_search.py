@@ -197,7 +197,10 @@ class GoalSearch:
         assert self._present is not None
         base = self._goal.residuals(self._present.picture[None])
         changes = self._goal.residuals(images) - base
-        return np.asarray((changes / (self._offsets / self._deviations)[:, None]).T)
+        # The box may have cut the offsets short, or left nothing of them.
+        taken = np.diag(self.question - self._present_code).astype(np.float64) / self._deviations
+        shares = np.divide(1.0, taken, out=np.zeros_like(taken), where=np.abs(taken) > 1e-9)
+        return np.asarray((changes * shares[:, None]).T)
 
     def _trials(self) -> Codes:
         """Steps of Gauss and Newton with several dampings."""

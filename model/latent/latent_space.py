@@ -10,7 +10,7 @@ import numpy as np
 from model.errors import LatentError
 from model.files import cache_folder
 from model.latent.codec_folder import SHIPPED_CODEC, load_codec
-from model.latent.codes import SAMPLES, Codes, Opacities, TFCodec, sample_codes, samples_of
+from model.latent.codes import SAMPLES, Codes, TFCodec, sample_codes, samples_of
 from model.latent.embedding import Places, principal_places
 from model.latent.latent_map import LatentMap
 from model.latent.stored_map import MAP_FILE, load_map, map_key, save_map
@@ -94,7 +94,7 @@ class LatentSpace:
         key = map_key(self.digest, count, SAMPLING_SEED)
         for folder in self.folders:
             try:
-                codes, places = load_map(folder / MAP_FILE, key)
+                codes, places = load_map(folder / _file_name(count, key), key)
                 if codes.shape[1] == self._latent_dim:
                     return LatentMap(samples_of(self.codec, codes), places, is_final=True)
             except LatentError:
@@ -113,15 +113,16 @@ class LatentSpace:
             When the map cannot be written.
         """
         key = map_key(self.digest, len(codes), SAMPLING_SEED)
-        save_map(self.folders[-1] / MAP_FILE, key, codes, places)
-
-    def decoded(self, codes: Codes) -> Opacities:
-        """Decode codes (n, d) as opacities (n, 256) over the volume's scalar range."""
-        return self.frame.stretched(self.codec.decode(codes))
+        save_map(self.folders[-1] / _file_name(len(codes), key), key, codes, places)
 
     @property
     def _latent_dim(self) -> int:
         return int(self.codec.encode(np.zeros((1, 256), dtype=np.float32)).shape[1])
+
+
+def _file_name(count: int, key: str) -> str:
+    """Return a map's file name; maps of other numbers of samples do not replace the usual one."""
+    return MAP_FILE if count == SAMPLES else f"map-{key[:16]}.npz"
 
 
 def _cache(digest: str) -> Path:

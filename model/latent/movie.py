@@ -19,14 +19,8 @@ STRIP_SHARE = 0.18
 _BACKGROUND, _LINE = 0.1, 0.9
 
 
-def write_movie(
-    path: Path,
-    images: NDArray[np.float32],
-    tfs: Sequence[OpacityTF],
-    colors: ColorTF,
-    frames_per_second: float,
-) -> Path:
-    """Write images (n, S, S, 4) and the opacity TF below each as a movie; return its path.
+def write_movie(path: Path, frames: Sequence[NDArray[np.uint8]], frames_per_second: float) -> Path:
+    """Write frames (H, W, 3), see :func:`movie_frame`, as a movie; return its path.
 
     Raises
     ------
@@ -39,15 +33,18 @@ def write_movie(
         raise RenderError(
             f"{path}: movies end in {', '.join(SUFFIXES)}; choose one of these formats."
         )
-    frames = np.stack(
-        [movie_frame(image, tf, colors) for image, tf in zip(images, tfs, strict=True)]
-    )
     partial = path.with_name(f".{path.stem}.partial{path.suffix}")
     try:
         if path.suffix.lower() == ".mp4":
-            iio.imwrite(partial, frames, fps=frames_per_second, plugin="FFMPEG", macro_block_size=2)
+            iio.imwrite(
+                partial,
+                np.stack(frames),
+                fps=frames_per_second,
+                plugin="FFMPEG",
+                macro_block_size=2,
+            )
         else:
-            iio.imwrite(partial, frames, duration=1000 / frames_per_second, loop=0)
+            iio.imwrite(partial, np.stack(frames), duration=1000 / frames_per_second, loop=0)
         partial.replace(path)
     except (OSError, ValueError, RuntimeError) as error:
         partial.unlink(missing_ok=True)

@@ -75,8 +75,10 @@ class Overview:
 
     def shows(self, band: Range, scalar_range: Range) -> NDArray[np.bool_]:
         """Whether each TF shows a band of scalar values, in the data's units."""
-        values = np.linspace(*scalar_range, TF_SAMPLES)
-        inside = (values >= min(band)) & (values <= max(band))
+        values, bin_width = np.linspace(*scalar_range, TF_SAMPLES, retstep=True)
+        # A single value lies between two bins.
+        half = bin_width / 2
+        inside = (values >= min(band) - half) & (values <= max(band) + half)
         return np.asarray(self.shares[:, inside].sum(axis=1) >= SHOWN_SHARE)
 
 

@@ -9,12 +9,15 @@ from numpy.typing import NDArray
 
 from model.errors import LatentError
 
+LARGEST = 256
+"""Width and height from which a picture is reduced, as searches compare small ones."""
+
 
 def read_picture(path: Path) -> NDArray[np.float32]:
     """Read a picture as float32 RGBA (S, S, 4) in [0, 1], premultiplied.
 
     A picture without an alpha channel counts as opaque where it is not black; one that is not
-    square is cut to its middle.
+    square is cut to its middle, and a large one reduced by the means of its parts.
 
     Raises
     ------
@@ -42,4 +45,7 @@ def read_picture(path: Path) -> NDArray[np.float32]:
     height, width = scaled.shape[:2]
     side = min(height, width)
     top, left = (height - side) // 2, (width - side) // 2
-    return np.ascontiguousarray(scaled[top : top + side, left : left + side])
+    step = max(side // LARGEST, 1)
+    side -= side % step
+    square = scaled[top : top + side, left : left + side]
+    return square.reshape(side // step, step, side // step, step, 4).mean(axis=(1, 3))

@@ -34,20 +34,21 @@ def test_a_frame_has_the_picture_above_the_tf() -> None:
 def test_movies_can_be_read_again(tmp_path: Path, suffix: str) -> None:
     levels = np.linspace(0.1, 0.9, 6, dtype=np.float32)
     images = np.ones((6, 48, 48, 4), dtype=np.float32) * levels[:, None, None, None]
-    path = write_movie(tmp_path / f"path{suffix}", images, [STEP] * 6, COLORS, 25)
-    frames = np.asarray(iio.imread(path, index=None if suffix == ".gif" else ...))
-    middle = frames[:, 20, 20, 0].astype(np.float64) / 255
-    assert len(frames) == 6
+    frames = [movie_frame(image, STEP, COLORS) for image in images]
+    path = write_movie(tmp_path / f"path{suffix}", frames, 25)
+    read = np.asarray(iio.imread(path, index=None if suffix == ".gif" else ...))
+    middle = read[:, 20, 20, 0].astype(np.float64) / 255
+    assert len(read) == 6
     assert middle == pytest.approx(levels, abs=0.06)
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
 
 
 def test_movies_of_unknown_formats_are_refused(tmp_path: Path) -> None:
-    image = np.zeros((1, 16, 16, 4), dtype=np.float32)
+    frames = [np.zeros((16, 16, 3), dtype=np.uint8)]
     with pytest.raises(RenderError, match="movies end in"):
-        write_movie(tmp_path / "path.txt", image, [STEP], COLORS, 25)
+        write_movie(tmp_path / "path.txt", frames, 25)
     with pytest.raises(RenderError, match="cannot be written"):
-        write_movie(tmp_path / "missing" / "path.gif", image, [STEP], COLORS, 25)
+        write_movie(tmp_path / "missing" / "path.gif", frames, 25)
 
 
 def test_pictures_of_all_kinds_become_premultiplied(tmp_path: Path) -> None:

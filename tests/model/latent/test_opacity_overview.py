@@ -65,6 +65,8 @@ def test_values_that_are_seen(volume: Volume) -> None:
     assert overview.shares[:2].sum(axis=1) == pytest.approx([1, 1], rel=1e-4)
     assert overview.shares[2].sum() == 0
     assert overview.shows((160.0, 200.0), (0.0, 255.0)).tolist() == [False, True, False]
+    broad = RayLengths.of(volume, View()).overview(mode(120, 1.5, 0.5)[None])
+    assert broad.shows((120.4, 120.4), (0.0, 255.0)).all()
     assert overview.shows((200.0, 160.0), (0.0, 255.0)).tolist() == [False, True, False]
 
 
