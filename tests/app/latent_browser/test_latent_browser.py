@@ -14,7 +14,7 @@ from PySide6.QtGui import QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QInputDialog, QWidget
 from pytestqt.qtbot import QtBot
-from ramp import make_tf
+from ramp import make_tf, make_volume
 from toy_codec import ToyCodec, toy_space
 from window_fakes import FakeBuilders
 
@@ -474,8 +474,6 @@ def test_another_volume_has_its_own_map(
     session = window.workspace.latent.session
     tf, _ = session.tf_at((0.3, 0.3))
     window.latent_state.name_place((0.3, 0.3), tf)
-    from ramp import make_volume
-
     builders.volumes["other"] = make_volume("other", 300.0)
     with qtbot.waitSignal(session.mapOpened):
         window.workspace.open_volume(Path("other"))
@@ -513,3 +511,97 @@ def test_every_colouring_has_a_legend(window: MainWindow, coloring: str) -> None
     assert shades is not None
     assert shades.legend.title
     assert len(np.unique(shades.colors, axis=0)) > (1 if coloring in ("error", "modes") else 5) - 1
+
+
+def test_a_search_does_not_reach_into_another_volume(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
+) -> None:
+    builders.volumes["other"] = make_volume("other", 300.0)
+    search = window.workspace.latent.search
+    with qtbot.waitSignal(search.stepped):
+        window.browser.seek("more")
+    with qtbot.waitSignal(window.workspace.volumeStarted):
+        window.workspace.open_volume(Path("other"))
+    assert not search.is_running
+    # Its own first TF, with nothing to undo.
+    assert window.state.scalar_range == (100.0, 300.0)
+    assert window.state.undo_stack.count() == 0
+
+
+def test_places_of_another_volume_cannot_be_taken(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
+) -> None:
+    tf, _ = window.workspace.latent.session.tf_at((0.3, 0.3))
+    builders.volumes["other"] = make_volume("other", 300.0)
+    builders.space_error = LatentError("There is no codec.")
+    with qtbot.waitSignal(window.workspace.volumeStarted):
+        window.workspace.open_volume(Path("other"))
+    before = window.state.transfer_function
+    window.browser.take(tf, "old")
+    window.browser._name((0.3, 0.3), tf, None, "old")
+    assert window.state.transfer_function == before
+    assert window.latent_state.places == ()
+
+
+def test_a_drag_of_the_user_ends_a_search_and_is_one_step(qtbot: QtBot, window: MainWindow) -> None:
+    before = window.state.transfer_function
+    search = window.workspace.latent.search
+    dragged: list[object] = []
+
+    def drag_once(step: object) -> None:
+        if not dragged:
+            dragged.append(step)
+            window.state.preview(make_tf(120.0))
+
+    search.stepped.connect(drag_once)
+    with qtbot.waitSignal(search.ended):
+        window.browser.seek("more")
+    window.state.preview(make_tf(125.0))
+    window.state.finish_preview("move mode")
+    assert not search.is_running
+    assert window.state.undo_stack.count() == 1
+    assert window.state.undo_stack.undoText() == "move mode"
+    window.state.undo()
+    assert window.state.transfer_function == before
+
+
+def test_another_button_does_not_interrupt_a_drag(qtbot: QtBot, window: MainWindow) -> None:
+    map_view, latent = window.browser.map, window.latent_state
+    latent.set_brush((-0.4, -0.4, 0.4, 0.4))
+    QTest.mousePress(map_view, Qt.MouseButton.LeftButton, NO_KEY, pixel(map_view, (0, 0)))
+    QTest.mouseMove(map_view, pixel(map_view, (0.1, 0.1)))
+    QTest.mousePress(map_view, Qt.MouseButton.RightButton, NO_KEY, pixel(map_view, (0.1, 0.1)))
+    QTest.mouseRelease(map_view, Qt.MouseButton.RightButton, NO_KEY, pixel(map_view, (0.1, 0.1)))
+    assert latent.dragging
+    QTest.mouseRelease(map_view, Qt.MouseButton.LeftButton, NO_KEY, pixel(map_view, (0.1, 0.1)))
+    assert not latent.dragging
+    assert latent.brush == pytest.approx((-0.3, -0.3, 0.5, 0.5), abs=0.02)
+
+
+def test_the_overview_is_that_of_the_present_view(qtbot: QtBot, window: MainWindow) -> None:
+    session = window.workspace.latent.session
+    first = window.state.view
+    overview = session.overview
+    window.state.set_view(View(80, 30, 0, 1))
+    window.state.set_view(first)
+    qtbot.waitUntil(lambda: not session._looking.is_running)
+    assert session.overview is overview
+    assert session.overview_view == first
+
+
+def test_a_grid_that_failed_is_asked_for_again(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    engine = builders.analysts[-1]
+    images = engine.images
+
+    def fail(_request: object) -> np.ndarray:
+        raise LatentError("No pictures today.")
+
+    monkeypatch.setattr(engine, "images", fail)
+    pictures = window.workspace.latent.pictures
+    with qtbot.waitSignal(pictures.problem):
+        window.latent_state.set_brush((-0.5, -0.5, 0.5, 0.5))
+    monkeypatch.setattr(engine, "images", images)
+    with qtbot.waitSignal(pictures.gridDrawn):
+        pictures.ask()
