@@ -1,4 +1,7 @@
-"""The latent browser: map and grid with their controls, wired to the pictures and the TF."""
+"""The latent browser: map and grid with their controls, wired to the pictures and the TF.
+
+The module is long because it connects all parts of the browser, and computes nothing.
+"""
 
 from __future__ import annotations
 
@@ -22,25 +25,24 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.engines.messages import ImageRequest, Result
 from app.image_view.engine_pane import EnginePane
 from app.latent_browser.browser_bar import BrowserBar
 from app.latent_browser.cell_grid import CELLS, CellGrid
 from app.latent_browser.map_colors import shades_of
 from app.latent_browser.map_view import MapView
 from app.latent_browser.preview import Preview
+from app.latent_browser.search_control import SearchControl
 from app.state.latent_path import Frame
 from app.state.latent_pictures import GridPicture, HoverPicture
-from app.state.latent_search import SearchStep
 from app.state.latent_state import Brush, LatentChoices, Place
 from app.state.latent_work import LatentWork
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from app.tf_editor.editor import TransferFunctionEditor
-from model.errors import LatentError, TfscopeError
+from model.errors import LatentError
 from model.latent.movie import SUFFIXES
 from model.scene.tf_fitting import fitted_curve, fitted_modes, tf_difference
-from model.scene.transfer_function import OpacityTF, TransferFunction
+from model.scene.transfer_function import OpacityTF
 
 SOURCES = {"exact": "ray caster", "learned": "model"}
 OPENING = "Opening the map …"
@@ -88,10 +90,7 @@ class LatentBrowser(QWidget):
         self._reference = reference
         self._units = ""
         self._brushes: list[Brush] = []
-        self._image: Images | None = None
-        self._goal: Images | None = None
-        self._seeking = False
-        self._found: TransferFunction | None = None
+        self.search = SearchControl(state, work, regions, reference.client, self)
         self.bar = BrowserBar(self._latent)
         self.map = MapView(self._latent, work.session, work.pictures)
         self.grid = CellGrid()
@@ -195,16 +194,16 @@ class LatentBrowser(QWidget):
         bar.forgetRequested.connect(latent.forget_place)
         bar.playRequested.connect(lambda: self._play(None))
         bar.movieRequested.connect(self._ask_movie)
-        bar.seekRequested.connect(self.seek)
+        bar.seekRequested.connect(self.search.seek)
+        self.search.problem.connect(self.problem)
+        self.search.news.connect(self.news)
+        self.search.told.connect(self._tell)
+        self.search.changed.connect(self._show_cancel)
+        self.search.changed.connect(self._tell)
         bar.search.menu().aboutToShow.connect(self._fill_search)
-        work.search.stepped.connect(self._show_step)
-        work.search.ended.connect(self._search_ended)
         work.path.frameDrawn.connect(self._show_frame)
         work.path.ended.connect(self._path_ended)
         self.cancel.clicked.connect(self._stop)
-        self._reference.client.resultReady.connect(self._keep_image)
-        self._state.transferFunctionChanged.connect(self._tf_changed)
-        self._state.volumeStarting.connect(self._forget_images)
         self._fill_search()
 
     def _choices_changed(self, choices: LatentChoices) -> None:
@@ -351,7 +350,7 @@ class LatentBrowser(QWidget):
     def _name_present(self) -> None:
         place = self._work.session.place
         if place is not None:
-            self._ask_name(place, self._state.transfer_function.opacity, self._image)
+            self._ask_name(place, self._state.transfer_function.opacity, self.search.image)
 
     def _ask_name(self, place: Place, tf: OpacityTF, picture: Images | None) -> None:
         self._ask_text(
@@ -425,82 +424,12 @@ class LatentBrowser(QWidget):
         self._show_cancel()
         self._tell()
 
-    # The search.
-
-    def seek(self, kind: str) -> None:
-        """Start a search, or stop one; see :class:`BrowserBar`'s `seekRequested`."""
-        search, outline = self._work.search, self._regions.outline
-        if kind == "stop":
-            search.cancel()
-        elif self._work.session.map is None:
-            self.problem.emit("There is no map to search yet; wait until it is open.")
-        elif kind == "remember" and self._image is None:
-            self.problem.emit("There is no picture to remember yet; wait until it is drawn.")
-        elif kind == "remember":
-            self._goal = self._image
-            self.news.emit("The picture is remembered; change the TF, then search for it.")
-        elif kind == "file":
-            self._seek_file()
-        elif kind in ("more", "less"):
-            self._seeking = True
-            search.seek("more" if kind == "more" else "less", outline)
-        elif self._goal is not None:
-            self._seeking = True
-            search.seek_picture(self._goal, outline if kind == "region" else None)
-        self._show_cancel()
-
-    def _seek_file(self) -> None:
-        name, _ = QFileDialog.getOpenFileName(self, "Picture to search for", "", "PNG (*.png)")
-        if not name:
-            return
-        from model.latent.picture_file import read_picture
-
-        try:
-            picture = read_picture(Path(name))
-        except TfscopeError as error:
-            self.problem.emit(str(error))
-            return
-        self._seeking = True
-        self._work.search.seek_picture(picture)
-        self._show_cancel()
-
-    def _show_step(self, step: SearchStep) -> None:
-        tf = replace(self._state.transfer_function, opacity=fitted_curve(step.tf))
-        self._seeking = False
-        self._found = tf
-        self._state.preview(tf)
-        self._seeking = True
-        self._tell(f"Searching: difference {step.error:.3f} after {step.batches} batches")
-
-    def _search_ended(self, problem: str) -> None:
-        self._seeking = False
-        found, self._found = self._found, None
-        # A drag of the user's own that ended the search goes on.
-        if found is not None and found == self._state.transfer_function:
-            self._state.finish_preview("TF found by search")
-        if problem:
-            self.problem.emit(problem)
-        self._show_cancel()
-        self._tell()
-
-    def _tf_changed(self, _tf: object) -> None:
-        # The user's own edit ends a search.
-        if self._seeking and self._work.search.is_running:
-            self._work.search.cancel()
+    # What is going on.
 
     def _fill_search(self) -> None:
         self.bar.show_search(
-            self._work.search.is_running, self._goal is not None, self._regions.region_name
+            self._work.search.is_running, self.search.has_goal, self._regions.region_name
         )
-
-    def _keep_image(self, result: Result) -> None:
-        if isinstance(result.request, ImageRequest) and result.value is not None:
-            self._image = result.value
-
-    def _forget_images(self) -> None:
-        self._image = self._goal = None
-
-    # What is going on.
 
     def _stop(self) -> None:
         work = self._work

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -11,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from app.engines.client import EngineClient
 from app.engines.messages import FrameRequest, Quality, Result
-from app.state.latent_pictures import EngineName
+from app.state.latent_pictures import EngineName, LatentPictures
 from app.state.latent_session import LatentSession
 from app.state.latent_state import LatentState, Place
 from app.state.latest_call import LatestCall
@@ -52,12 +50,8 @@ class LatentPath(QObject):
     latent : LatentState
         Its named places are visited in their order.
     session : LatentSession
-    clients : dict
-        Clients of the engines by name.
-    source : callable
-        Returns the name of the engine that draws.
-    learned_size : callable
-        Returns the image size of the generator.
+    pictures : LatentPictures
+        Knows the engines, and which of them draws.
     """
 
     frameDrawn = Signal(object)
@@ -70,18 +64,14 @@ class LatentPath(QObject):
         state: ViewerState,
         latent: LatentState,
         session: LatentSession,
-        clients: dict[EngineName, EngineClient],
-        source: Callable[[], EngineName],
-        learned_size: Callable[[], int | None],
+        pictures: LatentPictures,
         parent: QObject,
     ) -> None:
         super().__init__(parent)
         self._state = state
         self._latent = latent
         self._session = session
-        self._clients = clients
-        self._source = source
-        self._learned_size = learned_size
+        self._pictures = pictures
         self._tfs: list[OpacityTF] = []
         self._places: list[Place] = []
         self._inputs: SceneInputs | None = None
@@ -97,7 +87,7 @@ class LatentPath(QObject):
         self._writing = LatestCall("latent-movie", self)
         self._writing.done.connect(lambda path: self.ended.emit(f"Saved {path}."))
         self._writing.failed.connect(self.ended)
-        for client in clients.values():
+        for client in pictures.clients.values():
             client.resultReady.connect(self._take)
         session.mapClosed.connect(self.cancel)
 
@@ -142,7 +132,7 @@ class LatentPath(QObject):
         self._inputs, self._number, self._movie = self._state.inputs, 0, movie
         self._frames, self._waiting = [], None
         # The same engine to the end: frames of another would have another size.
-        self._engine = self._source()
+        self._engine = self._pictures.source
         if movie is None:
             self._timer.start()
         self._ask()
@@ -169,7 +159,7 @@ class LatentPath(QObject):
         assert self._inputs is not None
         size = PLAYED_SIZE if self._movie is None else MOVIE_SIZE
         if self._engine == "learned":
-            size = self._learned_size() or size
+            size = self._pictures.learned_size or size
         self._sequence += 1
         self._asked = self._sequence
         # The view may turn while a path is played.
@@ -177,7 +167,7 @@ class LatentPath(QObject):
         request = FrameRequest(
             self._sequence, replace(inputs, opacity_tf=self._tfs[self._number]), Quality(size)
         )
-        self._clients[self._engine].submit(request)
+        self._pictures.clients[self._engine].submit(request)
 
     def _take(self, result: Result) -> None:
         request = result.request

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -11,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
-from app.engines.client import EngineClient
 from app.engines.messages import Quality, Request, Result, SearchRequest
-from app.state.latent_pictures import EngineName
+from app.state.latent_pictures import EngineName, LatentPictures
 from app.state.latent_session import LatentSession
 from app.state.latest_call import LatestCall
 from app.state.viewer_state import ViewerState
@@ -64,12 +62,8 @@ class LatentSearch(QObject):
     ----------
     state : ViewerState
     session : LatentSession
-    clients : dict
-        Clients of the engines by name.
-    source : callable
-        Returns the name of the engine that draws.
-    learned_size : callable
-        Returns the image size of the generator.
+    pictures : LatentPictures
+        Knows the engines, and which of them draws.
     """
 
     stepped = Signal(object)
@@ -81,17 +75,13 @@ class LatentSearch(QObject):
         self,
         state: ViewerState,
         session: LatentSession,
-        clients: dict[EngineName, EngineClient],
-        source: Callable[[], EngineName],
-        learned_size: Callable[[], int | None],
+        pictures: LatentPictures,
         parent: QObject,
     ) -> None:
         super().__init__(parent)
         self._state = state
         self._session = session
-        self._clients = clients
-        self._source = source
-        self._learned_size = learned_size
+        self._pictures = pictures
         self._search: GoalSearch | None = None
         self._inputs: SceneInputs | None = None
         self._wish: tuple[Wish, Outline] | None = None
@@ -102,8 +92,8 @@ class LatentSearch(QObject):
         self._preparing = LatestCall("latent-search", self)
         self._preparing.done.connect(self._begin)
         self._preparing.failed.connect(self._end)
-        for name, client in clients.items():
-            client.resultReady.connect(partial(self._take, name))
+        for client in pictures.clients.values():
+            client.resultReady.connect(self._take)
         state.viewChanged.connect(lambda _view: self.cancel())
         state.lightChanged.connect(lambda _light: self.cancel())
         session.mapClosed.connect(self.cancel)
@@ -155,7 +145,7 @@ class LatentSearch(QObject):
     def _start(self, wish: tuple[Wish, Outline] | None) -> None:
         self._inputs, self._wish, self._batches = self._state.inputs, wish, 0
         # The same engine to the end: pictures of another would have another size.
-        self._engine = self._source()
+        self._engine = self._pictures.source
 
     def _prepare(self, goal: Goal) -> None:
         """Choose the codes to start from in the background: thousands are compared."""
@@ -181,12 +171,16 @@ class LatentSearch(QObject):
         self._sequence += 1
         self._asked = self._sequence
         request: Request = kind(self._sequence, inputs[0], Quality(self._size()), inputs[1:])
-        self._clients[self._engine].submit(request)
+        self._pictures.clients[self._engine].submit(request)
 
     def _size(self) -> int:
-        return (self._learned_size() or SEARCH_SIZE) if self._engine == "learned" else SEARCH_SIZE
+        return (
+            (self._pictures.learned_size or SEARCH_SIZE)
+            if self._engine == "learned"
+            else SEARCH_SIZE
+        )
 
-    def _take(self, _name: EngineName, result: Result) -> None:
+    def _take(self, result: Result) -> None:
         request = result.request
         if not isinstance(request, SearchRequest) or request.sequence != self._asked:
             return

@@ -43,27 +43,10 @@ class LatentWork(QObject):
         self.state = latent
         self.session = LatentSession(state, latent, open_space, self)
         self.pictures = LatentPictures(state, latent, self.session, exact, learned, self)
-        drawing = self.pictures
-        clients = drawing.clients
         exact.stateChanged.connect(partial(self._check_failure, exact))
-        self.search = LatentSearch(
-            state,
-            self.session,
-            clients,
-            lambda: drawing.source,
-            lambda: drawing.learned_size,
-            self,
-        )
-        self.errors = LatentErrors(state, latent, self.session, clients, self)
-        self.path = LatentPath(
-            state,
-            latent,
-            self.session,
-            clients,
-            lambda: drawing.source,
-            lambda: drawing.learned_size,
-            self,
-        )
+        self.search = LatentSearch(state, self.session, self.pictures, self)
+        self.errors = LatentErrors(state, latent, self.session, self.pictures.clients, self)
+        self.path = LatentPath(state, latent, self.session, self.pictures, self)
 
     def _check_failure(self, client: EngineClient, state: EngineState) -> None:
         """End what waits for an engine that has failed."""

@@ -378,7 +378,7 @@ def test_a_search_previews_and_can_be_undone(qtbot: QtBot, window: MainWindow) -
     steps: list[object] = []
     search.stepped.connect(steps.append)
     with qtbot.waitSignal(search.ended, timeout=20_000):
-        window.browser.seek("more")
+        window.browser.search.seek("more")
     assert steps
     assert window.state.transfer_function != before
     assert window.state.undo_stack.undoText() == "TF found by search"
@@ -388,7 +388,7 @@ def test_a_search_previews_and_can_be_undone(qtbot: QtBot, window: MainWindow) -
 
 def test_an_edit_ends_a_search(qtbot: QtBot, window: MainWindow) -> None:
     search = window.workspace.latent.search
-    window.browser.seek("less")
+    window.browser.search.seek("less")
     assert search.is_running
     window.state.commit(make_tf(111.0), "edit")
     assert not search.is_running
@@ -519,7 +519,7 @@ def test_a_search_does_not_reach_into_another_volume(
     builders.volumes["other"] = make_volume("other", 300.0)
     search = window.workspace.latent.search
     with qtbot.waitSignal(search.stepped):
-        window.browser.seek("more")
+        window.browser.search.seek("more")
     with qtbot.waitSignal(window.workspace.volumeStarted):
         window.workspace.open_volume(Path("other"))
     assert not search.is_running
@@ -555,7 +555,7 @@ def test_a_drag_of_the_user_ends_a_search_and_is_one_step(qtbot: QtBot, window: 
 
     search.stepped.connect(drag_once)
     with qtbot.waitSignal(search.ended):
-        window.browser.seek("more")
+        window.browser.search.seek("more")
     window.state.preview(make_tf(125.0))
     window.state.finish_preview("move mode")
     assert not search.is_running
