@@ -13,7 +13,6 @@ from app.cli.console import console
 from app.cli.machine import print_machine
 from app.cli.outputs import check_outputs, write_json
 from model.benchmarks.latent import (
-    SEARCH_SIZE,
     Draw,
     LatentRow,
     MapRow,
@@ -24,6 +23,7 @@ from model.benchmarks.latent import (
 )
 from model.generator.catalog import model_for
 from model.generator.generator import Generator
+from model.latent.goal_search import SEARCH_SIZE
 from model.latent.latent_space import LatentSpace
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.default_tf import default_transfer_function

@@ -17,7 +17,7 @@ WIDTH, HEIGHT = 620, 620
 
 @dataclass(frozen=True, eq=False)
 class LatentFigure:
-    """What a figure of the map shows.
+    """Content of a figure of the map.
 
     Attributes
     ----------

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from functools import partial
 
-from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QAction, QIcon, QPixmap
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLineEdit, QMenu, QToolButton, QWidget
+from PySide6.QtCore import Signal
+from PySide6.QtGui import QIcon, QPixmap
+from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QMenu, QToolButton, QWidget
 
+from app.controls import add_action, combo, text_button
 from app.image_view.image_canvas import to_qimage
 from app.state.latent_state import Coloring, EngineChoice, LatentState
 from model.scene.transfer_function import Range
@@ -53,13 +53,13 @@ class BrowserBar(QWidget):
         self._latent = latent
         self._band_before: Range | None = None
         self._refused: str | None = None
-        self.coloring = _combo([COLORINGS[c] for c in COLORINGS], "What the colours mean")
-        self.engine = _combo([ENGINES[e] for e in ENGINES], "Who draws the pictures")
-        self.codec = _combo(
-            [
-                ("tfscope's codes", "The codec that ships with tfscope, for any volume"),
-                ("Model's codes", "The codec of this volume's model"),
-            ],
+        self.coloring = combo(dict(COLORINGS.values()), "What the colours mean")
+        self.engine = combo(dict(ENGINES.values()), "Who draws the pictures")
+        self.codec = combo(
+            {
+                "tfscope's codes": "The codec that ships with tfscope, for any volume",
+                "Model's codes": "The codec of this volume's model",
+            },
             "Whose codes the map shows",
         )
         self.codec.setVisible(False)
@@ -68,13 +68,15 @@ class BrowserBar(QWidget):
         self.band.setClearButtonEnabled(True)
         self.band.setMaximumWidth(150)
         self.band.setToolTip("Only TFs whose picture shows some of these scalar values stay bright")
-        self.lasso = _button("Lasso", "Draw around TFs: the others fade. A click ends it.")
+        self.lasso = text_button("Lasso", "Draw around TFs: the others fade. A click ends it.")
         self.lasso.setCheckable(True)
-        self.modes = _button("As modes", "A chosen TF becomes Gaussian modes, instead of a curve")
+        self.modes = text_button(
+            "As modes", "A chosen TF becomes Gaussian modes, instead of a curve"
+        )
         self.modes.setCheckable(True)
-        self.places = _button("Places", "Named places, and the path between them")
-        self.search = _button("Find", "Search for a TF by what its picture shall show")
-        self.reset = _button("Whole map", "Show the whole map (Home)")
+        self.places = text_button("Places", "Named places, and the path between them")
+        self.search = text_button("Find", "Search for a TF by what its picture shall show")
+        self.reset = text_button("Whole map", "Show the whole map (Home)")
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(6)
@@ -112,19 +114,21 @@ class BrowserBar(QWidget):
         menu = self.search.menu()
         menu.clear()
         if running:
-            _add(menu, "Stop the search", partial(self.seekRequested.emit, "stop"))
+            add_action(menu, "Stop the search", partial(self.seekRequested.emit, "stop"))
             return
-        _add(menu, f"More in: {region}", partial(self.seekRequested.emit, "more"))
-        _add(menu, f"Less in: {region}", partial(self.seekRequested.emit, "less"))
+        add_action(menu, f"More in: {region}", partial(self.seekRequested.emit, "more"))
+        add_action(menu, f"Less in: {region}", partial(self.seekRequested.emit, "less"))
         menu.addSeparator()
-        _add(menu, "Remember this picture as a goal", partial(self.seekRequested.emit, "remember"))
+        add_action(
+            menu, "Remember this picture as a goal", partial(self.seekRequested.emit, "remember")
+        )
         for text, kind in (
             ("Like the remembered picture", "picture"),
             (f"{region}, as in the remembered picture", "region"),
         ):
-            action = _add(menu, text, partial(self.seekRequested.emit, kind))
+            action = add_action(menu, text, partial(self.seekRequested.emit, kind))
             action.setEnabled(remembered)
-        _add(menu, "Like a picture file…", partial(self.seekRequested.emit, "file"))
+        add_action(menu, "Like a picture file…", partial(self.seekRequested.emit, "file"))
 
     def fill_places(self) -> None:
         """Fill the menu of places."""
@@ -134,23 +138,23 @@ class BrowserBar(QWidget):
                 before.deleteLater()
         menu.clear()
         named = self._latent.places
-        _add(menu, "Name the present TF's place…", self.nameRequested.emit)
+        add_action(menu, "Name the present TF's place…", self.nameRequested.emit)
         menu.addSeparator()
         for index, place in enumerate(named):
             sub = menu.addMenu(place.name)
-            _add(sub, "Make it the TF", partial(self.placeRequested.emit, index))
-            _add(sub, "Rename…", partial(self.renameRequested.emit, index))
-            _add(sub, "Forget it", partial(self.forgetRequested.emit, index))
+            add_action(sub, "Make it the TF", partial(self.placeRequested.emit, index))
+            add_action(sub, "Rename…", partial(self.renameRequested.emit, index))
+            add_action(sub, "Forget it", partial(self.forgetRequested.emit, index))
             if place.picture is not None:
                 sub.setIcon(QIcon(QPixmap.fromImage(to_qimage(place.picture))))
         if named:
             menu.addSeparator()
-        play = _add(menu, "Play the path", self.playRequested.emit)
-        movie = _add(menu, "Save the path as a movie…", self.movieRequested.emit)
+        play = add_action(menu, "Play the path", self.playRequested.emit)
+        movie = add_action(menu, "Save the path as a movie…", self.movieRequested.emit)
         for action in (play, movie):
             action.setEnabled(bool(named))
         menu.addSeparator()
-        _add(menu, "Clear the trail", self._latent.clear_trail)
+        add_action(menu, "Clear the trail", self._latent.clear_trail)
 
     def _connect(self) -> None:
         latent = self._latent
@@ -219,28 +223,3 @@ def parsed_band(text: str) -> Range | None:
     low = float(found[1])
     high = low if found[2] is None else float(found[2])
     return min(low, high), max(low, high)
-
-
-def _add(menu: QMenu, text: str, slot: Callable[[], object]) -> QAction:
-    """Add an entry whose slot is called without Qt's `checked` argument."""
-    action = menu.addAction(text)
-    action.triggered.connect(lambda _checked=False: slot())
-    return action
-
-
-def _combo(entries: list[tuple[str, str]], tip: str) -> QComboBox:
-    combo = QComboBox()
-    combo.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-    for index, (name, explanation) in enumerate(entries):
-        combo.addItem(name)
-        combo.setItemData(index, explanation, Qt.ItemDataRole.ToolTipRole)
-    lines = "<br>".join(f"<b>{name}</b>: {explanation}" for name, explanation in entries)
-    combo.setToolTip(f"{tip}<br>{lines}")
-    return combo
-
-
-def _button(text: str, tip: str) -> QToolButton:
-    button = QToolButton()
-    button.setText(text)
-    button.setToolTip(tip)
-    return button

@@ -9,8 +9,8 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 from app import theme
 from app.image_view.image_canvas import to_qimage
 from app.state.latent_pictures import GridPicture
+from model.latent.interpolation import CELLS
 
-CELLS = 4
 GAP = 3
 STALE_OPACITY = 0.45
 

@@ -25,21 +25,23 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from app.controls import add_action
 from app.image_view.engine_pane import EnginePane
 from app.latent_browser.browser_bar import BrowserBar
-from app.latent_browser.cell_grid import CELLS, CellGrid
+from app.latent_browser.cell_grid import CellGrid
 from app.latent_browser.map_colors import shades_of
 from app.latent_browser.map_view import MapView
 from app.latent_browser.preview import Preview
 from app.latent_browser.search_control import SearchControl
 from app.state.latent_path import Frame
-from app.state.latent_pictures import GridPicture, HoverPicture
-from app.state.latent_state import Brush, LatentChoices, Place
+from app.state.latent_pictures import GridPicture, HoverPicture, thumbnail
+from app.state.latent_state import LatentChoices, Place
 from app.state.latent_work import LatentWork
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from app.tf_editor.editor import TransferFunctionEditor
 from model.errors import LatentError
+from model.latent.interpolation import CELLS, Brush
 from model.latent.movie import SUFFIXES
 from model.scene.tf_fitting import fitted_curve, fitted_modes, tf_difference
 from model.scene.transfer_function import OpacityTF
@@ -160,7 +162,7 @@ class LatentBrowser(QWidget):
         session, pictures = work.session, work.pictures
         session.mapClosed.connect(lambda: self.map.show_message(OPENING))
         latent.choicesChanged.connect(self._choices_changed)
-        session.mapOpened.connect(self._map_opened)
+        session.mapOpened.connect(lambda: self.map.show_message(""))
         session.mapChanged.connect(lambda _map: self._show_map())
         session.progressed.connect(self._show_progress)
         session.overviewChanged.connect(lambda _overview: self._color())
@@ -174,7 +176,7 @@ class LatentBrowser(QWidget):
         pictures.gridDrawn.connect(self._show_grid)
         pictures.hoverDrawn.connect(self._show_hover)
         pictures.hoverMoved.connect(self.preview.show_tf)
-        pictures.problem.connect(lambda text: self.problem.emit(text) if text else None)
+        pictures.problem.connect(self.problem)
         for changed in (
             self._state.viewChanged, self._state.lightChanged, self._state.transferFunctionChanged
         ):  # fmt: skip
@@ -216,10 +218,6 @@ class LatentBrowser(QWidget):
             self.preview.show_tf(None)
 
     # The map.
-
-    def _map_opened(self) -> None:
-        self._brushes.clear()
-        self.map.show_message("")
 
     def _show_map(self) -> None:
         self._brushes.clear()
@@ -264,12 +262,10 @@ class LatentBrowser(QWidget):
         tf = self._tf_under_mouse(place)
         menu = QMenu(self)
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        take = menu.addAction("Make it the TF")
-        take.triggered.connect(lambda _checked=False: self.take(tf, "TF from the map", place))
-        name = menu.addAction("Name this place…")
+        add_action(menu, "Make it the TF", partial(self.take, tf, "TF from the map", place))
         shown = self._work.pictures.hover
         picture = shown.image if shown is not None and shown.tf == tf else None
-        name.triggered.connect(lambda _checked=False: self._ask_name(place, tf, picture))
+        add_action(menu, "Name this place…", partial(self._ask_name, place, tf, picture))
         menu.popup(point)
 
     # The grid.
@@ -361,7 +357,8 @@ class LatentBrowser(QWidget):
     def _name(self, place: Place, tf: OpacityTF, picture: Images | None, name: str) -> None:
         # Another volume may have been opened meanwhile.
         if tf.scalar_range == self._state.scalar_range:
-            self._latent.name_place(place, tf, name, picture)
+            small = None if picture is None else thumbnail(picture)
+            self._latent.name_place(place, tf, name, small)
 
     def _rename(self, index: int) -> None:
         self._ask_text(

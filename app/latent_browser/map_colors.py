@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,13 +22,10 @@ HIDDEN = (44, 48, 56)
 NOTHING = (62, 66, 74)
 """Colour of TFs that show nothing or a solid block, and where a quantity is unknown."""
 
-LEAST_MODE = 0.02
-"""Opacity that a peak must stand out by to count as a mode."""
-
 
 @dataclass(frozen=True, eq=False)
 class Legend:
-    """What the colours mean.
+    """Meaning of the colours.
 
     Attributes
     ----------
@@ -96,29 +94,11 @@ def shades_of(
     return Shades(colors, order, legend, wanted)
 
 
+@cache
 def lookup_table() -> NDArray[np.uint8]:
     """Colours (256, 3) of the map, perceptually uniform."""
     table = pg.colormap.get("viridis").getLookupTable(0.12, 1.0, 256)
     return np.asarray(table[:, :3], dtype=np.uint8)
-
-
-def mode_counts(tfs: NDArray[np.float32]) -> NDArray[np.int64]:
-    """Number of peaks (n,) of TFs (n, 256) that stand out by :data:`LEAST_MODE`."""
-    # Between peaks a TF must fall: walk along all TFs at once, and count the falls.
-    counts = np.zeros(len(tfs), dtype=np.int64)
-    highest = np.zeros(len(tfs), dtype=np.float32)
-    lowest = np.zeros(len(tfs), dtype=np.float32)
-    rising = np.ones(len(tfs), dtype=bool)
-    for column in np.concatenate([tfs, np.zeros_like(tfs[:, :1])], axis=1).T:
-        highest = np.where(rising, np.maximum(highest, column), highest)
-        lowest = np.where(rising, lowest, np.minimum(lowest, column))
-        falls = rising & (highest - column > LEAST_MODE)
-        rises = ~rising & (column - lowest > LEAST_MODE)
-        counts += falls
-        lowest = np.where(falls, column, lowest)
-        highest = np.where(rises, column, highest)
-        rising = (rising & ~falls) | rises
-    return counts
 
 
 def _quantity(
@@ -141,7 +121,7 @@ def _quantity(
             values = unknown if overview is None else overview.opacity
             return values, "Mean opacity of the picture", "{:.2f}"
         case "modes":
-            return mode_counts(map_.samples.tfs).astype(np.float64), "Modes", "{:.0f}"
+            return map_.samples.mode_counts.astype(np.float64), "Modes", "{:.0f}"
         case "distance":
             if session.present_code is None:
                 return unknown, "Distance to the present TF", "{:.1f}"

@@ -1,4 +1,4 @@
-"""What is painted over the map's points: brush, present TF, trail, names, lasso, legend."""
+"""Marks over the map's points: brush, present TF, trail, names, lasso, legend."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from app import theme
 from app.image_view.image_canvas import to_qimage
 from app.latent_browser.map_colors import Legend, lookup_table
 from app.latent_browser.map_frame import MapFrame
-from app.state.latent_state import Brush, NamedPlace, Place
+from app.state.latent_state import NamedPlace, Place
+from model.latent.interpolation import CELLS, Brush
 
-CELLS = 4
 BRUSH = "#f2f4f8"
 PRESENT = "#ff9a5c"
 NAMED = "#ffd866"

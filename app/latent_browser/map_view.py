@@ -35,7 +35,8 @@ from app.latent_browser.point_cloud import (
 )
 from app.state.latent_pictures import LatentPictures
 from app.state.latent_session import LatentSession
-from app.state.latent_state import Brush, LatentState, Place
+from app.state.latent_state import LatentState, Place
+from model.latent.interpolation import Brush
 
 Grip = Literal["new", "move", "pan", "lasso", "left", "right", "lower", "upper"]
 

@@ -65,7 +65,6 @@ class SearchControl(QObject):
         self._regions = regions
         self._parent = parent
         self._goal: Images | None = None
-        self._seeking = False
         self._found: TransferFunction | None = None
         work.search.stepped.connect(self._show_step)
         work.search.ended.connect(self._end)
@@ -93,10 +92,8 @@ class SearchControl(QObject):
         elif kind == "file":
             self._seek_file()
         elif kind in ("more", "less"):
-            self._seeking = True
             search.seek("more" if kind == "more" else "less", outline)
         elif self._goal is not None:
-            self._seeking = True
             search.seek_picture(self._goal, outline if kind == "region" else None)
         self.changed.emit()
 
@@ -113,19 +110,15 @@ class SearchControl(QObject):
         except TfscopeError as error:
             self.problem.emit(str(error))
             return
-        self._seeking = True
         self._work.search.seek_picture(picture)
 
     def _show_step(self, step: SearchStep) -> None:
         tf = replace(self._state.transfer_function, opacity=fitted_curve(step.tf))
-        self._seeking = False
         self._found = tf
         self._state.preview(tf)
-        self._seeking = True
         self.told.emit(f"Searching: difference {step.error:.3f} after {step.batches} batches")
 
     def _end(self, problem: str) -> None:
-        self._seeking = False
         found, self._found = self._found, None
         # A drag of the user's own that ended the search goes on.
         if found is not None and found == self._state.transfer_function:
@@ -134,9 +127,9 @@ class SearchControl(QObject):
             self.problem.emit(problem)
         self.changed.emit()
 
-    def _tf_changed(self, _tf: object) -> None:
+    def _tf_changed(self, tf: TransferFunction) -> None:
         # The user's own edit ends a search.
-        if self._seeking and self._work.search.is_running:
+        if tf != self._found and self._work.search.is_running:
             self._work.search.cancel()
 
     def _keep_image(self, result: Result) -> None:

@@ -14,6 +14,7 @@ from PySide6.QtWidgets import (
 )
 
 from app import theme
+from app.controls import combo, text_button
 from app.state.sensitivity_state import EngineChoice, SensitivityState
 from model.sensitivity.measure import Measure
 
@@ -68,10 +69,10 @@ class ChoiceBar(QWidget):
         self.region.setToolTip("The part of the picture whose reaction is plotted")
         self.rectangle = _tool_button("rectangle", "Draw a rectangle in either image (R)")
         self.lasso = _tool_button("lasso", "Draw around something in either image (L)")
-        self.rename = _text_button("✎", "Rename the region")
-        self.remove = _text_button("✕", "Remove the region")
-        self.measure = _combo({name: tip for name, (_, tip) in MEASURES.items()})
-        self.engine = _combo({name: tip for name, (_, tip) in ENGINES.items()})
+        self.rename = text_button("✎", "Rename the region")
+        self.remove = text_button("✕", "Remove the region")
+        self.measure = combo({name: tip for name, (_, tip) in MEASURES.items()})
+        self.engine = combo({name: tip for name, (_, tip) in ENGINES.items()})
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(6)
@@ -137,25 +138,8 @@ class ChoiceBar(QWidget):
             widget.setEnabled(choices.shown)
 
 
-def _combo(entries: dict[str, str]) -> QComboBox:
-    combo = QComboBox()
-    combo.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-    for index, (name, tip) in enumerate(entries.items()):
-        combo.addItem(name)
-        combo.setItemData(index, tip, Qt.ItemDataRole.ToolTipRole)
-    combo.setToolTip("<br>".join(f"<b>{name}</b>: {tip}" for name, tip in entries.items()))
-    return combo
-
-
-def _text_button(text: str, tip: str) -> QToolButton:
-    button = QToolButton()
-    button.setText(text)
-    button.setToolTip(tip)
-    return button
-
-
 def _tool_button(shape: str, tip: str) -> QToolButton:
-    button = _text_button("", tip)
+    button = text_button("", tip)
     button.setCheckable(True)
     button.setIcon(_icon(shape))
     return button

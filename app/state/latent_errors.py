@@ -11,7 +11,7 @@ from PySide6.QtCore import QObject, Signal
 
 from app.engines.client import EngineClient
 from app.engines.messages import ErrorRequest, Quality, Result
-from app.state.latent_pictures import EngineName
+from app.state.latent_pictures import EngineName, look_of
 from app.state.latent_session import LatentSession
 from app.state.latent_state import LatentState
 from app.state.viewer_state import ViewerState
@@ -93,7 +93,7 @@ class LatentErrors(QObject):
     def _inputs_changed(self, _value: object) -> None:
         inputs = self._state.inputs
         before, self._inputs = self._inputs, inputs
-        if replace(before, opacity_tf=inputs.opacity_tf) != inputs:
+        if look_of(before) != look_of(inputs):
             self.restart()
 
     def _start_if_needed(self) -> None:

@@ -157,9 +157,8 @@ class LatentPath(QObject):
 
     def _ask(self) -> None:
         assert self._inputs is not None
-        size = PLAYED_SIZE if self._movie is None else MOVIE_SIZE
-        if self._engine == "learned":
-            size = self._pictures.learned_size or size
+        wanted = PLAYED_SIZE if self._movie is None else MOVIE_SIZE
+        size = self._pictures.size_of(self._engine, wanted)
         self._sequence += 1
         self._asked = self._sequence
         # The view may turn while a path is played.
@@ -204,8 +203,9 @@ class LatentPath(QObject):
         self._timer.stop()
         frames, movie = self._frames, self._movie
         self._tfs, self._frames = [], []
+        if movie is not None:
+            self._writing.ask(partial(write_movie, movie, frames, 1000 / FRAME_MS))
+        # Whoever hears it finds the movie being written.
         self.frameDrawn.emit(None)
         if movie is None:
             self.ended.emit("")
-        else:
-            self._writing.ask(partial(write_movie, movie, frames, 1000 / FRAME_MS))

@@ -90,7 +90,7 @@ class GridPicture:
         The samples that were averaged.
     cells : Cells
     tfs : tuple of 16 (OpacityTF or None), row by row
-        None for cells that show nothing.
+        None for cells without samples.
     images : dict of int to ndarray
         Pictures (S, S, 4) of the cells that have one.
     inputs : SceneInputs
@@ -177,7 +177,7 @@ class LatentPictures(QObject):
         self._session = session
         self.clients: dict[EngineName, EngineClient] = {"exact": exact, "learned": learned}
         self._pace = Pace()
-        self._is_warm: set[EngineName] = set()
+        self._warm: set[EngineName] = set()
         self._sequence = 0
         self._asked_hovers: dict[int, _AskedHover] = {}
         self._asked_grids: dict[int, _AskedGrid] = {}
@@ -216,6 +216,10 @@ class LatentPictures(QObject):
         expected = self._pace.expected("exact", CELL_SIZE)
         return "learned" if expected is not None and expected > SLOW_SECONDS else "exact"
 
+    def size_of(self, source: EngineName, size: int) -> int:
+        """Size of an engine's pictures where one would do: a generator has its own."""
+        return (self.learned_size or size) if source == "learned" else size
+
     def set_learned(self, size: int | None) -> None:
         """Set the image size of a generator that fits the volume; None without one."""
         if size != self.learned_size:
@@ -226,12 +230,12 @@ class LatentPictures(QObject):
 
     def is_fresh(self, picture: GridPicture | None) -> bool:
         """Whether pictures are of the present view, light and colours."""
-        return picture is not None and _look_of(picture.inputs) == _look_of(self._state.inputs)
+        return picture is not None and look_of(picture.inputs) == look_of(self._state.inputs)
 
     def start_volume(self) -> None:
         """Forget all pictures and how long they took."""
         self._pace = Pace()
-        self._is_warm.clear()
+        self._warm.clear()
         self.forget()
 
     def stop(self) -> None:
@@ -292,7 +296,7 @@ class LatentPictures(QObject):
             self.gridDrawn.emit(None)
             return
         key = (
-            _look_of(self._state.inputs), map_, self._latent.brush, self._latent.choices.nearest,
+            look_of(self._state.inputs), map_, self._latent.brush, self._latent.choices.nearest,
             self.source,
         )  # fmt: skip
         if key == self._grid_key:
@@ -347,7 +351,7 @@ class LatentPictures(QObject):
 
     def _check_thumbnails(self) -> None:
         """Draw thumbnails anew if view, light or colours have changed."""
-        look = _look_of(self._state.inputs)
+        look = look_of(self._state.inputs)
         if self._drawn_for is not None and self._drawn_for != look and self.thumbnails:
             self.stale_thumbnails.update(self.thumbnails)
             self.thumbnails = {}
@@ -380,9 +384,9 @@ class LatentPictures(QObject):
 
     def _submit(self, request: BatchRequest) -> None:
         source = self.source
-        if source == "learned" and self.learned_size is not None:
-            request = replace(request, quality=replace(request.quality, size=self.learned_size))
-        self.clients[source].submit(request)
+        size = self.size_of(source, request.quality.size)
+        quality = replace(request.quality, size=size)
+        self.clients[source].submit(replace(request, quality=quality))
 
     def _with(self, tf: OpacityTF) -> SceneInputs:
         return replace(self._state.inputs, opacity_tf=tf)
@@ -420,9 +424,9 @@ class LatentPictures(QObject):
     def _note_pace(self, source: EngineName, size: int, seconds: float) -> None:
         """Note the time of a picture, unless it says little about larger ones."""
         # The first one compiles; of small ones most of the time has nothing to do with pixels.
-        if source in self._is_warm and size >= LEAST_TIMED_SIZE:
+        if source in self._warm and size >= LEAST_TIMED_SIZE:
             self._pace.note(source, size, seconds)
-        self._is_warm.add(source)
+        self._warm.add(source)
 
     def _show_grid(
         self,
@@ -441,16 +445,20 @@ class LatentPictures(QObject):
         if asked is None or asked[0] != request.sequence:
             return
         self._asked_thumbnails = None
-        if _look_of(request.inputs) == _look_of(self._state.inputs):
-            step = max(images.shape[1] // THUMBNAIL_SIZE, 1)
-            small = (image[::step, ::step].copy() for image in images)
-            self.thumbnails.update(zip(asked[1], small, strict=True))
+        if look_of(request.inputs) == look_of(self._state.inputs):
+            self.thumbnails.update(zip(asked[1], map(thumbnail, images), strict=True))
             for pictures in (self.thumbnails, self.stale_thumbnails):
                 while len(pictures) > KEPT_THUMBNAILS:
                     del pictures[next(iter(pictures))]
             self._wanted = [index for index in self._wanted if index not in self.thumbnails]
             self.thumbnailsDrawn.emit()
         self._ask_thumbnails()
+
+
+def thumbnail(image: Images) -> Images:
+    """Some of the pixels of a picture (S, S, 4), about 64 x 64 of them."""
+    step = max(len(image) // THUMBNAIL_SIZE, 1)
+    return image[::step, ::step].copy()
 
 
 def _pop(asked: dict[int, Asked], sequence: int) -> Asked | None:
@@ -461,6 +469,6 @@ def _pop(asked: dict[int, Asked], sequence: int) -> Asked | None:
     return found
 
 
-def _look_of(inputs: SceneInputs) -> SceneInputs:
-    """What pictures of the map depend on besides their own opacity TF."""
+def look_of(inputs: SceneInputs) -> SceneInputs:
+    """Inputs that pictures of the map depend on besides their own opacity TF."""
     return replace(inputs, opacity_tf=OpacityTF(inputs.opacity_tf.scalar_range))

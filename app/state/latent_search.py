@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,22 +16,17 @@ from app.state.latent_session import LatentSession
 from app.state.latest_call import LatestCall
 from app.state.viewer_state import ViewerState
 from model.errors import LatentError
+from model.latent.goal_search import SEARCH_SIZE, Goal, GoalSearch, Wish, candidates_for
 from model.scene.inputs import SceneInputs
 from model.scene.region import Outline
 from model.scene.transfer_function import OpacityTF
-
-if TYPE_CHECKING:
-    from model.latent.goal_search import Goal, GoalSearch, Wish
-
-SEARCH_SIZE = 64
-"""Width and height of the pictures that are compared, in pixels."""
 
 Images = NDArray[np.float32]
 
 
 @dataclass(frozen=True)
 class SearchStep:
-    """Where a search has got to.
+    """State of a search after a batch of pictures.
 
     Attributes
     ----------
@@ -114,8 +109,6 @@ class LatentSearch(QObject):
 
     def seek_picture(self, picture: Images, outline: Outline | None = None) -> None:
         """Search for a picture (S, S, 4), or for a region as it is in that picture."""
-        from model.latent.goal_search import Goal
-
         self.cancel()
         if self._session.map is None:
             return
@@ -174,11 +167,7 @@ class LatentSearch(QObject):
         self._pictures.clients[self._engine].submit(request)
 
     def _size(self) -> int:
-        return (
-            (self._pictures.learned_size or SEARCH_SIZE)
-            if self._engine == "learned"
-            else SEARCH_SIZE
-        )
+        return self._pictures.size_of(self._engine, SEARCH_SIZE)
 
     def _take(self, result: Result) -> None:
         request = result.request
@@ -197,8 +186,6 @@ class LatentSearch(QObject):
             self._end(str(error))
 
     def _begin_wish(self, picture: Images) -> None:
-        from model.latent.goal_search import Goal
-
         assert self._wish is not None
         wish, outline = self._wish
         self._prepare(Goal.of_wish(wish, picture, outline.mask(len(picture))))
@@ -236,7 +223,6 @@ def resized(picture: Images, size: int) -> Images:
 def _prepared(
     goal: Goal, present: Any, volume: Any, inputs: SceneInputs, space: Any, map_: Any
 ) -> GoalSearch:
-    from model.latent.goal_search import GoalSearch, candidates_for
     from model.latent.opacity_overview import RayLengths
 
     lengths = RayLengths.of(volume, inputs.view)

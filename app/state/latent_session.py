@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Qt, Signal
 
-from app.engines.background import BackgroundCall
-from app.state.latent_state import LatentState
+from app.state.latent_state import LatentChoices, LatentState
 from app.state.latest_call import LatestCall
 from app.state.viewer_state import ViewerState
 from model.errors import LatentError
@@ -103,7 +102,6 @@ class LatentSession(QObject):
         self._window: Range = (0.0, 1.0)
         self._model: Path | None = None
         self._is_open = False
-        self._was_shown = False
         self._opening = LatestCall("latent-space", self)
         self._opening.done.connect(self._take_space)
         self._opening.failed.connect(self.problem)
@@ -111,7 +109,9 @@ class LatentSession(QObject):
         self._looking.done.connect(self._take_overview)
         self._looking.failed.connect(self.problem)
         self._embedding: EmbeddingProcess | None = None
-        self._calls: list[BackgroundCall] = []
+        self._computing = LatestCall("latent-map", self)
+        self._computing.done.connect(self._take_places)
+        self._computing.failed.connect(self._embedding_failed)
         self._advanced.connect(self._tell_progress, Qt.ConnectionType.QueuedConnection)
         latent.choicesChanged.connect(self._choices_changed)
         latent.lassoChanged.connect(lambda _lasso: self._filter())
@@ -119,7 +119,7 @@ class LatentSession(QObject):
         state.viewChangeFinished.connect(lambda _view: self._look())
         state.transferFunctionChanged.connect(lambda _tf: self._place_present())
         state.transferFunctionChangeFinished.connect(lambda _tf: self._remember())
-        self._codec_choice = latent.choices.codec
+        self._before = latent.choices
 
     @property
     def is_embedding(self) -> bool:
@@ -163,22 +163,21 @@ class LatentSession(QObject):
         if self._embedding is not None:
             self._embedding.cancel()
             self._embedding = None
+            self._computing.forget()
             self.progressed.emit(1.0)
 
     def stop(self) -> None:
         """Ask all threads and processes to end; returns at once."""
         self._opening.stop()
         self._looking.stop()
-        for call in self._calls:
-            call.abandon()
+        self._computing.stop()
         self.cancel()
 
     def join(self) -> None:
         """Wait until all threads have ended."""
         self._opening.join()
         self._looking.join()
-        for call in self._calls:
-            call.join()
+        self._computing.join()
 
     def tf_at(
         self, place: tuple[float, float], sample: int | None = None, closeness: float = 1.0
@@ -214,29 +213,19 @@ class LatentSession(QObject):
         process = EmbeddingProcess(self.map.codes)
         self._embedding = process
         self.progressed.emit(0.0)
-        call = BackgroundCall(
-            partial(_embed, process, self.space, self.map, partial(self._advanced.emit, process)),
-            "latent-map",
-            self,
-        )
-        call.done.connect(partial(self._take_places, process))
-        call.failed.connect(partial(self._embedding_failed, process))
-        call.finished.connect(partial(self._forget_call, call))
-        self._calls.append(call)
-        call.start()
+        progress = partial(self._advanced.emit, process)
+        self._computing.ask(partial(_embed, process, self.space, self.map, progress))
 
     def _tell_progress(self, process: EmbeddingProcess, done: float) -> None:
         if process is self._embedding:
             self.progressed.emit(done)
 
-    def _choices_changed(self, _choices: object) -> None:
-        choices = self._latent.choices
-        opened, self._was_shown = choices.shown and not self._was_shown, choices.shown
-        if opened:
+    def _choices_changed(self, choices: LatentChoices) -> None:
+        before, self._before = self._before, choices
+        if choices.shown and not before.shown:
             # It may have been cancelled.
             self.compute_map()
-        if choices.codec != self._codec_choice:
-            self._codec_choice = choices.codec
+        if choices.codec != before.codec:
             self.reset()
         else:
             self._ensure_open()
@@ -285,13 +274,11 @@ class LatentSession(QObject):
         self._look()
         self.compute_map()
 
-    def _take_places(self, process: EmbeddingProcess, answer: tuple[Places | None, str]) -> None:
+    def _take_places(self, answer: tuple[Places | None, str]) -> None:
         places, problem = answer
-        if process is not self._embedding or self.map is None:
-            return
         self._embedding = None
         self.progressed.emit(1.0)
-        if places is not None:
+        if places is not None and self.map is not None:
             self.map = self.map.moved(places)
             self.wanted = self.chosen = None
             self._filter()
@@ -302,11 +289,10 @@ class LatentSession(QObject):
         if problem:
             self.problem.emit(problem)
 
-    def _embedding_failed(self, process: EmbeddingProcess, text: str) -> None:
-        if process is self._embedding:
-            self._embedding = None
-            self.progressed.emit(1.0)
-            self.problem.emit(text)
+    def _embedding_failed(self, text: str) -> None:
+        self._embedding = None
+        self.progressed.emit(1.0)
+        self.problem.emit(text)
 
     def _place_of(self, tf: OpacityTF) -> tuple[float, float]:
         assert self.map is not None and self.space is not None
@@ -351,12 +337,6 @@ class LatentSession(QObject):
             self.overview, self.overview_view = overview, view
             self._filter()
             self.overviewChanged.emit(overview)
-
-    def _forget_call(self, call: BackgroundCall) -> None:
-        if call in self._calls:
-            self._calls.remove(call)
-            call.join()
-            call.deleteLater()
 
 
 def _open(

@@ -1,4 +1,4 @@
-"""What the user browses: brush, mouse, colours of the map, filters, places and trail."""
+"""Choices of a user who browses: brush, mouse, colours of the map, filters, places and trail."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
+from model.latent.interpolation import Brush
 from model.scene.transfer_function import OpacityTF, Range
 
 Coloring = Literal["value", "opacity", "modes", "distance", "error"]
@@ -20,7 +21,6 @@ EngineChoice = Literal["automatic", "exact", "learned"]
 CodecChoice = Literal["shipped", "model"]
 MapTool = Literal["brush", "lasso"]
 Place = tuple[float, float]
-Brush = tuple[float, float, float, float]
 
 TRAIL_LENGTH = 200
 """Edits whose places are remembered."""

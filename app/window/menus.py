@@ -8,9 +8,10 @@ from functools import partial
 from typing import Any
 
 from PySide6.QtCore import QObject
-from PySide6.QtGui import QAction, QActionGroup, QKeySequence
+from PySide6.QtGui import QActionGroup, QKeySequence
 from PySide6.QtWidgets import QMainWindow, QMenu, QMessageBox
 
+from app.controls import add_action
 from app.image_view.engine_pane import EnginePane
 from app.sensitivity_view.sensitivity_view import SensitivityView
 from app.state.latent_state import LatentState
@@ -137,32 +138,32 @@ class Menus(QObject):
     def _build_file(self, menu: QMenu) -> None:
         files = self._files
         keys = QKeySequence.StandardKey
-        _add(menu, "Open &volume…", files.open_volume, keys.Open)
-        _add(menu, "Open &DICOM folder…", files.open_dicom)
-        _add(menu, "Open &model…", files.open_model)
+        add_action(menu, "Open &volume…", files.open_volume, keys.Open)
+        add_action(menu, "Open &DICOM folder…", files.open_dicom)
+        add_action(menu, "Open &model…", files.open_model)
         menu.addSeparator()
-        _add(menu, "Open &transfer function…", files.open_transfer_function, "Ctrl+T")
-        _add(menu, "&Save transfer function as…", files.save_transfer_function, keys.Save)
+        add_action(menu, "Open &transfer function…", files.open_transfer_function, "Ctrl+T")
+        add_action(menu, "&Save transfer function as…", files.save_transfer_function, keys.Save)
         menu.addSeparator()
-        self._save_generator = _add(
+        self._save_generator = add_action(
             menu, "Save &generator image…", lambda: files.save_image(self._generator)
         )
-        _add(menu, "Save &reference image…", lambda: files.save_image(self._reference))
+        add_action(menu, "Save &reference image…", lambda: files.save_image(self._reference))
         menu.addSeparator()
-        _add(menu, "&Quit", self._window.close, "Ctrl+Q")
+        add_action(menu, "&Quit", self._window.close, "Ctrl+Q")
 
     def _build_edit(self, menu: QMenu) -> None:
         state = self._state
         stack = state.undo_stack
-        self._undo = _add(menu, "&Undo", state.undo, QKeySequence.StandardKey.Undo)
-        self._redo = _add(menu, "&Redo", state.redo, QKeySequence.StandardKey.Redo)
+        self._undo = add_action(menu, "&Undo", state.undo, QKeySequence.StandardKey.Undo)
+        self._redo = add_action(menu, "&Redo", state.redo, QKeySequence.StandardKey.Redo)
         self._undo.setEnabled(False)
         self._redo.setEnabled(False)
         stack.canUndoChanged.connect(self._undo.setEnabled)
         stack.canRedoChanged.connect(self._redo.setEnabled)
         menu.aboutToShow.connect(self._name_edits)
         menu.addSeparator()
-        _add(menu, "Reset &transfer function", state.reset_transfer_function)
+        add_action(menu, "Reset &transfer function", state.reset_transfer_function)
 
     def _name_edits(self) -> None:
         """Update the menu with the names of the edits to undo and redo."""
@@ -172,7 +173,7 @@ class Menus(QObject):
 
     def _build_view(self, menu: QMenu, latent: LatentState) -> None:
         state = self._state
-        browse = _add(
+        browse = add_action(
             menu, "&Browse TFs", lambda: latent.choose(shown=not latent.choices.shown), "Ctrl+B"
         )
         browse.setCheckable(True)
@@ -182,11 +183,11 @@ class Menus(QObject):
             lambda choices: self._save_generator.setEnabled(not choices.shown)
         )
         menu.addSeparator()
-        _add(menu, "&Reset view", lambda: state.set_view(HOME_VIEW), "Ctrl+0")
+        add_action(menu, "&Reset view", lambda: state.set_view(HOME_VIEW), "Ctrl+0")
         menu.addSeparator()
         for number, (name, (azimuth, elevation)) in enumerate(STANDARD_VIEWS.items(), start=1):
             slot = partial(self._look_from, azimuth, elevation)
-            _add(menu, name, slot, f"Ctrl+{number}")
+            add_action(menu, name, slot, f"Ctrl+{number}")
         menu.addSeparator()
         workspace = self._workspace
         self._choices(
@@ -201,7 +202,7 @@ class Menus(QObject):
     def _build_sensitivity(
         self, menu: QMenu, sensitivity: SensitivityState, view: SensitivityView
     ) -> None:
-        shown = _add(
+        shown = add_action(
             menu,
             "&Show sensitivity",
             lambda: sensitivity.choose(shown=not sensitivity.choices.shown),
@@ -211,14 +212,16 @@ class Menus(QObject):
         shown.setChecked(True)
         sensitivity.choicesChanged.connect(lambda choices: shown.setChecked(choices.shown))
         menu.addSeparator()
-        _add(menu, "Draw &rectangle", lambda: sensitivity.set_tool("rectangle"), "R")
-        _add(menu, "Draw &lasso", lambda: sensitivity.set_tool("lasso"), "L")
-        _add(menu, "R&emove region", sensitivity.remove_region, "Shift+Delete")
-        _add(menu, "&Whole image", lambda: sensitivity.activate(None))
+        add_action(menu, "Draw &rectangle", lambda: sensitivity.set_tool("rectangle"), "R")
+        add_action(menu, "Draw &lasso", lambda: sensitivity.set_tool("lasso"), "L")
+        add_action(menu, "R&emove region", sensitivity.remove_region, "Shift+Delete")
+        add_action(menu, "&Whole image", lambda: sensitivity.activate(None))
         menu.addSeparator()
-        _add(menu, "&Pin the band of values", view.findings.toggle_pin, "P")
+        add_action(menu, "&Pin the band of values", view.findings.toggle_pin, "P")
         menu.addSeparator()
-        _add(menu, "Save &sensitivity as…", lambda: self._files.save_sensitivity(view.result()))
+        add_action(
+            menu, "Save &sensitivity as…", lambda: self._files.save_sensitivity(view.result())
+        )
 
     def _choices(
         self, menu: QMenu, choices: dict[str, Any], choose: Callable[[Any], object]
@@ -226,7 +229,7 @@ class Menus(QObject):
         """Add exclusive choices to a menu, with the first one checked."""
         group = QActionGroup(self)
         for number, (name, choice) in enumerate(choices.items()):
-            action = _add(menu, name, partial(choose, choice))
+            action = add_action(menu, name, partial(choose, choice))
             action.setCheckable(True)
             action.setChecked(number == 0)
             group.addAction(action)
@@ -236,8 +239,8 @@ class Menus(QObject):
         state.set_view(replace(state.view, azimuth=azimuth, elevation=elevation, roll=0.0))
 
     def _build_help(self, menu: QMenu) -> None:
-        _add(menu, "&Gestures", lambda: self._show_text("Gestures", GESTURES), "F1")
-        _add(menu, "&About tfscope", lambda: self._show_text("About tfscope", ABOUT))
+        add_action(menu, "&Gestures", lambda: self._show_text("Gestures", GESTURES), "F1")
+        add_action(menu, "&About tfscope", lambda: self._show_text("About tfscope", ABOUT))
 
     def _show_text(self, title: str, text: str) -> None:
         box = QMessageBox(self._window)
@@ -245,17 +248,3 @@ class Menus(QObject):
         box.setText(text)
         box.finished.connect(box.deleteLater)
         box.open()
-
-
-def _add(
-    menu: QMenu,
-    text: str,
-    slot: Callable[[], object],
-    keys: QKeySequence.StandardKey | str | None = None,
-) -> QAction:
-    """Add a menu entry whose slot is called without Qt's `checked` argument."""
-    action = menu.addAction(text)
-    action.triggered.connect(lambda _checked=False: slot())
-    if keys is not None:
-        action.setShortcut(QKeySequence(keys))
-    return action

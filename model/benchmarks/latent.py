@@ -22,7 +22,6 @@ from model.scene.volume import Volume
 
 REPEATS = 5
 SEARCHES = 20
-SEARCH_SIZE = 64
 FIRST_BRUSH = (-0.8, -0.8, 0.8, 0.8)
 
 Images = NDArray[np.float32]

@@ -20,7 +20,7 @@ from model.scene.region import Mask
 Wish = Literal["more", "less"]
 
 WISHED_SHARE = 0.4
-"""How far "more" and "less" move a region's opacity towards 1 and 0."""
+"""Share by which "more" and "less" move a region's opacity towards 1 and 0."""
 
 KEPT_WEIGHT = 0.2
 """Weight of what shall stay as it is, beside the region that shall change."""
@@ -36,6 +36,9 @@ DAMPINGS = (1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0)
 
 DIFFERENCE = 0.03
 """Change of a code's number for a derivative, in its standard deviations."""
+
+SEARCH_SIZE = 64
+"""Width and height in pixels at which pictures are compared."""
 
 MOST_STEPS = 12
 REACHED_RMSE = 0.002

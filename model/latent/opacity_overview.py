@@ -1,4 +1,4 @@
-"""What thousands of opacity TFs show in one view, without rendering them one by one.
+"""Overview of what thousands of opacity TFs show in one view, without rendering them one by one.
 
 Without light, a ray's opacity does not depend on the order of its samples: it follows from how
 long the ray stays at each scalar value. These lengths are found once for a view; the opacity

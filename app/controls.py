@@ -1,0 +1,52 @@
+"""Controls that several parts of the window are built of."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtWidgets import QComboBox, QMenu, QToolButton
+
+
+def combo(entries: dict[str, str], tip: str = "") -> QComboBox:
+    """Return a choice between names, each with an explanation.
+
+    Parameters
+    ----------
+    entries : dict of str
+        Explanation of each name.
+    tip : str
+        First line of the tooltip, before the explanations.
+    """
+    box = QComboBox()
+    # After a click, keys such as W are the window's again.
+    box.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+    for index, (name, explanation) in enumerate(entries.items()):
+        box.addItem(name)
+        box.setItemData(index, explanation, Qt.ItemDataRole.ToolTipRole)
+    lines = [f"<b>{name}</b>: {explanation}" for name, explanation in entries.items()]
+    box.setToolTip("<br>".join([tip, *lines] if tip else lines))
+    return box
+
+
+def text_button(text: str, tip: str) -> QToolButton:
+    """Return a small button."""
+    button = QToolButton()
+    button.setText(text)
+    button.setToolTip(tip)
+    return button
+
+
+def add_action(
+    menu: QMenu,
+    text: str,
+    slot: Callable[[], object],
+    keys: QKeySequence.StandardKey | str | None = None,
+) -> QAction:
+    """Add a menu entry whose slot is called without Qt's `checked` argument."""
+    action = menu.addAction(text)
+    action.triggered.connect(lambda _checked=False: slot())
+    if keys is not None:
+        action.setShortcut(QKeySequence(keys))
+    return action
