@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.scene.color_space import rgb_to_lab
+from model.scene.crop import CropBox
 from model.scene.light import LightDirection, LightRange
 from model.scene.random_inputs import draw_light, draw_view
 from model.scene.random_tfs import draw_color_tf, draw_opacity_tf
@@ -38,12 +39,15 @@ class SceneInputs:
     color_tf : ColorTF
     light : LightDirection or None
         Light direction of a lit scene; None is the scene's fixed light.
+    crop : CropBox or None
+        Part of the volume that is shown; None for all of it.
     """
 
     view: View
     opacity_tf: OpacityTF
     color_tf: ColorTF
     light: LightDirection | None = None
+    crop: CropBox | None = None
 
     @classmethod
     def of(cls, view: View, tf: TransferFunction, **others: Any) -> SceneInputs:
@@ -145,7 +149,8 @@ INPUT_FIELDS: tuple[InputField, ...] = (
         numbers=VIEW_PARAMETERS,
         varies=lambda scene: True,
         draw=lambda rng, scene, drawn: draw_view(rng, scene.view_range),
-        store=lambda view, scene: np.array([*vars(view).values()]),
+        # Samples are not panned.
+        store=lambda view, scene: np.array([*vars(view).values()][:4]),
         encode=lambda rows, scene: np.stack(
             [View(*map(float, row)).vector(scene.view_range) for row in rows]
         ),
@@ -193,6 +198,20 @@ INPUT_FIELDS: tuple[InputField, ...] = (
         ),
         decode=lambda numbers, scene: LightDirection.of_vector(numbers),
         outside=_light_outside,
+    ),
+    InputField(
+        name="crop",
+        shape=(6,),
+        dtype="float64",
+        network="condition",
+        numbers=6,
+        # No scene has it drawn at random so far: models are trained on whole volumes.
+        varies=lambda scene: False,
+        draw=lambda rng, scene, drawn: None,
+        store=lambda crop, scene: (crop or CropBox()).numbers(),
+        encode=lambda rows, scene: (2 * rows - 1).astype(np.float32),
+        decode=None,
+        outside=lambda crop, scene: [] if crop is None else ["a crop box"],
     ),
 )
 """All inputs, in drawing order; `view` is the first condition."""
@@ -267,7 +286,7 @@ def outside_range(inputs: SceneInputs, scene: Scene) -> str:
         The scene that the generator was trained on.
     """
     parts: Iterable[str] = (
-        text for f in varying(scene) for text in f.outside(getattr(inputs, f.name), scene)
+        text for f in INPUT_FIELDS for text in f.outside(getattr(inputs, f.name), scene)
     )
     found = ", ".join(parts)
     return f"Outside the training range: {found}" if found else ""

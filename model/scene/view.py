@@ -1,4 +1,4 @@
-"""The view: four numbers, their camera basis, and the networks' 5-vector.
+"""The view: its numbers, their camera basis, and the networks' 5-vector.
 
 Every renderer takes its camera from :meth:`View.basis`, which is computed in
 closed form, without a cross product with an "up" vector, and is therefore not
@@ -8,7 +8,7 @@ degenerate at the poles.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -83,6 +83,10 @@ class View:
     distance : float
         Distance to the centre in units of the distance at which the volume's
         bounding sphere just fills the image; > 0.
+    pan_x, pan_y : float
+        Place of the volume's centre in the image, to the right and up from its middle,
+        in halves of the image's height. The picture is moved as a whole, without
+        turning the camera.
 
     Raises
     ------
@@ -94,6 +98,8 @@ class View:
     elevation: float = 0.0
     roll: float = 0.0
     distance: float = 1.0
+    pan_x: float = 0.0
+    pan_y: float = 0.0
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
@@ -111,7 +117,7 @@ class View:
 
     @classmethod
     def parse(cls, text: str) -> View:
-        """Parse ``"AZ,EL,ROLL,DIST"``; trailing numbers may be left out for their defaults.
+        """Parse ``"AZ,EL,ROLL,DIST,X,Y"``; trailing numbers may be left out for their defaults.
 
         Raises
         ------
@@ -122,10 +128,10 @@ class View:
             numbers = [float(part) for part in text.split(",")]
         except ValueError:
             numbers = []
-        if not 1 <= len(numbers) <= 4:
+        if not 1 <= len(numbers) <= len(fields(cls)):
             raise ViewError(
-                f"'{text}' is not a view; give azimuth,elevation,roll,distance, "
-                "for example 30,20,0,1."
+                f"'{text}' is not a view; give azimuth,elevation,roll,distance "
+                "and, for a picture beside the middle, x,y: for example 30,20,0,1."
             )
         return cls(*numbers)
 

@@ -70,7 +70,7 @@ def test_parse() -> None:
     ("text", "message"),
     [
         ("north", "is not a view"),
-        ("1,2,3,4,5", "is not a view"),
+        ("1,2,3,4,5,6,7", "is not a view"),
         ("0,91,0,1", "from -90 to 90"),
         ("0,0,0,0", "above 0"),
         ("nan,0,0,1", "finite"),

@@ -1,0 +1,74 @@
+"""The crop box: the part of a volume that is shown."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.errors import TfscopeError
+from model.scene.volume import Triple
+
+LEAST_LENGTH = 0.005
+"""Shortest side of a crop box, as a fraction of the volume's."""
+
+
+@dataclass(frozen=True)
+class CropBox:
+    """Six planes parallel to the volume's faces, between which it is shown.
+
+    Attributes
+    ----------
+    low, high : tuple of float
+        Planes along x, y and z as fractions of the volume's extent, 0 <= low < high <= 1.
+
+    Raises
+    ------
+    TfscopeError
+        For planes outside the volume, or a box thinner than :data:`LEAST_LENGTH`.
+    """
+
+    low: Triple = (0.0, 0.0, 0.0)
+    high: Triple = (1.0, 1.0, 1.0)
+
+    def __post_init__(self) -> None:
+        for axis, low, high in zip("xyz", self.low, self.high, strict=True):
+            if not (math.isfinite(low) and math.isfinite(high) and low >= 0 and high <= 1):
+                raise TfscopeError(
+                    f"The crop box's planes along {axis} are {low:g} and {high:g}; "
+                    "give fractions of the volume from 0 to 1."
+                )
+            if high - low < LEAST_LENGTH:
+                raise TfscopeError(
+                    f"The crop box from {low:g} to {high:g} along {axis} is empty; "
+                    f"make it at least {LEAST_LENGTH:g} long."
+                )
+
+    @classmethod
+    def parse(cls, text: str) -> CropBox:
+        """Parse ``"X0,X1,Y0,Y1,Z0,Z1"``.
+
+        Raises
+        ------
+        TfscopeError
+            When the text is not a crop box.
+        """
+        try:
+            x0, x1, y0, y1, z0, z1 = (float(part) for part in text.split(","))
+        except ValueError:
+            raise TfscopeError(
+                f"'{text}' is not a crop box; give x0,x1,y0,y1,z0,z1 as fractions of the volume, "
+                "for example 0,1,0,0.5,0,1."
+            ) from None
+        return cls((x0, y0, z0), (x1, y1, z1))
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether the box leaves nothing out."""
+        return self == CropBox()
+
+    def numbers(self) -> NDArray[np.float64]:
+        """Return the planes as an array: low x, y and z, then high x, y and z."""
+        return np.array([*self.low, *self.high])
