@@ -170,7 +170,7 @@ def _rays(volume: Volume, view: View, size: int) -> tuple[NDArray[np.float64], .
     camera = camera_array(view, volume)
     across = (2 * np.arange(size) + 1) / size - 1
     y, x = np.meshgrid(-across, across, indexing="ij")
-    x, y = x.reshape(-1, 1), y.reshape(-1, 1)
+    x, y = camera[14] + camera[15] * x.reshape(-1, 1), camera[16] + camera[17] * y.reshape(-1, 1)
     stretch = np.sqrt(1 + (x * x + y * y) * camera[13])
     directions = (camera[3:6] + x * camera[6:9] + y * camera[9:12]) / stretch
     last = np.array(volume.dimensions) - 1.0

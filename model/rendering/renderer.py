@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import RenderError
+from model.rendering.raster import Raster
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
 from model.scene.scene import Lighting, RendererName
@@ -26,15 +27,15 @@ class Renderer(Protocol):
     sample_distance: float
 
     def render(
-        self, inputs: SceneInputs, size: int, sample_distance: float | None = None
+        self, inputs: SceneInputs, size: int | Raster, sample_distance: float | None = None
     ) -> NDArray[np.float32]:
-        """Render RGBA, float32 (size, size, 4) in [0, 1], premultiplied, row 0 at the top.
+        """Render RGBA, float32 (rows, columns, 4) in [0, 1], premultiplied, row 0 at the top.
 
         Parameters
         ----------
         inputs : SceneInputs
-        size : int
-            Width and height in pixels.
+        size : int or Raster
+            Width and height in pixels, or the pixels of a wider image or of a part.
         sample_distance : float, optional
             In voxels; the renderer's own by default.
         """

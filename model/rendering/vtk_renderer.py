@@ -11,6 +11,7 @@ renderer in one thread.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 from vtkmodules import vtkRenderingOpenGL2
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
-from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPiecewiseFunction
+from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPiecewiseFunction, vtkPlane
 from vtkmodules.vtkRenderingCore import (
     vtkColorTransferFunction,
     vtkLight,
@@ -31,7 +32,9 @@ from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkOpenGLGPUVolumeRayCastMapper
 
 from model.errors import RenderError
 from model.rendering.opacity_correction import per_sample
+from model.rendering.raster import Raster
 from model.rendering.scalars import renderable_scalars
+from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
 from model.scene.scene import Lighting
@@ -95,6 +98,7 @@ class VtkRenderer:
     ) -> None:
         self.sample_distance = sample_distance
         self._volume = volume
+        self._crop: CropBox | None = None
         self._scalars, texture_range = _texture_scalars(volume)
         self._table_range = _table_range(texture_range)
         self._opacity = vtkPiecewiseFunction()
@@ -125,21 +129,21 @@ class VtkRenderer:
         self._window.AddRenderer(self._renderer)
 
     def render(
-        self, inputs: SceneInputs, size: int, sample_distance: float | None = None
+        self, inputs: SceneInputs, size: int | Raster, sample_distance: float | None = None
     ) -> NDArray[np.float32]:
         """Render one image.
 
         Parameters
         ----------
         inputs : SceneInputs
-        size : int
-            Width and height in pixels.
+        size : int or Raster
+            Width and height in pixels, or the pixels of a wider image or of a part.
         sample_distance : float, optional
             In voxels; the renderer's own by default.
 
         Returns
         -------
-        ndarray of float32, shape (size, size, 4)
+        ndarray of float32, shape (rows, columns, 4)
             RGBA in [0, 1] in steps of 1/255; colour premultiplied by opacity
             on black; row 0 at the top.
         """
@@ -156,18 +160,21 @@ class VtkRenderer:
         self._mapper.SetSampleDistance(step)
         # VTK's own opacity correction ignores opacities below 1e-4, so it is made an identity.
         self._properties.SetScalarOpacityUnitDistance(step)
-        self._point_camera(inputs.view)
+        raster = Raster.of(size)
+        rows, columns = raster.rows, raster.columns
+        self._point_camera(inputs.view, raster)
+        self._show_part(inputs.crop)
         self._lamp.SetPosition(*(inputs.light or self._light).towards())
-        self._window.SetSize(size, size)
+        self._window.SetSize(columns, rows)
         self._window.Render()
         pixels = vtkUnsignedCharArray()
-        self._window.GetRGBACharPixelData(0, 0, size - 1, size - 1, 0, pixels, 0)
-        if pixels.GetNumberOfTuples() != size * size:
+        self._window.GetRGBACharPixelData(0, 0, columns - 1, rows - 1, 0, pixels, 0)
+        if pixels.GetNumberOfTuples() != rows * columns:
             raise RenderError(
-                f"VTK returned no image of {size} x {size} pixels; "
+                f"VTK returned no image of {columns} x {rows} pixels; "
                 "try a smaller size, or update the graphics driver."
             )
-        bottom_up = vtk_to_numpy(pixels).reshape(size, size, 4)
+        bottom_up = vtk_to_numpy(pixels).reshape(rows, columns, 4)
         return np.ascontiguousarray(bottom_up[::-1]).astype(np.float32) / np.float32(255)
 
     def close(self) -> None:
@@ -190,7 +197,7 @@ class VtkRenderer:
             properties.SetSpecularPower(SPECULAR_POWER)
         return properties
 
-    def _point_camera(self, view: View) -> None:
+    def _point_camera(self, view: View, raster: Raster) -> None:
         _, up, back = view.basis()
         radius = self._volume.radius
         distance = view.camera_distance(radius)
@@ -199,9 +206,30 @@ class VtkRenderer:
         camera.SetFocalPoint(*center)
         camera.SetPosition(*(center + distance * back))
         camera.SetViewUp(*up)
-        camera.SetViewAngle(VIEW_ANGLE)
+        (x, y), (half_width, half_height) = raster.center, raster.half_size
+        tangent = math.tan(math.radians(VIEW_ANGLE / 2))
+        camera.SetViewAngle(math.degrees(2 * math.atan(half_height * tangent)))
+        camera.SetWindowCenter((x - view.pan_x) / half_width, (y - view.pan_y) / half_height)
         # The whole bounding sphere, with a small margin.
         camera.SetClippingRange(view.near_distance(radius), distance + 1.01 * radius)
+
+    def _show_part(self, crop: CropBox | None) -> None:
+        """Clip the volume by the six planes of a crop box, or show all of it."""
+        if crop == self._crop:
+            return
+        self._crop = crop
+        self._mapper.RemoveAllClippingPlanes()
+        if crop is None:
+            return
+        extent = np.array(self._volume.extent)
+        for corner, sign in ((crop.low, 1.0), (crop.high, -1.0)):
+            for axis, normal in enumerate(np.eye(3) * sign):
+                # A plane in a face of the volume would only cost time, and rounding.
+                if corner[axis] not in (0.0, 1.0):
+                    plane = vtkPlane()
+                    plane.SetOrigin(*(np.array(corner) * extent))
+                    plane.SetNormal(*normal)
+                    self._mapper.AddClippingPlane(plane)
 
 
 def _texture_scalars(volume: Volume) -> tuple[NDArray[Any], Range]:

@@ -155,7 +155,7 @@ def draw(
     entries, staging, total = stack_batch(nodes)
     for row in range(rows[0], rows[1]):
         for column in range(size):
-            ray, _ = make_ray(camera, shape, step, column, row, size)
+            ray, _ = make_ray(camera, step, column, row, size)
             total[0] = total[1] = total[2] = total[3] = ZERO
             red = green = blue = ZERO
             d, s = ONE, ZERO
@@ -242,7 +242,7 @@ def pull_back(
             if not gradients[:, row, column].any():
                 continue
             g = gradients[0, row, column]
-            ray, _ = make_ray(camera, shape, step, column, row, size)
+            ray, _ = make_ray(camera, step, column, row, size)
             count = 0
             through = ONE
             while count < ray.count and through > NEGLIGIBLE:
@@ -302,7 +302,7 @@ def push_forward(
     entries, staging, _ = stack_batch(nodes)
     for row in range(rows[0], rows[1]):
         for column in range(size):
-            ray, _ = make_ray(camera, shape, step, column, row, size)
+            ray, _ = make_ray(camera, step, column, row, size)
             for image in range(len(images)):
                 for channel in range(4):
                     images[image, row, column, channel] = ZERO

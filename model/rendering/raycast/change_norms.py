@@ -91,7 +91,7 @@ def square_changes(
     for n in range(len(windows)):
         for row in range(windows[n, 0], windows[n, 1]):
             for column in range(windows[n, 2], windows[n, 3]):
-                ray, _ = make_ray(camera, shape, step, column, row, size)
+                ray, _ = make_ray(camera, step, column, row, size)
                 if ray.count == 0:
                     continue
                 count = look(

@@ -39,7 +39,7 @@ def draw_rows(
         World distance between samples.
     rows : tuple of int
         First row, and the row after the last.
-    image : ndarray of float32, shape (size, size, channels)
+    image : ndarray of float32, shape (rows, columns, channels)
         Output: RGBA, or opacity only.
     depth : ndarray of float32, shape (size, size), or None
         Output: world distance from the eye to the first visible sample,
@@ -49,7 +49,7 @@ def draw_rows(
     levels, staging, total = stack_batch(voxels)
     for row in range(rows[0], rows[1]):
         for column in range(size):
-            ray, distance = make_ray(camera, shape, step, column, row, size)
+            ray, distance = make_ray(camera, step, column, row, size)
             first = march(
                 voxels, shape, scale, cells, cell_shape, shift,
                 alphas, colors, light, glow, ray, opaque, levels, staging, total,
@@ -79,7 +79,7 @@ def draw_rows_preintegrated(
     levels, staging, total = stack_batch(voxels)
     for row in range(rows[0], rows[1]):
         for column in range(size):
-            ray, distance = make_ray(camera, shape, step, column, row, size)
+            ray, distance = make_ray(camera, step, column, row, size)
             first = march_segments(
                 voxels, shape, scale, cells, cell_shape, shift,
                 integrals, ray, opaque, levels, staging, total,

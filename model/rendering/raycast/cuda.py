@@ -51,11 +51,11 @@ def _draw_pixels(
     """Draw one pixel; see :func:`model.rendering.raycast.cpu.draw_rows`."""
     column, row = cuda.grid(2)
     size = image.shape[1]
-    if column >= size or row >= size:
+    if column >= size or row >= image.shape[0]:
         return
     levels = cuda.local.array(BATCH, int32)
     total = cuda.local.array(4, float32)
-    ray, distance = make_ray(camera, shape, step, column, row, size)
+    ray, distance = make_ray(camera, step, column, row, size)
     first = march(
         voxels, shape, scale, cells, cell_shape, shift,
         alphas, colors, light, glow, ray, opaque, levels, None, total,
@@ -114,13 +114,13 @@ class Painter:
         ----------
         arguments : tuple
             Those of :func:`model.rendering.raycast.cpu.draw_rows` up to `step`.
-        image : ndarray of float32, shape (size, size, channels)
+        image : ndarray of float32, shape (rows, columns, channels)
             Output.
         depth : ndarray of float32, shape (size, size), or None
             Output.
         """
-        size = len(image)
-        blocks = (-(-size // BLOCK[0]), -(-size // BLOCK[1]))
+        rows, columns = image.shape[:2]
+        blocks = (-(-columns // BLOCK[0]), -(-rows // BLOCK[1]))
         with self._gpu:
             on_device = [_to_device(argument) for argument in arguments[1:]]
             device_image = cuda.device_array(image.shape, image.dtype)

@@ -90,7 +90,7 @@ def differentiate_windows(
         energy = 0.0
         for row in range(windows[n, 0], windows[n, 1]):
             for column in range(windows[n, 2], windows[n, 3]):
-                ray, _ = make_ray(camera, shape, step, column, row, size)
+                ray, _ = make_ray(camera, step, column, row, size)
                 if misses(ray, cells, cell_shape, shift):
                     continue
                 count = look(

@@ -20,6 +20,7 @@ from model.compilation import compiled, inlined
 from model.rendering.opacity_correction import NEARLY_OPAQUE
 from model.rendering.raycast.shading import Light, LightGrid
 from model.rendering.raycast.trilinear import interpolate
+from model.scene.crop import CropBox
 from model.scene.light import LightDirection
 from model.scene.view import View
 from model.scene.volume import Geometry
@@ -110,15 +111,27 @@ class Illumination:
 
         list(executor.map(look, range(len(self._levels))))
         self._opacities: NDArray[np.float32] | None = None
+        self._crop: CropBox | None = None
         self._coarser = (
             Illumination(scalars, bins, volume, executor, ambient_longest)
             if ambient_longest is not None
             else None
         )
 
-    def grid(self, view: View, light: LightDirection, opacities: NDArray[np.float32]) -> LightGrid:
-        """Compute the light for a view, a light direction and the opacity TF's 256 samples."""
-        if self._opacities is None or not np.array_equal(opacities, self._opacities):
+    def grid(
+        self,
+        view: View,
+        light: LightDirection,
+        opacities: NDArray[np.float32],
+        crop: CropBox | None = None,
+    ) -> LightGrid:
+        """Compute the light for a view, a light direction and the opacity TF's 256 samples.
+
+        What a crop box leaves out casts no shadow.
+        """
+        known = self._opacities is not None and np.array_equal(opacities, self._opacities)
+        if not known or crop != self._crop:
+            self._crop = crop
             self._extinction = self._mean_extinction(opacities)
             self._ambient = self._ambient_light(opacities)
             self._opacities = opacities.copy()
@@ -133,6 +146,7 @@ class Illumination:
         """Light from all directions at each node, for the extinction of these opacities."""
         if self._coarser is None:
             return np.asarray(np.mean(list(self._executor.map(self._sweep, AROUND)), axis=0))
+        self._coarser._crop = self._crop
         self._coarser._extinction = self._coarser._mean_extinction(opacities)
         enlarged = np.empty_like(self._extinction)
         _enlarge(self._coarser._ambient_light(opacities), enlarged)
@@ -148,7 +162,21 @@ class Illumination:
             _average(self._levels[layer], table, extinction[layer])
 
         list(self._executor.map(fill, range(len(extinction))))
-        return extinction
+        return extinction if self._crop is None else extinction * self._shares(self._crop)
+
+    def _shares(self, crop: CropBox) -> NDArray[np.float32]:
+        """Share of the space around each node that lies in a crop box."""
+        along = []
+        for low, high, count in zip(crop.low, crop.high, self._counts, strict=True):
+            places = np.arange(count)
+            before = np.maximum(places - 0.5, low * (count - 1))
+            behind = np.minimum(places + 0.5, high * (count - 1))
+            inside = np.clip(behind - before, 0, 1)
+            # Half of the space around the outermost nodes lies outside the volume.
+            inside[[0, -1]] = np.minimum(2 * inside[[0, -1]], 1)
+            along.append(inside.astype(np.float32))
+        x, y, z = along
+        return np.asarray(z[:, None, None] * y[:, None] * x, dtype=np.float32)
 
     def _sweep(self, direction: NDArray[np.float64]) -> NDArray[np.float32]:
         """Fraction of a distant light that reaches each grid node.

@@ -67,21 +67,19 @@ class Ray(NamedTuple):
 
 
 @inlined
-def make_ray(camera: Any, shape: Any, step: float, column: int, row: int, size: int) -> Any:
+def make_ray(camera: Any, step: float, column: int, row: int, size: int) -> Any:
     """Return the ray through the centre of a pixel.
 
     Parameters
     ----------
-    camera : ndarray of float64, shape (14,)
+    camera : ndarray of float64, shape (24,)
         See :func:`model.rendering.raycast.camera.camera_array`.
-    shape : tuple of 3 int
-        Number of voxels along x, y and z.
     step : float
         World distance between samples.
     column, row : int
         Pixel, from the left and from the top.
     size : int
-        Width and height of the image.
+        Width of what is drawn, in pixels.
 
     Returns
     -------
@@ -90,16 +88,16 @@ def make_ray(camera: Any, shape: Any, step: float, column: int, row: int, size: 
     distance : float
         World distance from the eye to the end of the first whole step.
     """
-    x = (2 * column + 1) / size - 1
-    y = 1 - (2 * row + 1) / size
+    x = camera[14] + camera[15] * ((2 * column + 1) / size - 1)
+    y = camera[16] + camera[17] * (1 - (2 * row + 1) / size)
     unit = 1 / math.sqrt(1 + (x * x + y * y) * camera[13])
     dx = (camera[3] + x * camera[6] + y * camera[9]) * unit
     dy = (camera[4] + x * camera[7] + y * camera[10]) * unit
     dz = (camera[5] + x * camera[8] + y * camera[11]) * unit
     near, far = camera[12] / unit, np.inf
-    near, far = _clip(camera[0], dx, shape[0], near, far)
-    near, far = _clip(camera[1], dy, shape[1], near, far)
-    near, far = _clip(camera[2], dz, shape[2], near, far)
+    near, far = _clip(camera[0], dx, camera[18], camera[21], near, far)
+    near, far = _clip(camera[1], dy, camera[19], camera[22], near, far)
+    near, far = _clip(camera[2], dz, camera[20], camera[23], near, far)
     steps = (far - near) / step if far > near else 0.0
     count = math.ceil(steps)
     first = near + step
@@ -120,13 +118,12 @@ def make_ray(camera: Any, shape: Any, step: float, column: int, row: int, size: 
 
 
 @inlined
-def _clip(eye: float, direction: float, length: int, near: float, far: float) -> Any:
-    """Clip a ray's interval to the slab between two opposite faces of the volume."""
-    last = float(length - 1)
+def _clip(eye: float, direction: float, first: float, last: float, near: float, far: float) -> Any:
+    """Clip a ray's interval to the slab between two opposite planes."""
     if direction == 0.0:
         # Parallel to the faces: a division would give 0 / 0 for a ray within one.
-        return (near, far) if 0.0 <= eye <= last else (near, -np.inf)
-    a = -eye / direction
+        return (near, far) if first <= eye <= last else (near, -np.inf)
+    a = (first - eye) / direction
     b = (last - eye) / direction
     return max(near, min(a, b)), min(far, max(a, b))
 

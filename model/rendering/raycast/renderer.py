@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from model.errors import RenderError
 from model.rendering.opacity_correction import least_transparency, per_sample_derivative
+from model.rendering.raster import Raster
 from model.rendering.raycast import cuda
 from model.rendering.raycast.camera import camera_array
 from model.rendering.raycast.cells import SHIFT, MinMaxCells
@@ -152,21 +153,21 @@ class RaycastRenderer:
         return self._volume.scalar_range
 
     def render(
-        self, inputs: SceneInputs, size: int, sample_distance: float | None = None
+        self, inputs: SceneInputs, size: int | Raster, sample_distance: float | None = None
     ) -> NDArray[np.float32]:
         """Render one image.
 
         Parameters
         ----------
         inputs : SceneInputs
-        size : int
-            Width and height in pixels.
+        size : int or Raster
+            Width and height in pixels, or the pixels of a wider image or of a part.
         sample_distance : float, optional
             In voxels; the renderer's own by default.
 
         Returns
         -------
-        ndarray of float32, shape (size, size, 4)
+        ndarray of float32, shape (rows, columns, 4)
             RGBA in [0, 1]; colour premultiplied by opacity on black; row 0 at
             the top.
         """
@@ -302,7 +303,7 @@ class RaycastRenderer:
             color_table(inputs.color_tf, volume.scalar_range),
             self._gradient_light(inputs),
             np.float32(least_transparency(distance)),
-            camera_array(inputs.view, volume),
+            self._camera(inputs),
             distance * volume.voxel_size,
         )
         self._run(change_rows, arguments, image)
@@ -329,7 +330,7 @@ class RaycastRenderer:
         arguments = (
             *self._voxels_and_cells(inputs.opacity_tf, distance),
             self._opacities(inputs.opacity_tf, distance),
-            camera_array(inputs.view, volume),
+            self._camera(inputs),
             distance * volume.voxel_size,
             size,
         )
@@ -351,20 +352,21 @@ class RaycastRenderer:
     def _draw(
         self,
         inputs: SceneInputs,
-        size: int,
+        size: int | Raster,
         sample_distance: float | None = None,
         depth: NDArray[np.float32] | None = None,
         colored: bool = True,
     ) -> NDArray[np.float32]:
         distance = sample_distance or self.sample_distance
-        image = np.empty((size, size, 4 if colored else 1), dtype=np.float32)
+        raster = Raster.of(size)
+        image = np.empty((raster.rows, raster.columns, 4 if colored else 1), dtype=np.float32)
         draw: Any = draw_rows_preintegrated if self._preintegrated else draw_rows
         volume = self._volume
         arguments = (
             *self._voxels_and_cells(inputs.opacity_tf, distance),
             *self._tables(inputs, distance, colored),
             np.float32(LARGEST_ERROR / 2 if self.terminate_early else 0),
-            camera_array(inputs.view, volume),
+            self._camera(inputs, raster),
             distance * volume.voxel_size,
         )
         if self._cuda is not None:
@@ -404,8 +406,12 @@ class RaycastRenderer:
         light, glow = self._gradient_light(inputs), None
         if self._illumination is not None:
             direction = inputs.light or self._light
-            glow = self._illumination.grid(inputs.view, direction, opacity_tf.sample(scalar_range))
+            opacities = opacity_tf.sample(scalar_range)
+            glow = self._illumination.grid(inputs.view, direction, opacities, inputs.crop)
         return alphas, color_table(color_tf, scalar_range, alphas), light, glow
+
+    def _camera(self, inputs: SceneInputs, raster: Raster | None = None) -> NDArray[np.float64]:
+        return camera_array(inputs.view, self._volume, raster, inputs.crop)
 
     def _gradient_light(self, inputs: SceneInputs) -> Light | None:
         """Parameters of gradient shading; None but for direct light."""
@@ -430,7 +436,7 @@ class RaycastRenderer:
             color_table(inputs.color_tf, volume.scalar_range),
             self._gradient_light(inputs),
             np.float32(least_transparency(distance)),
-            camera_array(inputs.view, volume),
+            self._camera(inputs),
             step,
             size,
             int(2 * volume.radius / step) + 2,

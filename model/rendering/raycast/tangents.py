@@ -70,7 +70,7 @@ def change_rows(
     levels, staging, _ = stack_batch(voxels)
     for row in range(rows[0], rows[1]):
         for column in range(size):
-            ray, _ = make_ray(camera, shape, step, column, row, size)
+            ray, _ = make_ray(camera, step, column, row, size)
             red = green = blue = ZERO
             through, change = ONE, ZERO
             k = 0
@@ -131,7 +131,7 @@ def add_visibility(
     for n in range(len(windows)):
         for row in range(windows[n, 0], windows[n, 1]):
             for column in range(windows[n, 2], windows[n, 3]):
-                ray, _ = make_ray(camera, shape, step, column, row, size)
+                ray, _ = make_ray(camera, step, column, row, size)
                 through = ONE
                 k = 0
                 while k < ray.count and through > NEGLIGIBLE:

@@ -1,0 +1,77 @@
+"""The pixels of an image, or of a part of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+
+@dataclass(frozen=True)
+class Raster:
+    """Rectangle of pixels of a picture.
+
+    The picture's height spans the view's angle, whatever its width: a wider picture shows more
+    at both sides. Its parts, rendered apart, are those of the whole.
+
+    Attributes
+    ----------
+    width, height : int
+        The whole picture, in pixels.
+    left, top : int
+        First pixel of the part.
+    columns, rows : int
+        Size of the part in pixels; 0 for all that is to the right of and below the first pixel.
+    """
+
+    width: int
+    height: int
+    left: int = 0
+    top: int = 0
+    columns: int = 0
+    rows: int = 0
+
+    def __post_init__(self) -> None:
+        if not self.columns:
+            object.__setattr__(self, "columns", self.width - self.left)
+        if not self.rows:
+            object.__setattr__(self, "rows", self.height - self.top)
+
+    @classmethod
+    def of(cls, size: int | Raster) -> Raster:
+        """Return the raster of a square image, given its size; rasters stay as they are."""
+        return size if isinstance(size, Raster) else cls(size, size)
+
+    @property
+    def right(self) -> int:
+        """Column after the last one."""
+        return self.left + self.columns
+
+    @property
+    def bottom(self) -> int:
+        """Row after the last one."""
+        return self.top + self.rows
+
+    @property
+    def center(self) -> tuple[float, float]:
+        """Middle of the part, to the right of and above the picture's, in halves of its height."""
+        return (
+            (self.left + self.right - self.width) / self.height,
+            (self.height - self.top - self.bottom) / self.height,
+        )
+
+    @property
+    def half_size(self) -> tuple[float, float]:
+        """Half the part's width and height, in halves of the picture's height."""
+        return self.columns / self.height, self.rows / self.height
+
+    def tiles(self, columns: int, rows: int) -> Iterator[Raster]:
+        """Divide the part into tiles of at most this size, row by row."""
+        for top in range(self.top, self.bottom, rows):
+            for left in range(self.left, self.right, columns):
+                yield replace(
+                    self,
+                    left=left,
+                    top=top,
+                    columns=min(columns, self.right - left),
+                    rows=min(rows, self.bottom - top),
+                )

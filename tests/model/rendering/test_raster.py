@@ -1,0 +1,124 @@
+"""Wide pictures, parts of pictures, panned views and crop boxes, in both renderers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from model.rendering.raster import Raster
+from model.rendering.raycast.renderer import RaycastRenderer
+from model.rendering.renderer import Renderer
+from model.rendering.vtk_renderer import VtkRenderer
+from model.scene.crop import CropBox
+from model.scene.inputs import SceneInputs
+from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
+from model.scene.view import View
+from model.scene.volume import Volume
+
+RANGE = (0.0, 255.0)
+COLORS = ColorTF(RANGE, ((0.0, 0.1, 0.2, 0.9), (100.0, 0.9, 0.8, 0.1), (255.0, 1.0, 0.3, 0.2)))
+MODES = OpacityTF(RANGE, (GaussianMode(120.0, 40.0, 0.2), GaussianMode(220.0, 30.0, 0.5)))
+INPUTS = SceneInputs(View(35.0, 20.0, 5.0, 0.8), MODES, COLORS)
+SIZE = 32
+
+
+@pytest.fixture(scope="module", params=["vtk", "raycast"])
+def renderer(request: pytest.FixtureRequest, volume: Volume) -> Iterator[Renderer]:
+    made: Renderer = (
+        VtkRenderer(volume) if request.param == "vtk" else RaycastRenderer(volume, threads=1)
+    )
+    yield made
+    made.close()
+
+
+def assert_same(one: NDArray[np.float32], other: NDArray[np.float32]) -> None:
+    # A pixel may fall on the other side of a face by rounding, or a step of 1/255 apart.
+    assert np.sqrt(np.mean((one - other) ** 2)) < 1 / 255
+    assert np.mean(np.abs(one - other) > 2 / 255) < 0.01
+
+
+def test_a_wide_picture_has_the_square_one_in_its_middle(renderer: Renderer) -> None:
+    wide = renderer.render(INPUTS, Raster(2 * SIZE, SIZE))
+    assert wide.shape == (SIZE, 2 * SIZE, 4)
+    assert_same(wide[:, SIZE // 2 : -SIZE // 2], renderer.render(INPUTS, SIZE))
+    near = replace(INPUTS, view=replace(INPUTS.view, distance=0.3))
+    # Closer, the volume fills what the square leaves out.
+    assert renderer.render(near, Raster(2 * SIZE, SIZE))[:, : SIZE // 2].any()
+
+
+def test_tiles_make_up_the_whole_picture(renderer: Renderer) -> None:
+    raster = Raster(40, 24)
+    whole = renderer.render(INPUTS, raster)
+    put_together = np.zeros_like(whole)
+    for tile in raster.tiles(16, 10):
+        part = np.s_[tile.top : tile.bottom, tile.left : tile.right]
+        put_together[part] = renderer.render(INPUTS, tile)
+    assert_same(put_together, whole)
+
+
+def test_panning_moves_the_picture_as_it_is(renderer: Renderer) -> None:
+    still = renderer.render(INPUTS, SIZE)
+    # A quarter of the image's height to the right, an eighth up.
+    panned = replace(INPUTS, view=replace(INPUTS.view, pan_x=0.5, pan_y=0.25))
+    moved = renderer.render(panned, SIZE)
+    assert_same(moved[: -SIZE // 8, SIZE // 4 :], still[SIZE // 8 :, : -SIZE // 4])
+
+
+def test_a_crop_box_shows_what_a_cropped_volume_shows(renderer: Renderer, volume: Volume) -> None:
+    nx, ny, nz = volume.dimensions
+    ix, iy = nx // 2, ny // 3
+    box = CropBox((0.0, iy / (ny - 1), 0.0), (ix / (nx - 1), 1.0, 1.0))
+    assert nz > 1
+    cropped = renderer.render(replace(INPUTS, crop=box), SIZE)
+    transparent = volume.scalars.astype(np.float32)
+    # One voxel beyond the planes stays, so that interpolation up to them is the same.
+    scalars = transparent.copy()
+    scalars[:, :, ix + 1 :] = scalars[:, : max(iy, 0), :] = 0.0
+    expected = renderer_of(renderer, replace(volume, scalars=scalars.astype(volume.scalars.dtype)))
+    other = expected.render(INPUTS, SIZE)
+    expected.close()
+    # Voxels set to 0 fade over one voxel behind the plane: the same but for that.
+    assert np.abs(cropped - other).mean() < 0.02
+    assert np.abs(cropped - renderer.render(INPUTS, SIZE)).mean() > 0.02
+    np.testing.assert_array_equal(
+        renderer.render(replace(INPUTS, crop=CropBox()), SIZE), renderer.render(INPUTS, SIZE)
+    )
+
+
+def renderer_of(like: Renderer, volume: Volume) -> Renderer:
+    if isinstance(like, VtkRenderer):
+        return VtkRenderer(volume)
+    return RaycastRenderer(volume, threads=1)
+
+
+def test_a_cropped_slab_has_the_opacity_of_its_thickness() -> None:
+    scalars = np.zeros((9, 9, 9), dtype=np.uint8)
+    scalars[0, 0, 0] = 255
+    volume = Volume(scalars)
+    constant = OpacityTF(RANGE, points=((0.0, 0.1), (255.0, 0.1)))
+    inputs = SceneInputs(View(0.0, 0.0), constant, COLORS, crop=CropBox((0, 0.3, 0), (1, 0.8, 1)))
+    # 8 voxel lengths deep, of which half is shown.
+    expected = 1 - 0.9 ** (0.5 * 8)
+    # VTK has one sample more at a clipping plane, half a voxel long.
+    for renderer, error in ((VtkRenderer(volume), 0.035), (RaycastRenderer(volume), 1e-3)):
+        middle = renderer.render(inputs, 33)[16, 16, 3]
+        assert middle == pytest.approx(expected, abs=error)
+        renderer.close()
+
+
+def test_both_renderers_agree_on_panned_cropped_and_wide_pictures(volume: Volume) -> None:
+    inputs = replace(
+        INPUTS,
+        view=replace(INPUTS.view, pan_x=-0.3, pan_y=0.2),
+        crop=CropBox((0.2, 0.0, 0.1), (0.9, 0.7, 1.0)),
+    )
+    images = []
+    for made in (VtkRenderer(volume), RaycastRenderer(volume, threads=1)):
+        images.append(made.render(inputs, Raster(60, 40)))
+        made.close()
+    assert np.sqrt(np.mean((images[0] - images[1]) ** 2)) < 0.01
+    assert images[0][..., 3].mean() > 0.03
