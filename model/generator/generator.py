@@ -17,6 +17,7 @@ from torch.nn.functional import interpolate
 from model.devices import choose_device
 from model.errors import DeviceError, first_line
 from model.generator.backends import EAGER, Backend, choose_backends, library_version, make_decode
+from model.generator.panning import panned
 from model.measurements import keep, kept
 from model.networks.blocks import place
 from model.networks.card import ModelCard
@@ -165,7 +166,10 @@ class Generator:
         -------
         ndarray of float32, shape (N, S, S, 4)
         """
-        return self._render(self.network.features(self.encoded(inputs)))
+        images = self._render(self.network.features(self.encoded(inputs)))
+        for image, shown in zip(images, inputs, strict=True):
+            image[...] = panned(image, shown.view)
+        return images
 
     @torch.inference_mode()
     def image_pairs(self, inputs: EncodedInputs) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
@@ -210,6 +214,7 @@ class Generator:
                 conditions.expand(count, -1), codes, color_tf.expand(count, -1, -1)
             )
         )
+        images = panned(images, inputs.view)
         return images if np.ndim(latent) == 2 else images[0]
 
     @torch.inference_mode()

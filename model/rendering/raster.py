@@ -10,8 +10,9 @@ from dataclasses import dataclass, replace
 class Raster:
     """Rectangle of pixels of a picture.
 
-    The picture's height spans the view's angle, whatever its width: a wider picture shows more
-    at both sides. Its parts, rendered apart, are those of the whole.
+    The picture's shorter side spans the view's angle: a wider or higher picture has the square
+    one in its middle, and shows more on both sides of it. Its parts, rendered apart, are those of
+    the whole.
 
     Attributes
     ----------
@@ -53,16 +54,21 @@ class Raster:
 
     @property
     def center(self) -> tuple[float, float]:
-        """Middle of the part, to the right of and above the picture's, in halves of its height."""
+        """Middle of the part, right of and above the picture's, in halves of its shorter side."""
         return (
-            (self.left + self.right - self.width) / self.height,
-            (self.height - self.top - self.bottom) / self.height,
+            (self.left + self.right - self.width) / self.shorter,
+            (self.height - self.top - self.bottom) / self.shorter,
         )
 
     @property
     def half_size(self) -> tuple[float, float]:
-        """Half the part's width and height, in halves of the picture's height."""
-        return self.columns / self.height, self.rows / self.height
+        """Half the part's width and height, in halves of the picture's shorter side."""
+        return self.columns / self.shorter, self.rows / self.shorter
+
+    @property
+    def shorter(self) -> int:
+        """Shorter side of the picture in pixels: the size of the square in its middle."""
+        return min(self.width, self.height)
 
     def tiles(self, columns: int, rows: int) -> Iterator[Raster]:
         """Divide the part into tiles of at most this size, row by row."""

@@ -21,6 +21,7 @@ from torch.autograd import forward_ad
 from torch.autograd.functional import jacobian
 
 from model.generator.generator import Generator
+from model.generator.panning import panned, unpanned
 from model.networks.encoding import EncodedInputs, decode_unit
 from model.scene.inputs import SceneInputs
 from model.scene.region import ImageRegion, Mask, Region, block_edges
@@ -54,6 +55,7 @@ class Sensitivity:
         self._network = generator.network
         self._size = generator.scene.image_size
         self._inputs = generator.encoded([inputs])
+        self._view = inputs.view
         self._width = edit_width
         self._opacity = self._inputs.opacity_tf.clone().requires_grad_()
 
@@ -82,7 +84,7 @@ class Sensitivity:
         RenderError
             For a region outside the image.
         """
-        slopes = self._reverse(region.mask(self._size))
+        slopes = self._reverse(unpanned(region.mask(self._size), self._view))
         return response_to_edits(slopes, self._width)
 
     def change_norms(self, region: ImageRegion) -> NDArray[np.float32]:
@@ -101,7 +103,7 @@ class Sensitivity:
         RenderError
             For a region outside the image.
         """
-        mask = region.mask(self._size)
+        mask = unpanned(region.mask(self._size), self._view)
         bins, edits = spaced_edits(self._width)
         squares = [
             np.square(change[mask], dtype=np.float64).sum()
@@ -173,7 +175,7 @@ class Sensitivity:
         -------
         ndarray of float32, shape (S, S, 3)
         """
-        return self._changes(edit[None])[0]
+        return panned(self._changes(edit[None])[0], self._view)
 
     def _images(self, inputs: EncodedInputs) -> Tensor:
         return decode_unit(self._network(inputs)[0])

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,9 @@ from model.networks.encoding import EncodedInputs, decode_unit, encode_unit
 from model.samples.sampling import draw_sample
 from model.scene.color_space import rgb_to_lab
 from model.scene.inputs import SceneInputs
+from model.scene.region import Region
 from model.scene.scene import Scene
+from model.sensitivity.learned import Sensitivity
 
 
 @pytest.fixture(scope="module")
@@ -126,3 +129,22 @@ def test_devices(generator: Generator) -> None:
     if not torch.cuda.is_available():
         with pytest.raises(DeviceError, match="sees no NVIDIA GPU"):
             choose_device("cuda")
+
+
+def test_panning_moves_images_and_their_sensitivities(generator: Generator, samples) -> None:
+    still = samples[0]
+    # By 8 pixels to the right and 16 up, of 64.
+    moved = replace(still, view=replace(still.view, pan_x=0.25, pan_y=0.5))
+    expected = np.zeros((64, 64, 4), np.float32)
+    expected[:48, 8:] = generator.render(still)[16:, :56]
+    np.testing.assert_allclose(generator.render(moved), expected, atol=1e-6)
+    edit = np.zeros(256, np.float32)
+    edit[100] = 1.0
+    before = Sensitivity(generator, still).change(edit)
+    after = Sensitivity(generator, moved).change(edit)
+    np.testing.assert_allclose(after[:48, 8:], before[16:, :56], atol=1e-6)
+    np.testing.assert_allclose(
+        Sensitivity(generator, moved).region(Region(18, 14, 28, 24)),
+        Sensitivity(generator, still).region(Region(10, 30, 20, 40)),
+        atol=1e-6,
+    )

@@ -45,6 +45,8 @@ def test_a_wide_picture_has_the_square_one_in_its_middle(renderer: Renderer) -> 
     wide = renderer.render(INPUTS, Raster(2 * SIZE, SIZE))
     assert wide.shape == (SIZE, 2 * SIZE, 4)
     assert_same(wide[:, SIZE // 2 : -SIZE // 2], renderer.render(INPUTS, SIZE))
+    high = renderer.render(INPUTS, Raster(SIZE, 2 * SIZE))
+    assert_same(high[SIZE // 2 : -SIZE // 2], renderer.render(INPUTS, SIZE))
     near = replace(INPUTS, view=replace(INPUTS.view, distance=0.3))
     # Closer, the volume fills what the square leaves out.
     assert renderer.render(near, Raster(2 * SIZE, SIZE))[:, : SIZE // 2].any()
