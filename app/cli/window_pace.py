@@ -125,7 +125,8 @@ def _opened(volume: Path, size: int | None) -> Iterator[MainWindow]:
     try:
         window.resize(1280, 720)
         window.show()
-        window.workspace.set_reference_size(size)
+        if size is not None:
+            window.workspace.choose(size=size)
         window.workspace.open_volume(volume)
         _wait_for(volume, lambda: window.workspace.is_settled)
         yield window

@@ -59,6 +59,11 @@ class EngineClient(QObject):
         return self.state in SETTLED_STATES
 
     @property
+    def is_ready(self) -> bool:
+        """True once the engine is built, and while it takes requests."""
+        return self._is_built and self._takes_requests and self._worker is not None
+
+    @property
     def error(self) -> str | None:
         """The error as one sentence; None if there is none."""
         return self.text if self.state is EngineState.FAILED else None
@@ -91,6 +96,12 @@ class EngineClient(QObject):
         else:
             # Until the engine is built, nobody knows whether it fits what is asked for.
             self._early[type(request)] = request
+
+    def abandon(self, kind: type[Request]) -> None:
+        """Call off the requests of a kind: a newer one will follow."""
+        self._early.pop(kind, None)
+        if self._worker is not None:
+            self._worker.abandon(kind)
 
     def wait(self, text: str) -> None:
         """Stop the engine and enter the waiting state with an explanation."""

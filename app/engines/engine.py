@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from collections.abc import Callable
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +12,10 @@ from app.engines.messages import (
     BatchRequest,
     ImageRequest,
     LatentRequest,
+    PictureRequest,
     RegionSensitivityRequest,
     Request,
+    StandInRequest,
     ValueSensitivityRequest,
     VisibilityRequest,
     kind_of,
@@ -21,6 +24,11 @@ from model.errors import NotOfferedError
 from model.scene.scene import Scene
 
 Array = NDArray[np.float32]
+
+
+def always() -> bool:
+    """Return True: the answer is wanted."""
+    return True
 
 
 class Engine(Protocol):
@@ -38,8 +46,11 @@ class Engine(Protocol):
     def scene(self) -> Scene | None:
         """Scene that a generator was trained on; None for renderers."""
 
-    def image(self, request: ImageRequest) -> Array:
-        """Draw one image."""
+    def image(self, request: Request, is_wanted: Callable[[], bool] = always) -> Array:
+        """Draw one image; may raise :class:`SupersededError` once it is no longer wanted."""
+
+    def picture(self, request: PictureRequest) -> NDArray[np.uint8]:
+        """Draw a picture to save."""
 
     def images(self, request: BatchRequest) -> Array:
         """Draw several images."""
@@ -60,17 +71,30 @@ class Engine(Protocol):
         """Release the engine's resources."""
 
 
-def answer(engine: Engine, request: Request) -> Array:
+def answer(
+    engine: Engine, request: Request, is_wanted: Callable[[], bool] = always
+) -> NDArray[Any]:
     """Dispatch a request of any kind to an engine's method.
+
+    Parameters
+    ----------
+    engine : Engine
+    request : Request
+    is_wanted : callable
+        Says whether somebody still waits for the answer.
 
     Raises
     ------
     NotOfferedError
         For a kind that the engine does not support.
+    SupersededError
+        When the engine has given up, as nobody waits for the answer.
     """
     match request:
-        case ImageRequest():
-            return engine.image(request)
+        case ImageRequest() | StandInRequest():
+            return engine.image(request, is_wanted)
+        case PictureRequest():
+            return engine.picture(request)
         case BatchRequest():
             return engine.images(request)
         case RegionSensitivityRequest():

@@ -6,6 +6,8 @@ they are loaded.
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from importlib import import_module
@@ -13,13 +15,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from app.engines.engine import Array, Engine
+from app.engines.engine import Array, Engine, always
 from app.engines.messages import (
     BatchRequest,
-    ImageRequest,
     LatentRequest,
+    PictureRequest,
     RegionSensitivityRequest,
+    Request,
+    SupersededError,
     ValueSensitivityRequest,
     VisibilityRequest,
 )
@@ -36,6 +41,20 @@ if TYPE_CHECKING:
     from model.latent.latent_space import LatentSpace
     from model.rendering.raycast.renderer import RaycastRenderer
     from model.rendering.renderer import Renderer
+
+FIRST_GUESS_S = 5e-6
+"""Expected time per pixel before the first image: that of VTK with gradient shading on a CPU."""
+
+BAND_S, MOST_BANDS = 0.25, 16
+"""Time that a band of a final image should take, and the largest number of bands.
+
+A final image is given up between two bands.
+"""
+
+TILE = 1024
+"""Size of the tiles of pictures to save, in pixels: within what every OpenGL can draw."""
+
+RENDERER_NAMES: dict[RendererName, str] = {"vtk": "VTK", "raycast": "ray caster"}
 
 BACKEND_NAMES: dict[BackendName, str] = {
     "eager": "",
@@ -109,20 +128,52 @@ class Builders:
 
 
 class RendererEngine:
-    """VTK or the ray caster as an engine."""
+    """VTK or the ray caster as an engine.
 
-    description = ""
+    Parameters
+    ----------
+    renderer : Renderer
+    sample_distance : float
+        Of final images, in voxels.
+    description : str
+        Name of the renderer, for display.
+    """
+
     scene = None
 
-    def __init__(self, renderer: Renderer, sample_distance: float) -> None:
+    def __init__(self, renderer: Renderer, sample_distance: float, description: str = "") -> None:
+        self.description = description
         self._renderer = renderer
         self._sample_distance = sample_distance
+        self._seconds_per_pixel = FIRST_GUESS_S
 
-    def image(self, request: ImageRequest) -> Array:
-        """Render at the request's quality."""
-        quality = request.quality
+    def image(self, request: Request, is_wanted: Callable[[], bool] = always) -> Array:
+        """Render at the request's quality, a band of rows after the other if that takes long."""
+        quality, raster = request.quality, request.quality.pixels
         distance = self._sample_distance * quality.coarseness
-        return self._renderer.render(request.inputs, quality.size, distance)
+        if quality.live:
+            return self._renderer.render(request.inputs, raster, distance)
+        expected = self._seconds_per_pixel * raster.columns * raster.rows
+        bands = min(math.ceil(expected / BAND_S), MOST_BANDS)
+        start = time.perf_counter()
+        image = np.empty((raster.rows, raster.columns, 4), dtype=np.float32)
+        for band in raster.tiles(raster.columns, math.ceil(raster.rows / bands)):
+            if not is_wanted():
+                raise SupersededError
+            image[band.top : band.bottom] = self._renderer.render(request.inputs, band, distance)
+        self._seconds_per_pixel = (time.perf_counter() - start) / (raster.columns * raster.rows)
+        return image
+
+    def picture(self, request: PictureRequest) -> NDArray[np.uint8]:
+        """Render a picture of any size, tile by tile."""
+        whole = request.quality.pixels
+        distance = self._sample_distance * request.quality.coarseness
+        picture = np.empty((whole.height, whole.width, 4), dtype=np.uint8)
+        for tile in whole.tiles(TILE, TILE):
+            image = self._renderer.render(request.inputs, tile, distance)
+            part = picture[tile.top : tile.bottom, tile.left : tile.right]
+            part[...] = np.rint(255 * image)
+        return picture
 
     def images(self, request: BatchRequest) -> Array:
         """Render the images one after the other."""
@@ -193,9 +244,14 @@ class GeneratorEngine:
         """Scene that the generator was trained on."""
         return self._generator.scene
 
-    def image(self, request: ImageRequest) -> Array:
+    def image(self, request: Request, is_wanted: Callable[[], bool] = always) -> Array:
         """Generate one image."""
         return self._generator.render(request.inputs)
+
+    def picture(self, request: PictureRequest) -> NDArray[np.uint8]:
+        """Generate an image; its size is the generator's."""
+        image = self._generator.render(request.inputs)
+        return np.rint(255 * np.clip(image, 0, 1)).astype(np.uint8)
 
     def images(self, request: BatchRequest) -> Array:
         """Generate all images in one pass."""
@@ -241,7 +297,7 @@ def _reference_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
     renderer = open_renderer(
         settings.renderer, volume, settings.lighting, settings.light, settings.sample_distance
     )
-    return RendererEngine(renderer, settings.sample_distance)
+    return RendererEngine(renderer, settings.sample_distance, RENDERER_NAMES[settings.renderer])
 
 
 def _analyst_engine(volume: Volume, settings: ReferenceSettings) -> Engine:

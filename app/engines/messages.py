@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import TfscopeError
+from model.rendering.raster import Raster
 from model.scene.inputs import SceneInputs
 from model.scene.region import ImageRegion
 from model.scene.scene import Scene
@@ -22,16 +23,24 @@ class Quality:
     Attributes
     ----------
     size : int
-        Width and height in pixels.
+        Width and height in pixels; of a picture that is not square, the shorter of the two.
     coarseness : float
         Factor of a renderer's sample distance.
     live : bool
         True while the user is dragging and speed matters more than quality.
+    raster : Raster or None
+        Pixels of a picture that is not square; None for a square one.
     """
 
     size: int
     coarseness: float = 1.0
     live: bool = False
+    raster: Raster | None = None
+
+    @property
+    def pixels(self) -> Raster:
+        """Pixels of the picture."""
+        return self.raster or Raster(self.size, self.size)
 
 
 @dataclass(frozen=True)
@@ -53,7 +62,17 @@ class Request:
 
 @dataclass(frozen=True)
 class ImageRequest(Request):
-    """Request for one image: float32 RGBA (S, S, 4) in [0, 1], premultiplied, row 0 at the top."""
+    """Request for one image: float32 RGBA (H, W, 4) in [0, 1], premultiplied, row 0 at the top."""
+
+
+@dataclass(frozen=True)
+class StandInRequest(Request):
+    """Request to the ray caster for the image that stands in for the reference's until then."""
+
+
+@dataclass(frozen=True)
+class PictureRequest(Request):
+    """Request for a picture to save, of any size: RGBA as uint8 (H, W, 4), premultiplied."""
 
 
 @dataclass(frozen=True)
@@ -169,6 +188,10 @@ class Result:
     value: NDArray[np.float32] | None
     error: str | None
     seconds: float
+
+
+class SupersededError(Exception):
+    """Raised by an engine that gives up an image nobody waits for any more."""
 
 
 @dataclass(frozen=True)

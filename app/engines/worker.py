@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
+from functools import partial
 
 from PySide6.QtCore import QObject, Qt, Signal, Slot
 
@@ -15,6 +16,7 @@ from app.engines.messages import (
     Message,
     Request,
     Result,
+    SupersededError,
     error_sentence,
 )
 
@@ -27,6 +29,7 @@ class Mailbox:
     def __init__(self) -> None:
         self._changed = threading.Condition()
         self._slots: dict[type[Request], Request] = {}
+        self._abandoned: set[type[Request]] = set()
         self._closed = False
 
     def put(self, request: Request) -> None:
@@ -48,7 +51,25 @@ class Mailbox:
             self._changed.wait_for(lambda: self._closed or self._slots)
             if self._closed:
                 return None
-            return self._slots.pop(next(iter(self._slots)))
+            kind = next(iter(self._slots))
+            self._abandoned.discard(kind)
+            return self._slots.pop(kind)
+
+    def abandon(self, kind: type[Request]) -> None:
+        """Drop the waiting request of a kind, and call off the one that was taken last."""
+        with self._changed:
+            self._slots.pop(kind, None)
+            self._abandoned.add(kind)
+
+    def wants(self, request: Request) -> bool:
+        """Return False if a request that was taken is called off, or overtaken by a newer one.
+
+        Live ones are wanted to the end: otherwise a drag would show nothing until it rests.
+        """
+        kind = type(request)
+        if self._closed:
+            return False
+        return request.quality.live or not (kind in self._abandoned or kind in self._slots)
 
     def close(self) -> None:
         """Close the mailbox and wake waiting threads; no request can be taken any more."""
@@ -101,6 +122,10 @@ class EngineWorker(QObject):
         """Submit a request, replacing a waiting one of its kind; returns at once."""
         self._mailbox.put(request)
 
+    def abandon(self, kind: type[Request]) -> None:
+        """Call off the requests of a kind, unless they are live; returns at once."""
+        self._mailbox.abandon(kind)
+
     def stop(self) -> None:
         """Ask the thread to end; returns at once, even if the engine is busy."""
         self._mailbox.close()
@@ -126,7 +151,11 @@ class EngineWorker(QObject):
         try:
             self._message.emit(ready)
             while (request := self._mailbox.take()) is not None:
-                self._message.emit(_result(engine, request))
+                result = _result(engine, request, partial(self._mailbox.wants, request))
+                if result is not None:
+                    self._message.emit(result)
+                # Otherwise this thread would keep them until the next request.
+                del request, result
         finally:
             engine.close()
 
@@ -145,12 +174,14 @@ class EngineWorker(QObject):
             self.resultReady.emit(message)
 
 
-def _result(engine: Engine, request: Request) -> Result:
-    """Compute a request's result; exceptions are returned as error sentences."""
+def _result(engine: Engine, request: Request, is_wanted: Callable[[], bool]) -> Result | None:
+    """Compute a request's result, exceptions as error sentences; None if nobody wants it."""
     value, error = None, None
     start = time.perf_counter()
     try:
-        value = answer(engine, request)
+        value = answer(engine, request, is_wanted)
+    except SupersededError:
+        return None
     except Exception as exception:
         error = error_sentence(exception)
     return Result(request, value, error, time.perf_counter() - start)

@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import Qt
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from app import theme
 from app.engines.client import EngineClient
-from app.engines.messages import ImageRequest, Result
+from app.engines.messages import ImageRequest, Result, StandInRequest
 from app.engines.states import EngineState
 from app.image_view.image_canvas import ImageCanvas, to_qimage
 
 WITHOUT_IMAGE = (EngineState.WAITING, EngineState.LOADING, EngineState.PAUSED)
 """States in which no image is shown."""
+
+WITH_IMAGE = (EngineState.WORKING, EngineState.SETTLED)
+"""States in which another engine may stand in."""
 
 HEADER_HEIGHT = 30
 
@@ -24,11 +31,23 @@ class EnginePane(QWidget):
     ----------
     title : str
     client : EngineClient
+    stand_in : EngineClient, optional
+        Another engine, whose images are shown until the engine's own are there.
     """
 
-    def __init__(self, title: str, client: EngineClient, parent: QWidget | None = None) -> None:
+    imageShown = Signal(object, object)
+    """Emitted with the inputs of an image and its square in the middle, float32 (S, S, 4)."""
+
+    def __init__(
+        self,
+        title: str,
+        client: EngineClient,
+        stand_in: EngineClient | None = None,
+        parent: QWidget | None = None,
+    ) -> None:
         super().__init__(parent)
         self.client = client
+        self._newest = (-1, False)
         self.canvas = ImageCanvas(self)
         self._title = QLabel(title)
         self._title.setProperty("role", "title")
@@ -51,6 +70,8 @@ class EnginePane(QWidget):
         layout.addWidget(self.canvas, 1)
         client.stateChanged.connect(self._show_state)
         client.resultReady.connect(self._show_result)
+        if stand_in is not None:
+            stand_in.resultReady.connect(partial(self._show_stand_in, stand_in))
         self._show_state(client.state)
 
     def set_title(self, title: str) -> None:
@@ -77,6 +98,7 @@ class EnginePane(QWidget):
 
     def _show_state(self, state: EngineState) -> None:
         if state in WITHOUT_IMAGE:
+            self._newest = (-1, False)
             self._detail.clear()
             self.canvas.set_hint("")
             self.canvas.show_image(None)
@@ -85,13 +107,35 @@ class EnginePane(QWidget):
             self.canvas.show_message(self.client.text, theme.ERROR)
 
     def _show_result(self, result: Result) -> None:
-        if not isinstance(result.request, ImageRequest) or result.value is None:
+        if isinstance(result.request, ImageRequest) and result.value is not None:
+            self._show(result, self.client.description)
+
+    def _show_stand_in(self, stand_in: EngineClient, result: Result) -> None:
+        wanted = isinstance(result.request, StandInRequest) and result.value is not None
+        if wanted and self.client.state in WITH_IMAGE:
+            name = stand_in.description
+            at_rest = "moving" if result.request.quality.live else f"{self.client.description} next"
+            self._show(result, f"{name}, {at_rest}")
+
+    def _show(self, result: Result, by: str) -> None:
+        """Show an image unless a newer one is there, or the engine's own of the same inputs."""
+        request = result.request
+        place = request.sequence, not isinstance(request, StandInRequest)
+        if place < self._newest:
             return
-        image = to_qimage(result.value)
+        self._newest = place
+        rgba = result.value
+        assert rgba is not None
+        image = to_qimage(rgba)
         self.canvas.show_image(image)
-        facts = [
-            self.client.description,
-            f"{image.width()} × {image.height()}",
-            f"{1000 * result.seconds:.0f} ms",
-        ]
+        facts = [by, f"{image.width()} × {image.height()}", f"{1000 * result.seconds:.0f} ms"]
         self._detail.setText("   ".join(fact for fact in facts if fact))
+        self.imageShown.emit(result.request.inputs, middle_square(rgba))
+
+
+def middle_square(image: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the square in the middle of an image (H, W, C) that images of all shapes share."""
+    height, width = image.shape[:2]
+    side = min(height, width)
+    top, left = (height - side) // 2, (width - side) // 2
+    return image[top : top + side, left : left + side]

@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QPointF, QRect, QSize, Qt
-from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent
+from PySide6.QtCore import QPointF, QRect, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app import theme
@@ -40,7 +40,13 @@ class ImageCanvas(QWidget):
     A message dims the image instead of replacing it, so that the last image stays
     visible. A cover takes the image's place while it is there, and decorations are painted
     over either.
+
+    An image may be wider or higher than the square in its middle that all images share.
+    Covers, decorations and places refer to that square.
     """
+
+    resized = Signal()
+    """Emitted when the number of pixels on the screen has changed."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -61,13 +67,23 @@ class ImageCanvas(QWidget):
 
     @property
     def image_rect(self) -> QRect:
-        """Rectangle that the image fills."""
-        if self._image is not None:
-            return self._image_rect(self._image)
-        side = min(self.width(), self.height())
+        """Square in the middle of the image, which narrower and wider images share."""
+        whole = self.rect() if self._image is None else self._image_rect(self._image)
+        side = min(whole.width(), whole.height())
         rect = QRect(0, 0, side, side)
-        rect.moveCenter(self.rect().center())
+        rect.moveCenter(whole.center())
         return rect
+
+    @property
+    def pixels(self) -> tuple[int, int]:
+        """Width and height of the canvas in pixels of the screen."""
+        ratio = self.devicePixelRatioF()
+        return round(self.width() * ratio), round(self.height() * ratio)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Tell that images of another size would fill the canvas."""
+        super().resizeEvent(event)
+        self.resized.emit()
 
     def place_of(self, position: QPointF) -> tuple[float, float]:
         """Return a position as fractions of the image, to the right and down."""
@@ -140,12 +156,15 @@ class ImageCanvas(QWidget):
         if self._image is not None:
             painter.setOpacity(0.3 if self._message else 1.0)
             rect = self._image_rect(self._image)
-            painter.drawImage(rect, self._cover or self._image)
+            if self._cover is None:
+                painter.drawImage(rect, self._image)
+            else:
+                painter.drawImage(self.image_rect, self._cover)
             painter.setOpacity(1.0)
             if not self._message:
                 for paint in self._decorations:
                     painter.save()
-                    paint(painter, rect)
+                    paint(painter, self.image_rect)
                     painter.restore()
         text_rect = self.rect().adjusted(_MARGIN, _MARGIN, -_MARGIN, -_MARGIN)
         flags = Qt.TextFlag.TextWordWrap

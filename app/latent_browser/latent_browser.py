@@ -92,7 +92,7 @@ class LatentBrowser(QWidget):
         self._reference = reference
         self._units = ""
         self._brushes: list[Brush] = []
-        self.search = SearchControl(state, work, regions, reference.client, self)
+        self.search = SearchControl(state, work, regions, reference, self)
         self.bar = BrowserBar(self._latent)
         self.map = MapView(self._latent, work.session, work.pictures)
         self.grid = CellGrid()

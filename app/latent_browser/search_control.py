@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QFileDialog, QWidget
 
-from app.engines.client import EngineClient
-from app.engines.messages import ImageRequest, Result
+from app.image_view.engine_pane import EnginePane
 from app.state.latent_search import SearchStep
 from app.state.latent_work import LatentWork
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from model.errors import TfscopeError
+from model.scene.inputs import SceneInputs
 from model.scene.tf_fitting import fitted_curve
 from model.scene.transfer_function import TransferFunction
 
@@ -55,7 +55,7 @@ class SearchControl(QObject):
         state: ViewerState,
         work: LatentWork,
         regions: SensitivityState,
-        reference: EngineClient,
+        reference: EnginePane,
         parent: QWidget,
     ) -> None:
         super().__init__(parent)
@@ -68,7 +68,7 @@ class SearchControl(QObject):
         self._found: TransferFunction | None = None
         work.search.stepped.connect(self._show_step)
         work.search.ended.connect(self._end)
-        reference.resultReady.connect(self._keep_image)
+        reference.imageShown.connect(self._keep_image)
         state.transferFunctionChanged.connect(self._tf_changed)
         state.volumeStarting.connect(self._forget_images)
 
@@ -132,9 +132,8 @@ class SearchControl(QObject):
         if tf != self._found and self._work.search.is_running:
             self._work.search.cancel()
 
-    def _keep_image(self, result: Result) -> None:
-        if isinstance(result.request, ImageRequest) and result.value is not None:
-            self.image = result.value
+    def _keep_image(self, _inputs: SceneInputs, image: Images) -> None:
+        self.image = image
 
     def _forget_images(self) -> None:
         self.image = self._goal = None

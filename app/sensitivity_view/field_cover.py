@@ -11,7 +11,6 @@ from PySide6.QtCore import QObject, QRect, QRectF, Qt
 from PySide6.QtGui import QColor, QImage, QPainter, QPen
 
 from app import theme
-from app.engines.messages import ImageRequest, Result
 from app.image_view.engine_pane import EnginePane
 from app.image_view.image_canvas import to_qimage
 from app.state.sensitivity_answers import SOURCE_NAMES, FieldAnswer, WhatIfAnswer
@@ -80,7 +79,7 @@ class FieldCover(QObject):
         self._hint = ""
         self._what_if: WhatIfAnswer | None = None
         self._bar: Measure | None = None
-        pane.client.resultReady.connect(self._take_image)
+        pane.imageShown.connect(self._take_image)
         pane.client.stateChanged.connect(lambda _state: self._check_stop())
         dispatcher.fieldAnswered.connect(self.refresh)
         sensitivity.bandChanged.connect(lambda _band: self.refresh())
@@ -140,13 +139,12 @@ class FieldCover(QObject):
         self._caption = f"{self._scale:.2g} of pixel value: the edit's difference"
         self._pane.canvas.show_cover(_picture(colored))
 
-    def _take_image(self, result: Result) -> None:
-        if isinstance(result.request, ImageRequest) and result.value is not None:
-            self._images[result.request.inputs] = result.value[..., :3]
-            self._images.move_to_end(result.request.inputs)
-            while len(self._images) > KEPT_IMAGES:
-                self._images.popitem(last=False)
-            self.refresh()
+    def _take_image(self, inputs: SceneInputs, image: NDArray[np.float32]) -> None:
+        self._images[inputs] = image[..., :3]
+        self._images.move_to_end(inputs)
+        while len(self._images) > KEPT_IMAGES:
+            self._images.popitem(last=False)
+        self.refresh()
 
     def _check_stop(self) -> None:
         """Uncover a pane that has lost its image."""

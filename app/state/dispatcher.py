@@ -1,72 +1,170 @@
-"""Dispatch of the viewer's state as image requests to both engines."""
+"""Dispatch of the viewer's state as image requests to the engines."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from typing import Literal
 
 from PySide6.QtCore import QObject
 
 from app.engines.client import EngineClient
-from app.engines.messages import ImageRequest, Quality
+from app.engines.messages import ImageRequest, Quality, Request, Result, StandInRequest
+from app.state.pace import LIVE_SECONDS, Pace
 from app.state.viewer_state import ViewerState
+from model.rendering.raster import Raster
+
+Drawing = Literal["auto", "vtk", "raycast"]
+"""What draws the reference: VTK with the ray caster while something moves, or one of them alone."""
 
 NO_MODEL_SIZE = 512
-"""Size of the reference image without a generator, in pixels."""
+"""Size of the reference image until its pane's is known, in pixels."""
 
 LIVE_COARSENESS = 4.0
-"""Factor of the sample distance in live images."""
+"""Factor of the sample distance in VTK's live images."""
 
-LIVE_MAX_SIZE = 256
-"""Largest size of live images in pixels; larger ones are rendered at half their size."""
+STAND_IN_COARSENESS = 2.0
+"""The same for the ray caster's."""
 
+REST_SECONDS = 3.0
+"""Time that the image at rest may take; larger ones are drawn with fewer pixels."""
 
-def quality_of(size: int, live: bool) -> Quality:
-    """Return the quality for a size in pixels; live images are coarser and may be smaller."""
-    if not live:
-        return Quality(size)
-    return Quality(size // 2 if size > LIVE_MAX_SIZE else size, LIVE_COARSENESS, live=True)
+SOON_SECONDS = 0.3
+"""Time of VTK's image at rest from which the ray caster's is shown until then."""
+
+FIRST_SIZE = 512
+"""Size of the first image, before it is known how long its pixels take."""
 
 
 class Dispatcher(QObject):
-    """Sends an image request to all engines at every change of the viewer's state.
+    """Sends image requests to the engines at every change of the viewer's state.
+
+    While something is dragged the reference's images are coarser, by as much as the times of
+    those before demand, and come from the ray caster where it draws what VTK does.
+
+    Parameters
+    ----------
+    state : ViewerState
+    generator, reference : EngineClient
+    stand_in : EngineClient
+        A ray caster of the same volume and light as the reference.
 
     Attributes
     ----------
-    size : int
-        Size of the reference image, in pixels.
-    hidden : EngineClient or None
-        Client whose image nobody sees: it is asked for none.
+    raster : Raster
+        Pixels of the reference at rest.
+    is_fixed : bool
+        Whether the number of pixels at rest is the user's choice, however long they take.
+    may_stand_in : bool
+        Whether the ray caster may draw in VTK's place.
+    hidden : set of EngineClient
+        Clients whose images nobody sees: they are asked for none.
     """
 
     def __init__(
-        self, state: ViewerState, clients: Iterable[EngineClient], parent: QObject
+        self,
+        state: ViewerState,
+        generator: EngineClient,
+        reference: EngineClient,
+        stand_in: EngineClient,
+        parent: QObject,
     ) -> None:
         super().__init__(parent)
-        self.size = NO_MODEL_SIZE
-        self.hidden: EngineClient | None = None
+        self.raster = Raster(NO_MODEL_SIZE, NO_MODEL_SIZE)
+        self.is_fixed = False
+        self.may_stand_in = False
+        self.hidden: set[EngineClient] = set()
         self._state = state
-        self._clients = tuple(clients)
+        self._generator, self._reference, self._stand_in = generator, reference, stand_in
+        self._pace = Pace()
         self._sequence = 0
+        self._sent: Raster | None = None
         for changed, finished in (
             (state.viewChanged, state.viewChangeFinished),
             (state.transferFunctionChanged, state.transferFunctionChangeFinished),
             (state.lightChanged, state.lightChangeFinished),
+            (state.cropChanged, state.cropChangeFinished),
         ):
             changed.connect(self._send_live)
             finished.connect(self.send)
+        reference.resultReady.connect(self._note)
+        stand_in.resultReady.connect(self._note)
+
+    @property
+    def size(self) -> int:
+        """Size in pixels of the square that both images share."""
+        return self._final_raster().shorter
+
+    def forget_times(self) -> None:
+        """Forget how long images took, as another volume, light or renderer is drawn."""
+        self._pace.forget()
 
     def send(self) -> None:
         """Request the final images of the present state."""
-        self._submit(live=False)
+        self._sequence += 1
+        raster = self._final_raster()
+        self._sent = raster
+        self._submit(self._generator, ImageRequest, Quality(raster.shorter, raster=raster))
+        if self._reference in self.hidden:
+            return
+        final = Quality(raster.shorter, raster=raster)
+        expected = self._pace.expected((ImageRequest, False), _size(raster))
+        if self._stands_in() and (expected is None or expected > SOON_SECONDS):
+            self._submit(self._stand_in, StandInRequest, final)
+        self._submit(self._reference, ImageRequest, final)
 
     def _send_live(self) -> None:
         # A change outside a drag is immediately followed by its final request.
-        if self._state.live:
-            self._submit(live=True)
-
-    def _submit(self, live: bool) -> None:
+        if not self._state.live:
+            return
         self._sequence += 1
-        request = ImageRequest(self._sequence, self._state.inputs, quality_of(self.size, live))
-        for client in self._clients:
-            if client is not self.hidden:
-                client.submit(request)
+        size = min(self._final_raster().shorter, NO_MODEL_SIZE)
+        self._submit(self._generator, ImageRequest, Quality(size, LIVE_COARSENESS, live=True))
+        if self._reference in self.hidden:
+            return
+        if self._stands_in():
+            self._reference.abandon(ImageRequest)
+            self._submit(self._stand_in, StandInRequest, self._live(StandInRequest))
+        else:
+            self._submit(self._reference, ImageRequest, self._live(ImageRequest))
+
+    def _submit(self, client: EngineClient, kind: type[Request], quality: Quality) -> None:
+        if client not in self.hidden:
+            client.submit(kind(self._sequence, self._state.inputs, quality))
+
+    def _stands_in(self) -> bool:
+        return self.may_stand_in and self._stand_in.is_ready
+
+    def _live(self, kind: type[Request]) -> Quality:
+        scale = self._pace.scale((kind, True), _size(self.raster), LIVE_SECONDS, first=0.35)
+        raster = _scaled(self.raster, scale)
+        coarseness = STAND_IN_COARSENESS if kind is StandInRequest else LIVE_COARSENESS
+        return Quality(raster.shorter, coarseness, live=True, raster=raster)
+
+    def _final_raster(self) -> Raster:
+        if self.is_fixed:
+            return self.raster
+        # The larger picture follows, once the time of a smaller one is known.
+        first = min(1.0, FIRST_SIZE / _size(self.raster))
+        kind = (ImageRequest, False)
+        scale = self._pace.scale(kind, _size(self.raster), REST_SECONDS, first)
+        return _scaled(self.raster, scale)
+
+    def _note(self, result: Result) -> None:
+        """Note how long an image took; draw it larger if it turns out that time allows."""
+        request = result.request
+        if result.value is None or type(request) not in (ImageRequest, StandInRequest):
+            return
+        kind, raster = type(request), request.quality.pixels
+        self._pace.note((kind, request.quality.live), _size(raster), result.seconds)
+        newest = request.sequence == self._sequence and not self._state.live
+        allows_more = self._final_raster().width > raster.width
+        if kind is ImageRequest and newest and raster == self._sent and allows_more:
+            self.send()
+
+
+def _size(raster: Raster) -> float:
+    """Size of the square with as many pixels."""
+    return float((raster.width * raster.height) ** 0.5)
+
+
+def _scaled(raster: Raster, scale: float) -> Raster:
+    return Raster(max(round(raster.width * scale), 16), max(round(raster.height * scale), 16))

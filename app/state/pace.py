@@ -7,6 +7,9 @@ LIVE_SECONDS = 0.07
 
 LIVE_SIZES = (256, 192, 128, 96, 64)
 
+SCALES = (1.0, 0.75, 0.5, 0.35, 0.25)
+"""Sizes of a picture, as fractions of the whole one."""
+
 
 class Pace:
     """Remembers the time per pixel of each kind of answer."""
@@ -14,14 +17,18 @@ class Pace:
     def __init__(self) -> None:
         self._per_pixel: dict[object, float] = {}
 
-    def note(self, kind: object, size: int, seconds: float) -> None:
+    def note(self, kind: object, size: float, seconds: float) -> None:
         """Note how long an answer of a size took."""
         now = seconds / size**2
         before = self._per_pixel.get(kind, now)
         # One slow answer, beside something else, does not count in full.
         self._per_pixel[kind] = (before + now) / 2
 
-    def expected(self, kind: object, size: int) -> float | None:
+    def forget(self) -> None:
+        """Forget all times: another volume or light takes others."""
+        self._per_pixel.clear()
+
+    def expected(self, kind: object, size: float) -> float | None:
         """Return the expected seconds of an answer; None if unknown."""
         per_pixel = self._per_pixel.get(kind)
         return None if per_pixel is None else per_pixel * size**2
@@ -33,3 +40,20 @@ class Pace:
         if per_pixel is None:
             return min(128, sizes[0])
         return next((s for s in sizes if per_pixel * s**2 <= LIVE_SECONDS), sizes[-1])
+
+    def scale(self, kind: object, size: float, seconds: float, first: float) -> float:
+        """Return the largest of :data:`SCALES` at which a picture takes at most some seconds.
+
+        Parameters
+        ----------
+        kind : object
+        size : float
+            Of the whole picture: the square root of its number of pixels.
+        seconds : float
+        first : float
+            Scale as long as nothing is known.
+        """
+        whole = self.expected(kind, size)
+        if whole is None:
+            return first
+        return next((s for s in SCALES if whole * s**2 <= seconds), SCALES[-1])

@@ -11,6 +11,7 @@ from pathlib import Path
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoCommand, QUndoStack
 
+from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
 from model.scene.range_fitting import fit_to_range
@@ -41,6 +42,8 @@ class ViewerState(QObject):
     transferFunctionChangeFinished = Signal(object)
     lightChanged = Signal(object)
     lightChangeFinished = Signal(object)
+    cropChanged = Signal(object)
+    cropChangeFinished = Signal(object)
     edited = Signal()
     """Emitted after a completed edit, undo or redo of the TF by the user."""
 
@@ -54,6 +57,8 @@ class ViewerState(QObject):
         self._view_moving = False
         self._light: LightDirection | None = None
         self._light_moving = False
+        self._crop: CropBox | None = None
+        self._crop_moving = False
 
     @property
     def view(self) -> View:
@@ -73,7 +78,9 @@ class ViewerState(QObject):
     @property
     def inputs(self) -> SceneInputs:
         """Current scene inputs of the images."""
-        return SceneInputs.of(self._view, self._transfer_function, light=self._light)
+        return SceneInputs.of(
+            self._view, self._transfer_function, light=self._light, crop=self._crop
+        )
 
     @property
     def scalar_range(self) -> Range:
@@ -82,8 +89,9 @@ class ViewerState(QObject):
 
     @property
     def live(self) -> bool:
-        """True during a drag of the view, the light or the TF."""
-        return self._view_moving or self._light_moving or self._before_drag is not None
+        """True during a drag of the view, the light, the crop box or the TF."""
+        moving = self._view_moving or self._light_moving or self._crop_moving
+        return moving or self._before_drag is not None
 
     def move_view(self, view: View) -> None:
         """Change the view during a drag."""
@@ -121,6 +129,30 @@ class ViewerState(QObject):
         self.move_light(light)
         self.finish_light()
 
+    @property
+    def crop(self) -> CropBox | None:
+        """Part of the volume that is shown; None for all of it."""
+        return self._crop
+
+    def move_crop(self, crop: CropBox | None) -> None:
+        """Change the crop box during a drag; None, or a box of everything, shows all."""
+        crop = None if crop is None or crop.is_whole else crop
+        if crop != self._crop:
+            self._crop = crop
+            self._crop_moving = True
+            self.cropChanged.emit(crop)
+
+    def finish_crop(self) -> None:
+        """End a drag of the crop box, if there is one."""
+        if self._crop_moving:
+            self._crop_moving = False
+            self.cropChangeFinished.emit(self._crop)
+
+    def set_crop(self, crop: CropBox | None) -> None:
+        """Change the crop box without a drag."""
+        self.move_crop(crop)
+        self.finish_crop()
+
     def start_volume(self, default: TransferFunction, current: TransferFunction | None) -> None:
         """Start editing another volume's TF, clearing the undo stack.
 
@@ -132,6 +164,9 @@ class ViewerState(QObject):
             Initial TF, fitted to the scalar range; None for the default.
         """
         self.volumeStarting.emit()
+        # Planes through another volume's parts mean nothing in this one.
+        self._crop, self._crop_moving = None, False
+        self.cropChanged.emit(None)
         self._before_drag = None
         self.undo_stack.clear()
         self._default = default

@@ -6,16 +6,17 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.engines.background import BackgroundCall
 from app.engines.client import EngineClient
 from app.engines.engines import Builders, GeneratorSettings, ReferenceSettings
-from app.engines.messages import EngineReady
+from app.engines.messages import EngineReady, Result, StandInRequest
 from app.state.dispatcher import NO_MODEL_SIZE, Dispatcher
 from app.state.latent_state import LatentState
 from app.state.latent_work import LatentWork
 from app.state.opened_volume import OpenedVolume, open_volume
+from app.state.reference_choices import ReferenceChoices
 from app.state.sensitivity_answers import Source
 from app.state.sensitivity_dispatcher import SensitivityDispatcher
 from app.state.sensitivity_state import SensitivityState
@@ -24,8 +25,24 @@ from app.state.transfer_function_store import TransferFunctionStore
 from app.state.viewer_state import ViewerState
 from model.generator.catalog import model_for
 from model.networks.card import recorded_agreement, verdict_of
+from model.rendering.raster import Raster
 from model.scene.inputs import outside_range
-from model.scene.scene import RendererName, Scene
+from model.scene.scene import Lighting, Scene
+
+PANE_REST_MS = 150
+"""Pause after the last change of a pane's size before an image is drawn for it."""
+
+LEAST_PANE = 64
+"""Fewest pixels of an image's sides, while a pane is not laid out yet."""
+
+SLOW_LIGHT_S = 1.0
+"""Time of the ray caster's image from which nobody is given light who has not asked for it."""
+
+LIGHTS: dict[Lighting, str] = {
+    "none": "no light",
+    "direct": "direct light",
+    "global": "global light",
+}
 
 NO_VOLUME = "Waiting for a volume: open one with File > Open volume."
 
@@ -55,14 +72,16 @@ class Workspace(QObject):
     """Emitted with an error sentence for the notice bar."""
     news = Signal(str)
     """Emitted with a sentence for the status bar."""
-    referenceChanged = Signal(str)
-    """Emitted with the name of a newly chosen reference renderer."""
+    choicesChanged = Signal(object)
+    """Emitted with the new :class:`ReferenceChoices`."""
+    settingsChanged = Signal(object)
+    """Emitted with the new :class:`ReferenceSettings`: what the reference is drawn with now."""
     hintChanged = Signal(str)
     """Emitted with a description of inputs outside the training range; may be empty."""
     modelChanged = Signal()
     """Emitted when a generator fits the volume, or no longer does."""
     lightRangeChanged = Signal(object)
-    """Emitted with True when the light becomes movable, with False when fixed."""
+    """Emitted with the range in which the light may be moved; None for a fixed one or none."""
     settled = Signal()
     """Emitted when both images are final or replaced by a message."""
 
@@ -87,7 +106,7 @@ class Workspace(QObject):
         self._keeper = TransferFunctionKeeper(store, self)
         self._keeper.problem.connect(self.problem)
         self._generator_settings = generator_settings
-        self._dispatcher = Dispatcher(state, (generator, reference), self)
+        self._dispatcher = Dispatcher(state, generator, reference, analyst, self)
         self._sensitivity_state = sensitivity
         self._analyst = analyst
         self.sensitivity = SensitivityDispatcher(state, sensitivity, analyst, generator, self)
@@ -97,15 +116,20 @@ class Workspace(QObject):
         self._model: Path | None = None
         self._model_is_shipped = False
         self._settings = ReferenceSettings()
-        self._reference_size: int | None = None
-        self._reference_renderer: RendererName = "vtk"
+        self.choices = ReferenceChoices()
+        self._pane_pixels = NO_MODEL_SIZE, NO_MODEL_SIZE
+        self._pane_rest = QTimer(self, singleShot=True, interval=PANE_REST_MS)
+        self._pane_rest.timeout.connect(self._take_pane_size)
+        self._light_is_slow = False
         self._reading: BackgroundCall | None = None
         self._calls: list[BackgroundCall] = []
         state.viewChanged.connect(self._update_hint)
         state.transferFunctionChanged.connect(self._update_hint)
         state.lightChanged.connect(self._update_hint)
         state.edited.connect(self._keep)
+        state.cropChanged.connect(self._update_hint)
         generator.engineReady.connect(self._generator_ready)
+        analyst.resultReady.connect(self._judge_light)
         for client in (generator, reference):
             client.settled.connect(self._report_settled)
 
@@ -115,6 +139,11 @@ class Workspace(QObject):
         return self._opened
 
     @property
+    def has_model(self) -> bool:
+        """Whether a model is open, of this volume or of another one."""
+        return self._model is not None
+
+    @property
     def recorded_agreement(self) -> float | None:
         """Median cosine of the model's sensitivities, as its card has it; None if unknown."""
         return None if self._model is None else recorded_agreement(self._model)
@@ -122,9 +151,9 @@ class Workspace(QObject):
     @property
     def is_settled(self) -> bool:
         """True if both images are final or replaced by a message."""
-        hidden = self._dispatcher.hidden is self._generator
-        engines_settled = (hidden or self._generator.is_settled) and self._reference.is_settled
-        return self._reading is None and engines_settled
+        hidden = self._dispatcher.hidden
+        clients = (self._generator, self._reference)
+        return self._reading is None and all(c in hidden or c.is_settled for c in clients)
 
     def open_volume(self, path: Path) -> None:
         """Read a volume in the background, then show it; keep the old one until then."""
@@ -156,28 +185,39 @@ class Workspace(QObject):
             self.news.emit(self._worth())
         self._follow_scene()
 
-    def set_reference_size(self, size: int | None) -> None:
-        """Set the reference image's size in pixels; None for the generator's."""
-        self._reference_size = size
-        self._follow_scene()
-        self._dispatcher.send()
+    def choose(self, **changes: object) -> None:
+        """Change some of the :class:`ReferenceChoices`, by name."""
+        choices = replace(self.choices, **changes)  # type: ignore[arg-type]
+        if choices != self.choices:
+            resized = choices.size != self.choices.size
+            redrawn = choices.drawing != self.choices.drawing
+            self.choices = choices
+            self.choicesChanged.emit(choices)
+            self._follow_scene()
+            if resized or redrawn:
+                self._dispatcher.send()
 
-    def set_reference_renderer(self, name: RendererName) -> None:
-        """Set the renderer of the reference image."""
-        self._reference_renderer = name
-        self.referenceChanged.emit(name)
-        self._follow_scene()
+    def set_pane_pixels(self, width: int, height: int) -> None:
+        """Say how many pixels the reference's pane has; images follow once it rests."""
+        self._pane_pixels = max(width, LEAST_PANE), max(height, LEAST_PANE)
+        # Until a volume is open, it is the first layout of the window.
+        if self._opened is None:
+            self._take_pane_size()
+        else:
+            self._pane_rest.start()
 
-    def show_generator(self, shown: bool) -> None:
-        """Say whether the generator's image is in sight; otherwise it is not drawn."""
-        before, self._dispatcher.hidden = self._dispatcher.hidden, None
-        if not shown:
-            self._dispatcher.hidden = self._generator
-        elif before is not None:
+    def show_images(self, generator: bool, reference: bool) -> None:
+        """Say which images are in sight; others are not drawn."""
+        seen = ((self._generator, generator), (self._reference, reference))
+        hidden = {client for client, shown in seen if not shown}
+        missed = self._dispatcher.hidden - hidden
+        self._dispatcher.hidden = hidden
+        if missed and self._opened is not None:
             self._dispatcher.send()
 
     def stop(self) -> None:
         """Ask all threads to end; returns at once."""
+        self._pane_rest.stop()
         self.sensitivity.stop()
         self.latent.stop()
         self._generator.stop()
@@ -204,6 +244,8 @@ class Workspace(QObject):
         self.latent.search.cancel()
         self.latent.path.cancel()
         self._opened = opened
+        self._light_is_slow = False
+        self._dispatcher.forget_times()
         self._settings = self._wanted_settings()
         self._start_reference()
         self._sensitivity_state.start_volume()
@@ -275,13 +317,13 @@ class Workspace(QObject):
     def _follow_scene(self) -> None:
         """Adapt the reference renderer's settings to the generator's training images."""
         scene = self._scene if self._matches() else None
-        size = NO_MODEL_SIZE if scene is None else scene.image_size
-        self._dispatcher.size = self._reference_size or size
-        self.sensitivity.chooser.picture_size = self._dispatcher.size
-        self._offer_light()
         before, settings = self._settings, self._wanted_settings()
+        self._settings = settings
+        self._size_images()
+        self._offer_light()
+        self.settingsChanged.emit(settings)
         if settings != before:
-            self._settings = settings
+            self._dispatcher.forget_times()
             self._start_reference()
             if replace(settings, renderer=before.renderer) != before:
                 self._start_analyst()
@@ -292,19 +334,51 @@ class Workspace(QObject):
         # Last, so that whoever listens finds all of them changed.
         self.modelChanged.emit()
 
-    def _offer_light(self) -> None:
-        """Make the light movable if the model was trained with a movable light."""
+    def _size_images(self) -> None:
+        """Choose the number of pixels of the reference."""
         scene = self._scene if self._matches() else None
-        movable = scene is not None and scene.light_range is not None
-        if movable != (self._state.light is not None):
-            self._state.set_light(scene.light if scene is not None and movable else None)
-            self.lightRangeChanged.emit(scene.light_range if scene is not None else None)
+        size, dispatcher = self.choices.size, self._dispatcher
+        if size == "generator" and scene is not None:
+            size = scene.image_size
+        dispatcher.is_fixed = isinstance(size, int)
+        dispatcher.raster = (
+            Raster(size, size) if isinstance(size, int) else Raster(*self._pane_pixels)
+        )
+        dispatcher.may_stand_in = (
+            self.choices.drawing == "auto" and self._settings.lighting != "global"
+        )
+        self.sensitivity.chooser.picture_size = dispatcher.size
+
+    def _take_pane_size(self) -> None:
+        before = self._dispatcher.raster
+        self._size_images()
+        if self._dispatcher.raster != before and self._opened is not None:
+            self._dispatcher.send()
+
+    def _offer_light(self) -> None:
+        """Make the light movable where it may be, and keep its direction where it was."""
+        scene = self._scene if self._matches() else None
+        limits = self.choices.light_range(scene, self._settings)
+        if (limits is None) != (self._state.light is None):
+            self._state.set_light(None if limits is None else self._settings.light)
+        self.lightRangeChanged.emit(limits)
+
+    def _judge_light(self, result: Result) -> None:
+        """Turn off a light that nobody has chosen where it takes too long."""
+        is_whole = isinstance(result.request, StandInRequest) and not result.request.quality.live
+        unasked = self.choices.lighting == "auto" and not self._matches()
+        lit = self._settings.lighting != "none"
+        if is_whole and unasked and lit and result.seconds > SLOW_LIGHT_S:
+            self._light_is_slow = True
+            self._follow_scene()
+            self.news.emit(
+                f"Drawn without light, which takes {result.seconds:.1f} s an image here; "
+                "choose Light above the image to have it."
+            )
 
     def _wanted_settings(self) -> ReferenceSettings:
-        settings = ReferenceSettings()
-        if self._scene is not None and self._matches():
-            settings = ReferenceSettings.of(self._scene)
-        return replace(settings, renderer=self._reference_renderer)
+        scene = self._scene if self._matches() else None
+        return self.choices.settings(scene, self._light_is_slow)
 
     def _start_reference(self) -> None:
         if self._opened is not None:
@@ -337,10 +411,13 @@ class Workspace(QObject):
             self._keeper.keep(self._opened.fingerprint, self._state.transfer_function)
 
     def _update_hint(self) -> None:
-        hint = ""
+        hints = []
         if self._scene is not None and self._matches():
-            hint = outside_range(self._state.inputs, self._scene)
-        self.hintChanged.emit(hint)
+            hints.append(outside_range(self._state.inputs, self._scene))
+            trained, drawn = self._scene.lighting, self._settings.lighting
+            if trained != drawn:
+                hints.append(f"Trained with {LIGHTS[trained]}; the reference has {LIGHTS[drawn]}")
+        self.hintChanged.emit(". ".join(filter(None, hints)))
 
     def _report_settled(self) -> None:
         if self.is_settled:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QCloseEvent, QKeyEvent
 from PySide6.QtWidgets import (
-    QHBoxLayout,
     QLabel,
     QMainWindow,
     QSplitter,
@@ -18,7 +17,7 @@ from app.engines.client import EngineClient
 from app.engines.engines import FASTEST, REAL_BUILDERS, Builders, GeneratorSettings
 from app.image_view.engine_pane import EnginePane
 from app.image_view.gestures import ViewGestures
-from app.image_view.light_ball import LightBall
+from app.image_view.reference_bar import ReferenceBar
 from app.latent_browser.latent_browser import LatentBrowser
 from app.sensitivity_view.sensitivity_view import SensitivityView
 from app.state.latent_state import LatentChoices, LatentState
@@ -31,15 +30,10 @@ from app.tf_editor.editor import TransferFunctionEditor
 from app.window.file_dialogs import FileDialogs
 from app.window.menus import Menus
 from app.window.notice_bar import NoticeBar
-from model.scene.scene import RendererName
+from app.window.pane_layout import PaneLayout
 from model.scene.view import View
 
 WINDOW_SIZE = 1280, 860
-
-REFERENCE_TITLES: dict[RendererName, str] = {
-    "vtk": "VTK (reference)",
-    "raycast": "Ray caster (reference)",
-}
 
 
 class MainWindow(QMainWindow):
@@ -69,8 +63,7 @@ class MainWindow(QMainWindow):
             EngineClient(name, self) for name in ("generator", "reference", "analyst")
         )
         self.generator = EnginePane("Generator", generator)
-        self.reference = EnginePane(REFERENCE_TITLES["vtk"], reference)
-        self.light = LightBall(self.state)
+        self.reference = EnginePane("Reference", reference, stand_in=analyst)
         self.editor = TransferFunctionEditor(self.state)
         self.notice = NoticeBar()
         self.workspace = Workspace(
@@ -88,6 +81,8 @@ class MainWindow(QMainWindow):
         self.browser = LatentBrowser(
             self.state, self.workspace.latent, self.sensitivity_state, self.reference, self.editor
         )
+        self.reference_bar = ReferenceBar(self.state, self.workspace)
+        self.panes = PaneLayout(self.browser, self.generator, self.reference)
         self.browse = QToolButton()
         self._view_label = QLabel()
         self._lay_out()
@@ -109,6 +104,8 @@ class MainWindow(QMainWindow):
             self.workspace,
             self.generator,
             self.reference,
+            self.reference_bar,
+            self.panes,
             self.sensitivity_state,
             self.sensitivity,
             self.latent_state,
@@ -117,20 +114,17 @@ class MainWindow(QMainWindow):
         self.latent_state.choicesChanged.connect(self._show_browser)
         self._show_browser(self.latent_state.choices)
         self.state.viewChanged.connect(self._show_view)
-        self.workspace.modelChanged.connect(
-            lambda: self.browser.bar.set_model(
-                self.workspace.latent.pictures.learned_size is not None
-            )
+        self.workspace.modelChanged.connect(self._show_model)
+        self.panes.imagesShown.connect(self.workspace.show_images)
+        self.reference.canvas.resized.connect(
+            lambda: self.workspace.set_pane_pixels(*self.reference.canvas.pixels)
         )
+        self._show_model()
         self.workspace.volumeOpened.connect(self._show_volume)
         # Errors of an earlier file no longer apply.
         self.workspace.volumeOpened.connect(lambda _opened: self.notice.clear())
         self.workspace.volumeStarted.connect(self.editor.select_strongest)
         self.workspace.hintChanged.connect(self.generator.set_hint)
-        self.workspace.lightRangeChanged.connect(self.light.set_range)
-        self.workspace.referenceChanged.connect(
-            lambda name: self.reference.set_title(REFERENCE_TITLES[name])
-        )
         for source in (self.workspace, self.files, self.browser):
             source.problem.connect(self.notice.tell)
             source.news.connect(self.statusBar().showMessage)
@@ -176,15 +170,9 @@ class MainWindow(QMainWindow):
         event.accept()
 
     def _lay_out(self) -> None:
-        images = QWidget()
-        row = QHBoxLayout(images)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(12)
-        row.addWidget(self.browser, 2)
         for pane in (self.generator, self.reference):
-            row.addWidget(pane, 1)
             ViewGestures(pane.canvas, self.state)
-        self.reference.add_to_header(self.light)
+        self.reference.add_to_header(self.reference_bar)
         self.browse.setText("Browse TFs")
         self.browse.setCheckable(True)
         self.browse.setToolTip("Show a map of the TFs, with a picture of each (Ctrl+B)")
@@ -192,7 +180,7 @@ class MainWindow(QMainWindow):
         splitter = QSplitter(Qt.Orientation.Vertical)
         splitter.setHandleWidth(12)
         splitter.setChildrenCollapsible(False)
-        splitter.addWidget(images)
+        splitter.addWidget(self.panes)
         splitter.addWidget(self.editor)
         splitter.setStretchFactor(0, 3)
         splitter.setStretchFactor(1, 1)
@@ -213,10 +201,13 @@ class MainWindow(QMainWindow):
 
     def _show_browser(self, choices: LatentChoices) -> None:
         """Show the latent browser in the generator's place, or the generator again."""
-        self.browser.setVisible(choices.shown)
-        self.generator.setVisible(not choices.shown)
-        self.workspace.show_generator(not choices.shown)
+        self.panes.set_browsing(choices.shown)
         self.browse.setChecked(choices.shown)
+
+    def _show_model(self) -> None:
+        """Make room for the generator's image, or give it to the reference."""
+        self.panes.set_model(self.workspace.has_model)
+        self.browser.bar.set_model(self.workspace.latent.pictures.learned_size is not None)
 
     def _show_view(self, view: View) -> None:
         self._view_label.setText(

@@ -13,13 +13,14 @@ from PySide6.QtWidgets import QMainWindow, QMenu, QMessageBox
 
 from app.controls import add_action
 from app.image_view.engine_pane import EnginePane
+from app.image_view.reference_bar import ReferenceBar
 from app.sensitivity_view.sensitivity_view import SensitivityView
 from app.state.latent_state import LatentState
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import HOME_VIEW, ViewerState
 from app.state.workspace import Workspace
 from app.window.file_dialogs import FileDialogs
-from model.scene.scene import RendererName
+from app.window.pane_layout import PaneLayout, Shown
 
 STANDARD_VIEWS = {
     "Front": (0.0, 0.0),
@@ -31,14 +32,12 @@ STANDARD_VIEWS = {
 }
 """Azimuth and elevation of each view; left and right are the viewer's."""
 
-REFERENCE_SIZES = {
-    "As the generator": None,
-    "256 × 256": 256,
-    "512 × 512": 512,
-    "1024 × 1024": 1024,
+IMAGES: dict[str, Shown] = {
+    "Both": "both",
+    "Generator alone": "generator",
+    "Reference alone": "reference",
 }
-
-REFERENCE_RENDERERS: dict[str, RendererName] = {"VTK": "vtk", "Ray caster": "raycast"}
+"""Images to show, by their menu entries."""
 
 ABOUT = """<h3>tfscope</h3>
 <p>Look into volumes through transfer functions, beside a generative model of
@@ -103,6 +102,8 @@ class Menus(QObject):
     workspace : Workspace
     generator, reference : EnginePane
         Panes with the images to save.
+    bar : ReferenceBar
+    panes : PaneLayout
     sensitivity : SensitivityState
     view : SensitivityView
     latent : LatentState
@@ -116,6 +117,8 @@ class Menus(QObject):
         workspace: Workspace,
         generator: EnginePane,
         reference: EnginePane,
+        bar: ReferenceBar,
+        panes: PaneLayout,
         sensitivity: SensitivityState,
         view: SensitivityView,
         latent: LatentState,
@@ -126,6 +129,7 @@ class Menus(QObject):
         self._state = state
         self._workspace = workspace
         self._generator, self._reference = generator, reference
+        self._bar, self._panes = bar, panes
         self._build_file(self._menu("&File"))
         self._build_edit(self._menu("&Edit"))
         self._build_view(self._menu("&View"), latent)
@@ -189,15 +193,18 @@ class Menus(QObject):
             slot = partial(self._look_from, azimuth, elevation)
             add_action(menu, name, slot, f"Ctrl+{number}")
         menu.addSeparator()
-        workspace = self._workspace
-        self._choices(
-            menu.addMenu("Reference image &size"), REFERENCE_SIZES, workspace.set_reference_size
-        )
-        self._choices(
-            menu.addMenu("Reference rendered &by"),
-            REFERENCE_RENDERERS,
-            workspace.set_reference_renderer,
-        )
+        self._bar.fill_light(menu.addMenu("&Light of the reference"))
+        self._bar.fill_quality(menu.addMenu("&Quality of the reference"))
+        self._bar.fill_drawing(menu.addMenu("Reference drawn &by"))
+        menu.addSeparator()
+        self._choices(menu.addMenu("&Images"), IMAGES, self._panes.show_images)
+        add_action(menu, "S&wap the images", self._panes.swap, "Ctrl+Shift+X")
+        full = add_action(menu, "&Full screen", self._toggle_full_screen, "F11")
+        full.setCheckable(True)
+
+    def _toggle_full_screen(self) -> None:
+        window = self._window
+        window.showNormal() if window.isFullScreen() else window.showFullScreen()
 
     def _build_sensitivity(
         self, menu: QMenu, sensitivity: SensitivityState, view: SensitivityView

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -11,11 +12,12 @@ from numpy.typing import NDArray
 from ramp import make_tf, make_volume
 from toy_codec import toy_space
 
-from app.engines.engine import Engine
+from app.engines.engine import Engine, always
 from app.engines.engines import Builders, GeneratorSettings, ReferenceSettings
 from app.engines.messages import (
     BatchRequest,
     ImageRequest,
+    PictureRequest,
     Quality,
     RegionSensitivityRequest,
     Request,
@@ -24,6 +26,7 @@ from app.engines.messages import (
 )
 from model.errors import NotOfferedError, VolumeError
 from model.latent.latent_space import LatentSpace
+from model.rendering.raster import Raster
 from model.scene.inputs import SceneInputs
 from model.scene.scene import Scene
 from model.scene.transfer_function import Range
@@ -59,7 +62,9 @@ class FakeEngine:
         self.closed = False
         self.error: Exception | None = None
 
-    def image(self, request: ImageRequest) -> NDArray[np.float32]:
+    def image(
+        self, request: ImageRequest, is_wanted: Callable[[], bool] = always
+    ) -> NDArray[np.float32]:
         self.threads.append(threading.current_thread())
         self.requests.append(request)
         self.started.release()
@@ -67,10 +72,18 @@ class FakeEngine:
             assert self.gate.acquire(timeout=PATIENCE_S)
         if self.error is not None:
             raise self.error
-        image = np.zeros((request.quality.size, request.quality.size, 4), dtype=np.float32)
+        pixels = request.quality.pixels
+        if self.scene is not None:
+            # A generator has a size of its own.
+            pixels = Raster(self.scene.image_size, self.scene.image_size)
+        image = np.zeros((pixels.height, pixels.width, 4), dtype=np.float32)
         image[..., 0] = request.sequence / 255
         image[..., 3] = 1.0
         return image
+
+    def picture(self, request: PictureRequest) -> NDArray[np.uint8]:
+        pixels = request.quality.pixels
+        return np.full((pixels.height, pixels.width, 4), 255, dtype=np.uint8)
 
     def visibility(self, request: VisibilityRequest) -> NDArray[np.float32]:
         self.others.append(request)

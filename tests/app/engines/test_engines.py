@@ -11,28 +11,59 @@ from ramp import make_volume
 from window_fakes import make_request
 
 from app.engines.engines import GeneratorEngine, ReferenceSettings, RendererEngine
-from app.state.dispatcher import LIVE_COARSENESS, quality_of
+from app.engines.messages import PictureRequest, Quality, SupersededError
 from model.generator.backends import Backend
+from model.rendering.raster import Raster
 from model.scene.scene import Scene
 
 
 class RecordingRenderer:
+    """Paints each pixel with its row and column in the whole picture."""
+
     def __init__(self) -> None:
-        self.calls: list[tuple[int, float]] = []
+        self.calls: list[tuple[Raster, float]] = []
 
-    def render(self, inputs: object, size: int, sample_distance: float) -> NDArray[Any]:
+    def render(self, inputs: object, size: Raster, sample_distance: float) -> NDArray[Any]:
         self.calls.append((size, sample_distance))
-        return np.zeros((size, size, 4), dtype=np.float32)
+        image = np.ones((size.rows, size.columns, 4), dtype=np.float32)
+        image[..., 0] = np.arange(size.top, size.bottom)[:, None] / 1000
+        image[..., 1] = np.arange(size.left, size.right) / 1000
+        return image
 
 
-@pytest.mark.parametrize(("size", "live_size"), [(128, 128), (512, 256)])
-def test_live_images_of_vtk_are_coarser_and_final_ones_are_not(size: int, live_size: int) -> None:
+def make_engine() -> tuple[RendererEngine, RecordingRenderer]:
     renderer = RecordingRenderer()
-    engine = RendererEngine(cast(Any, renderer), sample_distance=0.5)
-    for live in (True, False):
-        request = make_request(1, live)
-        engine.image(replace(request, quality=quality_of(size, live)))
-    assert renderer.calls == [(live_size, 0.5 * LIVE_COARSENESS), (size, 0.5)]
+    return RendererEngine(cast(Any, renderer), sample_distance=0.5), renderer
+
+
+def test_a_live_image_is_one_coarse_call_and_a_final_one_comes_in_bands() -> None:
+    engine, renderer = make_engine()
+    wide = Raster(600, 500)
+    request = replace(make_request(1), quality=Quality(500, 4.0, live=True, raster=wide))
+    engine.image(request)
+    assert renderer.calls == [(wide, 2.0)]
+    image = engine.image(replace(request, quality=Quality(500, raster=wide)))
+    bands = renderer.calls[1:]
+    assert len(bands) > 2 and {distance for _, distance in bands} == {0.5}
+    np.testing.assert_allclose(image[:, 0, 0], np.arange(500) / 1000, atol=1e-6)
+
+
+def test_a_final_image_is_given_up_when_nobody_wants_it() -> None:
+    engine, renderer = make_engine()
+    answers = iter([True, False])
+    with pytest.raises(SupersededError):
+        engine.image(replace(make_request(1), quality=Quality(1000)), lambda: next(answers))
+    assert len(renderer.calls) == 1
+
+
+def test_a_picture_to_save_is_put_together_from_tiles() -> None:
+    engine, renderer = make_engine()
+    size = Quality(900, raster=Raster(1500, 900))
+    picture = engine.picture(PictureRequest(1, make_request(1).inputs, size))
+    assert picture.shape == (900, 1500, 4) and picture.dtype == np.uint8
+    assert len(renderer.calls) == 2
+    columns = np.clip(np.arange(1500) / 1000 * 255, 0, 400)
+    np.testing.assert_array_equal(picture[0, :900, 1], np.rint(columns[:900]))
 
 
 def test_the_reference_is_lit_as_the_training_images_were() -> None:

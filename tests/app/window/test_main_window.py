@@ -47,7 +47,7 @@ def test_both_images_show_the_same_request(make_window: WindowMaker) -> None:
     window = make_window()
     assert shown(window.generator) == shown(window.reference)
     assert "CPU" in window.generator.detail
-    assert "16 × 16" in window.reference.detail
+    assert "16 × 16" in window.generator.detail
     assert window.windowTitle() == "ramp (4 × 5 × 6) – tfscope"
     assert window.editor.isEnabled()
     assert window.editor.numbers.heading.text().endswith("of 3")
@@ -75,7 +75,7 @@ def test_the_first_drag_frames_are_live_and_the_last_is_final(
     qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
 ) -> None:
     window = make_window()
-    engine = builders.references[-1]
+    engine = builders.generators[-1]
     first = len(engine.requests)
     window.state.move_view(View(azimuth=10.0))
     qtbot.waitUntil(lambda: len(engine.requests) > first)
@@ -262,12 +262,20 @@ def test_closing_while_everything_is_at_work_ends_cleanly(
     assert all(g.closed for g in builders.generators)
 
 
-def test_the_reference_size_can_be_chosen(qtbot: QtBot, make_window: WindowMaker) -> None:
+def test_the_reference_fills_its_pane_or_has_the_size_of_ones_choice(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
+) -> None:
     window = make_window()
-    action(window, "256 × 256").trigger()
+
+    def wide() -> tuple[int, int]:
+        pixels = builders.references[-1].requests[-1].quality.pixels
+        return pixels.width, pixels.height
+
+    qtbot.waitUntil(lambda: wide() == window.reference.canvas.pixels)
+    window.workspace.choose(size=256)
     settle(qtbot, window)
     assert "256 × 256" in window.reference.detail
-    action(window, "As the generator").trigger()
+    window.workspace.choose(size="generator")
     settle(qtbot, window)
     assert "16 × 16" in window.reference.detail
 
@@ -277,13 +285,12 @@ def test_the_reference_renderer_can_be_chosen(
 ) -> None:
     window = make_window()
     assert [s.renderer for s in builders.settings] == ["vtk"]
-    assert window.reference.title == "VTK (reference)"
-    action(window, "Ray caster").trigger()
+    window.workspace.choose(drawing="raycast")
     settle(qtbot, window)
     assert builders.settings[-1].renderer == "raycast"
-    assert window.reference.title == "Ray caster (reference)"
     assert builders.references[0].closed
-    action(window, "VTK").trigger()
+    assert "ray caster" in window.reference_bar.drawing.text()
+    window.workspace.choose(drawing="vtk")
     settle(qtbot, window)
     assert builders.settings[-1].renderer == "vtk"
 
@@ -362,7 +369,7 @@ def test_the_light_is_moved_where_both_images_follow_it(
     volume = builders.volumes["ramp"]
     builders.scene = Scene.of(volume, 16, "direct", movable_light=True)
     window = make_window()
-    assert window.light.isVisible()
+    assert window.reference_bar.ball.isVisible()
     assert builders.settings[-1].lighting == "direct"
     window.state.set_light(LightDirection(20.0, 10.0))
     settle(qtbot, window)
@@ -379,5 +386,58 @@ def test_a_fixed_light_is_not_offered_to_be_moved(
 ) -> None:
     builders.scene = Scene.of(builders.volumes["ramp"], 16, lighting)
     window = make_window()
-    assert not window.light.isVisible()
+    assert not window.reference_bar.ball.isVisible()
     assert builders.generators[-1].requests[-1].inputs.light is None
+
+
+def test_without_a_model_the_reference_has_the_window_alone_and_is_lit(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
+) -> None:
+    window = make_window(model=None)
+    assert window.reference.isVisible() and not window.generator.isVisible()
+    assert builders.settings[-1].lighting == "direct"
+    assert window.reference_bar.ball.isVisible()
+    assert builders.references[-1].requests[-1].inputs.light == LightDirection()
+    window.workspace.choose(lighting="none")
+    settle(qtbot, window)
+    assert builders.settings[-1].lighting == "none"
+    assert builders.references[-1].requests[-1].inputs.light is None
+
+
+def test_the_ray_caster_draws_while_something_moves_and_vtk_at_rest(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
+) -> None:
+    window = make_window()
+    reference, analyst = builders.references[-1], builders.analysts[-1]
+    qtbot.waitUntil(lambda: window.workspace._analyst.is_ready)
+    drawn = len(reference.requests)
+    window.state.move_view(View(azimuth=10.0))
+    qtbot.waitUntil(lambda: bool(analyst.requests) and analyst.requests[-1].quality.live)
+    assert len(reference.requests) == drawn
+    window.state.finish_view()
+    settle(qtbot, window)
+    assert not reference.requests[-1].quality.live
+    window.workspace.choose(drawing="vtk")
+    settle(qtbot, window)
+    reference = builders.references[-1]
+    before = len(analyst.requests)
+    window.state.move_view(View(azimuth=20.0))
+    qtbot.waitUntil(lambda: reference.requests[-1].quality.live)
+    window.state.finish_view()
+    settle(qtbot, window)
+    assert len(analyst.requests) == before
+
+
+def test_under_global_light_vtk_draws_coarser_itself(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
+) -> None:
+    window = make_window()
+    window.workspace.choose(lighting="global")
+    settle(qtbot, window)
+    reference = builders.references[-1]
+    window.state.move_view(View(azimuth=10.0))
+    qtbot.waitUntil(lambda: reference.requests[-1].quality.live)
+    assert reference.requests[-1].quality.coarseness > 1
+    window.state.finish_view()
+    settle(qtbot, window)
+    assert "Trained with no light" in window.generator.canvas.hint

@@ -1,0 +1,83 @@
+"""What the user has chosen for the reference image."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from app.engines.engines import ReferenceSettings
+from app.state.dispatcher import Drawing
+from model.scene.light import LightDirection, LightRange
+from model.scene.scene import Lighting, Scene
+
+LightingChoice = Literal["auto", "none", "direct", "global"]
+"""The model's lighting, or without a model direct light where that is fast enough; or one."""
+
+SizeChoice = Literal["pane", "generator"] | int
+"""As many pixels as the pane has, as the generator's image has, or a square of a size."""
+
+EVERYWHERE = LightRange(90.0, 90.0)
+"""Range of a light that no model has to follow."""
+
+USUAL_DISTANCE = 0.5
+"""Sample distance in voxels, where neither the user nor a model has another."""
+
+
+@dataclass(frozen=True)
+class ReferenceChoices:
+    """Choices of the reference image that are kept between runs.
+
+    Attributes
+    ----------
+    lighting : {"auto", "none", "direct", "global"}
+    drawing : {"auto", "vtk", "raycast"}
+    sample_distance : float or None
+        In voxels; None for that of the model's training images, or :data:`USUAL_DISTANCE`.
+    size : {"pane", "generator"} or int
+    """
+
+    lighting: LightingChoice = "auto"
+    drawing: Drawing = "auto"
+    sample_distance: float | None = None
+    size: SizeChoice = "pane"
+
+    def settings(self, scene: Scene | None, light_is_slow: bool) -> ReferenceSettings:
+        """Return the settings of the renderer.
+
+        Parameters
+        ----------
+        scene : Scene or None
+            Scene of the model that is shown beside it, if there is one.
+        light_is_slow : bool
+            Whether lit images turned out to take too long here.
+        """
+        lighting = self._lighting(scene, light_is_slow)
+        light = None
+        if lighting != "none":
+            follows = scene is not None and scene.lighting == lighting
+            light = scene.light if scene is not None and follows else LightDirection()
+        usual = USUAL_DISTANCE if scene is None else scene.sample_distance
+        return ReferenceSettings(
+            lighting,
+            light,
+            self.sample_distance or usual,
+            "raycast" if self.drawing == "raycast" else "vtk",
+        )
+
+    def light_range(self, scene: Scene | None, settings: ReferenceSettings) -> LightRange | None:
+        """Return the range in which the user may move the light; None without or for a fixed one.
+
+        A model that was trained under the same light decides.
+        """
+        if settings.lighting == "none":
+            return None
+        if scene is not None and scene.lighting == settings.lighting:
+            return scene.light_range
+        return EVERYWHERE
+
+    def _lighting(self, scene: Scene | None, light_is_slow: bool) -> Lighting:
+        if self.lighting != "auto":
+            return self.lighting
+        if scene is not None:
+            return scene.lighting
+        return "none" if light_is_slow else "direct"
