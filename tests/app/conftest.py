@@ -83,8 +83,10 @@ def make_window(qtbot: QtBot, builders: FakeBuilders) -> WindowMaker:
         volume: str = "ramp",
         model: Path | None = Path("model"),
         store: TransferFunctionStore | None = None,
+        size: str = "generator",
     ) -> MainWindow:
         window = MainWindow(builders.make(), store)
+        window.workspace.choose(size=size)
         qtbot.addWidget(window)
         with qtbot.waitSignal(window.workspace.settled):
             window.workspace.open_model(model)

@@ -265,7 +265,7 @@ def test_closing_while_everything_is_at_work_ends_cleanly(
 def test_the_reference_fills_its_pane_or_has_the_size_of_ones_choice(
     qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
 ) -> None:
-    window = make_window()
+    window = make_window(size="pane")
 
     def wide() -> tuple[int, int]:
         pixels = builders.references[-1].requests[-1].quality.pixels
@@ -347,6 +347,8 @@ def test_an_engine_slower_than_the_mouse_is_never_queued(
     qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
 ) -> None:
     window = make_window()
+    window.workspace.choose(drawing="vtk")
+    settle(qtbot, window)
     engine: FakeEngine = builders.references[-1]
     engine.gate = threading.Semaphore(0)
     before = len(engine.requests)
