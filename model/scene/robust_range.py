@@ -15,7 +15,7 @@ TAIL = 0.001
 SQUEEZED = 8
 """The range is narrowed where the voxels but for the tails would fill less than 1/8 of it."""
 
-ROOM = 0.5
+ROOM = 1.0
 """How far a narrowed range may reach beyond the voxels without tails, in widths of these."""
 
 
@@ -57,7 +57,7 @@ def robust_range(volume: Volume) -> Range:
 
     It is that of all voxels in most volumes: in all where the voxels but for a thousandth at
     either end take at least an eighth of it, 32 of a TF's 256 bins. Otherwise an end that lies
-    farther out than half the width of these voxels' range is moved in, to the outermost voxel
+    farther out than the width of these voxels' range is moved in, to the outermost voxel
     within that distance. So even thin tails are kept where there is room for them, and most of
     a narrowed range is used.
 
