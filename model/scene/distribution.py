@@ -14,6 +14,9 @@ _COUNTABLE = 1 << 16
 _SAMPLES = 1 << 18
 """Voxels of which percentiles are taken where the values cannot be counted one by one."""
 
+_KEPT = 16
+"""Most histograms that are kept."""
+
 _FEWEST_STEPS = 64
 """Steps that the data must have for bins to follow them, if steps are larger than 1."""
 
@@ -86,9 +89,12 @@ class Distribution:
     def histogram(self, edges: NDArray[np.float64]) -> NDArray[np.int64]:
         """Count the voxels between each edge and the next; the last bin includes its end."""
         key = edges.tobytes()
-        if key not in self._histograms:
-            self._histograms[key] = self._count(edges)
-        return self._histograms[key]
+        counts = self._histograms.get(key)
+        if counts is None:
+            if len(self._histograms) >= _KEPT:
+                self._histograms.clear()
+            counts = self._histograms[key] = self._count(edges)
+        return counts
 
     def edges(self, scalar_range: Range, bins: int, beyond: bool) -> NDArray[np.float64]:
         """Edges of at most so many equal bins over a range, and beyond it on demand.
