@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.scene.default_tf import default_transfer_function
+from model.scene.robust_range import robust_range
 from model.scene.scene import default_scalar_window
 from model.scene.transfer_function import Range, TransferFunction
 from model.scene.volume import Volume
@@ -23,20 +24,43 @@ class OpenedVolume:
     ----------
     path : Path
     volume : Volume
-    counts : ndarray of int64, shape (256,)
-        Histogram over equal bins of the scalar range.
+        Over the range that is looked at; its robust range at first.
+    counts : ndarray of int64, shape (n,)
+        Histogram of all voxels. Bins are equally wide over the volume's scalar range, and
+        wider beyond it where outliers lie far out: where bins are compared, divide by widths.
+    edges : ndarray of float64, shape (n + 1,)
+        Where the bins end, in the data's own units; from the smallest to the largest voxel.
     fingerprint : str
     default : TransferFunction
+        Over the volume's scalar range.
     window : tuple of float
-        Scalar values of interest.
+        Scalar values of interest, within the scalar range.
     """
 
     path: Path
     volume: Volume
     counts: NDArray[np.int64]
+    edges: NDArray[np.float64]
     fingerprint: str
     default: TransferFunction
     window: Range
+
+    @classmethod
+    def of(cls, path: Path, volume: Volume) -> OpenedVolume:
+        """Compute the derived data over the volume's scalar range; may take a second."""
+        counts, edges = volume.histogram(256, beyond=True)
+        default, window = default_transfer_function(volume), default_scalar_window(volume)
+        return cls(path, volume, counts, edges, volume.fingerprint, default, window)
+
+    def over(self, scalar_range: Range) -> OpenedVolume:
+        """Return the same volume over another scalar range, with what follows from it.
+
+        Raises
+        ------
+        VolumeError
+            When the volume cannot be shown over the range.
+        """
+        return OpenedVolume.of(self.path, self.volume.over(scalar_range))
 
 
 def open_volume(path: Path, read_volume: Callable[[Path], Volume]) -> OpenedVolume:
@@ -48,6 +72,4 @@ def open_volume(path: Path, read_volume: Callable[[Path], Volume]) -> OpenedVolu
         When the file holds no usable volume.
     """
     volume = read_volume(path)
-    counts, _ = volume.histogram(256)
-    default, window = default_transfer_function(volume), default_scalar_window(volume)
-    return OpenedVolume(path, volume, counts, volume.fingerprint, default, window)
+    return OpenedVolume.of(path, volume.over(robust_range(volume)))

@@ -35,27 +35,39 @@ def renderable_scalars(
     Returns
     -------
     scalars : ndarray, shape (nz, ny, nx)
-        The volume's values unchanged if their type is native (and, for floats, well
-        conditioned); otherwise a float32 copy mapped to [0, 1], so that a small
-        range far from zero keeps its precision.
+        The volume's scalars unchanged if their type is native and can be clamped to the
+        scalar range exactly (and, for floats, is well conditioned); otherwise a float32 copy
+        mapped to [0, 1], so that a small range far from zero keeps its precision.
     scalar_range : tuple of float
-        Smallest and largest of these scalars.
+        The volume's scalar range in the units of these scalars, none of which lies beyond.
     """
     lo, hi = volume.scalar_range
     well_conditioned = max(abs(lo), abs(hi)) / WELL_CONDITIONED <= hi - lo
     fits_float32 = well_conditioned and NARROWEST <= hi - lo <= WIDEST
-    if volume.scalars.dtype in native and (volume.scalars.dtype.kind != "f" or fits_float32):
+    kind = volume.voxels.dtype
+    fits = fits_float32 if kind.kind == "f" else _clamps_exactly(volume)
+    if kind in native and fits:
         return np.ascontiguousarray(volume.scalars), (lo, hi)
-    scaled = np.empty(volume.scalars.shape, dtype=np.float32)
+    scaled = np.empty(volume.voxels.shape, dtype=np.float32)
     for plane, out in zip(unit_planes(volume), scaled, strict=True):
         out[...] = plane
     return scaled, (0.0, 1.0)
 
 
 def unit_planes(volume: Volume) -> Iterator[NDArray[np.float64]]:
-    """Yield a volume's planes along z with the scalar range mapped to [0, 1], one at a time."""
+    """Yield a volume's planes along z with the scalar range mapped to [0, 1], one at a time.
+
+    Values beyond the scalar range become 0 or 1.
+    """
     lo, hi = volume.scalar_range
     # The extremes of float64 would overflow in hi - lo: halve first.
     span = hi / 2 - lo / 2
-    for plane in volume.scalars:
-        yield (plane.astype(np.float64) / 2 - lo / 2) / span
+    for plane in volume.voxels:
+        values = plane.astype(np.float64)
+        yield (np.clip(values, lo, hi, out=values) / 2 - lo / 2) / span
+
+
+def _clamps_exactly(volume: Volume) -> bool:
+    """Whether integers can be clamped to the scalar range: where it ends at whole numbers."""
+    (lo, hi), (lowest, highest) = volume.scalar_range, volume.data_range
+    return (lo <= lowest or lo.is_integer()) and (highest <= hi or hi.is_integer())

@@ -41,11 +41,13 @@ def default_transfer_function(volume: Volume) -> TransferFunction:
     """
     lo, hi = volume.scalar_range
     counts, edges = volume.histogram(256)
-    centers = (edges[:-1] + edges[1:]) / 2
     window_lo, window_hi = default_scalar_window(volume)
-    inside = (centers >= window_lo) & (centers <= window_hi)
-    counts, centers = counts[inside], centers[inside]
-    means = _balanced_means(counts, centers)
+    # Bins that lie partly in the window are cut, so that a few wide ones do, too.
+    inside = (edges[1:] > window_lo) & (edges[:-1] < window_hi)
+    counts, starts, ends = counts[inside], edges[:-1][inside], edges[1:][inside]
+    starts, ends = np.maximum(starts, window_lo), np.minimum(ends, window_hi)
+    centers = (starts + ends) / 2
+    means = _balanced_means(counts, np.append(starts, ends[-1]))
     width = float(min(np.diff(means).min() / 3, (hi - lo) / 24))
     modes = tuple(
         GaussianMode(mean, width, _amplitude(base, _share(counts, centers, mean, width)))
@@ -56,13 +58,13 @@ def default_transfer_function(volume: Volume) -> TransferFunction:
     return TransferFunction(OpacityTF((lo, hi), modes), ColorTF((lo, hi), stops))
 
 
-def _balanced_means(counts: NDArray[np.int64], centers: NDArray[np.float64]) -> list[float]:
+def _balanced_means(counts: NDArray[np.int64], edges: NDArray[np.float64]) -> list[float]:
     """Return values, one per mode, that are spaced evenly in the cumulative log counts."""
     # Adding 1 keeps the cumulative counts strictly increasing across empty bins.
-    shares = np.cumsum(np.log1p(counts) + 1.0)
+    shares = np.concatenate([[0.0], np.cumsum(np.log1p(counts) + 1.0)])
     number = len(MODE_AMPLITUDES)
     targets = shares[-1] * (np.arange(number) + 0.5) / number
-    return [float(v) for v in np.interp(targets, shares, centers)]
+    return [float(v) for v in np.interp(targets, shares, edges)]
 
 
 def _share(

@@ -4,23 +4,68 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
+from model.scene.robust_range import robust_range
+from model.scene.transfer_function import (
+    TF_SAMPLES,
+    ColorTF,
+    OpacityTF,
+    Range,
+    TransferFunction,
+)
+from model.scene.volume import Volume
 
-from model.scene.transfer_function import ColorTF, OpacityTF, Range, TransferFunction
+LEAST_OVERLAP = 4 / TF_SAMPLES
+"""Fraction of two ranges below which their common part is no use: 4 of the 256 samples."""
+
+
+def fit_to_volume(transfer_function: TransferFunction, volume: Volume) -> TransferFunction:
+    """Convert a TF made for any volume to the one that shows it in another volume.
+
+    A TF keeps its values and its range where these fit the volume: so a TF over a part of the
+    values, or over those of another CT, shows the same tissue as where it was made. It fits if
+    its range has at least 1/64 of itself and of the other in common with the volume's scalar
+    range, its robust range or the range of its voxels. A TF that does not, such as one over
+    [0, 1] in a CT, is stretched to the volume's scalar range, as a relative TF is.
+
+    Parameters
+    ----------
+    transfer_function : TransferFunction
+        As it was loaded.
+    volume : Volume
+        Over the range that it has without this TF.
+
+    Returns
+    -------
+    TransferFunction
+        Its range is the one to show the volume over: :meth:`model.scene.volume.Volume.over`.
+    """
+    own = transfer_function.scalar_range
+    if not transfer_function.is_relative and (
+        _overlap(own, volume.scalar_range)
+        or _overlap(own, volume.data_range)
+        or _overlap(own, robust_range(volume))
+    ):
+        return transfer_function
+    return _stretched(transfer_function, volume.scalar_range)
+
+
+def range_of(transfer_function: TransferFunction, volume: Volume) -> Range:
+    """Range over which to show a volume under a TF: that of :func:`fit_to_volume`'s TF."""
+    return fit_to_volume(transfer_function, volume).scalar_range
 
 
 def fit_to_range(transfer_function: TransferFunction, scalar_range: Range) -> TransferFunction:
-    """Convert a TF made for any scalar range to one over a volume's scalar range.
+    """Convert a TF made for any scalar range to one over a given scalar range.
 
     Values keep their positions in the data's units, so that a TF made for one CT
-    shows the same tissue in another. Only if the two ranges are disjoint is the TF
-    mapped linearly from its range to the new one. Colour stops, and the points of a
-    free curve, are cut or extended to span the range exactly; inside it the TF is
+    shows the same tissue in another. Only if the TF is relative, or the two ranges are
+    disjoint, is the TF mapped linearly from its range to the new one. Colour stops, and the
+    points of a free curve, are cut or extended to span the range exactly; inside it the TF is
     unchanged.
     """
     lo, hi = scalar_range
     own_lo, own_hi = transfer_function.scalar_range
-    if own_hi <= lo or hi <= own_lo:
+    if transfer_function.is_relative or own_hi <= lo or hi <= own_lo:
         transfer_function = _stretched(transfer_function, scalar_range)
     opacity, color = transfer_function.opacity, transfer_function.color
     points = opacity.points
@@ -34,6 +79,12 @@ def fit_to_range(transfer_function: TransferFunction, scalar_range: Range) -> Tr
     )
 
 
+def _overlap(own: Range, other: Range) -> bool:
+    """Whether two ranges have enough in common."""
+    common = min(own[1], other[1]) - max(own[0], other[0])
+    return common >= LEAST_OVERLAP * max(own[1] - own[0], other[1] - other[0])
+
+
 def _stop(color: ColorTF, value: float) -> tuple[float, float, float, float]:
     """Return a stop with the present colour at a value."""
     red, green, blue = color(value)
@@ -42,12 +93,14 @@ def _stop(color: ColorTF, value: float) -> tuple[float, float, float, float]:
 
 def _stretched(transfer_function: TransferFunction, scalar_range: Range) -> TransferFunction:
     """Map every value linearly from the TF's own range to another."""
-    own = transfer_function.scalar_range
-    scale = (scalar_range[1] - scalar_range[0]) / (own[1] - own[0])
+    lo, hi = scalar_range
+    own_lo, own_hi = transfer_function.scalar_range
 
     def moved(value: float) -> float:
-        return float(np.interp(value, own, scalar_range))
+        # Rounding must not put the end elsewhere.
+        return hi if value == own_hi else lo + (value - own_lo) / (own_hi - own_lo) * (hi - lo)
 
+    scale = (hi - lo) / (own_hi - own_lo)
     opacity, color = transfer_function.opacity, transfer_function.color
     modes = tuple(replace(m, mean=moved(m.mean), width=m.width * scale) for m in opacity.modes)
     points = tuple((moved(v), a) for v, a in opacity.points)

@@ -41,7 +41,9 @@ class Scene:
     volume_fingerprint : str
         :attr:`model.scene.volume.Volume.fingerprint` of the volume.
     scalar_range : tuple of float
-        The volume's smallest and largest value, in its own units.
+        Range over which TFs lie, in the volume's own units:
+        :attr:`model.scene.volume.Volume.scalar_range`. Voxels may lie beyond it; they look as
+        those at its ends do.
     scalar_window : tuple of float
         Range of the means of random opacity modes, in the data's units.
     image_size : int
@@ -215,7 +217,7 @@ def default_scalar_window(volume: Volume) -> Range:
     """
     lo, hi = volume.scalar_range
     counts, _ = volume.histogram(256)
-    background = (int(counts.argmax()) + 4) / 256
+    background = (int(counts.argmax()) + 1) / len(counts) + 3 / 256
     bottom = min(max(background, 0.125), 0.25)
     return lo + bottom * (hi - lo), hi - 0.125 * (hi - lo)
 

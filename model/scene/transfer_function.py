@@ -2,7 +2,8 @@
 
 All scalar values are in the data's own units. For a renderer or a network a
 TF is sampled at 256 values spread evenly over the volume's scalar range, both
-ends included (the paper's t_o and t_c, section 4).
+ends included (the paper's t_o and t_c, section 4). Only in files, values may be
+fractions of whatever range a volume has.
 """
 
 from __future__ import annotations
@@ -180,10 +181,43 @@ class ColorTF:
 
 @dataclass(frozen=True)
 class TransferFunction:
-    """An opacity TF and a colour TF over one scalar range."""
+    """An opacity TF and a colour TF over one scalar range.
+
+    Attributes
+    ----------
+    opacity : OpacityTF
+    color : ColorTF
+    is_relative : bool
+        Whether the values are not scalars, but fractions of any volume's scalar range. The TF
+        shows nothing meaningful before :func:`model.scene.range_fitting.fit_to_range` has made
+        scalars of them.
+
+    Raises
+    ------
+    TransferFunctionError
+        For a relative TF with values outside 0..1.
+    """
 
     opacity: OpacityTF
     color: ColorTF
+    is_relative: bool = False
+
+    def __post_init__(self) -> None:
+        if not self.is_relative:
+            return
+        opacity, color = self.opacity, self.color
+        values = [
+            *opacity.scalar_range,
+            *(mode.mean for mode in opacity.modes),
+            *(point[0] for point in opacity.points),
+            *(stop[0] for stop in color.stops),
+        ]
+        for value in values:
+            if not 0 <= value <= 1:
+                raise TransferFunctionError(
+                    f"The value {value:g} is no fraction from 0 to 1 of a volume's range; "
+                    'if values are in the data\'s own units, add their "range": [lowest, highest].'
+                )
 
     @property
     def scalar_range(self) -> Range:
@@ -196,16 +230,17 @@ class TransferFunction:
             opacity: dict[str, Any] = {"points": [list(p) for p in self.opacity.points]}
         else:
             opacity = {"modes": [dict(vars(m)) for m in self.opacity.modes]}
+        scalar_range = {} if self.is_relative else {"range": list(self.scalar_range)}
         return {
             "tfscope_tf": FILE_VERSION,
-            "range": list(self.scalar_range),
+            **scalar_range,
             "opacity": opacity,
             "color": {"stops": [list(s) for s in self.color.stops]},
         }
 
     @classmethod
     def from_json(cls, data: Any) -> TransferFunction:
-        """Build the pair from a file's content.
+        """Build the pair from a file's content; without a range it is relative.
 
         Raises
         ------
@@ -219,7 +254,8 @@ class TransferFunction:
                 f"Its format version is {data['tfscope_tf']!r}; this tfscope reads {FILE_VERSION}."
             )
         try:
-            lo, hi = (float(v) for v in data["range"])
+            is_relative = "range" not in data
+            lo, hi = (0.0, 1.0) if is_relative else (float(v) for v in data["range"])
             opacity = data["opacity"]
             modes = tuple(
                 GaussianMode(float(m["mean"]), float(m["width"]), float(m["amplitude"]))
@@ -231,11 +267,11 @@ class TransferFunction:
             )
         except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
             raise TransferFunctionError(
-                f"Its content is malformed near {error}; it needs range [lo, hi], opacity with "
+                f"Its content is malformed near {error}; it needs opacity with "
                 "modes {mean, width, amplitude} or points [value, opacity], "
-                "and color stops [value, r, g, b]."
+                "color stops [value, r, g, b], and range [lo, hi] unless the values are fractions."
             ) from error
-        return cls(OpacityTF((lo, hi), modes, points), ColorTF((lo, hi), stops))
+        return cls(OpacityTF((lo, hi), modes, points), ColorTF((lo, hi), stops), is_relative)
 
     def save(self, path: Path) -> None:
         """Write the file; an existing one is replaced only once the new one is complete."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import hashlib
 import math
 from dataclasses import dataclass, field
@@ -12,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError
+from model.scene.distribution import Distribution, Range
 
 Triple = tuple[float, float, float]
 
@@ -47,8 +49,9 @@ class Volume:
 
     Attributes
     ----------
-    scalars : ndarray, shape (nz, ny, nx)
-        Finite values of any real numeric type, x fastest, native byte order.
+    voxels : ndarray, shape (nz, ny, nx)
+        Finite values of any real numeric type, x fastest, native byte order; as the file has
+        them. What is shown are the :attr:`scalars`.
     spacing : tuple of float
         Distance between voxel centres along x, y and z, each > 0.
     origin : tuple of float
@@ -59,31 +62,35 @@ class Volume:
         Unit of the scalars, empty when unknown.
     notes : tuple of str
         Changes made by the file reader, each a sentence for the user.
+    chosen_range : tuple of float, or None
+        A scalar range other than that of the voxels, see :meth:`over`.
 
     Raises
     ------
     VolumeError
         When the array is not 3-D, has an axis shorter than two voxels, is not
-        numeric, not finite or constant, or when the spacing is not positive.
+        numeric, not finite or constant, when the spacing is not positive, or when the
+        chosen range does not increase or holds none of the voxels' values.
     """
 
-    scalars: NDArray[np.generic]
+    voxels: NDArray[np.generic]
     spacing: Triple = (1.0, 1.0, 1.0)
     origin: Triple = (0.0, 0.0, 0.0)
     name: str = "volume"
     units: str = ""
     notes: tuple[str, ...] = field(default=())
+    chosen_range: Range | None = None
 
     def __post_init__(self) -> None:
-        scalars = self.scalars
-        if scalars.ndim != 3 or min(scalars.shape) < 2:
+        voxels = self.voxels
+        if voxels.ndim != 3 or min(voxels.shape) < 2:
             raise VolumeError(
-                f"{self.name}: an array of shape {scalars.shape} is not a volume; "
+                f"{self.name}: an array of shape {voxels.shape} is not a volume; "
                 "three axes of at least two voxels each are needed."
             )
-        if scalars.dtype.kind not in "iuf":
+        if voxels.dtype.kind not in "iuf":
             raise VolumeError(
-                f"{self.name}: voxels of type {scalars.dtype} are not real numbers; "
+                f"{self.name}: voxels of type {voxels.dtype} are not real numbers; "
                 "convert the file to an integer or floating-point type."
             )
         if not all(np.isfinite(s) and s > 0 for s in self.spacing):
@@ -91,7 +98,7 @@ class Volume:
                 f"{self.name}: the spacing {self.spacing} must be positive along every axis; "
                 "correct it in the file's header."
             )
-        lo, hi = self.scalar_range
+        lo, hi = self.data_range
         if not (np.isfinite(lo) and np.isfinite(hi)):
             raise VolumeError(f"{self.name}: the volume holds NaN or infinite voxels.")
         if not np.isfinite(hi - lo):
@@ -104,11 +111,60 @@ class Volume:
                 f"{self.name}: every voxel has the value {lo:g}; "
                 "a constant volume shows nothing, so choose another file or component."
             )
+        if self.chosen_range is not None:
+            self._check_overlap(self.chosen_range)
+
+    def over(self, scalar_range: Range) -> Volume:
+        """Return the same volume over another scalar range.
+
+        TFs then lie over that range, and values beyond it look as those at its ends do. The
+        voxels are shared, and so is what was computed of them, such as the fingerprint.
+
+        Parameters
+        ----------
+        scalar_range : tuple of float
+            Lowest and highest value, in the data's own units. It may reach beyond the voxels'
+            range; :attr:`data_range` gives back what the volume was at first.
+
+        Raises
+        ------
+        VolumeError
+            When the range is not increasing, not finite, or holds none of the voxels' values.
+        """
+        lo, hi = (float(value) for value in scalar_range)
+        self._check_overlap((lo, hi))
+        volume = copy.copy(self)
+        chosen = None if (lo, hi) == self.data_range else (lo, hi)
+        object.__setattr__(volume, "chosen_range", chosen)
+        vars(volume).pop("scalars", None)
+        return volume
+
+    @property
+    def data_range(self) -> Range:
+        """Smallest and largest voxel, in the data's own units."""
+        return self.distribution.range
+
+    @property
+    def scalar_range(self) -> Range:
+        """Range over which TFs lie: that of the voxels, or another one, see :meth:`over`."""
+        return self.chosen_range or self.data_range
 
     @cached_property
-    def scalar_range(self) -> tuple[float, float]:
-        """Smallest and largest voxel, in the data's own units."""
-        return float(self.scalars.min()), float(self.scalars.max())
+    def scalars(self) -> NDArray[np.generic]:
+        """Voxels clamped to the scalar range, of the same type and shape (nz, ny, nx).
+
+        Integers are clamped to the whole numbers at or around the range's ends. The voxels
+        themselves, without a copy, where none lies beyond the range.
+        """
+        lo, hi = self.scalar_range
+        lowest, highest = self.data_range
+        if lo <= lowest and highest <= hi:
+            return self.voxels
+        kind = self.voxels.dtype
+        if kind.kind == "f":
+            return np.clip(self.voxels, max(lo, lowest), min(hi, highest))
+        limits = np.iinfo(str(kind))
+        return np.clip(self.voxels, max(math.floor(lo), limits.min), min(math.ceil(hi), limits.max))
 
     @property
     def dimensions(self) -> tuple[int, int, int]:
@@ -148,33 +204,54 @@ class Volume:
         """
         return math.prod(self.spacing) ** (1 / 3)
 
-    def histogram(self, bins: int = 256) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Count voxels per scalar value.
+    @cached_property
+    def distribution(self) -> Distribution:
+        """How the voxels are distributed over scalar values."""
+        return Distribution(self.voxels)
+
+    def histogram(
+        self, bins: int = 256, beyond: bool = False
+    ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Count voxels per scalar value, over the scalar range.
 
         Parameters
         ----------
         bins : int
-            Number of equal bins over the scalar range.
+            Number of equal bins over the scalar range; the most there are where the voxels are
+            whole numbers, as each bin then holds equally many of these.
+        beyond : bool
+            Whether to go on beyond the scalar range to the smallest and largest voxel, by up to
+            so many bins on each side again. These may be wider than those over the range.
 
         Returns
         -------
-        counts : ndarray of int64, shape (bins,)
-        edges : ndarray of float64, shape (bins + 1,)
+        counts : ndarray of int64, shape (n,)
+        edges : ndarray of float64, shape (n + 1,)
             In the data's own units.
         """
-        # Slice by slice: `np.histogram` would otherwise copy the whole volume to float64.
-        edges = np.linspace(*self.scalar_range, bins + 1)
-        counts = np.zeros(bins, dtype=np.int64)
-        for plane in self.scalars:
-            counts += np.histogram(plane, bins=edges)[0]
-        return counts, edges
+        edges = self.distribution.edges(self.scalar_range, bins, beyond)
+        return self.distribution.histogram(edges), edges
+
+    def _check_overlap(self, scalar_range: Range) -> None:
+        lo, hi = scalar_range
+        lowest, highest = self.data_range
+        if not (math.isfinite(hi - lo) and lo < hi):
+            raise VolumeError(
+                f"{self.name}: the scalar range [{lo:g}, {hi:g}] is not increasing; "
+                "give [lowest, highest]."
+            )
+        if hi <= lowest or highest <= lo:
+            raise VolumeError(
+                f"{self.name}: the scalar range [{lo:g}, {hi:g}] has no value in common with the "
+                f"voxels, which lie from {lowest:g} to {highest:g}; choose one that has."
+            )
 
     @cached_property
     def fingerprint(self) -> str:
         """SHA-256 of the voxels, their type, shape and spacing."""
         digest = hashlib.sha256()
-        little = self.scalars.dtype.newbyteorder("<")
+        little = self.voxels.dtype.newbyteorder("<")
         spacing = [float(s) for s in self.spacing]
         digest.update(f"{little.str} {self.dimensions} {spacing}".encode())
-        digest.update(np.ascontiguousarray(self.scalars.astype(little, copy=False)).data)
+        digest.update(np.ascontiguousarray(self.voxels.astype(little, copy=False)).data)
         return digest.hexdigest()

@@ -5,7 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from model.rendering.scalars import renderable_scalars
+from model.rendering.raycast.renderer import RaycastRenderer
+from model.rendering.scalars import renderable_scalars, unit_planes
+from model.rendering.vtk_renderer import VtkRenderer
+from model.scene.default_tf import default_transfer_function
+from model.scene.inputs import SceneInputs
+from model.scene.robust_range import robust_range
+from model.scene.view import View
 from model.scene.volume import Volume
 
 NATIVE = (np.uint8, np.int16, np.float32)
@@ -57,3 +63,43 @@ def test_extremes_leave_room_for_differences(dtype: str, scale: float) -> None:
         assert np.isfinite(np.float32(256 * 16) / width)
         assert np.isfinite(np.diff(scalars)).all()
         np.testing.assert_allclose((scalars - np.float32(lo)) / width, UNIT, atol=1e-3)
+
+
+@pytest.mark.parametrize("dtype", ["uint8", "int16", "int32", "float16", "float32", "float64"])
+@pytest.mark.parametrize("chosen", [(20.0, 60.0), (20.3, 59.6), (20.3, 1e9), (-10.0, 60.0)])
+def test_no_scalar_lies_beyond_the_range(dtype: str, chosen: tuple[float, float]) -> None:
+    volume = Volume((100 * UNIT).astype(dtype)).over(chosen)
+    scalars, (lo, hi) = renderable_scalars(volume, NATIVE)
+    exact = (volume.voxels.astype(float).clip(*chosen) - chosen[0]) / (chosen[1] - chosen[0])
+    np.testing.assert_allclose((scalars - np.float64(lo)) / (hi - lo), exact, atol=1e-6)
+    np.testing.assert_allclose(list(unit_planes(volume)), exact, atol=1e-12)
+
+
+@pytest.mark.parametrize("renderer", [RaycastRenderer, VtkRenderer])
+@pytest.mark.parametrize(
+    ("dtype", "outlier"),
+    [("float32", 3e38), ("float32", -1e30), ("float64", 1e300), ("int16", -9999)],
+)
+def test_one_outlier_changes_one_voxel(
+    volume: Volume, renderer: type, dtype: str, outlier: float
+) -> None:
+    voxels = volume.voxels.astype(dtype)
+    plain = Volume(voxels, volume.spacing)
+    voxels = voxels.copy()
+    nz, ny, nx = voxels.shape
+    voxels[nz // 2, ny // 2, nx // 2] = outlier
+    bad = Volume(voxels, volume.spacing)
+    bad = bad.over(robust_range(bad))
+    tf = default_transfer_function(plain)
+    assert default_transfer_function(bad).opacity.sample() == pytest.approx(
+        tf.opacity.sample(), abs=0.02
+    )
+    images = []
+    for each in (plain, bad):
+        drawing = renderer(each)
+        images.append(drawing.render(SceneInputs.of(View(20, 10), tf), 48))
+        drawing.close()
+    assert images[0][..., 3].max() > 0.3
+    # As one voxel in the middle: at most a few pixels differ.
+    assert (np.abs(images[0] - images[1]).max(axis=-1) > 2 / 255).sum() <= 12
+    assert np.sqrt(np.mean((images[0] - images[1]) ** 2)) < 0.01

@@ -47,8 +47,9 @@ def test_what_fills_the_volume_is_shown_less() -> None:
     assert tf.opacity(crowded_at) < plain.opacity(crowded_at) / 1.5
 
 
-def test_two_values_are_enough() -> None:
+@pytest.mark.parametrize("high", [1, 3, 255])
+def test_two_values_are_enough(high: int) -> None:
     scalars = np.zeros((4, 4, 4), dtype=np.uint8)
-    scalars[2:] = 255
+    scalars[2:] = high
     tf = default_transfer_function(Volume(scalars))
     assert np.isfinite(tf.opacity.sample()).all()

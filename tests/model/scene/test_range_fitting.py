@@ -1,10 +1,13 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from model.scene.range_fitting import fit_to_range
+from model.scene.range_fitting import fit_to_range, fit_to_volume, range_of
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
+from model.scene.volume import Volume
 
 STOPS = ((0.0, 0.1, 0.2, 0.3), (50.0, 0.9, 0.5, 0.1), (100.0, 0.3, 0.8, 0.7))
 MODES = TransferFunction(
@@ -41,3 +44,59 @@ def test_ranges_without_a_common_value_are_stretched(tf: TransferFunction) -> No
 def test_the_own_range_changes_nothing() -> None:
     assert fit_to_range(MODES, (0.0, 100.0)) == MODES
     assert fit_to_range(CURVE, (0.0, 100.0)) == CURVE
+
+
+def over(lo: float, hi: float) -> TransferFunction:
+    return fit_to_range(replace(RELATIVE, is_relative=True), (lo, hi))
+
+
+RELATIVE = TransferFunction(
+    OpacityTF((0.0, 1.0), (GaussianMode(0.3, 0.1, 0.5),)),
+    ColorTF((0.0, 1.0), ((0.0, 0.1, 0.2, 0.3), (1.0, 0.3, 0.8, 0.7))),
+    is_relative=True,
+)
+CT = Volume(np.linspace(-1024, 3071, 4096).reshape(16, 16, 16).astype(np.int16))
+
+
+@pytest.mark.parametrize("scalar_range", [(0.5, 2.5), (-1024.0, 3071.0), (0.1, 0.1 + 1e-9)])
+def test_fractions_become_values(scalar_range: tuple[float, float]) -> None:
+    fitted = fit_to_range(RELATIVE, scalar_range)
+    lo, hi = fitted.scalar_range
+    assert (lo, hi) == scalar_range and not fitted.is_relative
+    values = np.linspace(0, 1, 11)
+    exact = RELATIVE.opacity(values)
+    np.testing.assert_allclose(fitted.opacity(lo + values * (hi - lo)), exact, atol=1e-6)
+
+
+def test_fractions_stay_fractions_over_the_range_of_fractions() -> None:
+    fitted = fit_to_range(RELATIVE, (0.0, 1.0))
+    assert fitted == replace(RELATIVE, is_relative=False)
+
+
+@pytest.mark.parametrize(
+    "own",
+    [(-1000.0, 1500.0), (-2000.0, 9000.0), (100.0, 200.0), (-1024.0, 3071.0)],
+)
+def test_what_fits_the_volume_keeps_its_range(own: tuple[float, float]) -> None:
+    tf = over(*own)
+    assert fit_to_volume(tf, CT) == tf
+    assert range_of(tf, CT) == own
+    assert range_of(tf, CT.over((0.0, 100.0))) == own
+
+
+@pytest.mark.parametrize("own", [(0.0, 1.0), (3071.0, 9000.0), (-1e6, 1e6), (5e4, 6e4)])
+def test_what_means_nothing_to_the_volume_is_stretched(own: tuple[float, float]) -> None:
+    whole = over(*CT.data_range)
+    fitted = fit_to_volume(over(*own), CT)
+    assert fitted.scalar_range == CT.data_range
+    np.testing.assert_allclose(fitted.opacity.sample(), whole.opacity.sample(), atol=1e-6)
+    np.testing.assert_allclose(fitted.color.sample(), whole.color.sample(), atol=1e-6)
+    assert range_of(RELATIVE, CT.over((0.0, 100.0))) == (0.0, 100.0)
+
+
+def test_a_tf_from_before_an_outlier_was_ignored_keeps_its_meaning() -> None:
+    voxels = CT.voxels.astype(np.float64)
+    voxels[0, 0, 0] = 1e30
+    volume = Volume(voxels)
+    for own in [(-1023.0, 3071.0), (0.0, 100.0), (0.0, 1e30)]:
+        assert range_of(over(*own), volume.over((2000.0, 2010.0))) == own

@@ -127,7 +127,7 @@ def test_the_file_is_as_documented(tmp_path: Path) -> None:
         ("", "not valid JSON"),
         ("[1, 2]", "not a tfscope TF"),
         ('{"tfscope_tf": 9}', "version is 9"),
-        ('{"tfscope_tf": 1}', "malformed near 'range'"),
+        ('{"tfscope_tf": 1}', "malformed near 'opacity'"),
         ('{"tfscope_tf": 1, "range": [0, 1], "opacity": {"modes": [3]}, "color": 0}', "malformed"),
         (
             '{"tfscope_tf": 1, "range": [1, 0], "opacity": {}, "color": {"stops": [[0, 0, 0, 0]]}}',
@@ -142,6 +142,26 @@ def test_bad_files_get_one_sentence(tmp_path: Path, content: str, message: str) 
     with pytest.raises(TransferFunctionError, match=message) as caught:
         TransferFunction.load(path)
     assert str(path) in str(caught.value)
+
+
+def test_without_a_range_values_are_fractions() -> None:
+    content = {
+        "tfscope_tf": 1,
+        "opacity": {"points": [[0.25, 0.0], [0.75, 1.0]]},
+        "color": {"stops": [[0.0, 0.0, 0.0, 0.0], [1.0, 1.0, 1.0, 1.0]]},
+    }
+    tf = TransferFunction.from_json(content)
+    assert tf.is_relative and tf.scalar_range == (0.0, 1.0)
+    assert tf.to_json() == content
+    # With a range, [0, 1] is one like others.
+    assert not TransferFunction.from_json(content | {"range": [0, 1]}).is_relative
+
+
+def test_values_that_are_no_fractions_need_a_range() -> None:
+    tf = {"tfscope_tf": 1, "opacity": {"modes": []}, "color": {"stops": [[40, 0, 0, 0]]}}
+    with pytest.raises(TransferFunctionError, match="40 is no fraction"):
+        TransferFunction.from_json(tf)
+    assert TransferFunction.from_json(tf | {"range": [0, 100]}).color.stops[0][0] == 40
 
 
 def test_a_missing_file_and_an_unwritable_place_are_said(tmp_path: Path) -> None:

@@ -21,15 +21,91 @@ def test_facts_read_off_the_grid():
     assert volume.scalar_range == (0.0, 119.0)
 
 
-@pytest.mark.parametrize("dtype", ["int8", "uint16", "int64", "float32", "float64"])
+@pytest.mark.parametrize("dtype", ["float32", "float64"])
 @pytest.mark.parametrize("bins", [1, 7, 256])
-def test_histogram_is_numpys(dtype, bins):
+def test_histogram_of_fractions_is_numpys(dtype, bins):
     scalars = np.random.default_rng(3).normal(20, 30, (7, 9, 8)).astype(dtype)
     counts, edges = Volume(scalars).histogram(bins)
     expected, expected_edges = np.histogram(scalars.astype(np.float64), bins=bins)
     np.testing.assert_allclose(edges, expected_edges)
     np.testing.assert_array_equal(counts, expected)
     assert counts.sum() == scalars.size
+
+
+def test_integers_have_no_comb():
+    """Each value from -20 to 280 occurs as often, in whatever type: so does each bin's share."""
+    for step, dtype in [(1, "int16"), (1, "float32"), (1, "int64"), (257, "int32")]:
+        values = np.tile(np.arange(-20, 281), 8).reshape(8, 7, 43) * step
+        counts, edges = Volume(values.astype(dtype)).histogram()
+        assert edges[0] == -20.5 * step and edges[-1] >= 280.5 * step
+        np.testing.assert_array_equal(np.diff(edges), 2 * step)
+        np.testing.assert_array_equal(counts[:-1], 16)
+        assert counts.sum() == values.size
+
+
+@pytest.mark.parametrize("dtype", ["int16", "int64", "float64"])
+@pytest.mark.parametrize("far", [3_000, 10**15])
+def test_histogram_goes_on_beyond_the_range(dtype, far):
+    scalars = np.random.default_rng(3).normal(20, 3e3, (7, 9, 8)).astype(dtype)
+    scalars[0, 0, 0] = min(far, 2**15 - 1) if dtype == "int16" else far
+    volume = Volume(scalars).over((0.0, 500.0))
+    inner, inner_edges = volume.histogram()
+    counts, edges = volume.histogram(beyond=True)
+    assert counts.sum() == scalars.size and len(counts) <= 3 * 256
+    assert (np.diff(edges) >= 0.999 * (inner_edges[1] - inner_edges[0])).all()
+    assert edges[0] <= scalars.min() and edges[-1] >= scalars.max()
+    first = int(np.searchsorted(edges, inner_edges[0]))
+    np.testing.assert_array_equal(edges[first : first + len(inner_edges)], inner_edges)
+    np.testing.assert_array_equal(counts, np.histogram(scalars, bins=edges)[0])
+    # The last of them includes its end, which is the next one's beginning.
+    np.testing.assert_array_equal(counts[first : first + len(inner) - 1], inner[:-1])
+
+
+@pytest.mark.parametrize("dtype", ["uint8", "int16", "uint64", "float16", "float32", "float64"])
+@pytest.mark.parametrize("chosen", [(10.0, 60.0), (10.25, 59.5), (-40.0, 50.0), (50.0, 1e9)])
+def test_over_a_range_values_beyond_look_as_its_ends(dtype, chosen):
+    whole = Volume(ramp(dtype))
+    volume = whole.over(chosen)
+    assert volume.scalar_range == chosen
+    assert volume.data_range == whole.scalar_range == (0.0, 119.0)
+    assert volume.scalars.dtype == whole.scalars.dtype
+    exact = whole.scalars.astype(float).clip(*chosen)
+    shown = volume.scalars.astype(float).clip(*chosen)
+    np.testing.assert_allclose(shown, exact, atol=0)
+    assert np.abs(volume.scalars.astype(float) - exact).max() < 1
+    assert volume.scalars is volume.scalars
+    # The voxels are what they were, and the way back is open.
+    np.testing.assert_array_equal(volume.over(whole.data_range).scalars, whole.scalars)
+    np.testing.assert_array_equal(volume.over((100, 110)).scalars.max(), 110)
+
+
+def test_over_a_range_nothing_is_copied_or_computed_again_without_need(monkeypatch):
+    volume = Volume(ramp())
+    fingerprint = volume.fingerprint
+    monkeypatch.setattr(hashlib, "sha256", None)
+    assert volume.over((5.0, 6.0)).over((7.0, 8.0)).fingerprint == fingerprint
+    assert volume.over((-5.0, 1e38)).scalars is volume.voxels
+    assert volume.over((5.0, 6.0)).voxels is volume.voxels
+    assert volume.over((0.0, 119.0)).chosen_range is None
+
+
+@pytest.mark.parametrize(
+    ("chosen", "message"),
+    [
+        ((5.0, 5.0), "not increasing"),
+        ((6.0, 5.0), "not increasing"),
+        ((float("nan"), 5.0), "not increasing"),
+        ((5.0, float("inf")), "not increasing"),
+        ((-1e308, 1.7e308), "not increasing"),
+        ((119.0, 130.0), "no value in common with the voxels, which lie from 0 to 119"),
+        ((-9.0, 0.0), "no value in common"),
+    ],
+)
+def test_ranges_that_show_nothing_are_refused(chosen, message):
+    with pytest.raises(VolumeError, match=message):
+        Volume(ramp()).over(chosen)
+    with pytest.raises(VolumeError, match=message):
+        Volume(ramp(), chosen_range=chosen)
 
 
 @pytest.mark.parametrize(
