@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from app.cli import image_commands, model_commands, options
+from app.cli import choices, image_commands, model_commands, options
 from app.cli.bench_commands import bench
 from app.cli.latent_commands import codec, latent
 from model.errors import TfscopeError
@@ -38,9 +38,9 @@ def window(
     context: typer.Context,
     model: options.ModelFolder = None,
     volume: options.VolumeFile = None,
-    device: options.DeviceName = options.Device.AUTO,
-    backend: options.BackendName = options.BackendOption.AUTO,
-    precision: options.PrecisionName = options.PrecisionOption.FLOAT32,
+    device: options.DeviceName = choices.Device.AUTO,
+    backend: options.BackendName = choices.BackendOption.AUTO,
+    precision: options.PrecisionName = choices.PrecisionOption.FLOAT32,
     screenshot: Annotated[
         Path | None,
         typer.Option(
@@ -56,7 +56,7 @@ def window(
 
         code = open_window(volume, model, str(device), str(backend), str(precision), screenshot)
         raise typer.Exit(code)
-    automatic = (options.Device.AUTO, options.BackendOption.AUTO, options.PrecisionOption.FLOAT32)
+    automatic = (choices.Device.AUTO, choices.BackendOption.AUTO, choices.PrecisionOption.FLOAT32)
     if model or volume or screenshot or (device, backend, precision) != automatic:
         command = context.invoked_subcommand
         raise TfscopeError(f"Options before '{command}' are the window's; put them behind it.")

@@ -7,12 +7,17 @@ from typing import Annotated, cast
 
 import typer
 
-from app.cli import options
+from app.cli import choices, options, values
 from model.volume_files.source import VolumeSource
 
 
 def info(
-    path: Annotated[Path, typer.Argument(metavar="FILE_OR_MODEL", help="A volume or a model.")],
+    path: Annotated[
+        Path,
+        typer.Argument(
+            metavar="FILE_OR_MODEL", help="A volume or a model.", callback=values.volume
+        ),
+    ],
     raw: options.RawLayoutText = None,
     component: options.ComponentName = None,
 ) -> None:
@@ -26,24 +31,28 @@ def render(
     out: Annotated[
         Path,
         typer.Option(
-            "--out", metavar="OUT", help="OUT.png on black, or OUT.npy: float32 RGBA (H, W, 4)."
+            "--out",
+            metavar="OUT",
+            help="OUT.png on black, or OUT.npy: float32 RGBA (H, W, 4).",
+            callback=values.output(".png", ".npy"),
         ),
     ],
     renderer: Annotated[
-        options.Renderer,
+        choices.Renderer,
         typer.Option("--renderer", help="The reference, the fast ray caster, or the model."),
-    ] = options.Renderer.VTK,
+    ] = choices.Renderer.VTK,
     volume: options.VolumeFile = None,
     raw: options.RawLayoutText = None,
     component: options.ComponentName = None,
     model: options.ModelFolder = None,
-    view: options.ViewText = "30,20,0,1",
+    view: options.ViewNumbers = values.HOME_VIEW,
     tf: options.TFFile = None,
     lighting: Annotated[
-        options.LightingOption | None,
+        choices.LightingOption | None,
         typer.Option("--lighting", help="For VTK and ray caster. (default: the model's, or none)"),
     ] = None,
-    light: options.LightText = None,
+    light: options.LightAngles = None,
+    crop: options.CropPlanes = None,
     size: Annotated[
         int | None,
         typer.Option("--size", min=16, max=4096, help="Pixels. (default: the model's, or 256)"),
@@ -55,9 +64,9 @@ def render(
             help="The unlit ray caster misses no narrow peaks of the TF: more exact, and slower.",
         ),
     ] = False,
-    device: options.DeviceName = options.Device.AUTO,
-    backend: options.BackendName = options.BackendOption.EAGER,
-    precision: options.PrecisionName = options.PrecisionOption.FLOAT32,
+    device: options.DeviceName = choices.Device.AUTO,
+    backend: options.BackendName = choices.BackendOption.EAGER,
+    precision: options.PrecisionName = choices.PrecisionOption.FLOAT32,
 ) -> None:
     """Render one image to a file."""
     from app.cli.render import RenderOrder, render_to_file
@@ -65,12 +74,13 @@ def render(
     render_to_file(
         RenderOrder(
             renderer=str(renderer),
-            volume=VolumeSource(volume, raw, component),
+            volume=values.source(volume, raw, component),
             model=model,
             view=view,
             tf=tf,
             lighting=lighting,
             light=light,
+            crop=crop,
             size=size,
             preintegrated=preintegrated,
             device=str(device),
@@ -85,7 +95,10 @@ def sensitivity(
     out: Annotated[
         Path,
         typer.Option(
-            "--out", metavar="OUT", help="OUT.npz or OUT.csv: all numbers, OUT.png: a figure."
+            "--out",
+            metavar="OUT",
+            help="OUT.npz or OUT.csv: all numbers, OUT.png: a figure.",
+            callback=values.output(".png", ".npz", ".csv"),
         ),
     ],
     model: options.ModelFolder = None,
@@ -93,17 +106,17 @@ def sensitivity(
     raw: options.RawLayoutText = None,
     component: options.ComponentName = None,
     engine: Annotated[
-        options.SensitivityEngine | None,
+        choices.SensitivityEngine | None,
         typer.Option(
             "--engine",
             help="The ray caster's own derivative, the generator's, or the generator's block by "
             "block, as in the paper. (default: learned with --model, else exact)",
         ),
     ] = None,
-    view: options.ViewText = "30,20,0,1",
+    view: options.ViewNumbers = values.HOME_VIEW,
     tf: options.TFFile = None,
     lighting: Annotated[
-        options.LightingOption | None,
+        choices.LightingOption | None,
         typer.Option("--lighting", help="Of the ray caster's image; global: by differences."),
     ] = None,
     size: Annotated[
@@ -112,14 +125,8 @@ def sensitivity(
             "--size", min=16, max=4096, help="Pixels of the rendering; a model has its own size."
         ),
     ] = None,
-    region: Annotated[
-        str | None,
-        typer.Option(
-            "--region",
-            metavar="X0,Y0,X1,Y1",
-            help="Where in the TF does this rectangle of pixels react? (default: the whole image)",
-        ),
-    ] = None,
+    region: options.RegionEdges = None,
+    crop: options.CropPlanes = None,
     value: Annotated[
         float | None,
         typer.Option("--value", help="Where in the image does this scalar value show?"),
@@ -140,31 +147,32 @@ def sensitivity(
         ),
     ] = None,
     measure: Annotated[
-        options.MeasureOption,
+        choices.MeasureOption,
         typer.Option(
             "--measure",
             help="signed: the change of brightness, as in the paper; change: the size of the "
             "change, also where the picture is black.",
         ),
-    ] = options.MeasureOption.SIGNED,
-    device: options.DeviceName = options.Device.AUTO,
+    ] = choices.MeasureOption.SIGNED,
+    device: options.DeviceName = choices.Device.AUTO,
 ) -> None:
     """Find where in the TF an edit changes a region, or where in the image an edit shows."""
     from app.cli.sensitivity import EngineName, SensitivityOrder, save_sensitivity
 
     save_sensitivity(
         SensitivityOrder(
-            volume=VolumeSource(volume, raw, component),
+            volume=values.source(volume, raw, component),
             model=model,
             engine=None if engine is None else cast(EngineName, str(engine)),
             view=view,
             tf=tf,
             size=size,
             region=region,
+            crop=crop,
             value=value,
             block=block,
             width=width,
-            measure=options.measure(measure),
+            measure=choices.measure(measure),
             lighting=lighting,
             device=str(device),
             out=out,

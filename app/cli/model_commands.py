@@ -8,13 +8,16 @@ from typing import Annotated
 
 import typer
 
-from app.cli import options
-from model.errors import TfscopeError
-from model.volume_files.source import VolumeSource
+from app.cli import choices, options, values
+from app.cli.outputs import make_room_for
+from model.errors import TfscopeError, TrainingError
 
 
 def dataset(
-    out: Annotated[Path, typer.Option("--out", metavar="STORE", help="Zarr folder.")],
+    out: Annotated[
+        Path,
+        typer.Option("--out", metavar="STORE", help="Zarr folder.", callback=values.output_folder),
+    ],
     count: Annotated[
         int,
         typer.Option(
@@ -28,10 +31,10 @@ def dataset(
         int, typer.Option("--size", min=16, max=4096, help="Width and height in pixels.")
     ] = 256,
     seed: options.Seed = 0,
-    renderer: options.SampleRendererName = options.SampleRenderer.RAYCAST,
-    lighting: options.LightingName = options.LightingOption.NONE,
+    renderer: options.SampleRendererName = choices.SampleRenderer.RAYCAST,
+    lighting: options.LightingName = choices.LightingOption.NONE,
     movable_light: options.MovableLight = False,
-    family: options.TFFamilyName = options.TFFamilyOption.DRAWN,
+    family: options.TFFamilyName = choices.TFFamilyOption.DRAWN,
     window: options.Window = None,
     holdout: Annotated[
         int | None,
@@ -51,38 +54,39 @@ def dataset(
     """Render random samples into a store; run it again to go on or to add more."""
     from app.cli.dataset import SceneOptions, make_dataset
 
-    source = VolumeSource(volume, raw, component)
+    source = values.source(volume, raw, component)
     scene = SceneOptions(
         size,
-        options.lighting(lighting),
-        options.parse_window(window),
-        options.renderer_name(renderer),
+        choices.lighting(lighting),
+        values.scalar_window(window),
+        choices.renderer_name(renderer),
         movable_light,
-        options.family_name(family),
+        choices.family_name(family),
     )
     make_dataset(source, scene, out, count, holdout, seed, workers, scheduler)
 
 
 def train(
     context: typer.Context,
-    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder of run and model.")],
+    out: Annotated[
+        Path,
+        typer.Option(
+            "--out",
+            metavar="DIR",
+            help="Folder of run and model.",
+            callback=values.output_folder,
+        ),
+    ],
     preset: Annotated[
-        options.Preset,
+        choices.Preset,
         typer.Option(
             "--preset", help="64 x 64, 128 x 128, 256 x 256, or the paper's networks at 256 x 256."
         ),
-    ] = options.Preset.COMPACT,
+    ] = choices.Preset.COMPACT,
     volume: options.VolumeFile = None,
     raw: options.RawLayoutText = None,
     component: options.ComponentName = None,
-    store: Annotated[
-        Path | None,
-        typer.Option(
-            "--dataset",
-            metavar="STORE",
-            help="Samples made with 'dataset'. (default: rendered in the background)",
-        ),
-    ] = None,
+    store: options.StoreFolder = None,
     minutes: Annotated[float | None, typer.Option("--minutes", help="Budget in minutes.")] = None,
     samples: Annotated[
         int | None, typer.Option("--samples", help="Budget in samples seen.")
@@ -94,13 +98,14 @@ def train(
             "--start-from",
             metavar="MODEL",
             help="Begin with a trained model's weights; with another --seed it sees other samples.",
+            callback=values.model,
         ),
     ] = None,
     faithful: Annotated[
         bool, typer.Option("--faithful", help="The paper's recipe, nothing added.")
     ] = False,
     architecture: Annotated[
-        options.ArchitectureOption | None,
+        choices.ArchitectureOption | None,
         typer.Option(
             "--architecture",
             help="A coarse volume whose images a small network refines, or the paper's two "
@@ -125,15 +130,15 @@ def train(
             "(default: 4, or more when lit)",
         ),
     ] = None,
-    renderer: options.SampleRendererName = options.SampleRenderer.RAYCAST,
-    lighting: options.LightingName = options.LightingOption.NONE,
+    renderer: options.SampleRendererName = choices.SampleRenderer.RAYCAST,
+    lighting: options.LightingName = choices.LightingOption.NONE,
     movable_light: options.MovableLight = False,
-    family: options.TFFamilyName = options.TFFamilyOption.DRAWN,
+    family: options.TFFamilyName = choices.TFFamilyOption.DRAWN,
     window: options.Window = None,
     seed: options.Seed = 0,
     workers: options.Workers = None,
-    device: options.DeviceName = options.Device.AUTO,
-    precision: options.TrainingPrecisionName = options.TrainingPrecision.AUTO,
+    device: options.DeviceName = choices.Device.AUTO,
+    precision: options.TrainingPrecisionName = choices.TrainingPrecision.AUTO,
     job: Annotated[
         Path | None,
         typer.Option(
@@ -144,7 +149,12 @@ def train(
     ] = None,
     save_job: Annotated[
         Path | None,
-        typer.Option("--save-job", metavar="JOB.json", help="Write the job there; do not train."),
+        typer.Option(
+            "--save-job",
+            metavar="JOB.json",
+            help="Write the job there; do not train.",
+            callback=values.output(".json"),
+        ),
     ] = None,
     lines: Annotated[
         bool, typer.Option("--json-lines", help="Tell the progress as JSON, an object per line.")
@@ -164,25 +174,25 @@ def train(
         ask_to_stop(out)
         typer.echo(f"The run in {out} will be saved and end after its present step.")
         return
-    size = preset_size(str(preset), options.architecture_name(architecture))
-    scattering = scatters(options.renderer_name(renderer), options.lighting(lighting))
+    size = preset_size(str(preset), choices.architecture_name(architecture))
+    scattering = scatters(choices.renderer_name(renderer), choices.lighting(lighting))
     # Only the codec learns then, unless a stored data set shows something else.
     only_codec = size.architecture == "refined" and not (faithful or scattering or store)
     asked = TrainingJob(
         out=out,
-        volume=VolumeSource(volume, raw, component),
+        volume=values.source(volume, raw, component),
         store=store,
         preset=str(preset),
-        architecture=options.architecture_name(architecture),
+        architecture=choices.architecture_name(architecture),
         faithful=faithful,
         settings=tuple(settings or ()),
-        minutes=options.minutes_of(minutes, samples, 5.0 if only_codec else 60.0),
+        minutes=choices.minutes_of(minutes, samples, 5.0 if only_codec else 60.0),
         samples=samples,
-        lighting=options.lighting(lighting),
+        lighting=choices.lighting(lighting),
         movable_light=movable_light,
-        tf_family=options.family_name(family),
-        renderer=options.renderer_name(renderer),
-        window=options.parse_window(window),
+        tf_family=choices.family_name(family),
+        renderer=choices.renderer_name(renderer),
+        window=values.scalar_window(window),
         reuse=reuse,
         start=start,
         seed=seed,
@@ -195,8 +205,12 @@ def train(
         _refuse_others(context, "job", "resume", "lines", "save_job")
         asked = replace(TrainingJob.load(job), out=out, resume=resume)
     if save_job is not None:
+        make_room_for(save_job)
         asked.save(save_job)
         return
+    asked.volume.check()
+    if resume and not out.is_dir():
+        raise TrainingError(f"{out}: there is no training run to resume; start one instead.")
     # Late: with it comes all that trains.
     from app.cli.train import train_model
 
@@ -204,19 +218,15 @@ def train(
 
 
 def evaluate(
-    model: Annotated[Path, typer.Option("--model", help="Folder of a trained model.")],
+    model: Annotated[
+        Path,
+        typer.Option("--model", help="Folder of a trained model.", callback=values.model),
+    ],
     count: Annotated[int, typer.Option("--count", min=1, help="Hold-out samples.")] = 2000,
     volume: options.VolumeFile = None,
     raw: options.RawLayoutText = None,
     component: options.ComponentName = None,
-    store: Annotated[
-        Path | None,
-        typer.Option(
-            "--dataset",
-            metavar="STORE",
-            help="The model's samples. (default: rendered anew)",
-        ),
-    ] = None,
+    store: options.StoreFolder = None,
     neighbors: Annotated[
         int, typer.Option("--neighbors", min=1, help="Training images to look up, if rendered.")
     ] = 2000,
@@ -236,22 +246,21 @@ def evaluate(
             "--report",
             metavar="OUT.html",
             help="Also write a page with errors by view and scalar value, and pictures.",
+            callback=values.output(".html", ".htm"),
         ),
     ] = None,
-    device: options.DeviceName = options.Device.AUTO,
+    device: options.DeviceName = choices.Device.AUTO,
     workers: options.Workers = None,
 ) -> None:
     """Measure a model on hold-out samples, beside the nearest training image."""
-    from app.cli.outputs import check_outputs
-
-    check_outputs(json, report)
+    source = values.source(volume, raw, component)
     from app.cli.evaluate import evaluate_model
     from model.evaluation.job import EvaluationJob
 
     job = EvaluationJob(
         model=model,
         count=count,
-        volume=VolumeSource(volume, raw, component),
+        volume=source,
         store=store,
         neighbors=neighbors,
         sensitivities=sensitivities,
@@ -263,17 +272,22 @@ def evaluate(
 
 
 def study(
-    study: Annotated[options.StudyName, typer.Argument(metavar="STUDY", help="Which one.")],
+    study: Annotated[choices.StudyName, typer.Argument(metavar="STUDY", help="Which one.")],
     out: Annotated[
         Path,
-        typer.Option("--out", metavar="DIR", help="Folder of samples, runs and table."),
+        typer.Option(
+            "--out",
+            metavar="DIR",
+            help="Folder of samples, runs and table.",
+            callback=values.output_folder,
+        ),
     ],
     volume: options.VolumeFile = None,
     raw: options.RawLayoutText = None,
     component: options.ComponentName = None,
     preset: Annotated[
-        options.Preset, typer.Option("--preset", help="Size of all networks.")
-    ] = options.Preset.DRAFT,
+        choices.Preset, typer.Option("--preset", help="Size of all networks.")
+    ] = choices.Preset.DRAFT,
     minutes: Annotated[
         float | None, typer.Option("--minutes", help="Budget of each model. (default: 10)")
     ] = None,
@@ -298,19 +312,19 @@ def study(
     ] = None,
     seed: options.Seed = 0,
     workers: options.Workers = None,
-    device: options.DeviceName = options.Device.AUTO,
-    precision: options.TrainingPrecisionName = options.TrainingPrecision.AUTO,
+    device: options.DeviceName = choices.Device.AUTO,
+    precision: options.TrainingPrecisionName = choices.TrainingPrecision.AUTO,
 ) -> None:
     """The paper's studies anew: baselines, latent-dim or l1-weight. Run again to go on."""
     from model.training.job import TrainingJob
 
     job = TrainingJob(
         out=out,
-        volume=VolumeSource(volume, raw, component),
+        volume=values.source(volume, raw, component),
         preset=str(preset),
         architecture="paper",
         settings=tuple(settings or ()),
-        minutes=options.minutes_of(minutes, samples, 10.0),
+        minutes=choices.minutes_of(minutes, samples, 10.0),
         samples=samples,
         seed=seed,
         workers=workers,

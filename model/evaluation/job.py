@@ -158,7 +158,7 @@ def _render(
     job: EvaluationJob, generator: Generator, scratch: Path, on_progress: Progress
 ) -> SampleStore:
     scene = generator.scene
-    volume = volume_of(scene.volume_fingerprint, scene.volume_name, job.volume)
+    volume = volume_of(scene, job.volume)
     training = generator.card.training
     neighbors = min(job.neighbors, int(training.get("samples_stored", job.neighbors)))
     seed = int(training.get("dataset_seed", 0))
@@ -225,7 +225,7 @@ def _volume(
     """The volume that the model is compared on; None where it is not at hand."""
     scene = generator.scene
     try:
-        return volume_of(scene.volume_fingerprint, scene.volume_name, job.volume)
+        return volume_of(scene, job.volume)
     except VolumeError:
         if job.sensitivities:
             raise

@@ -7,8 +7,10 @@ from pathlib import Path
 from typing import cast
 
 from model.errors import VolumeError
+from model.scene.scene import Scene
 from model.scene.volume import Volume
-from model.volume_files import Component, RawLayout, read_volume
+from model.volume_files import SUFFIXES, Component, RawLayout, read_volume
+from model.volume_files.dicom_tags import is_dicom
 from model.volume_files.shipped import DEFAULT_VOLUME, shipped_volumes
 
 
@@ -42,6 +44,28 @@ class VolumeSource:
             self.path or DEFAULT_VOLUME, raw=self._layout(), component=self._component()
         )
 
+    def check(self) -> None:
+        """Refuse what is no volume at first sight, without reading it.
+
+        Raises
+        ------
+        VolumeError
+            When the options are invalid, or the file is missing or of an unknown kind.
+        """
+        self._layout()
+        self._component()
+        path = self.path
+        if path is None:
+            return
+        if not path.exists():
+            raise VolumeError(f"{path}: there is no such file or folder; check the path.")
+        known = self.raw is not None or path.name.lower().endswith(SUFFIXES)
+        if not known and path.is_file() and not is_dicom(path):
+            raise VolumeError(
+                f"{path}: files of this kind are not known here; "
+                f"supported are {', '.join(SUFFIXES)} and folders of DICOM or TIFF slices."
+            )
+
     def _layout(self) -> RawLayout | None:
         if self.raw is None:
             return None
@@ -63,8 +87,8 @@ class VolumeSource:
         return int(self.component)
 
 
-def volume_of(fingerprint: str, name: str, source: VolumeSource) -> Volume:
-    """Read the volume that a model was trained on, from a source or from the shipped ones.
+def volume_of(scene: Scene, source: VolumeSource) -> Volume:
+    """Read the volume of a model's scene, from a source or from the shipped ones.
 
     Raises
     ------
@@ -74,14 +98,16 @@ def volume_of(fingerprint: str, name: str, source: VolumeSource) -> Volume:
     """
     if source.path is not None:
         volume = source.read()
-        if volume.fingerprint != fingerprint:
-            raise VolumeError(f"{source.path}: the model was trained on another volume, '{name}'.")
+        if volume.fingerprint != scene.volume_fingerprint:
+            raise VolumeError(
+                f"{source.path}: the model was trained on another volume, '{scene.volume_name}'."
+            )
         return volume
     for candidate in shipped_volumes():
         volume = read_volume(candidate)
-        if volume.fingerprint == fingerprint:
+        if volume.fingerprint == scene.volume_fingerprint:
             return volume
     raise VolumeError(
-        f"The model was trained on '{name}', which is not shipped; give its file.",
+        f"The model was trained on '{scene.volume_name}', which is not shipped; give its file.",
         volume="FILE",
     )
