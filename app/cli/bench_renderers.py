@@ -59,8 +59,8 @@ def bench_renderers(
             plot,
             [_plot(comparison) for comparison in comparisons],
             caption="Beside the points: sample distance in voxels. Errors are against VTK at "
-            f"{comparisons[0].reference_distance:g} voxels, of {count} images with random views "
-            f"and TFs. {machine_text(machine)}.",
+            f"{comparisons[0].reference_distance:g} voxels, at {count} random "
+            f"views and TFs. {machine_text(machine)}.",
         )
 
 
@@ -110,7 +110,7 @@ def _plot(comparison: RendererComparison) -> Plot:
         for name in RENDERERS
     )
     return Plot(
-        f"{comparison.volume}, {comparison.lighting} lighting, {comparison.size} x "
+        f"{comparison.volume}, lighting {comparison.lighting}, {comparison.size} x "
         f"{comparison.size} pixels",
         "images per second",
         "image RMSE",

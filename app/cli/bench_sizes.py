@@ -44,8 +44,8 @@ def bench_sizes(
             plot,
             [_plot(volume.name, rows, lighting, size) for lighting in LIGHTINGS],
             height=300,
-            caption=f"Beside the points: ms per image, of {count} images with random views and "
-            f"TFs, of the volume averaged or enlarged. {machine_text(machine)}.",
+            caption=f"Beside the points: ms per image, at {count} random views and TFs, of the "
+            f"volume averaged or enlarged. {machine_text(machine)}.",
         )
 
 

@@ -51,6 +51,14 @@ class Renderer(StrEnum):
     GENERATOR = "generator"
 
 
+class ReferenceOption(StrEnum):
+    """Renderers of the window's reference image, for the command line."""
+
+    AUTO = "auto"
+    VTK = "vtk"
+    RAYCAST = "raycast"
+
+
 class SampleRenderer(StrEnum):
     """Renderers of training samples, for the command line."""
 

@@ -7,10 +7,12 @@ from typing import Annotated
 
 import typer
 
-from app.cli import choices, image_commands, model_commands, options
+from app.cli import choices, image_commands, model_commands, options, values
 from app.cli.bench_commands import bench
 from app.cli.latent_commands import codec, latent
+from app.state.window_start import WindowStart
 from model.errors import TfscopeError
+from model.scene.view import View
 
 application = typer.Typer(
     add_completion=False,
@@ -33,11 +35,35 @@ for command in (
     application.command()(command)
 
 
-@application.callback(invoke_without_command=True)
+@application.callback(
+    invoke_without_command=True,
+    subcommand_metavar="[FILE] | COMMAND [ARGS]...",
+)
 def window(
     context: typer.Context,
     model: options.ModelFolder = None,
     volume: options.VolumeFile = None,
+    tf: options.TFFile = None,
+    view: Annotated[
+        View | None,
+        typer.Option(
+            "--view", metavar="AZ,EL,ROLL,DIST[,X,Y]", help=options.VIEW_HELP, parser=values.view
+        ),
+    ] = None,
+    lighting: Annotated[
+        choices.LightingOption | None,
+        typer.Option("--lighting", help="Of the reference image. (default: as last time)"),
+    ] = None,
+    light: options.LightAngles = None,
+    renderer: Annotated[
+        choices.ReferenceOption | None,
+        typer.Option(
+            "--renderer",
+            help="Of the reference image; auto: the fast one while anything moves, VTK at rest. "
+            "(default: as last time)",
+        ),
+    ] = None,
+    crop: options.CropPlanes = None,
     device: options.DeviceName = choices.Device.AUTO,
     backend: options.BackendName = choices.BackendOption.AUTO,
     precision: options.PrecisionName = choices.PrecisionOption.FLOAT32,
@@ -47,16 +73,39 @@ def window(
             "--screenshot",
             metavar="OUT.png",
             help="Open the window off screen, save its picture and exit.",
+            callback=values.output(".png"),
         ),
     ] = None,
+    size: Annotated[
+        str | None,
+        typer.Option("--size", metavar="WxH", help="Width and height of the window in pixels."),
+    ] = None,
 ) -> None:
-    """Look into volumes through transfer functions, beside a generative model."""
-    if context.invoked_subcommand is None:
-        from app.cli.window import open_window
+    """Look into volumes through transfer functions, beside a generative model.
 
-        code = open_window(volume, model, str(device), str(backend), str(precision), screenshot)
+    FILE is opened in the window: a volume, a model's folder, or a TF file.
+    """
+    if context.invoked_subcommand is None:
+        from app.cli.window import open_window, window_volume
+
+        start = WindowStart(
+            volume=window_volume(volume, model),
+            model=model,
+            tf=tf,
+            view=view,
+            lighting=None if lighting is None else choices.lighting(lighting),
+            light=light,
+            renderer=None if renderer is None else renderer.value,
+            crop=crop,
+            size=values.window_size(size),
+        )
+        code = open_window(start, str(device), str(backend), str(precision), screenshot)
         raise typer.Exit(code)
-    automatic = (choices.Device.AUTO, choices.BackendOption.AUTO, choices.PrecisionOption.FLOAT32)
-    if model or volume or screenshot or (device, backend, precision) != automatic:
+    given = [
+        name
+        for name in context.params
+        if str(context.get_parameter_source(name)).endswith("COMMANDLINE")
+    ]
+    if given:
         command = context.invoked_subcommand
         raise TfscopeError(f"Options before '{command}' are the window's; put them behind it.")

@@ -250,7 +250,7 @@ def _draw_figure(
 
 def _explanation(order: LatentOrder, volume: Volume) -> str:
     """Say what the parts of the figure are."""
-    facts = ["Gray: samples of opacity TFs, near each other where their codes are"]
+    facts = ["Grey: samples of opacity TFs, near each other where their codes are"]
     if order.grid is not None:
         facts.append(
             "orange: a rectangle of 4 x 4 cells, each of which is drawn at its place beside the map"

@@ -81,6 +81,28 @@ def scalar_window(text: str | None) -> Range | None:
     return lo, hi
 
 
+def window_size(text: str | None) -> tuple[int, int] | None:
+    """Parse ``"WxH"`` in pixels; None stays None.
+
+    Raises
+    ------
+    TfscopeError
+        When the text is something else, or not from 400 to 10,000.
+    """
+    if text is None:
+        return None
+    try:
+        width, height = (int(part) for part in text.lower().split("x"))
+    except ValueError:
+        width = height = 0
+    if not all(400 <= length <= 10_000 for length in (width, height)):
+        raise TfscopeError(
+            f"'{text}' is not a size of the window; give width and height from 400 to 10000 "
+            "pixels, such as 1280x860."
+        )
+    return width, height
+
+
 def volume(path: Path | None) -> Path | None:
     """Refuse a volume whose file or folder is missing."""
     if path is not None and not path.exists():
