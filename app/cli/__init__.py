@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, cast
 from model.errors import TfscopeError
 
 if TYPE_CHECKING:
-    import click
+    from typer.core import TyperGroup
 
 BAD_INPUT = 2
 
@@ -30,7 +30,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     from app.cli.window_files import with_options_for_files
 
     try:
-        command = cast("click.Group", get_command(application))
+        command = cast("TyperGroup", get_command(application))
         words = with_options_for_files(sys.argv[1:] if arguments is None else arguments, command)
         code = command(words, standalone_mode=False)
     except TfscopeError as error:

@@ -10,12 +10,12 @@ from model.errors import TfscopeError
 from model.networks.card import MODEL_FILE
 
 if TYPE_CHECKING:
-    import click
+    from typer.core import TyperGroup
 
 TF_SUFFIX = ".json"
 
 
-def with_options_for_files(arguments: Sequence[str], application: click.Group) -> list[str]:
+def with_options_for_files(arguments: Sequence[str], application: TyperGroup) -> list[str]:
     """Put the window's options before files that are given without one.
 
     A model's folder gets ``--model``, a JSON file ``--tf``, any other file or folder
@@ -26,7 +26,7 @@ def with_options_for_files(arguments: Sequence[str], application: click.Group) -
     ----------
     arguments : sequence of str
         The command line without the program.
-    application : click.Group
+    application : TyperGroup
         With the window's options as its own, and the commands.
 
     Raises
@@ -63,7 +63,7 @@ def with_options_for_files(arguments: Sequence[str], application: click.Group) -
     return found
 
 
-def _option_for(word: str, application: click.Group) -> str:
+def _option_for(word: str, application: TyperGroup) -> str:
     path = Path(word)
     if not path.exists():
         commands = ", ".join(sorted(application.commands))

@@ -35,7 +35,7 @@ def save_picture(path: Path, image: NDArray[np.floating], facts: Mapping[str, st
     picture = QImage(pixels.data, width, height, 3 * width, QImage.Format.Format_RGB888)
     for keyword, text in {**facts, "Software": software()}.items():
         picture.setText(keyword, text)
-    if not picture.save(str(path), b"PNG"):
+    if not picture.save(str(path)):
         raise RenderError(f"{path}: the picture cannot be written; choose another place.")
 
 

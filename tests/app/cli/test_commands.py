@@ -459,11 +459,11 @@ def test_a_study_says_where_it_cannot_write(
 
 def test_the_window_opens_the_volume_of_a_model(monkeypatch: pytest.MonkeyPatch) -> None:
     opened: list[Path] = []
-    monkeypatch.setattr("app.launch.run_window", lambda volume, *_: opened.append(volume) or 0)
+    monkeypatch.setattr("app.launch.run_window", lambda start, *_: opened.append(start.volume) or 0)
     for folder in shipped_models():
         run(["--model", str(folder)])
         assert read_volume(opened[-1]).fingerprint == load_card(folder).scene.volume_fingerprint
-    run(["--model", "nowhere"])
+    assert run([]) == 0
     assert opened[-1] == DEFAULT_VOLUME
 
 
@@ -480,15 +480,22 @@ def test_training_leaves_a_curve(trained: Path) -> None:
 
 BAD_INPUT = [
     ("render --volume none.nrrd --out x.png", "no such file"),
-    ("render --view 1,2,3,4,5 --out x.png", "not a view"),
+    ("render --view 1,2,3,4,5,6,7 --out x.png", "not a view"),
     ("render --tf none.json --out x.png", "cannot be read"),
     ("render --out x.jpg", "must end in .png or .npy"),
     ("render --renderer generator --model nowhere --out x.png", "no model here"),
     ("render --size 5 --out x.png", "--size"),
     ("render", "--out"),
     ("render --renderer oil --out x.png", "--renderer"),
+    ("render --out x.png --crop 0,1,0,1", "not a crop box"),
+    ("render --out x.png --lighting none --light 0,0", "Try: --lighting direct"),
+    ("bench renderers --plot curve.pdf", "must end in .png"),
+    ("--screenshot window.jpg", "must end in .png"),
+    ("--size 10x10", "not a size of the window"),
+    ("--lighting none --light 0,0", "no light to be moved"),
+    ("none.nrrd", "neither a command"),
     ("render --component 1.5 --out x.png", "not a component"),
-    ("render --volume x.bin --raw huge --out x.png", "not the layout"),
+    ("render --volume . --raw huge --out x.png", "not the layout"),
     ("dataset --count 0 --out x", "--count"),
     ("dataset --count 5 --window 1 --out x", "not a scalar window"),
     ("sensitivity --engine learned --lighting direct --out x.png", "--engine exact"),
@@ -502,7 +509,7 @@ BAD_INPUT = [
     ("sensitivity --value 7 --out x.png", "outside the volume's range"),
     ("bench renderers --volume none.nrrd", "no such file"),
     ("train --out x --reuse 0.5", "--reuse"),
-    ("train --out x --dataset y --lighting direct --reuse 2", "lighting and reuse"),
+    ("train --out x --dataset . --lighting direct --reuse 2", "lighting and reuse"),
     ("dataset --count 99999999999 --out x", "--count"),
     ("dataset --count 9999999 --size 4096 --out x", "GB"),
     ("sensitivity --size 4096 --block 1 --out x.npz", "larger blocks"),
