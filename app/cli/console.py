@@ -29,6 +29,14 @@ def warn(message: str) -> None:
     print(f"tfscope: {message}", file=sys.stderr)
 
 
+def about(seconds: float) -> str:
+    """Say a duration in words, as roughly as it is known."""
+    if seconds < 45:
+        return "less than a minute"
+    minutes = max(round(seconds / 60), 1)
+    return "about a minute" if minutes == 1 else f"about {minutes} minutes"
+
+
 class _SpeedColumn(ProgressColumn):
     """Column with the number of items per second."""
 

@@ -228,15 +228,20 @@ def evaluate(
     component: options.ComponentName = None,
     store: options.StoreFolder = None,
     neighbors: Annotated[
-        int, typer.Option("--neighbors", min=1, help="Training images to look up, if rendered.")
-    ] = 2000,
+        int | None,
+        typer.Option(
+            "--neighbors",
+            min=1,
+            help="Training images to look up, if rendered. (default: --count, at most 2000)",
+        ),
+    ] = None,
     sensitivities: Annotated[
         int | None,
         typer.Option(
             "--sensitivities",
             min=0,
             help="Samples whose sensitivities are held against the renderer's own, in unlit "
-            "scenes. (default: 200)",
+            "scenes. (default: a tenth of --count, at most 200)",
         ),
     ] = None,
     json: options.JsonFile = None,
