@@ -240,7 +240,7 @@ def codec(
     json: options.JsonFile = None,
 ) -> None:
     """Errors of a latent codec: of decoded TFs, and of its response to edits; without images."""
-    values.source(volume, None, None)
+    values.source(volume)
     from app.cli.bench_codec import measure_model, train_alone
 
     trial = {"--volume": volume, "--preset": preset, "--steps": steps, "--set": settings}

@@ -12,6 +12,7 @@ from app.cli.bench_commands import bench
 from app.cli.latent_commands import codec, latent
 from app.state.window_start import WindowStart
 from model.errors import TfscopeError
+from model.scene.range_choice import RangeChoice
 from model.scene.view import View
 
 application = typer.Typer(
@@ -63,6 +64,7 @@ def window(
             "(default: as last time)",
         ),
     ] = None,
+    scalar_range: options.ScalarRange = None,
     crop: options.CropPlanes = None,
     device: options.DeviceName = choices.Device.AUTO,
     backend: options.BackendName = choices.BackendOption.AUTO,
@@ -96,6 +98,7 @@ def window(
             lighting=None if lighting is None else choices.lighting(lighting),
             light=light,
             renderer=None if renderer is None else renderer.value,
+            scalar_range=None if scalar_range is None else RangeChoice.parse(scalar_range),
             crop=crop,
             size=values.window_size(size),
         )

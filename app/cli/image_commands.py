@@ -44,6 +44,7 @@ def render(
     volume: options.VolumeFile = None,
     raw: options.RawLayoutText = None,
     component: options.ComponentName = None,
+    scalar_range: options.ScalarRange = None,
     model: options.ModelFolder = None,
     view: options.ViewNumbers = values.HOME_VIEW,
     tf: options.TFFile = None,
@@ -74,7 +75,7 @@ def render(
     render_to_file(
         RenderOrder(
             renderer=str(renderer),
-            volume=values.source(volume, raw, component),
+            volume=values.source(volume, raw, component, scalar_range),
             model=model,
             view=view,
             tf=tf,
@@ -105,6 +106,7 @@ def sensitivity(
     volume: options.VolumeFile = None,
     raw: options.RawLayoutText = None,
     component: options.ComponentName = None,
+    scalar_range: options.ScalarRange = None,
     engine: Annotated[
         choices.SensitivityEngine | None,
         typer.Option(
@@ -161,7 +163,7 @@ def sensitivity(
 
     save_sensitivity(
         SensitivityOrder(
-            volume=values.source(volume, raw, component),
+            volume=values.source(volume, raw, component, scalar_range),
             model=model,
             engine=None if engine is None else cast(EngineName, str(engine)),
             view=view,

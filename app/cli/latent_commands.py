@@ -25,6 +25,7 @@ def latent(
     volume: options.VolumeFile = None,
     raw: options.RawLayoutText = None,
     component: options.ComponentName = None,
+    scalar_range: options.ScalarRange = None,
     model: Annotated[
         Path | None,
         typer.Option(
@@ -75,7 +76,7 @@ def latent(
 ) -> None:
     """Map opacity TFs by their latent codes, and draw what its parts show."""
     order = LatentOrder(
-        values.source(volume, raw, component),
+        values.source(volume, raw, component, scalar_range),
         model,
         samples,
         cast(Brush | None, values.numbers(grid, 4, "--grid")),

@@ -23,7 +23,8 @@ class LatentOrder:
     Raises
     ------
     LatentError
-        For several questions at once, and for a TF file without a TF.
+        For several questions at once, for a TF file without a TF, and for a range beside a
+        model's own.
     """
 
     volume: VolumeSource
@@ -40,6 +41,10 @@ class LatentOrder:
     def __post_init__(self) -> None:
         if sum(one is not None for one in (self.grid, self.at, self.near)) > 1:
             raise LatentError("Give one of --grid, --at and --near, as each is a question.")
+        if self.model is not None and self.volume.scalar_range is not None:
+            raise LatentError(
+                "A model draws over the range that it was trained on; leave --range out."
+            )
         if self.out.suffix.lower() == ".json" and self.at is None and self.near is None:
             raise LatentError(
                 f"{self.out}: a JSON file holds one TF; say which by --at or --near.", at="0,0"

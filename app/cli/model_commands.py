@@ -27,6 +27,7 @@ def dataset(
     volume: options.VolumeFile = None,
     raw: options.RawLayoutText = None,
     component: options.ComponentName = None,
+    scalar_range: options.ScalarRange = None,
     size: Annotated[
         int, typer.Option("--size", min=16, max=4096, help="Width and height in pixels.")
     ] = 256,
@@ -54,7 +55,7 @@ def dataset(
     """Render random samples into a store; run it again to go on or to add more."""
     from app.cli.dataset import SceneOptions, make_dataset
 
-    source = values.source(volume, raw, component)
+    source = values.source(volume, raw, component, scalar_range)
     scene = SceneOptions(
         size,
         choices.lighting(lighting),
@@ -86,6 +87,7 @@ def train(
     volume: options.VolumeFile = None,
     raw: options.RawLayoutText = None,
     component: options.ComponentName = None,
+    scalar_range: options.ScalarRange = None,
     store: options.StoreFolder = None,
     minutes: Annotated[float | None, typer.Option("--minutes", help="Budget in minutes.")] = None,
     samples: Annotated[
@@ -180,7 +182,7 @@ def train(
     only_codec = size.architecture == "refined" and not (faithful or scattering or store)
     asked = TrainingJob(
         out=out,
-        volume=values.source(volume, raw, component),
+        volume=values.source(volume, raw, component, scalar_range),
         store=store,
         preset=str(preset),
         architecture=choices.architecture_name(architecture),
@@ -290,6 +292,7 @@ def study(
     volume: options.VolumeFile = None,
     raw: options.RawLayoutText = None,
     component: options.ComponentName = None,
+    scalar_range: options.ScalarRange = None,
     preset: Annotated[
         choices.Preset, typer.Option("--preset", help="Size of all networks.")
     ] = choices.Preset.DRAFT,
@@ -325,7 +328,7 @@ def study(
 
     job = TrainingJob(
         out=out,
-        volume=values.source(volume, raw, component),
+        volume=values.source(volume, raw, component, scalar_range),
         preset=str(preset),
         architecture="paper",
         settings=tuple(settings or ()),

@@ -46,6 +46,17 @@ ComponentName = Annotated[
         help="What to take where each voxel has several numbers.",
     ),
 ]
+ScalarRange = Annotated[
+    str | None,
+    typer.Option(
+        "--range",
+        metavar="LO,HI",
+        help="Scalar range over which TFs lie, in the data's units, or LO%,HI% for percentiles "
+        "of the voxels. Values beyond look as those at its ends do. (default: that of --tf, or "
+        "of the voxels without outliers)",
+        callback=values.scalar_range,
+    ),
+]
 ModelFolder = Annotated[
     Path | None,
     typer.Option("--model", help="Folder of a trained model.", callback=values.model),

@@ -21,7 +21,7 @@ from model.scene.crop import CropBox
 from model.scene.default_tf import default_transfer_function
 from model.scene.inputs import SceneInputs, outside_range
 from model.scene.light import LightDirection
-from model.scene.range_fitting import fit_to_range
+from model.scene.range_fitting import fit_to_range, fit_to_volume
 from model.scene.scene import Lighting, RendererName, Scene
 from model.scene.transfer_function import Range, TransferFunction
 from model.scene.view import View
@@ -30,6 +30,8 @@ from model.volume_files.source import VolumeSource, volume_of
 
 DEFAULT_SIZE = 256
 DEFAULT_SAMPLE_DISTANCE = 0.5
+
+MODEL_RANGE = "A model draws over the range that it was trained on; leave --range out."
 
 
 @dataclass(frozen=True)
@@ -120,10 +122,37 @@ def render_to_file(order: RenderOrder) -> None:
 def load_fitted(path: Path, scalar_range: Range) -> TransferFunction:
     """Load a TF; fit one made for another range to this range, and print a notice."""
     tf = TransferFunction.load(path)
-    if tf.scalar_range != scalar_range:
-        made, here = (range_text(r) for r in (tf.scalar_range, scalar_range))
+    return _noticed(path, tf, fit_to_range(tf, scalar_range))
+
+
+def choose_tf(
+    path: Path | None, volume: Volume, keeps_range: bool
+) -> tuple[TransferFunction, Volume]:
+    """Return the TF of a file, or a volume's first one, and the volume over the TF's range.
+
+    Parameters
+    ----------
+    path : Path or None
+    volume : Volume
+    keeps_range : bool
+        Whether the volume's range was chosen, so that the TF is fitted to it; otherwise the
+        file's range is taken where it fits the volume.
+    """
+    if path is None:
+        return default_transfer_function(volume), volume
+    if keeps_range:
+        return load_fitted(path, volume.scalar_range), volume
+    tf = TransferFunction.load(path)
+    fitted = _noticed(path, tf, fit_to_volume(tf, volume))
+    return fitted, volume.over(fitted.scalar_range)
+
+
+def _noticed(path: Path, tf: TransferFunction, fitted: TransferFunction) -> TransferFunction:
+    """Print a notice where a TF was fitted, unless it has no range of its own."""
+    if not tf.is_relative and tf.scalar_range != fitted.scalar_range:
+        made, here = (range_text(r) for r in (tf.scalar_range, fitted.scalar_range))
         console.print(f"{path}: made for the scalar range {made} and fitted to {here}.")
-    return fit_to_range(tf, scalar_range)
+    return fitted
 
 
 def warn_outside(inputs: SceneInputs, scene: Scene) -> None:
@@ -143,11 +172,9 @@ def _render_volume(order: RenderOrder) -> _Rendered:
         light = scene.light if scene else None
     if order.light is not None and lighting == "none":
         raise RenderError("An unlit image has no light to be moved.", lighting="direct")
-    volume = _volume(order, scene)
-    if order.tf:
-        tf = load_fitted(order.tf, volume.scalar_range)
-    else:
-        tf = default_transfer_function(volume)
+    chosen = order.volume.scalar_range is not None
+    volume = order.volume.read() if scene is None or chosen else volume_of(scene, order.volume)
+    tf, volume = choose_tf(order.tf, volume, chosen or scene is not None)
     from model.rendering.renderer import open_renderer
 
     step = scene.sample_distance if scene else DEFAULT_SAMPLE_DISTANCE
@@ -168,6 +195,8 @@ def _render_volume(order: RenderOrder) -> _Rendered:
 def _render_generator(order: RenderOrder) -> _Rendered:
     if order.preintegrated:
         raise RenderError("Pre-integration is the ray caster's; give --renderer raycast.")
+    if order.volume.scalar_range is not None:
+        raise RenderError(MODEL_RANGE)
     folder = order.model or model_folder(None, order.volume.read())
     scene = load_card(folder).scene
     if order.lighting is not None and choices.lighting(order.lighting) != scene.lighting:
@@ -181,7 +210,7 @@ def _render_generator(order: RenderOrder) -> _Rendered:
     if order.tf:
         tf = load_fitted(order.tf, scene.scalar_range)
     else:
-        tf = default_transfer_function(_volume(order, scene))
+        tf = default_transfer_function(volume_of(scene, order.volume))
     inputs = SceneInputs.of(order.view, tf, light=order.light, crop=order.crop)
     warn_outside(inputs, scene)
     from model.generator.generator import Generator
@@ -200,10 +229,6 @@ def _render_generator(order: RenderOrder) -> _Rendered:
         order.light or scene.light,
         f"the model {folder}",
     )
-
-
-def _volume(order: RenderOrder, scene: Scene | None) -> Volume:
-    return order.volume.read() if scene is None else volume_of(scene, order.volume)
 
 
 def model_folder(model: Path | None, volume: Volume) -> Path:

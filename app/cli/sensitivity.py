@@ -16,19 +16,19 @@ from app.cli.outputs import make_room_for
 from app.cli.render import (
     DEFAULT_SAMPLE_DISTANCE,
     DEFAULT_SIZE,
-    load_fitted,
+    MODEL_RANGE,
+    choose_tf,
     model_folder,
     warn_outside,
 )
 from model.errors import RenderError
 from model.networks.card import load_card
 from model.scene.crop import CropBox
-from model.scene.default_tf import default_transfer_function
 from model.scene.inputs import SceneInputs
 from model.scene.region import Region
 from model.scene.scene import Lighting, default_scalar_window
 from model.scene.tf_perturbation import EDIT_WIDTH, edit_around, response_to_edits
-from model.scene.transfer_function import TF_SAMPLES
+from model.scene.transfer_function import TF_SAMPLES, TransferFunction
 from model.scene.view import View
 from model.scene.volume import Volume
 from model.sensitivity.measure import Measure
@@ -113,8 +113,16 @@ def save_sensitivity(order: SensitivityOrder) -> None:
             "A model has the light that it was trained with; leave --lighting out, or give "
             "--engine exact."
         )
+    chosen = order.volume.scalar_range is not None
+    if chosen and engine != "exact":
+        raise RenderError(MODEL_RANGE)
     volume = order.volume.read()
-    question = _question(order, volume)
+    folder = order.model if engine == "exact" else model_folder(order.model, volume)
+    scene = None if folder is None else load_card(folder).scene
+    if scene is not None and scene.volume_fingerprint == volume.fingerprint and not chosen:
+        volume, chosen = volume.over(scene.scalar_range), True
+    tf, volume = choose_tf(order.tf, volume, chosen)
+    question = _question(order, volume, tf)
     ways: dict[EngineName, Callable[[SensitivityOrder, Volume, _Question], _Answer]] = {
         "exact": _by_renderer,
         "learned": _by_generator,
@@ -142,17 +150,13 @@ def _check_question(order: SensitivityOrder) -> None:
         )
 
 
-def _question(order: SensitivityOrder, volume: Volume) -> _Question:
+def _question(order: SensitivityOrder, volume: Volume, tf: TransferFunction) -> _Question:
     lo, hi = volume.scalar_range
     if order.value is not None and not lo <= order.value <= hi:
         raise RenderError(
             f"The value {order.value:g} is outside the volume's range; give {lo:g} to {hi:g}."
         )
     width = EDIT_WIDTH if order.width is None else order.width / (hi - lo) * (TF_SAMPLES - 1)
-    if order.tf is None:
-        tf = default_transfer_function(volume)
-    else:
-        tf = load_fitted(order.tf, volume.scalar_range)
     edit, kind = None, "region"
     if order.value is not None:
         edit, kind = edit_around(order.value, volume.scalar_range, width), "value"

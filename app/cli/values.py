@@ -11,6 +11,7 @@ from model.errors import DatasetError, TfscopeError, VolumeError
 from model.networks.card import read_header
 from model.scene.crop import CropBox
 from model.scene.light import LightDirection
+from model.scene.range_choice import RangeChoice
 from model.scene.region import Region
 from model.scene.transfer_function import Range, TransferFunction
 from model.scene.view import View
@@ -117,9 +118,21 @@ def volumes(paths: list[Path] | None) -> list[Path] | None:
     return paths
 
 
-def source(path: Path | None, raw: str | None, component: str | None) -> VolumeSource:
+def scalar_range(text: str | None) -> str | None:
+    """Refuse a text that is not a scalar range; see :class:`RangeChoice`."""
+    if text is not None:
+        RangeChoice.parse(text)
+    return text
+
+
+def source(
+    path: Path | None,
+    raw: str | None = None,
+    component: str | None = None,
+    scalar_range: str | None = None,
+) -> VolumeSource:
     """Return the source of a volume, checked as far as that goes without reading it."""
-    found = VolumeSource(path, raw, component)
+    found = VolumeSource(path, raw, component, scalar_range)
     found.check()
     return found
 

@@ -13,7 +13,7 @@ from model.volume_files.shipped import DEFAULT_VOLUME
 def window_volume(volume: Path | None, model: Path | None) -> Path:
     """Return the volume to open: without one, the model's if it is shipped, or the default."""
     if volume is not None:
-        values.source(volume, None, None)
+        values.source(volume)
         return volume
     return (None if model is None else volume_for(model)) or DEFAULT_VOLUME
 

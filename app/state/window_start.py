@@ -9,6 +9,7 @@ from typing import Literal
 from model.errors import TfscopeError
 from model.scene.crop import CropBox
 from model.scene.light import LightDirection
+from model.scene.range_choice import RangeChoice
 from model.scene.scene import Lighting
 from model.scene.view import View
 
@@ -32,6 +33,8 @@ class WindowStart:
     light : LightDirection or None
         Direction of the light where it is movable.
     renderer : {"auto", "vtk", "raycast"} or None
+    scalar_range : RangeChoice or None
+        Range over which TFs lie.
     crop : CropBox or None
         Part of the volume that is shown.
     size : tuple of int, or None
@@ -50,6 +53,7 @@ class WindowStart:
     lighting: Lighting | None = None
     light: LightDirection | None = None
     renderer: ReferenceChoice | None = None
+    scalar_range: RangeChoice | None = None
     crop: CropBox | None = None
     size: tuple[int, int] | None = None
 

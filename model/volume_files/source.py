@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import cast
 
 from model.errors import VolumeError
+from model.scene.range_choice import RangeChoice
+from model.scene.robust_range import robust_range
 from model.scene.scene import Scene
 from model.scene.volume import Volume
 from model.volume_files import SUFFIXES, Component, RawLayout, read_volume
@@ -26,20 +28,29 @@ class VolumeSource:
         Layout of a headerless file, see :meth:`RawLayout.parse`; None if in the file's name.
     component : str or None
         "magnitude" or an index from 0, for files with several components per voxel.
+    scalar_range : str or None
+        Range over which to look at it, see :meth:`RangeChoice.parse`; None for the robust one.
     """
 
     path: Path | None = None
     raw: str | None = None
     component: str | None = None
+    scalar_range: str | None = None
 
     def read(self) -> Volume:
-        """Read the volume; the shipped default if there is no path.
+        """Read the volume, over its range; the shipped default if there is no path.
 
         Raises
         ------
         VolumeError
-            When the options or the file are invalid.
+            When the options or the file are invalid, or the range does not fit the volume.
         """
+        choice = self._range()
+        volume = self.read_whole()
+        return volume.over(robust_range(volume) if choice is None else choice.of(volume))
+
+    def read_whole(self) -> Volume:
+        """Read the volume over the range of all its voxels; see :meth:`read`."""
         return read_volume(
             self.path or DEFAULT_VOLUME, raw=self._layout(), component=self._component()
         )
@@ -54,6 +65,7 @@ class VolumeSource:
         """
         self._layout()
         self._component()
+        self._range()
         path = self.path
         if path is None:
             return
@@ -65,6 +77,9 @@ class VolumeSource:
                 f"{path}: files of this kind are not known here; "
                 f"supported are {', '.join(SUFFIXES)} and folders of DICOM or TIFF slices."
             )
+
+    def _range(self) -> RangeChoice | None:
+        return None if self.scalar_range is None else RangeChoice.parse(self.scalar_range)
 
     def _layout(self) -> RawLayout | None:
         if self.raw is None:
@@ -90,6 +105,8 @@ class VolumeSource:
 def volume_of(scene: Scene, source: VolumeSource) -> Volume:
     """Read the volume of a model's scene, from a source or from the shipped ones.
 
+    It comes over the scene's scalar range, whatever the source says.
+
     Raises
     ------
     VolumeError
@@ -97,16 +114,16 @@ def volume_of(scene: Scene, source: VolumeSource) -> Volume:
         the shipped volumes matches.
     """
     if source.path is not None:
-        volume = source.read()
+        volume = source.read_whole()
         if volume.fingerprint != scene.volume_fingerprint:
             raise VolumeError(
                 f"{source.path}: the model was trained on another volume, '{scene.volume_name}'."
             )
-        return volume
+        return volume.over(scene.scalar_range)
     for candidate in shipped_volumes():
         volume = read_volume(candidate)
         if volume.fingerprint == scene.volume_fingerprint:
-            return volume
+            return volume.over(scene.scalar_range)
     raise VolumeError(
         f"The model was trained on '{scene.volume_name}', which is not shipped; give its file.",
         volume="FILE",
