@@ -1,4 +1,7 @@
-"""The commands ``dataset``, ``train``, ``evaluate`` and ``study`` and their options."""
+"""The commands ``dataset``, ``train``, ``evaluate`` and ``study`` and their options.
+
+The module is long because it holds the name, limits and help of each option, but no logic.
+"""
 
 from __future__ import annotations
 
