@@ -8,15 +8,17 @@ import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 from pyqtgraph.util.garbage_collector import GarbageCollector
-from PySide6.QtCore import QEventLoop, QTimer
+from PySide6.QtCore import QEventLoop, Qt, QTimer
 from PySide6.QtGui import QFontDatabase, QIcon
 from PySide6.QtWidgets import QApplication
 
 from app.engines.engines import REAL_BUILDERS, Builders, GeneratorSettings
 from app.state.transfer_function_store import TransferFunctionStore
+from app.state.window_start import WindowStart
 from app.theme import apply_theme
 from app.window.main_window import MainWindow
 
@@ -29,8 +31,7 @@ _SIGNAL_TICK_MS = 200
 
 
 def run_window(
-    volume_path: Path,
-    model_path: Path | None,
+    start: WindowStart,
     settings: GeneratorSettings,
     screenshot: Path | None,
     builders: Builders = REAL_BUILDERS,
@@ -39,9 +40,8 @@ def run_window(
 
     Parameters
     ----------
-    volume_path : Path
-    model_path : Path or None
-        A model's folder.
+    start : WindowStart
+        What is opened and shown.
     settings : GeneratorSettings
         Device, backend and precision of the generator.
     screenshot : Path or None
@@ -71,8 +71,9 @@ def run_window(
     application = _application()
     store = TransferFunctionStore.of_user() if screenshot is None else None
     window = MainWindow(builders, store, settings)
-    window.workspace.open_model(model_path)
-    window.workspace.open_volume(volume_path)
+    if start.size is not None:
+        window.resize(*start.size)
+    _open(window, start)
     window.show()
     try:
         if screenshot is not None:
@@ -83,6 +84,24 @@ def run_window(
         window.close()
         window.deleteLater()
         application.processEvents()
+
+
+def _open(window: MainWindow, start: WindowStart) -> None:
+    """Open what a start says, and have it shown as the start says."""
+    workspace = window.workspace
+    workspace.open_model(start.model)
+    workspace.open_volume(start.volume)
+    if start.view is not None:
+        window.state.set_view(start.view)
+    if start.renderer is not None and start.renderer != "auto":
+        workspace.set_reference_renderer(start.renderer)
+    tf = start.tf
+    if tf is not None:
+        # The volume's range, and the TF that it had last time, are known only then.
+        workspace.volumeStarted.connect(
+            partial(window.files.take_transfer_function, tf),
+            Qt.ConnectionType.SingleShotConnection,
+        )
 
 
 def _application() -> QApplication:

@@ -5,8 +5,12 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
+from typing import TYPE_CHECKING, cast
 
 from model.errors import TfscopeError
+
+if TYPE_CHECKING:
+    from typer.core import TyperGroup
 
 BAD_INPUT = 2
 
@@ -20,10 +24,15 @@ def run(arguments: Sequence[str] | None = None) -> int:
         Exit code: the command's, usually 0; 2 with one line on standard error for bad
         input; 130 after Ctrl-C; 1 if standard output is closed.
     """
+    from typer.main import get_command
+
     from app.cli.commands import application
+    from app.cli.window_files import with_options_for_files
 
     try:
-        code = application(arguments, standalone_mode=False)
+        command = cast("TyperGroup", get_command(application))
+        words = with_options_for_files(sys.argv[1:] if arguments is None else arguments, command)
+        code = command(words, standalone_mode=False)
     except TfscopeError as error:
         return _fail(f"{error} {_options(error.suggested)}")
     except KeyboardInterrupt:

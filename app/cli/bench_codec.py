@@ -10,7 +10,7 @@ from rich.table import Table
 
 from app.cli.console import console
 from app.cli.machine import print_machine
-from app.cli.outputs import check_outputs, write_json
+from app.cli.outputs import write_json
 from model.benchmarks.codec import LAYERS, CodecRow, measure_codec, train_codec
 from model.errors import TfscopeError
 from model.networks.checkpoint import load_model
@@ -27,7 +27,6 @@ def measure_model(model: Path, ineffective: list[str], json_path: Path | None) -
             f"With --model, {' and '.join(ineffective)} would have no effect: its codec is "
             "trained already; leave that out, or leave --model out."
         )
-    check_outputs(json_path)
     card, network = load_model(model)
     _tell([measure_codec(network.codec, card.scene)], json_path)
 
@@ -41,7 +40,6 @@ def train_alone(
     json_path: Path | None,
 ) -> None:
     """Train a codec without images, and measure it during training."""
-    check_outputs(json_path)
     options = replace(TrainingOptions(), seed=seed).with_settings(settings)
     size = PRESETS[preset]
     scene = Scene.of(read_volume(volume or DEFAULT_VOLUME), size.image_size)

@@ -9,7 +9,7 @@ from rich.table import Table
 
 from app.cli.console import console
 from app.cli.machine import print_machine
-from app.cli.outputs import check_outputs, write_json
+from app.cli.outputs import write_json
 from model.benchmarks.codec_browsing import BrowsingRow, compare_designs, measure_browsing
 from model.latent.codec_folder import load_codec
 from model.latent.codes import TFCodec
@@ -29,7 +29,6 @@ DESIGNS = {
 
 def bench_codecs(steps: int, seed: int, json_path: Path | None) -> None:
     """Train codecs of all designs, and measure them beside the shipped one."""
-    check_outputs(json_path)
     machine = print_machine()
     rows = []
     with console.status("Training codecs") as status:

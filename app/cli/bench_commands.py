@@ -7,25 +7,21 @@ from typing import Annotated
 
 import typer
 
-from app.cli import options
-from model.volume_files.source import VolumeSource
+from app.cli import choices, options, values
 
 bench = typer.Typer(help="Measure speed and accuracy on this machine.", no_args_is_help=True)
 
 
 @bench.command()
 def renderers(
-    volume: Annotated[
-        list[Path] | None,
-        typer.Option("--volume", help="Volume file; may be repeated. (default: the shipped ones)"),
-    ] = None,
+    volume: options.VolumeFiles = None,
     count: Annotated[
         int, typer.Option("--count", min=1, help="Random views and TFs per volume.")
     ] = 20,
     size: Annotated[
         int, typer.Option("--size", min=16, max=4096, help="Width and height in pixels.")
     ] = 256,
-    lighting: options.LightingName = options.LightingOption.NONE,
+    lighting: options.LightingName = choices.LightingOption.NONE,
     seed: options.Seed = 0,
     distance: Annotated[
         list[float] | None,
@@ -51,10 +47,7 @@ def renderers(
         typer.Option("--preintegrated", help="Pre-integrate the ray caster's TFs; only unlit."),
     ] = False,
     json: options.JsonFile = None,
-    plot: Annotated[
-        Path | None,
-        typer.Option("--plot", metavar="OUT.png", help="Also draw speed against accuracy."),
-    ] = None,
+    plot: options.PlotFile = None,
 ) -> None:
     """VTK and the ray caster: images per second and errors over sample distances."""
     from app.cli.bench_renderers import bench_renderers
@@ -63,7 +56,7 @@ def renderers(
         volume,
         count,
         size,
-        options.lighting(lighting),
+        choices.lighting(lighting),
         seed,
         distance,
         reference,
@@ -75,15 +68,12 @@ def renderers(
 
 @bench.command()
 def sensitivity(
-    volume: Annotated[
-        list[Path] | None,
-        typer.Option("--volume", help="Volume file; may be repeated. (default: the shipped ones)"),
-    ] = None,
+    volume: options.VolumeFiles = None,
     size: Annotated[
         int, typer.Option("--size", min=16, max=4096, help="Width and height in pixels.")
     ] = 256,
     count: Annotated[int, typer.Option("--count", min=1, help="Random views and TFs.")] = 10,
-    lighting: options.LightingName = options.LightingOption.NONE,
+    lighting: options.LightingName = choices.LightingOption.NONE,
     seed: options.Seed = 0,
     window: Annotated[
         bool, typer.Option("--window", help="Also drag and hover in the real window, off screen.")
@@ -93,7 +83,7 @@ def sensitivity(
     """Sensitivities of the ray caster and the shipped models: their time in images."""
     from app.cli.bench_sensitivity import bench_sensitivity
 
-    bench_sensitivity(volume, size, count, options.lighting(lighting), seed, window, json)
+    bench_sensitivity(volume, size, count, choices.lighting(lighting), seed, window, json)
 
 
 @bench.command()
@@ -125,15 +115,14 @@ def sizes(
         ),
     ] = 10.0,
     json: options.JsonFile = None,
-    plot: Annotated[
-        Path | None, typer.Option("--plot", metavar="OUT.png", help="Also draw time over size.")
-    ] = None,
+    plot: options.PlotFile = None,
 ) -> None:
     """Ray caster, VTK and model: time of an image over the size of the volume, and by light."""
+    source = values.source(volume, raw, component)
     from app.cli.bench_sizes import bench_sizes
 
     bench_sizes(
-        VolumeSource(volume, raw, component),
+        source,
         edge or [64, 128, 256, 512],
         size,
         count,
@@ -146,17 +135,18 @@ def sizes(
 @bench.command()
 def generator(
     preset: Annotated[
-        list[options.Preset] | None,
+        list[choices.Preset] | None,
         typer.Option("--preset", help="Of untrained networks; may be repeated. (default: all)"),
     ] = None,
     model: Annotated[
-        Path | None, typer.Option("--model", help="A trained model, instead of presets.")
+        Path | None,
+        typer.Option("--model", help="A trained model, instead of presets.", callback=values.model),
     ] = None,
     seconds: Annotated[
         float, typer.Option("--seconds", min=0.1, help="Least time of each measurement.")
     ] = 2.0,
     json: options.JsonFile = None,
-    device: options.DeviceName = options.Device.AUTO,
+    device: options.DeviceName = choices.Device.AUTO,
 ) -> None:
     """Latency of the generator by backend and precision, and its distance from torch."""
     from app.cli.bench_generator import bench_generator
@@ -167,23 +157,23 @@ def generator(
 @bench.command()
 def training(
     preset: Annotated[
-        list[options.Preset] | None,
+        list[choices.Preset] | None,
         typer.Option("--preset", help="May be repeated. (default: draft and compact)"),
     ] = None,
     architecture: Annotated[
-        options.ArchitectureOption | None,
+        choices.ArchitectureOption | None,
         typer.Option("--architecture", help="(default: the preset's)"),
     ] = None,
     steps: Annotated[int, typer.Option("--steps", min=1, help="That are timed each way.")] = 10,
     json: options.JsonFile = None,
-    device: options.DeviceName = options.Device.AUTO,
+    device: options.DeviceName = choices.Device.AUTO,
 ) -> None:
     """Speed of training by precision, order of channels, optimizer, compilation; no rendering."""
     from app.cli.bench_training import bench_training
 
     bench_training(
         [str(p) for p in preset or []],
-        options.architecture_name(architecture),
+        choices.architecture_name(architecture),
         str(device),
         steps,
         json,
@@ -192,14 +182,11 @@ def training(
 
 @bench.command()
 def latent(
-    volume: Annotated[
-        list[Path] | None,
-        typer.Option("--volume", help="Volume file; may be repeated. (default: the shipped ones)"),
-    ] = None,
+    volume: options.VolumeFiles = None,
     size: Annotated[
         int, typer.Option("--size", min=16, max=1024, help="Pixels of the ray caster's pictures.")
     ] = 128,
-    view: options.ViewText = "30,20,0,1",
+    view: options.ViewNumbers = values.HOME_VIEW,
     tsne: Annotated[
         bool, typer.Option("--map", help="Also time the map's computation: a minute.")
     ] = False,
@@ -231,11 +218,15 @@ def codecs(
 def codec(
     model: Annotated[
         Path | None,
-        typer.Option("--model", help="Measure this model's codec, instead of training one."),
+        typer.Option(
+            "--model",
+            help="Measure this model's codec, instead of training one.",
+            callback=values.model,
+        ),
     ] = None,
     volume: options.VolumeFile = None,
     preset: Annotated[
-        options.Preset | None,
+        choices.Preset | None,
         typer.Option("--preset", help="Whose codec is trained. (default: compact)"),
     ] = None,
     steps: Annotated[
@@ -249,6 +240,7 @@ def codec(
     json: options.JsonFile = None,
 ) -> None:
     """Errors of a latent codec: of decoded TFs, and of its response to edits; without images."""
+    values.source(volume)
     from app.cli.bench_codec import measure_model, train_alone
 
     trial = {"--volume": volume, "--preset": preset, "--steps": steps, "--set": settings}

@@ -10,7 +10,7 @@ from rich.table import Table
 
 from app.cli.console import console
 from app.cli.machine import print_machine
-from app.cli.outputs import check_outputs, write_json
+from app.cli.outputs import write_json
 from model.benchmarks.generator import BackendRow, PartsRow, compare_backends, time_parts
 from model.devices import choose_device
 from model.networks.blocks import kaiming_init
@@ -27,7 +27,6 @@ def bench_generator(
     presets: list[str], model: Path | None, device_name: str, seconds: float, json_path: Path | None
 ) -> None:
     """Measure a model or each preset's networks; print tables, and write JSON if requested."""
-    check_outputs(json_path)
     device = choose_device(device_name)
     machine = print_machine(device)
     results = []

@@ -11,7 +11,7 @@ from rich.table import Table
 
 from app.cli.console import console
 from app.cli.machine import print_machine
-from app.cli.outputs import check_outputs, write_json
+from app.cli.outputs import write_json
 from model.benchmarks.latent import (
     Draw,
     LatentRow,
@@ -38,21 +38,20 @@ from model.volume_files.shipped import shipped_volumes
 def bench_latent(
     volumes: list[Path] | None,
     size: int,
-    view: str,
+    view: View,
     with_tsne: bool,
     with_window: bool,
     seed: int,
     json_path: Path | None,
 ) -> None:
     """Time the browser's parts on volumes with the ray caster, and with their models."""
-    check_outputs(json_path)
     machine = print_machine()
     results = []
     for path in volumes or shipped_volumes():
         volume = read_volume(path)
         console.print(f"\n[bold]{volume.name}[/bold] {volume.dimensions}")
         with console.status("Drawing maps, grids and searches"):
-            found = _measure(volume, size, View.parse(view), with_tsne, seed)
+            found = _measure(volume, size, view, with_tsne, seed)
         _tell(*found)
         rows, map_row, searches = found
         rates = {}

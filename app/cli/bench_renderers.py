@@ -8,8 +8,8 @@ import numpy as np
 from rich.table import Table
 
 from app.cli.console import console, counting
-from app.cli.machine import print_machine
-from app.cli.outputs import check_outputs, write_json
+from app.cli.machine import machine_text, print_machine
+from app.cli.outputs import make_room_for, write_json
 from app.figures.plots import Curve, Plot, save_plots
 from model.benchmarks.renderers import RENDERERS, RendererComparison, compare_renderers
 from model.scene.scene import Lighting, Scene
@@ -32,7 +32,6 @@ def bench_renderers(
     plot: Path | None,
 ) -> None:
     """Compare the renderers on each volume; print tables, write JSON and a plot if requested."""
-    check_outputs(json_path, plot)
     machine = print_machine()
     comparisons = []
     for path in paths or shipped_volumes():
@@ -55,7 +54,14 @@ def bench_renderers(
         result = {"machine": machine, "volumes": [c.to_json() for c in comparisons]}
         write_json(json_path, result)
     if plot is not None:
-        save_plots(plot, [_plot(comparison) for comparison in comparisons])
+        make_room_for(plot)
+        save_plots(
+            plot,
+            [_plot(comparison) for comparison in comparisons],
+            caption="Beside the points: sample distance in voxels. Errors are against VTK at "
+            f"{comparisons[0].reference_distance:g} voxels, at {count} random "
+            f"views and TFs. {machine_text(machine)}.",
+        )
 
 
 def _print(comparison: RendererComparison) -> None:
@@ -104,8 +110,8 @@ def _plot(comparison: RendererComparison) -> Plot:
         for name in RENDERERS
     )
     return Plot(
-        f"{comparison.volume}, {comparison.lighting} lighting, {comparison.size} x "
-        f"{comparison.size}: sample distance in voxels",
+        f"{comparison.volume}, lighting {comparison.lighting}, {comparison.size} x "
+        f"{comparison.size} pixels",
         "images per second",
         "image RMSE",
         curves,

@@ -9,7 +9,7 @@ from rich.table import Table
 
 from app.cli.console import console
 from app.cli.machine import print_machine
-from app.cli.outputs import check_outputs, write_json
+from app.cli.outputs import write_json
 from model.benchmarks.sensitivity import SensitivityCost, exact_costs, learned_costs
 from model.errors import RenderError
 from model.generator.catalog import model_for
@@ -29,7 +29,6 @@ def bench_sensitivity(
     json_path: Path | None,
 ) -> None:
     """Time sensitivities of each volume, and of its shipped model; print tables."""
-    check_outputs(json_path)
     if lighting == "global":
         raise RenderError(
             "Under global light sensitivities are differences, whose cost is known: 2 images a "

@@ -9,8 +9,8 @@ import numpy as np
 from rich.table import Table
 
 from app.cli.console import console
-from app.cli.machine import print_machine
-from app.cli.outputs import check_outputs, write_json
+from app.cli.machine import machine_text, print_machine
+from app.cli.outputs import make_room_for, write_json
 from app.figures.plots import Curve, Plot, save_plots
 from model.benchmarks.volume_sizes import LIGHTINGS, CostRow, costs_over_sizes
 from model.volume_files.source import VolumeSource
@@ -28,7 +28,6 @@ def bench_sizes(
     plot: Path | None,
 ) -> None:
     """Time images for each size; print a table, write JSON and a plot if requested."""
-    check_outputs(json_path, plot)
     machine = print_machine()
     volume = source.read()
     rows = []
@@ -40,7 +39,14 @@ def bench_sizes(
     if json_path is not None:
         write_json(json_path, {"machine": machine, "rows": [asdict(row) for row in rows]})
     if plot is not None:
-        save_plots(plot, [_plot(rows, lighting, size) for lighting in LIGHTINGS], height=300)
+        make_room_for(plot)
+        save_plots(
+            plot,
+            [_plot(volume.name, rows, lighting, size) for lighting in LIGHTINGS],
+            height=300,
+            caption=f"Beside the points: ms per image, at {count} random views and TFs, of the "
+            f"volume averaged or enlarged. {machine_text(machine)}.",
+        )
 
 
 def _print(title: str, rows: list[CostRow]) -> None:
@@ -56,7 +62,7 @@ def _print(title: str, rows: list[CostRow]) -> None:
     console.print(table)
 
 
-def _plot(rows: list[CostRow], lighting: str, size: int) -> Plot:
+def _plot(volume: str, rows: list[CostRow], lighting: str, size: int) -> Plot:
     curves = []
     for name, label in NAMES.items():
         points = [
@@ -66,7 +72,7 @@ def _plot(rows: list[CostRow], lighting: str, size: int) -> Plot:
         ]
         edges, times = np.array(points, dtype=float).reshape(-1, 2).T
         curves.append(Curve(label, edges, times, tuple(f"{t:.0f}" for t in times)))
-    title = f"Lighting: {lighting}, {size} x {size} pixels"
+    title = f"{volume}, lighting {lighting}, {size} x {size} pixels"
     return Plot(
         title, "voxels along the longest axis", "ms per image", tuple(curves), logarithmic=True
     )

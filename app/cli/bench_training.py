@@ -9,7 +9,7 @@ from rich.table import Table
 
 from app.cli.console import console
 from app.cli.machine import print_machine
-from app.cli.outputs import check_outputs, write_json
+from app.cli.outputs import write_json
 from model.benchmarks.training import TrainingRow, compare_training
 from model.devices import choose_device
 from model.networks.size import Architecture
@@ -27,7 +27,6 @@ def bench_training(
     json_path: Path | None,
 ) -> None:
     """Time steps without rendering; print a table per preset, and write JSON if requested."""
-    check_outputs(json_path)
     device = choose_device(device_name)
     machine = print_machine(device)
     volume = read_volume(DEFAULT_VOLUME)

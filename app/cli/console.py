@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -21,6 +22,19 @@ from rich.table import Table
 from rich.text import Text
 
 console = Console(markup=False, highlight=False, soft_wrap=True)
+
+
+def warn(message: str) -> None:
+    """Print a sentence on standard error, where it disturbs no result on standard output."""
+    print(f"tfscope: {message}", file=sys.stderr)
+
+
+def about(seconds: float) -> str:
+    """Say a duration in words, as roughly as it is known."""
+    if seconds < 45:
+        return "less than a minute"
+    minutes = max(round(seconds / 60), 1)
+    return "about a minute" if minutes == 1 else f"about {minutes} minutes"
 
 
 class _SpeedColumn(ProgressColumn):

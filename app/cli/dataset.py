@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from app.cli.console import console, counting
+from app.cli.outputs import make_room_for
 from model.errors import DatasetError, TfscopeError
 from model.scene.scene import Lighting, RendererName, Scene, TFFamily
 from model.scene.transfer_function import Range
@@ -47,14 +48,15 @@ def make_dataset(
             "--workers counts processes of this machine, and those of a scheduler are started "
             "with 'dask worker'; leave one of --workers and --scheduler out."
         )
+    volume = source.read()
+    scene, size = Scene.of(volume, *options), options.size
     # Late: impossible options are refused before it.
     from model.samples.sample_store import SampleStore
     from model.training.sources import LEAST_HOLDOUT
 
-    volume = source.read()
-    scene, size = Scene.of(volume, *options), options.size
     holdout = holdout or max(LEAST_HOLDOUT, min(count // 10, MAX_HOLDOUT))
     _check_room(out, (count + holdout - _rendered(out)) * 4 * size**2)
+    make_room_for(out)
     store = SampleStore.create(out, scene, seed, {"train": count, "holdout": holdout})
     rendered = store.rendered_samples()
     total = rendered + store.missing_samples()

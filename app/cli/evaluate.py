@@ -9,7 +9,7 @@ from typing import Any
 from rich.progress import Progress, TaskID
 from rich.table import Table
 
-from app.cli.console import console, counting
+from app.cli.console import about, console, counting, warn
 from app.cli.outputs import write_json, write_text
 from model.evaluation.job import EvaluationJob, EvaluationResult, run_evaluation
 from model.evaluation.report import AGREEMENTS, MEASURES, html_report
@@ -32,10 +32,14 @@ def evaluate_model(job: EvaluationJob, json_path: Path | None, report_path: Path
         write(result)
 
     with _Bars() as bars:
-        result = run_evaluation(job, bars.show, images_measured, console.print)
+        result = run_evaluation(job, bars.show, images_measured, console.print, _tell_duration)
     if "sensitivity_agreement" in result.figures:
         _print_agreement(result.figures["sensitivity_agreement"])
         write(result)
+
+
+def _tell_duration(seconds: float) -> None:
+    warn(f"Measuring takes {about(seconds)} on this machine.")
 
 
 class _Bars:

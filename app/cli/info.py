@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from app.cli.captions import range_text
 from app.cli.console import print_facts
 from model.networks.card import MODEL_FILE, ModelCard, verdict_of
+from model.scene.robust_range import robust_range
 from model.volume_files import describe
 from model.volume_files.source import VolumeSource
 
@@ -29,7 +31,12 @@ def print_info(source: VolumeSource) -> None:
             [*_card_rows(card, verdict_of(path)), ("parameters", f"{parameter_count(network):,}")],
         )
     else:
-        print_facts(str(path), describe(source.read()))
+        volume = source.read_whole()
+        rows = describe(volume)
+        shown = robust_range(volume)
+        if shown != volume.data_range:
+            rows.append(("shown over", f"{range_text(shown)}, without outliers or fill values"))
+        print_facts(str(path), rows)
 
 
 def _card_rows(card: ModelCard, verdict: str) -> list[tuple[str, str]]:

@@ -11,8 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.progress import Progress
 
+from app.cli.captions import range_text, tf_text, view_text
 from app.cli.console import console
-from app.cli.outputs import check_outputs
+from app.cli.latent_order import Brush, LatentOrder, Place
+from app.cli.outputs import make_room_for
 from app.cli.render import load_fitted
 from model.errors import LatentError, RenderError
 from model.latent.embedding import EmbeddingProcess
@@ -24,10 +26,9 @@ from model.scene.inputs import SceneInputs
 from model.scene.scene import default_scalar_window
 from model.scene.tf_fitting import fitted_curve
 from model.scene.transfer_function import OpacityTF, TransferFunction
-from model.scene.view import View
 from model.scene.volume import Volume
 from model.training.codec_training import CodecKind
-from model.volume_files.source import VolumeSource, volume_of
+from model.volume_files.source import volume_of
 
 GAP = 4
 """Pixels between the pictures of a grid."""
@@ -36,22 +37,6 @@ MAP_PIXELS = 720
 
 Images = NDArray[np.float32]
 Draw = Callable[[list[SceneInputs]], Images]
-
-
-@dataclass(frozen=True)
-class LatentOrder:
-    """Options of the ``latent`` command; see :func:`app.cli.latent_commands.latent`."""
-
-    volume: VolumeSource
-    model: Path | None
-    samples: int
-    grid: str | None
-    at: str | None
-    near: Path | None
-    view: str
-    tf: Path | None
-    size: int
-    out: Path
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,20 +52,6 @@ class _Found:
 
 def save_latent(order: LatentOrder) -> None:
     """Open or compute the map, answer the question, and write the result."""
-    suffix = order.out.suffix.lower()
-    asked = [order.grid, order.at, order.near]
-    if suffix not in (".npz", ".png", ".json"):
-        raise LatentError(f"{order.out}: the name must end in .npz, .png or .json.")
-    if sum(one is not None for one in asked) > 1:
-        raise LatentError("Give one of --grid, --at and --near, as each is a question.")
-    if suffix == ".json" and order.at is None and order.near is None:
-        raise LatentError(
-            f"{order.out}: a JSON file holds one TF; say which by --at or --near.", at="0,0"
-        )
-    check_outputs(order.out)
-    view = View.parse(order.view)
-    brush = _numbers(order.grid, 4, "--grid")
-    place = _numbers(order.at, 2, "--at")
     volume = _volume(order)
     if order.model is not None:
         space = LatentSpace.of_model(order.model)
@@ -90,13 +61,13 @@ def save_latent(order: LatentOrder) -> None:
     colors = default_transfer_function(volume)
     if order.tf is not None:
         colors = load_fitted(order.tf, volume.scalar_range)
-    inputs = SceneInputs.of(view, colors)
+    inputs = SceneInputs.of(order.view, colors)
     draw, close = _engine(order, volume)
     try:
-        if brush is not None:
-            found = _grid(space, map_, brush, inputs, draw)
-        elif place is not None:
-            found = _at(space, map_, place, inputs, draw)
+        if order.grid is not None:
+            found = _grid(space, map_, order.grid, inputs, draw)
+        elif order.at is not None:
+            found = _at(space, map_, order.at, inputs, draw)
         elif order.near is not None:
             tf = load_fitted(order.near, volume.scalar_range)
             found = _near(space, map_, tf.opacity, inputs, draw)
@@ -104,8 +75,9 @@ def save_latent(order: LatentOrder) -> None:
             found = _Found({})
     finally:
         close()
-    if suffix == ".png":
-        _draw_figure(order, volume, map_, brush, found)
+    make_room_for(order.out)
+    if order.out.suffix.lower() == ".png":
+        _draw_figure(order, volume, map_, found)
     else:
         _write(order.out, map_, found, colors)
     _tell(map_)
@@ -122,11 +94,6 @@ def train_and_map(
     from model.networks.codec import BrowserCodec
     from model.training.codec_training import CodecDesign, train_codec
 
-    if kind == "plain":
-        raise LatentError(
-            "The plain codec is for comparisons only ('bench codecs'); train a variational one.",
-            kind="variational",
-        )
     design = CodecDesign(cast(CodecKind, kind), latent_dim, width)
     training = {"design": asdict(design), "steps": steps, "seed": seed}
     with Progress(console=console) as progress:
@@ -151,7 +118,7 @@ def _volume(order: LatentOrder) -> Volume:
     if order.model is None:
         return order.volume.read()
     scene = load_card(order.model).scene
-    return volume_of(scene.volume_fingerprint, scene.volume_name, order.volume)
+    return volume_of(scene, order.volume)
 
 
 def _final(space: LatentSpace, map_: LatentMap) -> LatentMap:
@@ -194,12 +161,11 @@ def _engine(order: LatentOrder, volume: Volume) -> tuple[Draw, Callable[[], None
 def _grid(
     space: LatentSpace,
     map_: LatentMap,
-    brush: tuple[float, ...],
+    brush: Brush,
     inputs: SceneInputs,
     draw: Draw,
 ) -> _Found:
-    left, lower, right, upper = brush
-    cells = map_.cells((left, lower, right, upper))
+    cells = map_.cells(brush)
     filled = np.argwhere(cells.count > 0)
     if not len(filled):
         raise LatentError(
@@ -222,11 +188,11 @@ def _grid(
 def _at(
     space: LatentSpace,
     map_: LatentMap,
-    place: tuple[float, ...],
+    place: Place,
     inputs: SceneInputs,
     draw: Draw,
 ) -> _Found:
-    blend = map_.at((place[0], place[1]))
+    blend = map_.at(place)
     if not blend.samples:
         console.print("No sample lies in the disc around this place; the nearest one is taken.")
     return _one(space, blend.code, np.array(place), inputs, draw)
@@ -260,27 +226,43 @@ def _draw_figure(
     order: LatentOrder,
     volume: Volume,
     map_: LatentMap,
-    brush: tuple[float, ...] | None,
     found: _Found,
 ) -> None:
     from app.figures.latent_figure import LatentFigure, save_latent_figure
 
     drawn_by = "ray caster" if order.model is None else f"model {order.model.name}"
-    edges = None if brush is None else (brush[0], brush[1], brush[2], brush[3])
     units = f" ({volume.units})" if volume.units else ""
     save_latent_figure(
         order.out,
         LatentFigure(
-            f"{volume.name}, view {order.view}, {drawn_by}",
+            f"{volume.name}, view {view_text(order.view)}, by the {drawn_by}",
             map_.places,
             found.picture,
             found.caption,
-            edges,
+            order.grid,
             found.place,
             found.opacity_tf,
             f"scalar value{units}",
+            _explanation(order, volume),
         ),
     )
+
+
+def _explanation(order: LatentOrder, volume: Volume) -> str:
+    """Say what the parts of the figure are."""
+    facts = ["Grey: samples of opacity TFs, near each other where their codes are"]
+    if order.grid is not None:
+        facts.append(
+            "orange: a rectangle of 4 x 4 cells, each of which is drawn at its place beside the map"
+        )
+    elif order.at is not None or order.near is not None:
+        facts.append("orange cross: the place of the TF below, under which the picture is drawn")
+    if order.grid is not None or order.at is not None or order.near is not None:
+        lighting = "none" if order.model is None else load_card(order.model).scene.lighting
+        facts.append(f"colours of the {tf_text(order.tf)}, lighting {lighting}")
+    units = f" {volume.units}" if volume.units else ""
+    facts.append(f"TFs over {range_text(volume.scalar_range)}{units}")
+    return "; ".join(facts) + "."
 
 
 def _write(out: Path, map_: LatentMap, found: _Found, colors: TransferFunction) -> None:
@@ -312,16 +294,3 @@ def _tell(map_: LatentMap) -> None:
         f"{len(samples.codes):,} codes; singular values {values}; "
         f"effective dimension {samples.effective_dimension:.1f} of {samples.codes.shape[1]}."
     )
-
-
-def _numbers(text: str | None, count: int, name: str) -> tuple[float, ...] | None:
-    """Read numbers between commas."""
-    if text is None:
-        return None
-    try:
-        numbers = tuple(float(part) for part in text.split(","))
-    except ValueError:
-        numbers = ()
-    if len(numbers) != count or not np.isfinite(numbers).all():
-        raise LatentError(f"{name} takes {count} numbers with commas between them, not '{text}'.")
-    return numbers

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, cast
 
 import typer
 
-from app.cli import options
-from model.volume_files.source import VolumeSource
+from app.cli import choices, options, values
+from app.cli.latent_order import Brush, LatentOrder, Place
+from model.errors import LatentError
 
 
 def latent(
@@ -17,16 +18,20 @@ def latent(
         typer.Option(
             "--out",
             metavar="OUT",
-            help="OUT.npz: all arrays, OUT.png: a picture, OUT.json: the TF at --at or --near.",
+            help="OUT.npz: all arrays, OUT.png: a figure, OUT.json: the TF at --at or --near.",
+            callback=values.output(".npz", ".png", ".json"),
         ),
     ],
     volume: options.VolumeFile = None,
     raw: options.RawLayoutText = None,
     component: options.ComponentName = None,
+    scalar_range: options.ScalarRange = None,
     model: Annotated[
         Path | None,
         typer.Option(
-            "--model", help="Take this model's codec and pictures, not tfscope's and exact ones."
+            "--model",
+            help="Take this model's codec and pictures, not tfscope's and exact ones.",
+            callback=values.model,
         ),
     ] = None,
     samples: Annotated[
@@ -47,12 +52,22 @@ def latent(
     ] = None,
     near: Annotated[
         Path | None,
-        typer.Option("--near", metavar="TF.json", help="The place of this TF, and its code's TF."),
+        typer.Option(
+            "--near",
+            metavar="TF.json",
+            help="The place of this TF, and its code's TF.",
+            callback=values.tf,
+        ),
     ] = None,
-    view: options.ViewText = "30,20,0,1",
+    view: options.ViewNumbers = values.HOME_VIEW,
     tf: Annotated[
         Path | None,
-        typer.Option("--tf", metavar="TF.json", help="Its colours. (default: the volume's)"),
+        typer.Option(
+            "--tf",
+            metavar="TF.json",
+            help="Its colours. (default: the volume's)",
+            callback=values.tf,
+        ),
     ] = None,
     size: Annotated[
         int,
@@ -60,30 +75,38 @@ def latent(
     ] = 128,
 ) -> None:
     """Map opacity TFs by their latent codes, and draw what its parts show."""
-    from app.cli.latent import LatentOrder, save_latent
-
-    save_latent(
-        LatentOrder(
-            VolumeSource(volume, raw, component),
-            model,
-            samples,
-            grid,
-            at,
-            near,
-            view,
-            tf,
-            size,
-            out,
-        )
+    order = LatentOrder(
+        values.source(volume, raw, component, scalar_range),
+        model,
+        samples,
+        cast(Brush | None, values.numbers(grid, 4, "--grid")),
+        cast(Place | None, values.numbers(at, 2, "--at")),
+        near,
+        view,
+        tf,
+        size,
+        out,
     )
+    # Late: with it comes torch.
+    from app.cli.latent import save_latent
+
+    save_latent(order)
 
 
 def codec(
-    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The codec's folder.")],
+    out: Annotated[
+        Path,
+        typer.Option(
+            "--out",
+            metavar="DIR",
+            help="The codec's folder.",
+            callback=values.output_folder,
+        ),
+    ],
     kind: Annotated[
-        options.CodecKindOption,
+        choices.CodecKindOption,
         typer.Option("--kind", help="What the training asks of codes."),
-    ] = options.CodecKindOption.VARIATIONAL,
+    ] = choices.CodecKindOption.VARIATIONAL,
     latent_dim: Annotated[
         int, typer.Option("--latent-dim", min=1, max=256, help="Numbers of a code.")
     ] = 8,
@@ -94,6 +117,11 @@ def codec(
     seed: options.Seed = 0,
 ) -> None:
     """Train a codec for browsing any volume's TFs, and compute its map."""
+    if kind is choices.CodecKindOption.PLAIN:
+        raise LatentError(
+            "The plain codec is for comparisons only ('bench codecs'); train a variational one.",
+            kind="variational",
+        )
     from app.cli.latent import train_and_map
 
     train_and_map(out, str(kind), latent_dim, width, steps, seed)

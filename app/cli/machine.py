@@ -18,8 +18,13 @@ def print_machine(device: torch.device | None = None) -> dict[str, Any]:
     facts = _machine()
     if device is not None:
         facts |= {"threads": torch.get_num_threads(), "device": str(device)}
-    console.print(", ".join(f"{name} {value}" for name, value in facts.items()))
+    console.print(machine_text(facts))
     return facts
+
+
+def machine_text(facts: dict[str, Any]) -> str:
+    """Describe a machine in a line."""
+    return ", ".join(f"{name} {value}" for name, value in facts.items())
 
 
 def _machine() -> dict[str, Any]:

@@ -1,135 +1,33 @@
-"""Options shared by several commands, and the conversion of their values."""
+"""Options shared by several commands."""
 
 from __future__ import annotations
 
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, cast
+from typing import Annotated
 
 import typer
 
-from model.errors import TfscopeError
-from model.scene.scene import Lighting, RendererName, TFFamily
-from model.scene.transfer_function import Range
-
-if TYPE_CHECKING:
-    from model.networks.size import Architecture
-    from model.sensitivity.measure import Measure
-
-
-class LightingOption(StrEnum):
-    """The lightings of a scene, for the command line."""
-
-    NONE = "none"
-    DIRECT = "direct"
-    GLOBAL = "global"
-
-
-class SensitivityEngine(StrEnum):
-    """Engines that differentiate, for the command line."""
-
-    EXACT = "exact"
-    LEARNED = "learned"
-    BLOCKWISE = "blockwise"
-
-
-class MeasureOption(StrEnum):
-    """Measures of a region's reaction to an edit, for the command line."""
-
-    SIGNED = "signed"
-    CHANGE = "change"
-
-
-class StudyName(StrEnum):
-    """The paper's studies, for the command line."""
-
-    BASELINES = "baselines"
-    LATENT_DIM = "latent-dim"
-    L1_WEIGHT = "l1-weight"
-
-
-class Renderer(StrEnum):
-    """Renderers of a single image, for the command line."""
-
-    VTK = "vtk"
-    RAYCAST = "raycast"
-    GENERATOR = "generator"
-
-
-class SampleRenderer(StrEnum):
-    """Renderers of training samples, for the command line."""
-
-    VTK = "vtk"
-    RAYCAST = "raycast"
-
-
-class Device(StrEnum):
-    """Devices that networks run on, for the command line."""
-
-    AUTO = "auto"
-    CPU = "cpu"
-    CUDA = "cuda"
-
-
-class BackendOption(StrEnum):
-    """Backends of generators, for the command line."""
-
-    AUTO = "auto"
-    EAGER = "eager"
-    COMPILED = "compiled"
-    OPENVINO = "openvino"
-    ONNXRUNTIME = "onnxruntime"
-
-
-class PrecisionOption(StrEnum):
-    """Precisions of generators, for the command line."""
-
-    FLOAT32 = "float32"
-    BFLOAT16 = "bfloat16"
-
-
-class TrainingPrecision(StrEnum):
-    """Precisions of training, for the command line."""
-
-    AUTO = "auto"
-    FLOAT32 = "float32"
-    BFLOAT16 = "bfloat16"
-
-
-class Preset(StrEnum):
-    """Presets of network and image sizes, for the command line."""
-
-    DRAFT = "draft"
-    COMPACT = "compact"
-    LARGE = "large"
-    PAPER = "paper"
-
-
-class ArchitectureOption(StrEnum):
-    """Architectures of generators, for the command line."""
-
-    REFINED = "refined"
-    PAPER = "paper"
-
-
-class TFFamilyOption(StrEnum):
-    """Families of random TFs, for the command line."""
-
-    PAPER = "paper"
-    DRAWN = "drawn"
-
-
-class CodecKindOption(StrEnum):
-    """Kinds of codecs, see :class:`model.training.codec_training.CodecDesign`."""
-
-    PLAIN = "plain"
-    CONTRACTIVE = "contractive"
-    VARIATIONAL = "variational"
-
+from app.cli import choices, values
+from model.scene.crop import CropBox
+from model.scene.light import LightDirection
+from model.scene.region import Region
+from model.scene.view import View
 
 VolumeFile = Annotated[
     Path | None,
-    typer.Option("--volume", help="Volume file or DICOM folder. (default: the shipped jet)"),
+    typer.Option(
+        "--volume",
+        help="Volume file or DICOM folder. (default: the shipped jet)",
+        callback=values.volume,
+    ),
+]
+VolumeFiles = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--volume",
+        help="Volume file; may be repeated. (default: the shipped ones)",
+        callback=values.volumes,
+    ),
 ]
 RawLayoutText = Annotated[
     str | None,
@@ -148,37 +46,52 @@ ComponentName = Annotated[
         help="What to take where each voxel has several numbers.",
     ),
 ]
-ModelFolder = Annotated[Path | None, typer.Option("--model", help="Folder of a trained model.")]
-DeviceName = Annotated[Device, typer.Option("--device", help="Where the generator runs.")]
+ScalarRange = Annotated[
+    str | None,
+    typer.Option(
+        "--range",
+        metavar="LO,HI",
+        help="Scalar range over which TFs lie, in the data's units, or LO%,HI% for percentiles "
+        "of the voxels. Values beyond look as those at its ends do. (default: that of --tf, or "
+        "of the voxels without outliers)",
+        callback=values.scalar_range,
+    ),
+]
+ModelFolder = Annotated[
+    Path | None,
+    typer.Option("--model", help="Folder of a trained model.", callback=values.model),
+]
+DeviceName = Annotated[choices.Device, typer.Option("--device", help="Where the generator runs.")]
 BackendName = Annotated[
-    BackendOption,
+    choices.BackendOption,
     typer.Option(
         "--backend",
         help="What draws the generator's images. (auto: the fastest here)",
     ),
 ]
 PrecisionName = Annotated[
-    PrecisionOption,
+    choices.PrecisionOption,
     typer.Option("--precision", help="In bfloat16 images come faster and are off by some 1/255."),
 ]
 TrainingPrecisionName = Annotated[
-    TrainingPrecision,
+    choices.TrainingPrecision,
     typer.Option(
         "--precision", help="Digits that steps are computed in. (auto: the faster one here)"
     ),
 ]
 LightingName = Annotated[
-    LightingOption,
+    choices.LightingOption,
     typer.Option(
         "--lighting",
         help="Emission-absorption alone, gradient shading, or scattering with shadows.",
     ),
 ]
-LightText = Annotated[
-    str | None,
+LightAngles = Annotated[
+    LightDirection | None,
     typer.Option(
         "--light",
         metavar="AZ,EL",
+        parser=values.light,
         help="Direction to the light in degrees: to the right of the view and above it. "
         "(default: the model's, or -45,45)",
     ),
@@ -190,7 +103,7 @@ MovableLight = Annotated[
     ),
 ]
 TFFamilyName = Annotated[
-    TFFamilyOption,
+    choices.TFFamilyOption,
     typer.Option(
         "--tf-family",
         help="Random opacity TFs: the paper's mixtures of Gaussian modes, or also ramps, "
@@ -198,25 +111,55 @@ TFFamilyName = Annotated[
     ),
 ]
 SampleRendererName = Annotated[
-    SampleRenderer,
+    choices.SampleRenderer,
     typer.Option(
         "--renderer",
         help="What renders the samples: the fast ray caster, or VTK. They differ in global "
         "lighting only.",
     ),
 ]
-ViewText = Annotated[
-    str,
+VIEW_HELP = (
+    "Degrees, and the distance in units of the one at which the whole volume is in view: 1 is "
+    "the farthest that models are trained for, 0.4 the nearest. X,Y puts the volume's centre "
+    "beside the image's, in halves of its height."
+)
+ViewNumbers = Annotated[
+    View,
     typer.Option(
         "--view",
-        metavar="AZ,EL,ROLL,DIST",
-        help="Degrees, and the distance in units of the one at which the whole volume is in "
-        "view: 1 is the farthest that models are trained for, 0.4 the nearest.",
+        metavar="AZ,EL,ROLL,DIST[,X,Y]",
+        help=VIEW_HELP,
+        parser=values.view,
+        show_default="30,20,0,1",
+    ),
+]
+CropPlanes = Annotated[
+    CropBox | None,
+    typer.Option(
+        "--crop",
+        metavar="X0,X1,Y0,Y1,Z0,Z1",
+        help="Show a box of the volume only, in fractions of its length along each axis. "
+        "(default: 0,1,0,1,0,1)",
+        parser=values.crop_box,
+    ),
+]
+RegionEdges = Annotated[
+    Region | None,
+    typer.Option(
+        "--region",
+        metavar="X0,Y0,X1,Y1",
+        help="Where in the TF does this rectangle of pixels react? (default: the whole image)",
+        parser=values.region,
     ),
 ]
 TFFile = Annotated[
     Path | None,
-    typer.Option("--tf", metavar="TF.json", help="Transfer function. (default: from the data)"),
+    typer.Option(
+        "--tf",
+        metavar="TF.json",
+        help="Transfer function. (default: from the data)",
+        callback=values.tf,
+    ),
 ]
 Window = Annotated[
     str | None,
@@ -227,7 +170,31 @@ Window = Annotated[
     ),
 ]
 JsonFile = Annotated[
-    Path | None, typer.Option("--json", metavar="OUT.json", help="Also write the result.")
+    Path | None,
+    typer.Option(
+        "--json",
+        metavar="OUT.json",
+        help="Also write the result.",
+        callback=values.output(".json"),
+    ),
+]
+PlotFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--plot",
+        metavar="OUT.png",
+        help="Also draw it: speed against accuracy, or time over size.",
+        callback=values.output(".png"),
+    ),
+]
+StoreFolder = Annotated[
+    Path | None,
+    typer.Option(
+        "--dataset",
+        metavar="STORE",
+        help="Samples made with 'dataset'. (default: rendered by this command)",
+        callback=values.store,
+    ),
 ]
 Workers = Annotated[
     int | None,
@@ -246,52 +213,3 @@ Seed = Annotated[
         "up in another order each time.",
     ),
 ]
-
-
-def renderer_name(option: StrEnum) -> RendererName:
-    """Return the renderer's name of an option."""
-    return cast(RendererName, str(option))
-
-
-def family_name(option: TFFamilyOption) -> TFFamily:
-    """Return the TF family of an option."""
-    return cast(TFFamily, str(option))
-
-
-def architecture_name(option: ArchitectureOption | None) -> Architecture | None:
-    """Return the architecture of an option; None for the preset's own."""
-    return None if option is None else option.value
-
-
-def lighting(option: LightingOption) -> Lighting:
-    """Return the lighting of an option."""
-    return cast(Lighting, str(option))
-
-
-def measure(option: MeasureOption) -> Measure:
-    """Return the measure of an option."""
-    return cast("Measure", str(option))
-
-
-def parse_window(text: str | None) -> Range | None:
-    """Parse ``"LO,HI"``; None stays None.
-
-    Raises
-    ------
-    TfscopeError
-        When the text is not a pair of numbers.
-    """
-    if text is None:
-        return None
-    try:
-        lo, hi = (float(part) for part in text.split(","))
-    except ValueError:
-        raise TfscopeError(
-            f"'{text}' is not a scalar window; give its lowest and highest value, such as 0.1,0.9."
-        ) from None
-    return lo, hi
-
-
-def minutes_of(minutes: float | None, samples: int | None, default: float) -> float | None:
-    """The budget in minutes: the default where no budget is given at all."""
-    return default if minutes is None and samples is None else minutes

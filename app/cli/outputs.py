@@ -1,4 +1,4 @@
-"""Output files of commands, checked before the work and written after it."""
+"""Output files and folders of commands, checked before the work and written after it."""
 
 from __future__ import annotations
 
@@ -10,25 +10,48 @@ from typing import Any
 from model.errors import TfscopeError
 
 
-def check_outputs(*paths: Path | None) -> None:
-    """Check that output files can be written, before a long computation.
+def check_output(path: Path) -> None:
+    """Check that an output file can be written, before a long computation.
+
+    Its folder need not be there: :func:`make_room_for` makes it once there is a result.
 
     Raises
     ------
     TfscopeError
-        When one of the files could not be written.
+        When the file could not be written.
     """
-    for path in filter(None, paths):
-        folder = path.absolute().parent
-        trouble = None
-        if path.is_dir():
-            trouble = "it is a folder; give the name of a file"
-        elif not folder.is_dir():
-            trouble = f"there is no folder {folder}; make it, or choose another place"
-        elif not os.access(path if path.exists() else folder, os.W_OK):
-            trouble = "writing there is not allowed; choose another place"
-        if trouble is not None:
-            raise TfscopeError(f"{path}: the result cannot be written: {trouble}.")
+    if path.is_dir():
+        raise _refusal(path, "it is a folder; give the name of a file")
+    _check_place(path)
+
+
+def check_output_folder(path: Path) -> None:
+    """Check that a folder is there or can be made, and be written to.
+
+    Raises
+    ------
+    TfscopeError
+        When it could not.
+    """
+    if path.exists() and not path.is_dir():
+        raise _refusal(path, "the folder cannot be made, as there is a file; choose another place")
+    _check_place(path)
+
+
+def make_room_for(path: Path) -> None:
+    """Make the folder of an output file, and those around it, where they are missing.
+
+    Raises
+    ------
+    TfscopeError
+        When it cannot be made.
+    """
+    try:
+        path.absolute().parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise TfscopeError(
+            f"{path}: its folder cannot be made ({error.strerror}); choose another place."
+        ) from error
 
 
 def write_json(path: Path, result: dict[str, Any]) -> None:
@@ -37,14 +60,30 @@ def write_json(path: Path, result: dict[str, Any]) -> None:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file.
+    """Write a text file, in a folder that is made if it is missing.
 
     Raises
     ------
     TfscopeError
         When the file cannot be written.
     """
+    make_room_for(path)
     try:
         path.write_text(text, encoding="utf-8")
     except OSError as error:
         raise TfscopeError(f"{path}: the result cannot be written ({error.strerror}).") from error
+
+
+def _check_place(path: Path) -> None:
+    """Refuse a path that cannot be written to, or made."""
+    place = path.absolute()
+    while not place.exists():
+        place = place.parent
+    if place != path.absolute() and not place.is_dir():
+        raise _refusal(path, f"{place} is a file, not a folder; choose another place")
+    if not os.access(place, os.W_OK):
+        raise _refusal(path, "writing there is not allowed; choose another place")
+
+
+def _refusal(path: Path, trouble: str) -> TfscopeError:
+    return TfscopeError(f"{path}: the result cannot be written: {trouble}.")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import cast
@@ -9,17 +10,19 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from app.cli import options
-from app.cli.console import console
-from app.cli.outputs import check_outputs
+from app.cli import choices
+from app.cli.captions import range_text, view_text
+from app.cli.console import console, warn
+from app.cli.outputs import make_room_for
 from model.errors import RenderError
 from model.generator.catalog import model_for, shipped_models
 from model.networks.card import load_card
+from model.scene.crop import CropBox
 from model.scene.default_tf import default_transfer_function
-from model.scene.inputs import SceneInputs
+from model.scene.inputs import SceneInputs, outside_range
 from model.scene.light import LightDirection
-from model.scene.range_fitting import fit_to_range
-from model.scene.scene import RendererName, Scene
+from model.scene.range_fitting import fit_to_range, fit_to_volume
+from model.scene.scene import Lighting, RendererName, Scene
 from model.scene.transfer_function import Range, TransferFunction
 from model.scene.view import View
 from model.scene.volume import Volume
@@ -28,18 +31,21 @@ from model.volume_files.source import VolumeSource, volume_of
 DEFAULT_SIZE = 256
 DEFAULT_SAMPLE_DISTANCE = 0.5
 
+MODEL_RANGE = "A model draws over the range that it was trained on; leave --range out."
+
 
 @dataclass(frozen=True)
 class RenderOrder:
-    """Options of the ``render`` command; see :func:`app.cli.commands.render`."""
+    """Options of the ``render`` command; see :func:`app.cli.image_commands.render`."""
 
     renderer: str
     volume: VolumeSource
     model: Path | None
-    view: str
+    view: View
     tf: Path | None
-    lighting: options.LightingOption | None
-    light: str | None
+    lighting: choices.LightingOption | None
+    light: LightDirection | None
+    crop: CropBox | None
     size: int | None
     preintegrated: bool
     device: str
@@ -48,101 +54,181 @@ class RenderOrder:
     out: Path
 
 
+@dataclass(frozen=True, eq=False)
+class _Rendered:
+    """A rendered image and what it shows.
+
+    Attributes
+    ----------
+    rgba : ndarray of float32, shape (S, S, 4)
+    inputs : SceneInputs
+    volume_name : str
+    lighting : {"none", "direct", "global"}
+    light : LightDirection or None
+        None where it is unlit.
+    renderer : str
+        Who drew it, for people.
+    """
+
+    rgba: NDArray[np.float32]
+    inputs: SceneInputs
+    volume_name: str
+    lighting: Lighting
+    light: LightDirection | None
+    renderer: str
+
+    def facts(self) -> dict[str, str]:
+        """Return the texts of a PNG file."""
+        tf = self.inputs.transfer_function
+        facts = {
+            "Title": f"{self.volume_name}, by {self.renderer}",
+            "Volume": self.volume_name,
+            "View": view_text(self.inputs.view),
+            "Lighting": self.lighting,
+            "Renderer": self.renderer,
+            "Scalar range": range_text(tf.scalar_range),
+            "Transfer function": json.dumps(tf.to_json()),
+        }
+        if self.light is not None:
+            facts["Light"] = f"{self.light.azimuth:g},{self.light.elevation:g}"
+        if self.inputs.crop is not None:
+            planes = zip(self.inputs.crop.low, self.inputs.crop.high, strict=True)
+            facts["Crop"] = ",".join(f"{low:g},{high:g}" for low, high in planes)
+        return facts
+
+
 def render_to_file(order: RenderOrder) -> None:
     """Render an image and write it, replacing an existing file."""
-    if order.out.suffix.lower() not in (".png", ".npy"):
-        raise RenderError(f"{order.out}: the name must end in .png or .npy.")
-    check_outputs(order.out)
-    view = View.parse(order.view)
-    light = LightDirection.parse(order.light) if order.light else None
+    if order.light is not None and order.lighting == choices.LightingOption.NONE:
+        raise RenderError("An unlit image has no light to be moved.", lighting="direct")
     by = _render_generator if order.renderer == "generator" else _render_volume
-    rgba = by(order, view, light)
-    try:
-        if order.out.suffix.lower() == ".npy":
-            np.save(order.out, rgba)
-        else:
-            from skimage.io import imsave
+    rendered = by(order)
+    make_room_for(order.out)
+    if order.out.suffix.lower() == ".npy":
+        try:
+            # An open file, as numpy appends a suffix to names in capitals.
+            with order.out.open("wb") as file:
+                np.save(file, rendered.rgba)
+        except OSError as error:
+            raise RenderError(
+                f"{order.out}: the image cannot be written ({error.strerror})."
+            ) from error
+    else:
+        from app.figures.picture import save_picture
 
-            pixels = np.rint(np.clip(rgba[..., :3], 0, 1) * 255).astype(np.uint8)
-            imsave(order.out, pixels, check_contrast=False)
-    except OSError as error:
-        raise RenderError(
-            f"{order.out}: the image cannot be written ({error.strerror})."
-        ) from error
+        save_picture(order.out, rendered.rgba[..., :3], rendered.facts())
 
 
 def load_fitted(path: Path, scalar_range: Range) -> TransferFunction:
     """Load a TF; fit one made for another range to this range, and print a notice."""
     tf = TransferFunction.load(path)
-    if tf.scalar_range != scalar_range:
-        made, here = ("{:.6g} to {:.6g}".format(*r) for r in (tf.scalar_range, scalar_range))
+    return _noticed(path, tf, fit_to_range(tf, scalar_range))
+
+
+def choose_tf(
+    path: Path | None, volume: Volume, keeps_range: bool
+) -> tuple[TransferFunction, Volume]:
+    """Return the TF of a file, or a volume's first one, and the volume over the TF's range.
+
+    Parameters
+    ----------
+    path : Path or None
+    volume : Volume
+    keeps_range : bool
+        Whether the volume's range was chosen, so that the TF is fitted to it; otherwise the
+        file's range is taken where it fits the volume.
+    """
+    if path is None:
+        return default_transfer_function(volume), volume
+    if keeps_range:
+        return load_fitted(path, volume.scalar_range), volume
+    tf = TransferFunction.load(path)
+    fitted = _noticed(path, tf, fit_to_volume(tf, volume))
+    return fitted, volume.over(fitted.scalar_range)
+
+
+def _noticed(path: Path, tf: TransferFunction, fitted: TransferFunction) -> TransferFunction:
+    """Print a notice where a TF was fitted, unless it has no range of its own."""
+    if not tf.is_relative and tf.scalar_range != fitted.scalar_range:
+        made, here = (range_text(r) for r in (tf.scalar_range, fitted.scalar_range))
         console.print(f"{path}: made for the scalar range {made} and fitted to {here}.")
-    return fit_to_range(tf, scalar_range)
+    return fitted
 
 
-def _render_volume(
-    order: RenderOrder, view: View, direction: LightDirection | None
-) -> NDArray[np.float32]:
-    from model.rendering.renderer import open_renderer
+def warn_outside(inputs: SceneInputs, scene: Scene) -> None:
+    """Say on standard error what a generator is asked for and was not trained on."""
+    outside = outside_range(inputs, scene)
+    if outside:
+        warn(f"{outside}. What the model draws there may be wrong.")
 
+
+def _render_volume(order: RenderOrder) -> _Rendered:
     scene = load_card(order.model).scene if order.model else None
-    volume = _volume(order, scene)
-    if order.tf:
-        tf = load_fitted(order.tf, volume.scalar_range)
-    else:
-        tf = default_transfer_function(volume)
     if order.lighting is not None:
-        lighting = options.lighting(order.lighting)
+        lighting = choices.lighting(order.lighting)
         light = None if lighting == "none" else LightDirection()
     else:
         lighting = scene.lighting if scene else "none"
         light = scene.light if scene else None
-    if direction is not None and lighting == "none":
+    if order.light is not None and lighting == "none":
         raise RenderError("An unlit image has no light to be moved.", lighting="direct")
+    chosen = order.volume.scalar_range is not None
+    volume = order.volume.read() if scene is None or chosen else volume_of(scene, order.volume)
+    tf, volume = choose_tf(order.tf, volume, chosen or scene is not None)
+    from model.rendering.renderer import open_renderer
+
     step = scene.sample_distance if scene else DEFAULT_SAMPLE_DISTANCE
     name = cast(RendererName, order.renderer)
     renderer = open_renderer(name, volume, lighting, light, step, preintegrated=order.preintegrated)
+    inputs = SceneInputs.of(order.view, tf, light=order.light, crop=order.crop)
     try:
         size = order.size or (scene.image_size if scene else DEFAULT_SIZE)
-        return renderer.render(SceneInputs.of(view, tf, light=direction), size)
+        rgba = renderer.render(inputs, size)
     finally:
         renderer.close()
+    by = {"vtk": "VTK", "raycast": "the ray caster"}[name]
+    if order.preintegrated:
+        by += ", pre-integrated"
+    return _Rendered(rgba, inputs, volume.name, lighting, order.light or light, by)
 
 
-def _render_generator(
-    order: RenderOrder, view: View, light: LightDirection | None
-) -> NDArray[np.float32]:
-    from model.generator.generator import Generator
-
+def _render_generator(order: RenderOrder) -> _Rendered:
     if order.preintegrated:
         raise RenderError("Pre-integration is the ray caster's; give --renderer raycast.")
+    if order.volume.scalar_range is not None:
+        raise RenderError(MODEL_RANGE)
     folder = order.model or model_folder(None, order.volume.read())
-    generator = Generator.load(folder, order.device, order.backend, order.precision)
-    scene = generator.scene
-    if order.lighting is not None and options.lighting(order.lighting) != scene.lighting:
+    scene = load_card(folder).scene
+    if order.lighting is not None and choices.lighting(order.lighting) != scene.lighting:
         raise RenderError(
             f"The model was trained with the lighting '{scene.lighting}'; "
             "leave another one out, or train a model with it."
         )
-    if light is not None and scene.light_range is None:
+    if order.light is not None and scene.light_range is None:
         kind = "without light" if scene.light is None else "with a fixed light"
         raise RenderError(f"The model was trained {kind}: it cannot follow another direction.")
     if order.tf:
         tf = load_fitted(order.tf, scene.scalar_range)
     else:
-        tf = default_transfer_function(_volume(order, scene))
-    rgba = generator.render(SceneInputs.of(view, tf, light=light))
+        tf = default_transfer_function(volume_of(scene, order.volume))
+    inputs = SceneInputs.of(order.view, tf, light=order.light, crop=order.crop)
+    warn_outside(inputs, scene)
+    from model.generator.generator import Generator
+
+    generator = Generator.load(folder, order.device, order.backend, order.precision)
+    rgba = generator.render(inputs)
     if order.size and order.size != scene.image_size:
         from skimage.transform import resize
 
         rgba = resize(rgba, (order.size, order.size), anti_aliasing=order.size < scene.image_size)
-    return np.clip(rgba, 0, 1).astype(np.float32)
-
-
-def _volume(order: RenderOrder, scene: Scene | None) -> Volume:
-    if scene is None:
-        return order.volume.read()
-    return volume_of(scene.volume_fingerprint, scene.volume_name, order.volume)
+    return _Rendered(
+        np.clip(rgba, 0, 1).astype(np.float32),
+        inputs,
+        scene.volume_name,
+        scene.lighting,
+        order.light or scene.light,
+        f"the model {folder}",
+    )
 
 
 def model_folder(model: Path | None, volume: Volume) -> Path:

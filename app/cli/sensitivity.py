@@ -10,21 +10,29 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from app.cli import options
-from app.cli.outputs import check_outputs
-from app.cli.render import DEFAULT_SAMPLE_DISTANCE, DEFAULT_SIZE, load_fitted, model_folder
+from app.cli import choices
+from app.cli.captions import range_text, tf_text, view_text
+from app.cli.outputs import make_room_for
+from app.cli.render import (
+    DEFAULT_SAMPLE_DISTANCE,
+    DEFAULT_SIZE,
+    MODEL_RANGE,
+    choose_tf,
+    model_folder,
+    warn_outside,
+)
 from model.errors import RenderError
 from model.networks.card import load_card
-from model.scene.default_tf import default_transfer_function
+from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.region import Region
 from model.scene.scene import Lighting, default_scalar_window
 from model.scene.tf_perturbation import EDIT_WIDTH, edit_around, response_to_edits
-from model.scene.transfer_function import TF_SAMPLES
+from model.scene.transfer_function import TF_SAMPLES, TransferFunction
 from model.scene.view import View
 from model.scene.volume import Volume
 from model.sensitivity.measure import Measure
-from model.sensitivity.result import NUMBER_SUFFIXES, Kind, SensitivityResult, save_numbers
+from model.sensitivity.result import Kind, SensitivityResult, save_numbers
 from model.volume_files.source import VolumeSource
 
 EngineName = Literal["exact", "learned", "blockwise"]
@@ -35,20 +43,21 @@ PAPER_BLOCKS = 16
 
 @dataclass(frozen=True)
 class SensitivityOrder:
-    """Options of the ``sensitivity`` command; see :func:`app.cli.commands.sensitivity`."""
+    """Options of the ``sensitivity`` command; see :func:`app.cli.image_commands.sensitivity`."""
 
     volume: VolumeSource
     model: Path | None
     engine: EngineName | None
-    view: str
+    view: View
     tf: Path | None
     size: int | None
-    region: str | None
+    region: Region | None
+    crop: CropBox | None
     value: float | None
     block: int | None
     width: float | None
     measure: Measure
-    lighting: options.LightingOption | None
+    lighting: choices.LightingOption | None
     device: str
     out: Path
 
@@ -87,26 +96,33 @@ class _Question:
 
 @dataclass(frozen=True)
 class _Answer:
+    """The image, its sensitivity, who computed it, and the light of the image."""
+
     image: NDArray[np.float32]
     sensitivity: NDArray[np.float32]
     source: str
+    lighting: Lighting
 
 
 def save_sensitivity(order: SensitivityOrder) -> None:
     """Differentiate an image and write the result, replacing an existing file."""
-    suffix = order.out.suffix.lower()
-    if suffix not in (".png", *NUMBER_SUFFIXES):
-        raise RenderError(f"{order.out}: the name must end in .png, .npz or .csv.")
-    check_outputs(order.out)
     _check_question(order)
-    volume = order.volume.read()
-    question = _question(order, volume)
     engine = order.engine or ("exact" if order.model is None else "learned")
     if order.lighting is not None and engine != "exact":
         raise RenderError(
             "A model has the light that it was trained with; leave --lighting out, or give "
             "--engine exact."
         )
+    chosen = order.volume.scalar_range is not None
+    if chosen and engine != "exact":
+        raise RenderError(MODEL_RANGE)
+    volume = order.volume.read()
+    folder = order.model if engine == "exact" else model_folder(order.model, volume)
+    scene = None if folder is None else load_card(folder).scene
+    if scene is not None and scene.volume_fingerprint == volume.fingerprint and not chosen:
+        volume, chosen = volume.over(scene.scalar_range), True
+    tf, volume = choose_tf(order.tf, volume, chosen)
+    question = _question(order, volume, tf)
     ways: dict[EngineName, Callable[[SensitivityOrder, Volume, _Question], _Answer]] = {
         "exact": _by_renderer,
         "learned": _by_generator,
@@ -114,10 +130,11 @@ def save_sensitivity(order: SensitivityOrder) -> None:
     }
     answer = ways[engine](order, volume, question)
     result = _result(order, volume, question, answer)
-    if suffix == ".png":
+    make_room_for(order.out)
+    if order.out.suffix.lower() == ".png":
         from app.figures.sensitivity_figure import save_figure
 
-        save_figure(order.out, result)
+        save_figure(order.out, result, _caption(order, volume, answer), order.region)
     else:
         save_numbers(order.out, result)
 
@@ -133,18 +150,13 @@ def _check_question(order: SensitivityOrder) -> None:
         )
 
 
-def _question(order: SensitivityOrder, volume: Volume) -> _Question:
+def _question(order: SensitivityOrder, volume: Volume, tf: TransferFunction) -> _Question:
     lo, hi = volume.scalar_range
     if order.value is not None and not lo <= order.value <= hi:
         raise RenderError(
             f"The value {order.value:g} is outside the volume's range; give {lo:g} to {hi:g}."
         )
     width = EDIT_WIDTH if order.width is None else order.width / (hi - lo) * (TF_SAMPLES - 1)
-    region = Region.parse(order.region) if order.region else None
-    if order.tf is None:
-        tf = default_transfer_function(volume)
-    else:
-        tf = load_fitted(order.tf, volume.scalar_range)
     edit, kind = None, "region"
     if order.value is not None:
         edit, kind = edit_around(order.value, volume.scalar_range, width), "value"
@@ -152,8 +164,8 @@ def _question(order: SensitivityOrder, volume: Volume) -> _Question:
         kind = "blocks"
     return _Question(
         kind,  # type: ignore[arg-type]
-        SceneInputs.of(View.parse(order.view), tf),
-        region,
+        SceneInputs.of(order.view, tf, crop=order.crop),
+        order.region,
         edit,
         order.block,
         width,
@@ -170,7 +182,7 @@ def _by_renderer(order: SensitivityOrder, volume: Volume, asked: _Question) -> _
     lighting: Lighting = scene.lighting if scene else "none"
     light = scene.light if scene else None
     if order.lighting is not None:
-        lighting, light = options.lighting(order.lighting), None
+        lighting, light = choices.lighting(order.lighting), None
     size = order.size or (scene.image_size if scene else DEFAULT_SIZE)
     step = scene.sample_distance if scene else DEFAULT_SAMPLE_DISTANCE
     renderer = RaycastRenderer(volume, lighting, light, step)
@@ -194,15 +206,12 @@ def _by_renderer(order: SensitivityOrder, volume: Volume, asked: _Question) -> _
     finally:
         renderer.close()
     light_name = "" if lighting == "none" else f", {lighting} light"
-    return _Answer(image, found, f"{how}, by the ray caster{light_name}")
+    return _Answer(image, found, f"{how}, by the ray caster{light_name}", lighting)
 
 
 def _by_generator(order: SensitivityOrder, volume: Volume, asked: _Question) -> _Answer:
-    from model.generator.generator import Generator
-    from model.sensitivity.learned import Sensitivity
-
-    generator = Generator.load(model_folder(order.model, volume), order.device)
-    scene = generator.scene
+    folder = model_folder(order.model, volume)
+    scene = load_card(folder).scene
     if scene.volume_fingerprint != volume.fingerprint:
         raise RenderError(
             f"The model was trained on '{scene.volume_name}', not on '{volume.name}'; "
@@ -212,6 +221,11 @@ def _by_generator(order: SensitivityOrder, volume: Volume, asked: _Question) -> 
         raise RenderError(
             f"The model draws {scene.image_size} x {scene.image_size} pixels; leave --size out."
         )
+    warn_outside(asked.inputs, scene)
+    from model.generator.generator import Generator
+    from model.sensitivity.learned import Sensitivity
+
+    generator = Generator.load(folder, order.device)
     found = Sensitivity(generator, asked.inputs, asked.width)
     blockwise = order.engine == "blockwise"
     sensitivity: Any
@@ -227,7 +241,8 @@ def _by_generator(order: SensitivityOrder, volume: Volume, asked: _Question) -> 
     else:
         sensitivity = found.region(asked.pixels(scene.image_size))
     how = "block by block" if blockwise else "learned"
-    return _Answer(np.clip(found.image, 0, 1), sensitivity, f"{how}, by the generator")
+    image = np.clip(found.image, 0, 1)
+    return _Answer(image, sensitivity, f"{how}, by the generator", scene.lighting)
 
 
 def _result(
@@ -236,7 +251,7 @@ def _result(
     size = len(answer.image)
     units = f" {volume.units}" if volume.units else ""
     places = {
-        "region": f"the region {order.region}" if order.region else "the whole image",
+        "region": f"the region {_edges(order.region)}" if order.region else "the whole image",
         "value": f"edits around {order.value:g}{units}" if order.value is not None else "",
         "blocks": f"edits, in blocks of {order.block} pixels",
     }
@@ -257,3 +272,21 @@ def _result(
         else int(asked.pixels(size).mask(size).sum()),
         edit=asked.edit,
     )
+
+
+def _edges(region: Region) -> str:
+    return f"{region.left},{region.top},{region.right},{region.bottom}"
+
+
+def _caption(order: SensitivityOrder, volume: Volume, answer: _Answer) -> str:
+    """Return what the image shows, for below the title of a figure."""
+    size = len(answer.image)
+    facts = [
+        volume.name,
+        f"view {view_text(order.view)}",
+        tf_text(order.tf),
+        f"range {range_text(volume.scalar_range)}{f' {volume.units}' if volume.units else ''}",
+        f"lighting {answer.lighting}",
+        f"{size} x {size} pixels",
+    ]
+    return ", ".join(facts) + (", cropped" if order.crop is not None else "")

@@ -27,7 +27,7 @@ from model.training.sources import StoredSource
 
 @dataclass(frozen=True)
 class StudyOrder:
-    """Options of the ``study`` command; see :func:`app.cli.commands.study`.
+    """Options of the ``study`` command; see :func:`app.cli.model_commands.study`.
 
     Attributes
     ----------

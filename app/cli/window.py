@@ -4,26 +4,28 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from app.cli import values
+from app.state.window_start import WindowStart
 from model.generator.catalog import volume_for
 from model.volume_files.shipped import DEFAULT_VOLUME
 
 
-def open_window(
-    volume: Path | None,
-    model: Path | None,
-    device: str,
-    backend: str,
-    precision: str,
-    screenshot: Path | None,
-) -> int:
-    """Open the window and return its exit code.
+def window_volume(volume: Path | None, model: Path | None) -> Path:
+    """Return the volume to open: without one, the model's if it is shipped, or the default."""
+    if volume is not None:
+        values.source(volume)
+        return volume
+    return (None if model is None else volume_for(model)) or DEFAULT_VOLUME
 
-    By default, the volume is the model's if it is shipped, and otherwise the default one.
-    """
+
+def open_window(
+    start: WindowStart, device: str, backend: str, precision: str, screenshot: Path | None
+) -> int:
+    """Open the window and return its exit code."""
+    from app.cli.outputs import make_room_for
     from app.engines.engines import GeneratorSettings
     from app.launch import run_window
 
-    generators = GeneratorSettings(device, backend, precision)
-    if volume is None and model is not None:
-        volume = volume_for(model)
-    return run_window(volume or DEFAULT_VOLUME, model, generators, screenshot)
+    if screenshot is not None:
+        make_room_for(screenshot)
+    return run_window(start, GeneratorSettings(device, backend, precision), screenshot)

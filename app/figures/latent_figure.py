@@ -8,7 +8,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from app.figures.plots import COLORS, add_image, new_layout, save_layout
+from app.figures.plots import (
+    CAPTION_HEIGHT,
+    COLORS,
+    INK,
+    add_caption,
+    add_image,
+    label_axis,
+    new_layout,
+    save_layout,
+)
 from model.scene.transfer_function import OpacityTF
 
 MAP_COLOR = 150, 155, 165, 130
@@ -36,6 +45,8 @@ class LatentFigure:
         Plotted below.
     value_label : str
         Label of the TF's axis.
+    explanation : str
+        What the parts of the figure are, for below them.
     """
 
     title: str
@@ -46,6 +57,7 @@ class LatentFigure:
     place: tuple[float, float] | None = None
     opacity_tf: OpacityTF | None = None
     value_label: str = "scalar value"
+    explanation: str = ""
 
 
 def save_latent_figure(path: Path, figure: LatentFigure) -> None:
@@ -59,10 +71,13 @@ def save_latent_figure(path: Path, figure: LatentFigure) -> None:
     import pyqtgraph as pg
 
     columns = 1 if figure.image is None else 2
-    height = HEIGHT if figure.opacity_tf is None else HEIGHT + 240
+    height = HEIGHT + (CAPTION_HEIGHT if figure.opacity_tf is None else CAPTION_HEIGHT + 240)
     layout = new_layout(columns * WIDTH, height)
-    layout.addLabel(figure.title, 0, 0, 1, columns, color="k")
-    plot = layout.addPlot(row=1, col=0, title=f"Map of {len(figure.places):,} opacity TFs")
+    layout.addLabel(figure.title, 0, 0, 1, columns, color=INK)
+    plot = layout.addPlot(row=1, col=0)
+    plot.setTitle(f"Map of {len(figure.places):,} opacity TFs", color=INK)
+    label_axis(plot, "bottom", "first axis of the map")
+    label_axis(plot, "left", "second axis of the map")
     plot.setAspectLocked()
     x, y = figure.places.astype(np.float64).T
     plot.addItem(pg.ScatterPlotItem(x, y, size=3, pen=None, brush=pg.mkBrush(*MAP_COLOR)))
@@ -78,12 +93,12 @@ def save_latent_figure(path: Path, figure: LatentFigure) -> None:
     if figure.image is not None:
         add_image(layout, 1, 1, figure.caption, figure.image)
     if figure.opacity_tf is not None:
-        tf = layout.addPlot(row=2, col=0, colspan=columns, title="Opacity TF")
+        tf = layout.addPlot(row=2, col=0, colspan=columns)
+        tf.setTitle("Opacity TF", color=INK)
         values = np.linspace(*figure.opacity_tf.scalar_range, 256)
         tf.plot(values, figure.opacity_tf.sample(), pen=pg.mkPen(COLORS[0], width=2))
-        tf.setLabel("bottom", figure.value_label)
-        tf.setLabel("left", "opacity")
-        for axis in ("bottom", "left"):
-            tf.getAxis(axis).enableAutoSIPrefix(False)
+        label_axis(tf, "bottom", figure.value_label)
+        label_axis(tf, "left", "opacity")
         tf.setMaximumHeight(220)
-    save_layout(path, layout)
+    add_caption(layout, 3, columns, figure.explanation, columns * WIDTH)
+    save_layout(path, layout, f"{figure.title}. {figure.explanation}")

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import html
 import os
 import sys
+import textwrap
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,10 +13,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from app.figures.picture import software
 from model.errors import RenderError
 
 COLORS = ((0, 114, 178), (213, 94, 0), (0, 158, 115), (204, 121, 167))
 """Colours distinguishable with colour blindness (Okabe and Ito)."""
+
+
+WIDTH = 800
+"""Width of plots below one another in pixels."""
+
+INK = "#222"
+"""Colour of texts."""
+
+CAPTION_HEIGHT = 60
+
+LETTER_WIDTH = 6.5
+"""Of captions, in pixels."""
 
 
 @dataclass(frozen=True)
@@ -57,37 +72,42 @@ class Plot:
     y_limit: float | None = None
 
 
-def save_plots(path: Path, plots: list[Plot], height: int = 360) -> None:
-    """Draw plots below one another into a PNG file.
+def save_plots(path: Path, plots: list[Plot], height: int = 360, caption: str = "") -> None:
+    """Draw plots below one another into a PNG file, with a caption under them.
 
     Raises
     ------
     RenderError
         When the file cannot be written.
     """
-    layout = new_layout(800, height * len(plots))
+    layout = new_layout(WIDTH, height * len(plots) + (CAPTION_HEIGHT if caption else 0))
     for row, plot in enumerate(plots):
-        item = layout.addPlot(row=row, col=0, title=plot.title)
-        item.setLabel("bottom", plot.x_label)
-        item.setLabel("left", plot.y_label)
-        item.setLogMode(plot.logarithmic, plot.logarithmic)
-        item.showGrid(x=True, y=True, alpha=0.3)
-        for axis in ("bottom", "left"):
-            item.getAxis(axis).enableAutoSIPrefix(False)
-        if plot.y_limit is not None:
-            item.setYRange(-plot.y_limit, plot.y_limit)
-        item.addLegend(labelTextColor="k")
-        for curve, color in zip(plot.curves, COLORS, strict=False):
-            _draw(item, curve, color, plot.logarithmic)
-        if plot.logarithmic:
-            # Room for the points' labels.
-            item.getViewBox().setDefaultPadding(0.1)
-            for axis, values in (
-                ("bottom", [curve.x for curve in plot.curves]),
-                ("left", [curve.y for curve in plot.curves]),
-            ):
-                item.getAxis(axis).setTicks([_ticks(np.concatenate(values))])
-    save_layout(path, layout)
+        add_plot(layout, row, 0, plot)
+    add_caption(layout, len(plots), 1, caption, WIDTH)
+    save_layout(path, layout, caption)
+
+
+def add_plot(layout: Any, row: int, column: int, plot: Plot) -> None:
+    """Add a plot to a layout."""
+    item = layout.addPlot(row=row, col=column)
+    item.setTitle(plot.title, color=INK)
+    label_axis(item, "bottom", plot.x_label)
+    label_axis(item, "left", plot.y_label)
+    item.setLogMode(plot.logarithmic, plot.logarithmic)
+    item.showGrid(x=True, y=True, alpha=0.3)
+    if plot.y_limit is not None:
+        item.setYRange(-plot.y_limit, plot.y_limit)
+    item.addLegend(labelTextColor="k")
+    for curve, color in zip(plot.curves, COLORS, strict=False):
+        _draw(item, curve, color, plot.logarithmic)
+    if plot.logarithmic:
+        # Room for the points' labels.
+        item.getViewBox().setDefaultPadding(0.1)
+        for axis, values in (
+            ("bottom", [curve.x for curve in plot.curves]),
+            ("left", [curve.y for curve in plot.curves]),
+        ):
+            item.getAxis(axis).setTicks([_ticks(np.concatenate(values))])
 
 
 def new_layout(width: int, height: int) -> Any:
@@ -102,21 +122,40 @@ def new_layout(width: int, height: int) -> Any:
     return layout
 
 
-def add_image(layout: Any, row: int, column: int, title: str, image: NDArray[np.floating]) -> None:
-    """Add an image (H, W, 3) in [0, 1] to a layout, row 0 at the top."""
+def label_axis(plot: Any, side: str, text: str) -> None:
+    """Label an axis of a plot, "left", "right" or "bottom", with numbers as they are."""
+    axis = plot.getAxis(side)
+    axis.enableAutoSIPrefix(False)
+    axis.setTextPen(INK)
+    axis.setLabel(text, color=INK)
+
+
+def add_caption(layout: Any, row: int, columns: int, text: str, width: int) -> None:
+    """Add a text below the plots of a layout of a width in pixels, in as many lines as it takes."""
+    if text:
+        lines = textwrap.wrap(text, int(width / LETTER_WIDTH))
+        layout.addLabel("<br>".join(map(html.escape, lines)), row, 0, 1, columns, color=INK)
+
+
+def add_image(
+    layout: Any, row: int, column: int, title: str, image: NDArray[np.floating], rows: int = 1
+) -> Any:
+    """Add an image (H, W, 3) in [0, 1] to a layout, row 0 at the top, and return its plot."""
     import pyqtgraph as pg
 
-    plot = layout.addPlot(row=row, col=column, title=title)
+    plot = layout.addPlot(row=row, col=column, rowspan=rows)
+    plot.setTitle(title, color=INK)
     plot.hideAxis("left")
     plot.hideAxis("bottom")
     plot.setAspectLocked()
     plot.invertY()
     levels = np.rint(255 * np.clip(image, 0, 1)).astype(np.uint8)
     plot.addItem(pg.ImageItem(levels, axisOrder="row-major", levels=(0, 255)))
+    return plot
 
 
-def save_layout(path: Path, layout: Any) -> None:
-    """Draw a layout into a PNG file.
+def save_layout(path: Path, layout: Any, description: str = "") -> None:
+    """Draw a layout into a PNG file, which also has the description as a text.
 
     Raises
     ------
@@ -126,7 +165,11 @@ def save_layout(path: Path, layout: Any) -> None:
     from PySide6.QtCore import QCoreApplication
 
     QCoreApplication.processEvents()
-    if not layout.grab().save(str(path), "PNG"):
+    picture = layout.grab().toImage()
+    picture.setText("Software", software())
+    if description:
+        picture.setText("Description", description)
+    if not picture.save(str(path), "PNG"):
         raise RenderError(f"{path}: the picture cannot be written; choose another place.")
 
 

@@ -7,7 +7,18 @@ from typing import Any
 
 import numpy as np
 
-from app.figures.plots import Curve, Plot, add_image, new_layout, save_layout, save_plots
+from app.figures.plots import (
+    Curve,
+    Plot,
+    add_caption,
+    add_image,
+    add_plot,
+    label_axis,
+    new_layout,
+    save_layout,
+)
+from model.scene.region import Region
+from model.scene.transfer_function import TF_SAMPLES
 from model.sensitivity.display import (
     UNIT,
     color_bar,
@@ -26,12 +37,24 @@ MEASURE_NAMES: dict[Measure, str] = {
     "signed": "change (brighter or darker)",
 }
 
-FIGURE_SIZE = 980, 500
+FIGURE_SIZE = 980, 540
+CURVE_SIZE = 1180, 640
 BAR_WIDTH = 110
 
 
-def save_figure(path: Path, result: SensitivityResult) -> None:
+def save_figure(
+    path: Path, result: SensitivityResult, caption: str = "", region: Region | None = None
+) -> None:
     """Draw a result as a PNG file.
+
+    Parameters
+    ----------
+    path : Path
+    result : SensitivityResult
+    caption : str
+        What the image shows: volume, view, TF, lighting.
+    region : Region or None
+        Rectangle to outline in the image of a region's sensitivity.
 
     Raises
     ------
@@ -39,12 +62,12 @@ def save_figure(path: Path, result: SensitivityResult) -> None:
         When the file cannot be written.
     """
     if result.kind == "region":
-        _save_curve(path, result)
+        _save_curve(path, result, caption, region)
     else:
-        _save_field(path, result)
+        _save_field(path, result, caption)
 
 
-def _save_curve(path: Path, result: SensitivityResult) -> None:
+def _save_curve(path: Path, result: SensitivityResult, caption: str, region: Region | None) -> None:
     values = result.scalar_values
     shown = shown_responses(result.sensitivity, result.pixels, result.width)
     sensitivity = Curve(f"{result.source}", values, shown)
@@ -53,19 +76,24 @@ def _save_curve(path: Path, result: SensitivityResult) -> None:
     limit = 1.2 * float(np.abs(shown[result.in_window]).max(initial=0.0)) or None
     title = f"Sensitivity of {result.place}"
     if limit is not None and np.abs(shown).max() > limit:
-        title += f"; reaches {shown[np.abs(shown).argmax()]:.3g}"
-    save_plots(
-        path,
-        [
-            Plot(title, result.axis_label, f"{name} per +.01 opacity", (sensitivity,),
-                 y_limit=limit),
-            Plot("Opacity TF", result.axis_label, "opacity", (opacity,)),
-        ],
-        height=300,
-    )  # fmt: skip
+        title += f"; reaches beyond to {shown[np.abs(shown).argmax()]:.3g}"
+    plots = (
+        Plot(title, result.axis_label, f"{name} per +.01 opacity", (sensitivity,), y_limit=limit),
+        Plot("Opacity TF", result.axis_label, "opacity", (opacity,)),
+    )
+    layout = new_layout(*CURVE_SIZE)
+    for row, plot in enumerate(plots):
+        add_plot(layout, row, 0, plot)
+    image = add_image(layout, 0, 1, "Image", result.image, rows=2)
+    if region is not None:
+        _outline(image, region)
+    _share_width(layout, 3, 2)
+    caption = ", ".join(filter(None, [caption, _edits(result)]))
+    add_caption(layout, 2, 2, caption, CURVE_SIZE[0])
+    save_layout(path, layout, f"{title}. {caption}")
 
 
-def _save_field(path: Path, result: SensitivityResult) -> None:
+def _save_field(path: Path, result: SensitivityResult, caption: str) -> None:
     image = np.clip(result.image, 0, 1)
     size = len(image)
     measure = result.measure
@@ -79,11 +107,40 @@ def _save_field(path: Path, result: SensitivityResult) -> None:
         label, measure = "mean over values, each relative to its largest", "change"
     scale = scale_of(field)
     layout = new_layout(*FIGURE_SIZE)
-    layout.addLabel(f"Sensitivity to {result.place}: {result.source}", 0, 0, 1, 3, color="k")
+    title = f"Sensitivity to {result.place}: {result.source}"
+    layout.addLabel(title, 0, 0, 1, 3, color="k")
     add_image(layout, 1, 0, "Image", image)
     add_image(layout, 1, 1, MEASURE_NAMES[measure], overlay(image, field, scale, measure))
     _add_bar(layout, measure, scale, label)
-    save_layout(path, layout)
+    _share_width(layout, 1, 1)
+    caption = ", ".join(filter(None, [caption, _edits(result)]))
+    add_caption(layout, 2, 3, caption, FIGURE_SIZE[0])
+    save_layout(path, layout, f"{title}. {caption}")
+
+
+def _share_width(layout: Any, *shares: int) -> None:
+    """Divide the width among the columns."""
+    for column, share in enumerate(shares):
+        layout.ci.layout.setColumnStretchFactor(column, share)
+        layout.ci.layout.setColumnPreferredWidth(column, 100 * share)
+
+
+def _edits(result: SensitivityResult) -> str:
+    """Say how wide the edits are."""
+    if not result.width:
+        return "edits of single samples of the TF"
+    lo, hi = result.scalar_range
+    units = f" {result.units}" if result.units else ""
+    width = result.width / (TF_SAMPLES - 1) * (hi - lo)
+    return f"edits of standard deviation {width:.3g}{units}"
+
+
+def _outline(plot: Any, region: Region) -> None:
+    import pyqtgraph as pg
+
+    x = [region.left, region.right, region.right, region.left, region.left]
+    y = [region.top, region.top, region.bottom, region.bottom, region.top]
+    plot.plot(x, y, pen=pg.mkPen("w", width=2))
 
 
 def _add_bar(layout: Any, measure: Measure, scale: float, label: str) -> None:
@@ -100,7 +157,5 @@ def _add_bar(layout: Any, measure: Measure, scale: float, label: str) -> None:
     plot.hideAxis("bottom")
     plot.hideAxis("left")
     plot.showAxis("right")
-    axis = plot.getAxis("right")
-    axis.enableAutoSIPrefix(False)
-    axis.setLabel(label)
+    label_axis(plot, "right", label)
     plot.setFixedWidth(BAR_WIDTH)

@@ -155,6 +155,7 @@ def record_verdict(folder: Path, volume: Volume) -> str:
     """
     generator = Generator.load(folder, "auto", "auto")
     scene, seed = generator.scene, int(generator.card.training.get("dataset_seed", 0))
+    volume = volume.over(scene.scalar_range)
     renderer = make_renderer(volume, scene, threads=None)
     try:
         rendered = render_samples(renderer, scene, seed, "holdout", range(RECORDED))

@@ -122,13 +122,13 @@ def _generator_rows(
     for i, (image, opacity, true_opacity) in enumerate(_render(generator, samples)):
         truth = samples.rgba[i] / 255
         on_image(image, truth[..., :3])
-        errors = _errors(image, truth)
+        errors = image_errors(image, truth)
         yield errors | {"opacity_rmse": metrics.rmse(opacity, true_opacity)}
 
 
 def _neighbor_rows(samples: SampleBatch, store: SampleStore) -> Iterator[dict[str, float]]:
     for nearest, truth in zip(nearest_images(samples.rgba, store), samples.rgba, strict=True):
-        yield _errors(nearest[..., :3] / 255, truth / 255)
+        yield image_errors(nearest[..., :3] / 255, truth / 255)
 
 
 def pictures(
@@ -184,7 +184,8 @@ def _render(
         )
 
 
-def _errors(image: NDArray[Any], truth: NDArray[np.float64]) -> dict[str, float]:
+def image_errors(image: NDArray[Any], truth: NDArray[np.float64]) -> dict[str, float]:
+    """Return the errors of an image (S, S, 3) against the true one (S, S, 4), by measure."""
     color, opacity = truth[..., :3], truth[..., 3]
     lpips = metrics.shift_tolerant_lpips(image, color)
     return {

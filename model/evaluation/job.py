@@ -14,9 +14,11 @@ from numpy.typing import NDArray
 from model.errors import DatasetError, VolumeError
 from model.evaluation.alternatives import compare_alternatives
 from model.evaluation.error_profile import Group, error_profile, to_json
+from model.evaluation.forecast import EvaluationParts, forecast_seconds
 from model.evaluation.holdout import evaluate, pictures
 from model.evaluation.report import extremes, picture_sheet
 from model.generator.generator import Generator
+from model.networks.card import ModelCard
 from model.samples.sample_rendering import render_store
 from model.samples.sample_store import SampleStore
 from model.samples.sampling import draw_sample, sample_kind
@@ -25,10 +27,18 @@ from model.scene.volume import Volume
 from model.sensitivity.agreement import sensitivity_agreement
 from model.volume_files.source import VolumeSource, volume_of
 
+DEFAULT_COUNT = 2000
+"""Hold-out samples for which the numbers below are; fewer samples have proportionally fewer."""
+
+DEFAULT_NEIGHBORS = 2000
+
 DEFAULT_SENSITIVITIES = 200
 
 COMPARED = 50
 """Hold-out samples that are also drawn by what could be used instead of the model."""
+
+LEAST = 5
+"""Least number of samples of a part, if there are so many."""
 
 Progress = Callable[[str, int, int], None]
 """Called with an activity ("rendering", "measuring", "comparing", "differentiating"), what is
@@ -49,11 +59,13 @@ class EvaluationJob:
     store : Path or None
         The data set that the model was trained on. None renders the hold-out samples, and
         as many training samples as `neighbors`, anew: they follow from the model's seed.
-    neighbors : int
-        Training images that are searched for nearest neighbours.
+    neighbors : int or None
+        Training images that are rendered, and searched for nearest neighbours; None takes as
+        many as hold-out samples, at most :data:`DEFAULT_NEIGHBORS`.
     sensitivities : int or None
-        Hold-out samples whose sensitivities are compared with the renderer's; None takes
-        :data:`DEFAULT_SENSITIVITIES` where the volume is at hand, but under global light.
+        Hold-out samples whose sensitivities are compared with the renderer's; None takes a
+        tenth of them, at most :data:`DEFAULT_SENSITIVITIES`, where the volume is at hand, but
+        under global light.
     workers : int or None
         Rendering processes, one per processor by default.
     device : {"auto", "cpu", "cuda"}
@@ -62,14 +74,47 @@ class EvaluationJob:
     """
 
     model: Path
-    count: int = 2000
+    count: int = DEFAULT_COUNT
     volume: VolumeSource = field(default_factory=VolumeSource)
     store: Path | None = None
-    neighbors: int = 2000
+    neighbors: int | None = None
     sensitivities: int | None = None
     workers: int | None = None
     device: str = "auto"
     illustrated: bool = False
+
+    def parts(self, card: ModelCard, stored_images: int | None, at_hand: bool) -> EvaluationParts:
+        """Return the numbers of samples in all parts.
+
+        Parameters
+        ----------
+        card : ModelCard
+            The model's.
+        stored_images : int or None
+            Training images of the data set; None where samples are rendered.
+        at_hand : bool
+            Whether the volume is.
+        """
+        neighbors = stored_images
+        if neighbors is None:
+            wanted = self._share(DEFAULT_NEIGHBORS) if self.neighbors is None else self.neighbors
+            # No more than the model has learned from.
+            neighbors = min(wanted, int(card.training.get("samples_stored", wanted)))
+        differentiated = self.sensitivities
+        if differentiated is None:
+            differentiated = self._share(DEFAULT_SENSITIVITIES)
+        return EvaluationParts(
+            measured=self.count,
+            neighbors=neighbors,
+            rendered=self.count + neighbors if stored_images is None else 0,
+            compared=self._share(COMPARED) if at_hand else 0,
+            differentiated=differentiated if at_hand and card.scene.lighting != "global" else 0,
+        )
+
+    def _share(self, default: int) -> int:
+        """Return the number that goes with the count, where `default` goes with its default."""
+        wanted = -(-default * self.count // DEFAULT_COUNT)
+        return min(max(wanted, LEAST), self.count, default)
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,6 +145,7 @@ def run_evaluation(
     on_progress: Progress = lambda activity, done, total: None,
     on_images: Callable[[EvaluationResult], None] = lambda result: None,
     on_note: Callable[[str], None] = lambda note: None,
+    on_forecast: Callable[[float], None] = lambda seconds: None,
 ) -> EvaluationResult:
     """Measure a model.
 
@@ -111,6 +157,8 @@ def run_evaluation(
         Called when all but the sensitivities is measured.
     on_note : callable
         Called with a sentence when the sensitivities are left out.
+    on_forecast : callable
+        Called, before most of the work, with the seconds that it will take.
 
     Raises
     ------
@@ -121,16 +169,24 @@ def run_evaluation(
     generator = Generator.load(job.model, job.device, "auto")
     # Before anything is measured: what is missing had better be said first.
     volume = _volume(job, generator, on_note)
-    if job.store is not None:
-        store = _store(job, generator, job.store)
-        result = _measure(job, generator, store, volume, on_progress)
+    store = None if job.store is None else _store(job, generator, job.store)
+    stored_images = None if store is None else store.count("train")
+    parts = job.parts(generator.card, stored_images, volume is not None)
+    pair = None if store is None else store.read("holdout", range(2))
+    on_forecast(forecast_seconds(generator, volume, parts, pair, job.workers))
+    if store is not None:
+        result = _measure(job, parts, generator, store, volume, on_progress)
     else:
+        assert volume is not None
         with tempfile.TemporaryDirectory() as scratch:
-            store = _render(job, generator, Path(scratch), on_progress)
-            result = _measure(job, generator, store, volume, on_progress)
+            store = _render(job, parts, generator, volume, Path(scratch), on_progress)
+            result = _measure(job, parts, generator, store, volume, on_progress)
     on_images(result)
-    if volume is not None and generator.scene.lighting != "global" and job.sensitivities != 0:
-        result.figures["sensitivity_agreement"] = _agreement(job, generator, volume, on_progress)
+    if volume is not None and parts.differentiated:
+        count = parts.differentiated
+        result.figures["sensitivity_agreement"] = _agreement(
+            generator, volume, count, lambda done: on_progress("differentiating", done, count)
+        )
     return result
 
 
@@ -155,17 +211,21 @@ def _store(job: EvaluationJob, generator: Generator, path: Path) -> SampleStore:
 
 
 def _render(
-    job: EvaluationJob, generator: Generator, scratch: Path, on_progress: Progress
+    job: EvaluationJob,
+    parts: EvaluationParts,
+    generator: Generator,
+    volume: Volume,
+    scratch: Path,
+    on_progress: Progress,
 ) -> SampleStore:
-    scene = generator.scene
-    volume = volume_of(scene.volume_fingerprint, scene.volume_name, job.volume)
-    training = generator.card.training
-    neighbors = min(job.neighbors, int(training.get("samples_stored", job.neighbors)))
-    seed = int(training.get("dataset_seed", 0))
+    seed = int(generator.card.training.get("dataset_seed", 0))
     store = SampleStore.create(
-        scratch / "samples.zarr", scene, seed, {"holdout": job.count, "train": neighbors}
+        scratch / "samples.zarr",
+        generator.scene,
+        seed,
+        {"holdout": parts.measured, "train": parts.neighbors},
     )
-    total, done = job.count + neighbors, 0
+    total, done = parts.rendered, 0
 
     def count(new: int) -> None:
         nonlocal done
@@ -178,6 +238,7 @@ def _render(
 
 def _measure(
     job: EvaluationJob,
+    parts: EvaluationParts,
     generator: Generator,
     store: SampleStore,
     volume: Volume | None,
@@ -205,7 +266,7 @@ def _measure(
         },
     }
     if volume is not None:
-        first = range(min(COMPARED, len(errors)))
+        first = range(parts.compared)
         ways = 5 if store.scene.is_scattering else 4
         inputs = [draw_sample(store.scene, store.seed, "holdout", index) for index in first]
         figures["alternatives"] = compare_alternatives(
@@ -225,9 +286,9 @@ def _volume(
     """The volume that the model is compared on; None where it is not at hand."""
     scene = generator.scene
     try:
-        return volume_of(scene.volume_fingerprint, scene.volume_name, job.volume)
+        return volume_of(scene, job.volume)
     except VolumeError:
-        if job.sensitivities:
+        if job.sensitivities or job.store is None:
             raise
         on_note(
             "Without the volume, the model is compared neither with what could be used "
@@ -237,13 +298,10 @@ def _volume(
 
 
 def _agreement(
-    job: EvaluationJob, generator: Generator, volume: Volume, on_progress: Progress
+    generator: Generator, volume: Volume, count: int, on_progress: Callable[[int], None]
 ) -> dict[str, Any]:
     """Compare sensitivities with the renderer's on the first hold-out samples."""
-    count = job.sensitivities or DEFAULT_SENSITIVITIES
     seed = int(generator.card.training.get("dataset_seed", 0))
     samples = [draw_sample(generator.scene, seed, "holdout", i) for i in range(count)]
-    agreement = sensitivity_agreement(
-        generator, volume, samples, lambda done: on_progress("differentiating", done, count)
-    )
+    agreement = sensitivity_agreement(generator, volume, samples, on_progress)
     return {"count": count, **agreement.to_json()}

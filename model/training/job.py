@@ -97,6 +97,7 @@ class TrainingJob:
             "movable light": self.movable_light,
             "TF family": self.tf_family != "drawn",
             "window": self.window is not None,
+            "range": self.volume.scalar_range is not None,
             "reuse": self.reuse is not None,
             "renderer": self.renderer != "raycast",
             "workers": self.workers is not None,

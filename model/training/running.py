@@ -55,6 +55,9 @@ def run_job(
     with parallel.process_group(choose_device(job.device)) as device:
         volume = _volume(job)
         source = _source(job, volume, device.type)
+        if volume is not None:
+            # A stored data set has a range of its own.
+            volume = volume.over(source.scene.scalar_range)
         check_image_size(job.size, source.scene)
         first = not parallel.rank()
         # From here on the folder is the run's: no wish to stop gets lost while all is prepared.

@@ -7,8 +7,12 @@ from pathlib import Path
 from typing import cast
 
 from model.errors import VolumeError
+from model.scene.range_choice import RangeChoice
+from model.scene.robust_range import robust_range
+from model.scene.scene import Scene
 from model.scene.volume import Volume
-from model.volume_files import Component, RawLayout, read_volume
+from model.volume_files import SUFFIXES, Component, RawLayout, read_volume
+from model.volume_files.dicom_tags import is_dicom
 from model.volume_files.shipped import DEFAULT_VOLUME, shipped_volumes
 
 
@@ -24,23 +28,58 @@ class VolumeSource:
         Layout of a headerless file, see :meth:`RawLayout.parse`; None if in the file's name.
     component : str or None
         "magnitude" or an index from 0, for files with several components per voxel.
+    scalar_range : str or None
+        Range over which to look at it, see :meth:`RangeChoice.parse`; None for the robust one.
     """
 
     path: Path | None = None
     raw: str | None = None
     component: str | None = None
+    scalar_range: str | None = None
 
     def read(self) -> Volume:
-        """Read the volume; the shipped default if there is no path.
+        """Read the volume, over its range; the shipped default if there is no path.
 
         Raises
         ------
         VolumeError
-            When the options or the file are invalid.
+            When the options or the file are invalid, or the range does not fit the volume.
         """
+        choice = self._range()
+        volume = self.read_whole()
+        return volume.over(robust_range(volume) if choice is None else choice.of(volume))
+
+    def read_whole(self) -> Volume:
+        """Read the volume over the range of all its voxels; see :meth:`read`."""
         return read_volume(
             self.path or DEFAULT_VOLUME, raw=self._layout(), component=self._component()
         )
+
+    def check(self) -> None:
+        """Refuse what is no volume at first sight, without reading it.
+
+        Raises
+        ------
+        VolumeError
+            When the options are invalid, or the file is missing or of an unknown kind.
+        """
+        self._layout()
+        self._component()
+        self._range()
+        path = self.path
+        if path is None:
+            return
+        if not path.exists():
+            raise VolumeError(f"{path}: there is no such file or folder; check the path.")
+        known = self.raw is not None or path.name.lower().endswith(SUFFIXES)
+        if not known and path.is_file() and not is_dicom(path):
+            raise VolumeError(
+                f"{path}: files of this kind are not known here; "
+                f"supported are {', '.join(SUFFIXES)} and folders of DICOM or TIFF slices."
+            )
+
+    def _range(self) -> RangeChoice | None:
+        return None if self.scalar_range is None else RangeChoice.parse(self.scalar_range)
 
     def _layout(self) -> RawLayout | None:
         if self.raw is None:
@@ -63,8 +102,10 @@ class VolumeSource:
         return int(self.component)
 
 
-def volume_of(fingerprint: str, name: str, source: VolumeSource) -> Volume:
-    """Read the volume that a model was trained on, from a source or from the shipped ones.
+def volume_of(scene: Scene, source: VolumeSource) -> Volume:
+    """Read the volume of a model's scene, from a source or from the shipped ones.
+
+    It comes over the scene's scalar range, whatever the source says.
 
     Raises
     ------
@@ -73,15 +114,17 @@ def volume_of(fingerprint: str, name: str, source: VolumeSource) -> Volume:
         the shipped volumes matches.
     """
     if source.path is not None:
-        volume = source.read()
-        if volume.fingerprint != fingerprint:
-            raise VolumeError(f"{source.path}: the model was trained on another volume, '{name}'.")
-        return volume
+        volume = source.read_whole()
+        if volume.fingerprint != scene.volume_fingerprint:
+            raise VolumeError(
+                f"{source.path}: the model was trained on another volume, '{scene.volume_name}'."
+            )
+        return volume.over(scene.scalar_range)
     for candidate in shipped_volumes():
         volume = read_volume(candidate)
-        if volume.fingerprint == fingerprint:
-            return volume
+        if volume.fingerprint == scene.volume_fingerprint:
+            return volume.over(scene.scalar_range)
     raise VolumeError(
-        f"The model was trained on '{name}', which is not shipped; give its file.",
+        f"The model was trained on '{scene.volume_name}', which is not shipped; give its file.",
         volume="FILE",
     )

@@ -11,19 +11,25 @@ import pytest
 from PySide6.QtCore import QTimer
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QApplication
+from ramp import make_tf
 from window_fakes import FakeBuilders
 
 from app import launch
 from app.engines.engines import FASTEST
 from app.launch import run_window
 from app.state.transfer_function_store import TransferFunctionStore
+from app.state.window_start import WindowStart
 from app.window.main_window import MainWindow
 from model.errors import CheckpointError
+from model.scene.transfer_function import GaussianMode, OpacityTF, TransferFunction
+from model.scene.view import View
+
+START = WindowStart(Path("ramp"), Path("model"))
 
 
 def test_a_screenshot_shows_both_images(builders: FakeBuilders, tmp_path: Path) -> None:
     path = tmp_path / "window.png"
-    code = run_window(Path("ramp"), Path("model"), FASTEST, path, builders.make())
+    code = run_window(START, FASTEST, path, builders.make())
     image = QImage(str(path))
     assert code == 0
     assert (image.width(), image.height()) == (1280, 860)
@@ -35,9 +41,27 @@ def test_a_screenshot_shows_both_images(builders: FakeBuilders, tmp_path: Path) 
         assert image.pixelColor(x, 300).getRgb() == (last[0].sequence, 0, 0, 255)
 
 
+def test_the_window_starts_as_it_is_told(builders: FakeBuilders, tmp_path: Path) -> None:
+    tf = TransferFunction(
+        OpacityTF((100.0, 200.0), (GaussianMode(140.0, 5.0, 0.3),)), make_tf().color
+    )
+    tf.save(tmp_path / "tf.json")
+    view = View(10.0, -20.0, 5.0, 0.6)
+    start = WindowStart(
+        Path("ramp"), Path("model"), tf=tmp_path / "tf.json", view=view, size=(1400, 900)
+    )
+    path = tmp_path / "window.png"
+    assert run_window(start, FASTEST, path, builders.make()) == 0
+    image = QImage(str(path))
+    assert (image.width(), image.height()) == (1400, 900)
+    for engine in (builders.generators[0], builders.references[0]):
+        assert engine.requests[-1].inputs.view == view
+        assert engine.requests[-1].inputs.transfer_function == tf
+
+
 def test_a_screenshot_needs_no_model(builders: FakeBuilders, tmp_path: Path) -> None:
     path = tmp_path / "window.png"
-    assert run_window(Path("ramp"), None, FASTEST, path, builders.make()) == 0
+    assert run_window(WindowStart(Path("ramp")), FASTEST, path, builders.make()) == 0
     assert path.exists()
 
 
@@ -52,7 +76,7 @@ def test_an_error_is_in_the_picture_and_printed(
     if broken == "model":
         builders.generator_error = CheckpointError("model: the weights are truncated.")
     volume = Path("gone" if broken == "volume" else "ramp")
-    assert run_window(volume, Path("model"), FASTEST, path, builders.make()) == 2
+    assert run_window(WindowStart(volume, Path("model")), FASTEST, path, builders.make()) == 2
     assert path.exists()
     printed = capsys.readouterr().err.splitlines()
     expected = {
@@ -66,7 +90,7 @@ def test_a_screenshot_that_cannot_be_written_is_told(
     builders: FakeBuilders, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "missing" / "window.png"
-    assert run_window(Path("ramp"), None, FASTEST, path, builders.make()) == 2
+    assert run_window(WindowStart(Path("ramp")), FASTEST, path, builders.make()) == 2
     assert str(path) in capsys.readouterr().err
 
 
@@ -79,7 +103,7 @@ def test_without_a_display_one_sentence_names_the_way_out(
     monkeypatch.setattr("sys.platform", "linux")
     for variable in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"):
         monkeypatch.delenv(variable, raising=False)
-    assert run_window(Path("ramp"), None, FASTEST, None, builders.make()) == 2
+    assert run_window(WindowStart(Path("ramp")), FASTEST, None, builders.make()) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert "--screenshot" in line
 
@@ -97,7 +121,7 @@ def test_control_c_closes_the_window(
         os.kill(os.getpid(), signal.SIGINT)
 
     QTimer.singleShot(0, interrupt)
-    assert run_window(Path("ramp"), None, FASTEST, None, builders.make()) == 0
+    assert run_window(WindowStart(Path("ramp")), FASTEST, None, builders.make()) == 0
     assert opened == [True]
     assert signal.getsignal(signal.SIGINT) is before
 
@@ -119,7 +143,7 @@ def test_an_image_that_never_comes_does_not_hang_the_screenshot(
 
     helper = threading.Thread(target=load_after_the_screenshot)
     helper.start()
-    assert run_window(Path("ramp"), Path("model"), FASTEST, path, builders.make()) == 2
+    assert run_window(START, FASTEST, path, builders.make()) == 2
     helper.join()
     assert "before both images" in capsys.readouterr().err
 

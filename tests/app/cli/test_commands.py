@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 from skimage.io import imread
 
 from app.cli import run
@@ -419,7 +420,9 @@ def test_evaluate_compares_with_the_nearest_neighbour(
     for part in (result, result["nearest_neighbor"]):
         for measure in ("rmse", "emd", "ssim"):
             assert set(part[measure]) == {"mean", "median", "p95", "interval"}
-    assert f"{result['rmse']['mean']:.4f}" in capsys.readouterr().out
+    told = capsys.readouterr()
+    assert f"{result['rmse']['mean']:.4f}" in told.out
+    assert told.err.startswith("tfscope: Measuring takes ")
     agreement = result["sensitivity_agreement"]
     assert agreement["count"] == 3
     for measure in ("image_cosine", "image_rank", "block_cosine", "block_rank", "single_cosine"):
@@ -431,6 +434,39 @@ def test_evaluate_compares_with_the_nearest_neighbour(
     again = json.loads(out.read_text())
     assert again["rmse"]["mean"] == pytest.approx(result["rmse"]["mean"])
     assert again["nearest_neighbor"]["rmse"]["mean"] <= result["nearest_neighbor"]["rmse"]["mean"]
+
+
+def test_a_model_is_not_asked_silently_for_what_it_was_not_trained_on(
+    trained: Path, tf_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    base = f"render --renderer generator --model {trained} --tf {tf_file} --out {tmp_path}/x.png"
+    assert run([*base.split(), "--view", "10,20"]) == 0
+    assert capsys.readouterr().err == ""
+    assert run([*base.split(), "--view", "10,85", "--crop", "0,1,0,0.5,0,1"]) == 0
+    [line] = capsys.readouterr().err.splitlines()
+    assert "Outside the training range: elevation 85° (±80°), a crop box" in line
+
+
+def test_a_picture_says_what_it_shows(raw_file: Path, tf_file: Path, tmp_path: Path) -> None:
+    out = tmp_path / "new" / "folder" / "x.png"
+    arguments = f"render --renderer raycast --volume {raw_file} --tf {tf_file} --size 16"
+    arguments += f" --view 10,20,0,.5 --lighting direct --light 20,30 --out {out}"
+    assert run(arguments.split()) == 0
+    with Image.open(out) as picture:
+        facts = picture.text
+    assert facts["Volume"] == "ball"
+    assert facts["View"] == "10,20,0,0.5"
+    assert (facts["Lighting"], facts["Light"]) == ("direct", "20,30")
+    assert facts["Software"].startswith("tfscope ")
+    tf = json.loads(facts["Transfer function"])
+    assert TransferFunction.from_json(tf) == TransferFunction.load(tf_file)
+    figure = tmp_path / "other" / "s.png"
+    arguments = f"sensitivity --volume {raw_file} --tf {tf_file} --size 16 --out {figure}"
+    assert run([*arguments.split(), "--region", "4,4,12,12", "--view", "10,20"]) == 0
+    with Image.open(figure) as picture:
+        told = picture.text["Description"]
+    for part in ("region 4,4,12,12", "ball", "view 10,20,0,1", "TF tf.json", "lighting none"):
+        assert part in told
 
 
 def test_what_is_rendered_already_needs_no_more_room(
@@ -459,11 +495,11 @@ def test_a_study_says_where_it_cannot_write(
 
 def test_the_window_opens_the_volume_of_a_model(monkeypatch: pytest.MonkeyPatch) -> None:
     opened: list[Path] = []
-    monkeypatch.setattr("app.launch.run_window", lambda volume, *_: opened.append(volume) or 0)
+    monkeypatch.setattr("app.launch.run_window", lambda start, *_: opened.append(start.volume) or 0)
     for folder in shipped_models():
         run(["--model", str(folder)])
         assert read_volume(opened[-1]).fingerprint == load_card(folder).scene.volume_fingerprint
-    run(["--model", "nowhere"])
+    assert run([]) == 0
     assert opened[-1] == DEFAULT_VOLUME
 
 
@@ -480,15 +516,22 @@ def test_training_leaves_a_curve(trained: Path) -> None:
 
 BAD_INPUT = [
     ("render --volume none.nrrd --out x.png", "no such file"),
-    ("render --view 1,2,3,4,5 --out x.png", "not a view"),
+    ("render --view 1,2,3,4,5,6,7 --out x.png", "not a view"),
     ("render --tf none.json --out x.png", "cannot be read"),
     ("render --out x.jpg", "must end in .png or .npy"),
     ("render --renderer generator --model nowhere --out x.png", "no model here"),
     ("render --size 5 --out x.png", "--size"),
     ("render", "--out"),
     ("render --renderer oil --out x.png", "--renderer"),
+    ("render --out x.png --crop 0,1,0,1", "not a crop box"),
+    ("render --out x.png --lighting none --light 0,0", "Try: --lighting direct"),
+    ("bench renderers --plot curve.pdf", "must end in .png"),
+    ("--screenshot window.jpg", "must end in .png"),
+    ("--size 10x10", "not a size of the window"),
+    ("--lighting none --light 0,0", "no light to be moved"),
+    ("none.nrrd", "neither a command"),
     ("render --component 1.5 --out x.png", "not a component"),
-    ("render --volume x.bin --raw huge --out x.png", "not the layout"),
+    ("render --volume . --raw huge --out x.png", "not the layout"),
     ("dataset --count 0 --out x", "--count"),
     ("dataset --count 5 --window 1 --out x", "not a scalar window"),
     ("sensitivity --engine learned --lighting direct --out x.png", "--engine exact"),
@@ -502,7 +545,7 @@ BAD_INPUT = [
     ("sensitivity --value 7 --out x.png", "outside the volume's range"),
     ("bench renderers --volume none.nrrd", "no such file"),
     ("train --out x --reuse 0.5", "--reuse"),
-    ("train --out x --dataset y --lighting direct --reuse 2", "lighting and reuse"),
+    ("train --out x --dataset . --lighting direct --reuse 2", "lighting and reuse"),
     ("dataset --count 99999999999 --out x", "--count"),
     ("dataset --count 9999999 --size 4096 --out x", "GB"),
     ("sensitivity --size 4096 --block 1 --out x.npz", "larger blocks"),

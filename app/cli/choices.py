@@ -1,0 +1,160 @@
+"""Choices among names on the command line, and what they are called in model/."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import TYPE_CHECKING, cast
+
+from model.scene.scene import Lighting, RendererName, TFFamily
+
+if TYPE_CHECKING:
+    from model.networks.size import Architecture
+    from model.sensitivity.measure import Measure
+
+
+class LightingOption(StrEnum):
+    """The lightings of a scene, for the command line."""
+
+    NONE = "none"
+    DIRECT = "direct"
+    GLOBAL = "global"
+
+
+class SensitivityEngine(StrEnum):
+    """Engines that differentiate, for the command line."""
+
+    EXACT = "exact"
+    LEARNED = "learned"
+    BLOCKWISE = "blockwise"
+
+
+class MeasureOption(StrEnum):
+    """Measures of a region's reaction to an edit, for the command line."""
+
+    SIGNED = "signed"
+    CHANGE = "change"
+
+
+class StudyName(StrEnum):
+    """The paper's studies, for the command line."""
+
+    BASELINES = "baselines"
+    LATENT_DIM = "latent-dim"
+    L1_WEIGHT = "l1-weight"
+
+
+class Renderer(StrEnum):
+    """Renderers of a single image, for the command line."""
+
+    VTK = "vtk"
+    RAYCAST = "raycast"
+    GENERATOR = "generator"
+
+
+class ReferenceOption(StrEnum):
+    """Renderers of the window's reference image, for the command line."""
+
+    AUTO = "auto"
+    VTK = "vtk"
+    RAYCAST = "raycast"
+
+
+class SampleRenderer(StrEnum):
+    """Renderers of training samples, for the command line."""
+
+    VTK = "vtk"
+    RAYCAST = "raycast"
+
+
+class Device(StrEnum):
+    """Devices that networks run on, for the command line."""
+
+    AUTO = "auto"
+    CPU = "cpu"
+    CUDA = "cuda"
+
+
+class BackendOption(StrEnum):
+    """Backends of generators, for the command line."""
+
+    AUTO = "auto"
+    EAGER = "eager"
+    COMPILED = "compiled"
+    OPENVINO = "openvino"
+    ONNXRUNTIME = "onnxruntime"
+
+
+class PrecisionOption(StrEnum):
+    """Precisions of generators, for the command line."""
+
+    FLOAT32 = "float32"
+    BFLOAT16 = "bfloat16"
+
+
+class TrainingPrecision(StrEnum):
+    """Precisions of training, for the command line."""
+
+    AUTO = "auto"
+    FLOAT32 = "float32"
+    BFLOAT16 = "bfloat16"
+
+
+class Preset(StrEnum):
+    """Presets of network and image sizes, for the command line."""
+
+    DRAFT = "draft"
+    COMPACT = "compact"
+    LARGE = "large"
+    PAPER = "paper"
+
+
+class ArchitectureOption(StrEnum):
+    """Architectures of generators, for the command line."""
+
+    REFINED = "refined"
+    PAPER = "paper"
+
+
+class TFFamilyOption(StrEnum):
+    """Families of random TFs, for the command line."""
+
+    PAPER = "paper"
+    DRAWN = "drawn"
+
+
+class CodecKindOption(StrEnum):
+    """Kinds of codecs, see :class:`model.training.codec_training.CodecDesign`."""
+
+    PLAIN = "plain"
+    CONTRACTIVE = "contractive"
+    VARIATIONAL = "variational"
+
+
+def renderer_name(option: StrEnum) -> RendererName:
+    """Return the renderer's name of an option."""
+    return cast(RendererName, str(option))
+
+
+def family_name(option: TFFamilyOption) -> TFFamily:
+    """Return the TF family of an option."""
+    return cast(TFFamily, str(option))
+
+
+def architecture_name(option: ArchitectureOption | None) -> Architecture | None:
+    """Return the architecture of an option; None for the preset's own."""
+    return None if option is None else option.value
+
+
+def lighting(option: LightingOption) -> Lighting:
+    """Return the lighting of an option."""
+    return cast(Lighting, str(option))
+
+
+def measure(option: MeasureOption) -> Measure:
+    """Return the measure of an option."""
+    return cast("Measure", str(option))
+
+
+def minutes_of(minutes: float | None, samples: int | None, default: float) -> float | None:
+    """The budget in minutes: the default where no budget is given at all."""
+    return default if minutes is None and samples is None else minutes

@@ -1,0 +1,182 @@
+"""The commands ``info``, ``render`` and ``sensitivity`` and their options."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, cast
+
+import typer
+
+from app.cli import choices, options, values
+from model.volume_files.source import VolumeSource
+
+
+def info(
+    path: Annotated[
+        Path,
+        typer.Argument(
+            metavar="FILE_OR_MODEL", help="A volume or a model.", callback=values.volume
+        ),
+    ],
+    raw: options.RawLayoutText = None,
+    component: options.ComponentName = None,
+) -> None:
+    """Print what a volume file or a model folder holds."""
+    from app.cli.info import print_info
+
+    print_info(VolumeSource(path, raw, component))
+
+
+def render(
+    out: Annotated[
+        Path,
+        typer.Option(
+            "--out",
+            metavar="OUT",
+            help="OUT.png on black, or OUT.npy: float32 RGBA (H, W, 4).",
+            callback=values.output(".png", ".npy"),
+        ),
+    ],
+    renderer: Annotated[
+        choices.Renderer,
+        typer.Option("--renderer", help="The reference, the fast ray caster, or the model."),
+    ] = choices.Renderer.VTK,
+    volume: options.VolumeFile = None,
+    raw: options.RawLayoutText = None,
+    component: options.ComponentName = None,
+    scalar_range: options.ScalarRange = None,
+    model: options.ModelFolder = None,
+    view: options.ViewNumbers = values.HOME_VIEW,
+    tf: options.TFFile = None,
+    lighting: Annotated[
+        choices.LightingOption | None,
+        typer.Option("--lighting", help="For VTK and ray caster. (default: the model's, or none)"),
+    ] = None,
+    light: options.LightAngles = None,
+    crop: options.CropPlanes = None,
+    size: Annotated[
+        int | None,
+        typer.Option("--size", min=16, max=4096, help="Pixels. (default: the model's, or 256)"),
+    ] = None,
+    preintegrated: Annotated[
+        bool,
+        typer.Option(
+            "--preintegrated",
+            help="The unlit ray caster misses no narrow peaks of the TF: more exact, and slower.",
+        ),
+    ] = False,
+    device: options.DeviceName = choices.Device.AUTO,
+    backend: options.BackendName = choices.BackendOption.EAGER,
+    precision: options.PrecisionName = choices.PrecisionOption.FLOAT32,
+) -> None:
+    """Render one image to a file."""
+    from app.cli.render import RenderOrder, render_to_file
+
+    render_to_file(
+        RenderOrder(
+            renderer=str(renderer),
+            volume=values.source(volume, raw, component, scalar_range),
+            model=model,
+            view=view,
+            tf=tf,
+            lighting=lighting,
+            light=light,
+            crop=crop,
+            size=size,
+            preintegrated=preintegrated,
+            device=str(device),
+            backend=str(backend),
+            precision=str(precision),
+            out=out,
+        )
+    )
+
+
+def sensitivity(
+    out: Annotated[
+        Path,
+        typer.Option(
+            "--out",
+            metavar="OUT",
+            help="OUT.npz or OUT.csv: all numbers, OUT.png: a figure.",
+            callback=values.output(".png", ".npz", ".csv"),
+        ),
+    ],
+    model: options.ModelFolder = None,
+    volume: options.VolumeFile = None,
+    raw: options.RawLayoutText = None,
+    component: options.ComponentName = None,
+    scalar_range: options.ScalarRange = None,
+    engine: Annotated[
+        choices.SensitivityEngine | None,
+        typer.Option(
+            "--engine",
+            help="The ray caster's own derivative, the generator's, or the generator's block by "
+            "block, as in the paper. (default: learned with --model, else exact)",
+        ),
+    ] = None,
+    view: options.ViewNumbers = values.HOME_VIEW,
+    tf: options.TFFile = None,
+    lighting: Annotated[
+        choices.LightingOption | None,
+        typer.Option("--lighting", help="Of the ray caster's image; global: by differences."),
+    ] = None,
+    size: Annotated[
+        int | None,
+        typer.Option(
+            "--size", min=16, max=4096, help="Pixels of the rendering; a model has its own size."
+        ),
+    ] = None,
+    region: options.RegionEdges = None,
+    crop: options.CropPlanes = None,
+    value: Annotated[
+        float | None,
+        typer.Option("--value", help="Where in the image does this scalar value show?"),
+    ] = None,
+    block: Annotated[
+        int | None,
+        typer.Option(
+            "--block", min=1, help="All blocks of this many pixels, to edits at all values."
+        ),
+    ] = None,
+    width: Annotated[
+        float | None,
+        typer.Option(
+            "--width",
+            min=0,
+            help="Standard deviation of the edits, in the data's units; 0 for single samples of "
+            "the TF. (default: 6 of 256 samples)",
+        ),
+    ] = None,
+    measure: Annotated[
+        choices.MeasureOption,
+        typer.Option(
+            "--measure",
+            help="signed: the change of brightness, as in the paper; change: the size of the "
+            "change, also where the picture is black.",
+        ),
+    ] = choices.MeasureOption.SIGNED,
+    device: options.DeviceName = choices.Device.AUTO,
+) -> None:
+    """Find where in the TF an edit changes a region, or where in the image an edit shows."""
+    from app.cli.sensitivity import EngineName, SensitivityOrder, save_sensitivity
+
+    save_sensitivity(
+        SensitivityOrder(
+            volume=values.source(volume, raw, component, scalar_range),
+            model=model,
+            engine=None if engine is None else cast(EngineName, str(engine)),
+            view=view,
+            tf=tf,
+            size=size,
+            region=region,
+            crop=crop,
+            value=value,
+            block=block,
+            width=width,
+            measure=choices.measure(measure),
+            lighting=lighting,
+            device=str(device),
+            out=out,
+        )
+    )

@@ -1,0 +1,51 @@
+"""What the ``latent`` command is asked; checked before anything heavy is imported."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from model.errors import LatentError
+from model.scene.view import View
+from model.volume_files.source import VolumeSource
+
+Place = tuple[float, float]
+"""Place on the map."""
+
+Brush = tuple[float, float, float, float]
+"""Rectangle on the map: left, lower, right and upper edge."""
+
+
+@dataclass(frozen=True)
+class LatentOrder:
+    """Options of the ``latent`` command; see :func:`app.cli.latent_commands.latent`.
+
+    Raises
+    ------
+    LatentError
+        For several questions at once, for a TF file without a TF, and for a range beside a
+        model's own.
+    """
+
+    volume: VolumeSource
+    model: Path | None
+    samples: int
+    grid: Brush | None
+    at: Place | None
+    near: Path | None
+    view: View
+    tf: Path | None
+    size: int
+    out: Path
+
+    def __post_init__(self) -> None:
+        if sum(one is not None for one in (self.grid, self.at, self.near)) > 1:
+            raise LatentError("Give one of --grid, --at and --near, as each is a question.")
+        if self.model is not None and self.volume.scalar_range is not None:
+            raise LatentError(
+                "A model draws over the range that it was trained on; leave --range out."
+            )
+        if self.out.suffix.lower() == ".json" and self.at is None and self.near is None:
+            raise LatentError(
+                f"{self.out}: a JSON file holds one TF; say which by --at or --near.", at="0,0"
+            )

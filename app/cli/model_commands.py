@@ -1,0 +1,358 @@
+"""The commands ``dataset``, ``train``, ``evaluate`` and ``study`` and their options.
+
+The module is long because it holds the name, limits and help of each option, but no logic.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from app.cli import choices, options, values
+from app.cli.outputs import make_room_for
+from model.errors import TfscopeError, TrainingError
+
+
+def dataset(
+    out: Annotated[
+        Path,
+        typer.Option("--out", metavar="STORE", help="Zarr folder.", callback=values.output_folder),
+    ],
+    count: Annotated[
+        int,
+        typer.Option(
+            "--count", min=1, max=10_000_000, help="Training samples; a store never shrinks."
+        ),
+    ],
+    volume: options.VolumeFile = None,
+    raw: options.RawLayoutText = None,
+    component: options.ComponentName = None,
+    scalar_range: options.ScalarRange = None,
+    size: Annotated[
+        int, typer.Option("--size", min=16, max=4096, help="Width and height in pixels.")
+    ] = 256,
+    seed: options.Seed = 0,
+    renderer: options.SampleRendererName = choices.SampleRenderer.RAYCAST,
+    lighting: options.LightingName = choices.LightingOption.NONE,
+    movable_light: options.MovableLight = False,
+    family: options.TFFamilyName = choices.TFFamilyOption.DRAWN,
+    window: options.Window = None,
+    holdout: Annotated[
+        int | None,
+        typer.Option("--holdout", min=1, help="Hold-out samples. (default: a tenth, at most 2000)"),
+    ] = None,
+    workers: options.Workers = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(
+            "--scheduler",
+            metavar="ADDRESS",
+            help="Render on the workers of a Dask scheduler such as tcp://host:8786, or of a "
+            "local one. (default: processes of its own)",
+        ),
+    ] = None,
+) -> None:
+    """Render random samples into a store; run it again to go on or to add more."""
+    from app.cli.dataset import SceneOptions, make_dataset
+
+    source = values.source(volume, raw, component, scalar_range)
+    scene = SceneOptions(
+        size,
+        choices.lighting(lighting),
+        values.scalar_window(window),
+        choices.renderer_name(renderer),
+        movable_light,
+        choices.family_name(family),
+    )
+    make_dataset(source, scene, out, count, holdout, seed, workers, scheduler)
+
+
+def train(
+    context: typer.Context,
+    out: Annotated[
+        Path,
+        typer.Option(
+            "--out",
+            metavar="DIR",
+            help="Folder of run and model.",
+            callback=values.output_folder,
+        ),
+    ],
+    preset: Annotated[
+        choices.Preset,
+        typer.Option(
+            "--preset", help="64 x 64, 128 x 128, 256 x 256, or the paper's networks at 256 x 256."
+        ),
+    ] = choices.Preset.COMPACT,
+    volume: options.VolumeFile = None,
+    raw: options.RawLayoutText = None,
+    component: options.ComponentName = None,
+    scalar_range: options.ScalarRange = None,
+    store: options.StoreFolder = None,
+    minutes: Annotated[float | None, typer.Option("--minutes", help="Budget in minutes.")] = None,
+    samples: Annotated[
+        int | None, typer.Option("--samples", help="Budget in samples seen.")
+    ] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with the run in --out.")] = False,
+    start: Annotated[
+        Path | None,
+        typer.Option(
+            "--start-from",
+            metavar="MODEL",
+            help="Begin with a trained model's weights; with another --seed it sees other samples.",
+            callback=values.model,
+        ),
+    ] = None,
+    faithful: Annotated[
+        bool, typer.Option("--faithful", help="The paper's recipe, nothing added.")
+    ] = False,
+    architecture: Annotated[
+        choices.ArchitectureOption | None,
+        typer.Option(
+            "--architecture",
+            help="A coarse volume whose images a small network refines, or the paper's two "
+            "networks. (default: the preset's)",
+        ),
+    ] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="NAME=VALUE",
+            help="Change one number of the recipe, such as opacity_l1_weight=50 or "
+            "joint.learning_rate=5e-4; may be repeated.",
+        ),
+    ] = None,
+    reuse: Annotated[
+        float | None,
+        typer.Option(
+            "--reuse",
+            min=1,
+            help="How often each fresh sample is learned from; more takes less rendering. "
+            "(default: 4, or more when lit)",
+        ),
+    ] = None,
+    renderer: options.SampleRendererName = choices.SampleRenderer.RAYCAST,
+    lighting: options.LightingName = choices.LightingOption.NONE,
+    movable_light: options.MovableLight = False,
+    family: options.TFFamilyName = choices.TFFamilyOption.DRAWN,
+    window: options.Window = None,
+    seed: options.Seed = 0,
+    workers: options.Workers = None,
+    device: options.DeviceName = choices.Device.AUTO,
+    precision: options.TrainingPrecisionName = choices.TrainingPrecision.AUTO,
+    job: Annotated[
+        Path | None,
+        typer.Option(
+            "--job",
+            metavar="JOB.json",
+            help="Take everything but --out and --resume from a file that --save-job has written.",
+        ),
+    ] = None,
+    save_job: Annotated[
+        Path | None,
+        typer.Option(
+            "--save-job",
+            metavar="JOB.json",
+            help="Write the job there; do not train.",
+            callback=values.output(".json"),
+        ),
+    ] = None,
+    lines: Annotated[
+        bool, typer.Option("--json-lines", help="Tell the progress as JSON, an object per line.")
+    ] = False,
+    stop: Annotated[
+        bool, typer.Option("--stop", help="Ask the run in --out to save and end.")
+    ] = False,
+) -> None:
+    """Train a generator of one volume's renderings."""
+    from model.scene.scene import scatters
+    from model.training.job import TrainingJob
+    from model.training.options import preset_size
+    from model.training.stopping import ask_to_stop
+
+    if stop:
+        _refuse_others(context, "stop")
+        ask_to_stop(out)
+        typer.echo(f"The run in {out} will be saved and end after its present step.")
+        return
+    size = preset_size(str(preset), choices.architecture_name(architecture))
+    scattering = scatters(choices.renderer_name(renderer), choices.lighting(lighting))
+    # Only the codec learns then, unless a stored data set shows something else.
+    only_codec = size.architecture == "refined" and not (faithful or scattering or store)
+    asked = TrainingJob(
+        out=out,
+        volume=values.source(volume, raw, component, scalar_range),
+        store=store,
+        preset=str(preset),
+        architecture=choices.architecture_name(architecture),
+        faithful=faithful,
+        settings=tuple(settings or ()),
+        minutes=choices.minutes_of(minutes, samples, 5.0 if only_codec else 60.0),
+        samples=samples,
+        lighting=choices.lighting(lighting),
+        movable_light=movable_light,
+        tf_family=choices.family_name(family),
+        renderer=choices.renderer_name(renderer),
+        window=values.scalar_window(window),
+        reuse=reuse,
+        start=start,
+        seed=seed,
+        workers=workers,
+        device=str(device),
+        precision=str(precision),
+        resume=resume,
+    )
+    if job is not None:
+        _refuse_others(context, "job", "resume", "lines", "save_job")
+        asked = replace(TrainingJob.load(job), out=out, resume=resume)
+    if save_job is not None:
+        make_room_for(save_job)
+        asked.save(save_job)
+        return
+    asked.volume.check()
+    if resume and not out.is_dir():
+        raise TrainingError(f"{out}: there is no training run to resume; start one instead.")
+    # Late: with it comes all that trains.
+    from app.cli.train import train_model
+
+    train_model(asked, lines)
+
+
+def evaluate(
+    model: Annotated[
+        Path,
+        typer.Option("--model", help="Folder of a trained model.", callback=values.model),
+    ],
+    count: Annotated[int, typer.Option("--count", min=1, help="Hold-out samples.")] = 2000,
+    volume: options.VolumeFile = None,
+    raw: options.RawLayoutText = None,
+    component: options.ComponentName = None,
+    store: options.StoreFolder = None,
+    neighbors: Annotated[
+        int | None,
+        typer.Option(
+            "--neighbors",
+            min=1,
+            help="Training images to look up, if rendered. (default: --count, at most 2000)",
+        ),
+    ] = None,
+    sensitivities: Annotated[
+        int | None,
+        typer.Option(
+            "--sensitivities",
+            min=0,
+            help="Samples whose sensitivities are held against the renderer's own, in unlit "
+            "scenes. (default: a tenth of --count, at most 200)",
+        ),
+    ] = None,
+    json: options.JsonFile = None,
+    report: Annotated[
+        Path | None,
+        typer.Option(
+            "--report",
+            metavar="OUT.html",
+            help="Also write a page with errors by view and scalar value, and pictures.",
+            callback=values.output(".html", ".htm"),
+        ),
+    ] = None,
+    device: options.DeviceName = choices.Device.AUTO,
+    workers: options.Workers = None,
+) -> None:
+    """Measure a model on hold-out samples, beside the nearest training image."""
+    source = values.source(volume, raw, component)
+    from app.cli.evaluate import evaluate_model
+    from model.evaluation.job import EvaluationJob
+
+    job = EvaluationJob(
+        model=model,
+        count=count,
+        volume=source,
+        store=store,
+        neighbors=neighbors,
+        sensitivities=sensitivities,
+        workers=workers,
+        device=str(device),
+        illustrated=report is not None,
+    )
+    evaluate_model(job, json, report)
+
+
+def study(
+    study: Annotated[choices.StudyName, typer.Argument(metavar="STUDY", help="Which one.")],
+    out: Annotated[
+        Path,
+        typer.Option(
+            "--out",
+            metavar="DIR",
+            help="Folder of samples, runs and table.",
+            callback=values.output_folder,
+        ),
+    ],
+    volume: options.VolumeFile = None,
+    raw: options.RawLayoutText = None,
+    component: options.ComponentName = None,
+    scalar_range: options.ScalarRange = None,
+    preset: Annotated[
+        choices.Preset, typer.Option("--preset", help="Size of all networks.")
+    ] = choices.Preset.DRAFT,
+    minutes: Annotated[
+        float | None, typer.Option("--minutes", help="Budget of each model. (default: 10)")
+    ] = None,
+    samples: Annotated[
+        int | None, typer.Option("--samples", help="Budget of each model in samples seen.")
+    ] = None,
+    images: Annotated[
+        int, typer.Option("--images", min=16, help="Training samples that are rendered first.")
+    ] = 20_000,
+    count: Annotated[int, typer.Option("--count", min=1, help="Hold-out samples.")] = 500,
+    sensitivities: Annotated[
+        int,
+        typer.Option(
+            "--sensitivities",
+            min=0,
+            help="Samples whose sensitivities are held against the renderer's own.",
+        ),
+    ] = 20,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="Change the recipe of all models."),
+    ] = None,
+    seed: options.Seed = 0,
+    workers: options.Workers = None,
+    device: options.DeviceName = choices.Device.AUTO,
+    precision: options.TrainingPrecisionName = choices.TrainingPrecision.AUTO,
+) -> None:
+    """The paper's studies anew: baselines, latent-dim or l1-weight. Run again to go on."""
+    from model.training.job import TrainingJob
+
+    job = TrainingJob(
+        out=out,
+        volume=values.source(volume, raw, component, scalar_range),
+        preset=str(preset),
+        architecture="paper",
+        settings=tuple(settings or ()),
+        minutes=choices.minutes_of(minutes, samples, 10.0),
+        samples=samples,
+        seed=seed,
+        workers=workers,
+        device=str(device),
+        precision=str(precision),
+    )
+    from app.cli.study import StudyOrder, study_models
+
+    study_models(StudyOrder(str(study), job, images, count, sensitivities))
+
+
+def _refuse_others(context: typer.Context, *names: str) -> None:
+    """Refuse options that would have no effect beside the first of those named, and --out."""
+    given = {
+        n for n in context.params if str(context.get_parameter_source(n)).endswith("COMMANDLINE")
+    }
+    others = sorted(given - {"out", *names})
+    if others:
+        flags = ", ".join(f"--{name.replace('_', '-')}" for name in others)
+        raise TfscopeError(f"Beside --{names[0]} these have no effect: {flags}; leave them out.")

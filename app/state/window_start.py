@@ -1,0 +1,62 @@
+"""What the window is asked to open and show when it starts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from model.errors import TfscopeError
+from model.scene.crop import CropBox
+from model.scene.light import LightDirection
+from model.scene.range_choice import RangeChoice
+from model.scene.scene import Lighting
+from model.scene.view import View
+
+ReferenceChoice = Literal["auto", "vtk", "raycast"]
+"""Renderer of the reference: one of the two, or each where it is better."""
+
+
+@dataclass(frozen=True)
+class WindowStart:
+    """Files, view and looks that the window starts with; None is what it would choose itself.
+
+    Attributes
+    ----------
+    volume : Path
+    model : Path or None
+        A model's folder.
+    tf : Path or None
+        A TF file.
+    view : View or None
+    lighting : {"none", "direct", "global"} or None
+    light : LightDirection or None
+        Direction of the light where it is movable.
+    renderer : {"auto", "vtk", "raycast"} or None
+    scalar_range : RangeChoice or None
+        Range over which TFs lie.
+    crop : CropBox or None
+        Part of the volume that is shown.
+    size : tuple of int, or None
+        Width and height of the window in pixels.
+
+    Raises
+    ------
+    TfscopeError
+        For a light direction in an unlit image.
+    """
+
+    volume: Path
+    model: Path | None = None
+    tf: Path | None = None
+    view: View | None = None
+    lighting: Lighting | None = None
+    light: LightDirection | None = None
+    renderer: ReferenceChoice | None = None
+    scalar_range: RangeChoice | None = None
+    crop: CropBox | None = None
+    size: tuple[int, int] | None = None
+
+    def __post_init__(self) -> None:
+        if self.light is not None and self.lighting == "none":
+            raise TfscopeError("An unlit image has no light to be moved.", lighting="direct")

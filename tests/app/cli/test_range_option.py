@@ -1,0 +1,95 @@
+"""The scalar range on the command line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.cli import run
+from model.samples.sample_store import SampleStore
+from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
+
+RANGE = (0.0, 250.0)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A ball of values to 250 as it is, and with one voxel of 60,000; and a TF over the ball's."""
+    path: Path = tmp_path_factory.mktemp("ranges")
+    z, y, x = np.mgrid[0:16, 0:18, 0:20]
+    distance = np.sqrt((x - 9) ** 2 + (y - 8) ** 2 + (z - 9) ** 2)
+    ball = np.clip(325 - 25 * distance, 0, 250).astype(np.uint16)
+    ball.tofile(path / "ball_20x18x16_uint16.raw")
+    # In the middle of the largest values, and no larger than these once it is clamped.
+    assert ball[9, 8, 9] == 250
+    ball[9, 8, 9] = 60_000
+    ball.tofile(path / "outlier_20x18x16_uint16.raw")
+    color = ColorTF(RANGE, ((0.0, 0.1, 0.2, 0.9), (250.0, 1.0, 0.3, 0.2)))
+    TransferFunction(OpacityTF(RANGE, (GaussianMode(120.0, 40.0, 0.2),)), color).save(
+        path / "tf.json"
+    )
+    return path
+
+
+def rendered(folder: Path, volume: str, options: str) -> np.ndarray:
+    out = folder / "image.npy"
+    base = f"render --renderer raycast --size 24 --volume {folder}/{volume}_20x18x16_uint16.raw"
+    assert run(f"{base} {options} --out {out}".split()) == 0
+    return np.load(out)
+
+
+def test_an_outlier_does_not_matter_over_a_range(folder: Path) -> None:
+    expected = rendered(folder, "ball", "")
+    assert expected[..., 3].max() > 0.1
+    for options in ("", "--range 0,250", "--range 0%,99.9%"):
+        np.testing.assert_array_equal(rendered(folder, "outlier", options), expected)
+    whole = rendered(folder, "outlier", "--range 0,60000")
+    assert np.abs(whole - expected).max() > 0.1
+
+
+def test_a_tf_brings_its_range(folder: Path) -> None:
+    tf = f"--tf {folder / 'tf.json'}"
+    expected = rendered(folder, "ball", tf)
+    np.testing.assert_array_equal(rendered(folder, "outlier", tf), expected)
+    narrow = rendered(folder, "ball", f"{tf} --range 100,250")
+    # The mode at 120 stays where it is, and what is below 100 looks as 100 does.
+    assert narrow[..., 3].mean() > expected[..., 3].mean()
+
+
+def test_samples_have_tfs_over_the_range(folder: Path) -> None:
+    base = f"dataset --volume {folder}/outlier_20x18x16_uint16.raw --size 16 --count 1 --holdout 1"
+    for name, option, expected in (
+        ("robust", "", (0.0, 250.0)),
+        ("given", "--range 50,200", (50.0, 200.0)),
+    ):
+        assert run(f"{base} --workers 1 --out {folder / name} {option}".split()) == 0
+        assert SampleStore(folder / name).scene.scalar_range == expected
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ("render --out x.png --range 5,1", "does not increase"),
+        ("render --out x.png --range low,high", "not a scalar range"),
+        ("render --out x.png --range 1%,200%", "no percentiles"),
+        ("render --out x.png --range 7,9", "no value in common"),
+        ("render --out x.png --renderer generator --range 0,1", "leave --range out"),
+        ("sensitivity --out x.png --engine learned --range 0,1", "leave --range out"),
+        ("train --out x --dataset . --range 0,1", "the range would have no effect"),
+        ("--range 5,1", "does not increase"),
+    ],
+)
+def test_ranges_that_make_no_sense(
+    arguments: str,
+    message: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run(arguments.split()) == 2
+    [line] = capsys.readouterr().err.splitlines()
+    assert message in line
+    assert list(tmp_path.iterdir()) == []
