@@ -16,9 +16,10 @@ from app.tf_editor.handle import DragHandle
 from app.tf_editor.plot_area import PlotArea
 from app.tf_editor.popup import pop_up
 from app.tf_editor.selection import Selection
-from app.tf_editor.unit_axis import from_unit, to_unit
 from model.scene import tf_editing as edits
 from model.scene.transfer_function import ColorTF
+
+_PIXELS = 1024
 
 
 class ColorLayer(QObject):
@@ -43,6 +44,7 @@ class ColorLayer(QObject):
         self._stops: list[DragHandle] = []
         state.transferFunctionChanged.connect(self.refresh)
         selection.changed.connect(self.refresh)
+        area.axisChanged.connect(self.refresh)
 
     @property
     def stops(self) -> tuple[DragHandle, ...]:
@@ -52,7 +54,9 @@ class ColorLayer(QObject):
     def refresh(self) -> None:
         """Redraw the state's colour TF."""
         color = self._state.transfer_function.color
-        levels = np.rint(color.sample(count=1024) * 255).astype(np.uint8)
+        # Values beyond the TF's range look like its ends.
+        values = self._area.axis.values(np.linspace(0.0, 1.0, _PIXELS)).clip(*color.scalar_range)
+        levels = np.rint(color(values) * 255).astype(np.uint8)
         self._strip.setImage(levels[np.newaxis], levels=(0, 255))
         self._strip.setRect(0.0, 0.0, 1.0, 1.0)
         while len(self._stops) < len(color.stops):
@@ -61,7 +65,9 @@ class ColorLayer(QObject):
             self._view.removeItem(self._stops.pop())
         selected = self._selection.index("color")
         for index, (value, *rgb) in enumerate(color.stops):
-            self._stops[index].setPos(to_unit(value, color.scalar_range), 0.5)
+            place = self._area.axis.place(value)
+            self._stops[index].setPos(place, 0.5)
+            self._stops[index].setVisible(0.0 <= place <= 1.0)
             self._stops[index].set_look(QColor.fromRgbF(*rgb), index == selected)
 
     def add(self, value: float) -> None:
@@ -112,7 +118,7 @@ class ColorLayer(QObject):
 
     def _drag(self, index: int, place: float) -> None:
         tf = self._state.transfer_function
-        color = edits.move_stop(tf.color, index, from_unit(place, tf.scalar_range))
+        color = edits.move_stop(tf.color, index, self._area.axis.value(place))
         self._state.preview(replace(tf, color=color))
         x = color.stops[index][0]
         self._area.show_readout(self._view, x, 0.5, f"{x:.5g}")

@@ -53,20 +53,24 @@ class TransferFunctionEditor(QFrame):
     def set_data(
         self,
         counts: NDArray[np.int64],
-        scalar_range: Range,
+        edges: NDArray[np.float64],
+        data_range: Range,
         units: str,
     ) -> None:
-        """Show a volume's histogram and allow editing over its scalar range.
+        """Show a volume's histogram and allow editing.
 
         Parameters
         ----------
         counts : ndarray of int64, shape (bins,)
-            Histogram over equal bins of the scalar range.
-        scalar_range : tuple of float
+            Number of voxels in each bin.
+        edges : ndarray of float64, shape (bins + 1,)
+            Increasing, evenly spaced or not, in the data's own units.
+        data_range : tuple of float
+            Smallest and largest voxel; the TF's range may be wider or narrower.
         units : str
             Unit of the scalars; may be empty.
         """
-        self.area.set_data(counts, scalar_range, units)
+        self.area.set_data(counts, edges, data_range, units)
         self.setEnabled(True)
 
     def select_strongest(self) -> None:

@@ -19,7 +19,7 @@ from app.tf_editor.handle import DragHandle
 from app.tf_editor.plot_area import PlotArea
 from app.tf_editor.popup import pop_up
 from app.tf_editor.selection import Selection
-from app.tf_editor.unit_axis import from_unit, to_unit
+from app.tf_editor.unit_axis import ScalarAxis
 from model.scene import tf_editing as edits
 from model.scene.transfer_function import OpacityTF, TransferFunction
 
@@ -61,6 +61,7 @@ class OpacityLayer(QObject):
         self._flanks = [self._add_flank() for _ in range(2)]
         state.transferFunctionChanged.connect(self.refresh)
         selection.changed.connect(self.refresh)
+        area.axisChanged.connect(self.refresh)
 
     @property
     def peaks(self) -> tuple[DragHandle, ...]:
@@ -75,10 +76,12 @@ class OpacityLayer(QObject):
     def refresh(self) -> None:
         """Redraw the state's TF."""
         tf = self._state.transfer_function
-        heights = tf.opacity.sample(count=_CURVE_SAMPLES)
+        # Values beyond the TF's range look like its ends.
+        self._values = self._area.axis.values(_PLACES).clip(*tf.scalar_range)
+        heights = tf.opacity(self._values)
         self._curve.setData(_PLACES, heights)
         self._fill.setPath(_area_below(heights))
-        self._fill.setBrush(_gradient(tf))
+        self._fill.setBrush(_gradient(tf, self._area.axis))
         self._place_peaks(tf)
         self._place_flanks(tf)
 
@@ -112,7 +115,10 @@ class OpacityLayer(QObject):
         selected = self._selection.index("opacity")
         for index, (value, height) in enumerate(positions):
             handle = self._peaks[index]
-            handle.setPos(min(max(to_unit(value, tf.scalar_range), 0.0), 1.0), height)
+            # The mean of a mode may be outside the range; its handle is at the range's end.
+            place = self._area.axis.place(min(max(value, tf.scalar_range[0]), tf.scalar_range[1]))
+            handle.setPos(place, height)
+            handle.setVisible(0.0 <= place <= 1.0)
             handle.set_look(QColor.fromRgbF(*map(float, tf.color(value))), index == selected)
 
     def _place_flanks(self, tf: TransferFunction) -> None:
@@ -124,17 +130,16 @@ class OpacityLayer(QObject):
         if index is None or not shown:
             return
         mode = tf.opacity.modes[index]
-        heights = replace(tf.opacity, modes=(mode,)).sample(count=_CURVE_SAMPLES)
-        lo, hi = (
-            to_unit(mode.mean + side * _VISIBLE_WIDTHS * mode.width, tf.scalar_range)
-            for side in (-1, 1)
-        )
+        axis = self._area.axis
+        heights = replace(tf.opacity, modes=(mode,))(self._values)
+        lo, hi = (axis.place(mode.mean + side * _VISIBLE_WIDTHS * mode.width) for side in (-1, 1))
         nearby = slice(*np.searchsorted(_PLACES, (lo, hi)))
         self._selected_curve.setData(_PLACES[nearby], heights[nearby])
         for handle, side in zip(self._flanks, (-1, 1), strict=True):
-            place = to_unit(mode.mean + side * mode.width, tf.scalar_range)
+            place = axis.place(mode.mean + side * mode.width)
             handle.setPos(place, mode.amplitude * _FLANK)
-            handle.setVisible(0.0 <= place <= 1.0)
+            inside = tf.scalar_range[0] <= mode.mean + side * mode.width <= tf.scalar_range[1]
+            handle.setVisible(inside and 0.0 <= place <= 1.0)
             handle.set_look(QColor(theme.ACCENT), True)
 
     def _add_curve(self, pen: Any) -> Any:
@@ -162,7 +167,7 @@ class OpacityLayer(QObject):
 
     def _drag_peak(self, index: int, place: float, height: float) -> None:
         tf = self._state.transfer_function
-        value = from_unit(place, tf.scalar_range)
+        value = self._area.axis.value(place)
         opacity = edits.move_opacity_handle(tf.opacity, index, value, height)
         self._state.preview(replace(tf, opacity=opacity))
         x, y = edits.opacity_handles(opacity)[index]
@@ -173,7 +178,7 @@ class OpacityLayer(QObject):
         tf = self._state.transfer_function
         if index is None or tf.opacity.points:
             return
-        width = abs(from_unit(place, tf.scalar_range) - tf.opacity.modes[index].mean)
+        width = abs(self._area.axis.value(place) - tf.opacity.modes[index].mean)
         opacity = edits.resize_mode(tf.opacity, index, width)
         self._state.preview(replace(tf, opacity=opacity))
         mode = opacity.modes[index]
@@ -195,7 +200,7 @@ def handle_name(opacity: OpacityTF) -> str:
     return "point" if opacity.points else "mode"
 
 
-def _area_below(heights: NDArray[np.float32]) -> QPainterPath:
+def _area_below(heights: NDArray[np.float64]) -> QPainterPath:
     """Outline of the area between the curve and the axis."""
     path = QPainterPath(QPointF(0.0, 0.0))
     for place, height in zip(_PLACES, heights, strict=True):
@@ -204,10 +209,12 @@ def _area_below(heights: NDArray[np.float32]) -> QPainterPath:
     return path
 
 
-def _gradient(tf: TransferFunction) -> QBrush:
+def _gradient(tf: TransferFunction, axis: ScalarAxis) -> QBrush:
     """Brush for the area under the curve, with the colour TF along the scalar axis."""
     gradient = QLinearGradient(QPointF(0.0, 0.0), QPointF(1.0, 0.0))
-    for value, red, green, blue in tf.color.stops:
-        place = min(max(to_unit(value, tf.scalar_range), 0.0), 1.0)
-        gradient.setColorAt(place, QColor.fromRgbF(red, green, blue, 0.55))
+    places = axis.places([stop[0] for stop in tf.color.stops])
+    inside = places[(places > 0) & (places < 1)]
+    shown = np.concatenate([[0.0], inside, [1.0]])
+    for place, (red, green, blue) in zip(shown, tf.color(axis.values(shown)), strict=True):
+        gradient.setColorAt(float(place), QColor.fromRgbF(red, green, blue, 0.55))
     return QBrush(gradient)
