@@ -20,7 +20,7 @@ _BEYOND = 0.015
 _SUPERSCRIPTS = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-class Histogram:
+class HistogramLayer:
     """Draws numbers of voxels, logarithmically, and labels their scale.
 
     Parameters
@@ -70,9 +70,7 @@ class Histogram:
             return
         first, last = np.flatnonzero(shown)[[0, -1]]
         heights = np.log1p(self._counts) / max(np.log1p(self._counts.max()), 1.0)
-        self._curve.setData(
-            places[first : last + 2], heights[first : last + 1], stepMode="center"
-        )
+        self._curve.setData(places[first : last + 2], heights[first : last + 1], stepMode="center")
 
 
 def count_ticks(most: int) -> list[tuple[float, str]]:

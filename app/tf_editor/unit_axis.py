@@ -7,10 +7,11 @@ very small range, or of a range far from zero.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from model.scene.transfer_function import Range
 
@@ -24,6 +25,9 @@ _FARTHEST = 4.0
 """Places farther out than this are not told apart, so that no value overflows."""
 
 
+Scale = Literal["linear", "log", "symlog"]
+
+
 @dataclass(frozen=True)
 class ScalarAxis:
     """Maps the visible scalar values to places from 0 to 1, linearly or logarithmically.
@@ -32,40 +36,55 @@ class ScalarAxis:
     ----------
     visible : tuple of float
         Values at the places 0 and 1, lowest first.
-    bend : float or None
-        None for a linear axis. Otherwise the axis is logarithmic in values of a magnitude
-        above this one, on both sides of zero, and linear near zero (inverse hyperbolic sine).
+    full : tuple of float
+        Everything that the axis may have to show.
+    scale : {"linear", "log", "symlog"}
+        "log" where all of `full` is above zero; "symlog" is logarithmic on both sides of
+        zero and linear near it. Both are an inverse hyperbolic sine.
     """
 
     visible: Range
-    bend: float | None = None
+    full: Range
+    scale: Scale = "linear"
 
-    def places(self, values: NDArray[np.floating]) -> NDArray[np.float64]:
+    @classmethod
+    def over(cls, full: Range, logarithmic: bool = False) -> ScalarAxis:
+        """Return an axis that shows all of a range."""
+        scale: Scale = "linear"
+        if logarithmic:
+            scale = "log" if full[0] > 0 else "symlog"
+        return cls(full, full, scale)
+
+    def showing(self, visible: Range) -> ScalarAxis:
+        """Return an axis of the same scale that shows other values."""
+        return replace(self, visible=visible)
+
+    def places(self, values: ArrayLike) -> NDArray[np.float64]:
         """Return the places of values of any shape; those of the visible ones are in 0..1."""
         lo, hi = self._spaced(np.array(self.visible))
         return np.asarray((self._spaced(np.asarray(values, dtype=np.float64)) - lo) / (hi - lo))
 
-    def values(self, places: NDArray[np.floating]) -> NDArray[np.float64]:
+    def values(self, places: ArrayLike) -> NDArray[np.float64]:
         """Return the values at places of any shape; 0 and 1 give the visible ends exactly."""
         at = np.clip(np.asarray(places, dtype=np.float64), -_FARTHEST, _FARTHEST)
         lo, hi = self.visible
-        if self.bend is None:
+        if self.scale == "linear":
             found = lo * (1.0 - at) + hi * at
         else:
             first, last = self._spaced(np.array(self.visible))
-            found = self.bend * np.sinh(first * (1.0 - at) + last * at)
+            found = bend_for(self.full) * np.sinh(first * (1.0 - at) + last * at)
         # Rounding could give a value outside of what is visible.
         inside = (at >= 0) & (at <= 1)
         found = np.where(inside, np.clip(found, lo, hi), found)
         return np.where(at == 0, lo, np.where(at == 1, hi, found))
 
-    def to_unit(self, value: float) -> float:
+    def place(self, value: float) -> float:
         """Return the place of a value."""
-        return float(self.places(np.array(value)))
+        return float(self.places(value))
 
-    def from_unit(self, place: float) -> float:
+    def value(self, place: float) -> float:
         """Return the value at a place."""
-        return float(self.values(np.array(place)))
+        return float(self.values(place))
 
     def zoomed(self, factor: float, at: float = 0.5) -> ScalarAxis:
         """Return an axis that shows 1/factor of this one; the value at a place stays there."""
@@ -74,16 +93,6 @@ class ScalarAxis:
     def shifted(self, by: float) -> ScalarAxis:
         """Return an axis that shows as much, from a place `by` farther to the right."""
         return self._between(by, 1.0 + by)
-
-    def limited(self, limits: Range) -> ScalarAxis:
-        """Return an axis that shows nothing outside of limits, moved into them where it can be."""
-        first, last = self.places(np.array(limits)).tolist()
-        if last - first <= 1.0:
-            return ScalarAxis(limits, self.bend)
-        if first > 0 or last < 1:
-            lo, hi = self.shifted(first if first > 0 else last - 1.0).visible
-            return ScalarAxis((max(lo, limits[0]), min(hi, limits[1])), self.bend)
-        return self
 
     def ticks(self, count: int = 6) -> list[tuple[float, str]]:
         """Choose round values to label.
@@ -97,27 +106,26 @@ class ScalarAxis:
         -------
         list of (place, text)
         """
-        if self.bend is None:
+        if self.scale == "linear":
             return ticks(self.visible, count)
         chosen = self._decades()
         if len(chosen) < 3:
-            return [(self.to_unit(float(text)), text) for _, text in ticks(self.visible, count)]
+            return [(self.place(float(text)), text) for _, text in ticks(self.visible, count)]
         return chosen
 
     def _decades(self) -> list[tuple[float, str]]:
         """Zero and powers of ten, then 2 and 5 times those, as far as there is room."""
         lo, hi = self.visible
-        bend = self.bend or 1.0
+        bend = bend_for(self.full)
         largest = max(abs(lo), abs(hi))
         powers = [
-            10.0**n
-            for n in range(math.ceil(math.log10(bend)), math.floor(math.log10(largest)) + 1)
+            10.0**n for n in range(math.ceil(math.log10(bend)), math.floor(math.log10(largest)) + 1)
         ]
         tens = [sign * power for power in reversed(powers) for sign in (1, -1)]
         more = [factor * ten for ten in tens for factor in (2, 5)]
         taken: list[tuple[float, str]] = []
         for value in (0.0, *tens, *more):
-            place = self.to_unit(value)
+            place = self.place(value)
             if 0 <= place <= 1 and all(abs(place - at) >= _LEAST_GAP for at, _ in taken):
                 taken.append((place, _text(value, 6)))
         return sorted(taken)
@@ -125,10 +133,20 @@ class ScalarAxis:
     def _between(self, first: float, last: float) -> ScalarAxis:
         lo, hi = self.values(np.array([first, last])).tolist()
         # Rounding leaves nothing between them in an interval that is far too narrow.
-        return ScalarAxis((lo, hi), self.bend) if lo < hi else self
+        return self.showing((lo, hi)) if lo < hi else self
 
     def _spaced(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        return values if self.bend is None else np.arcsinh(values / self.bend)
+        return values if self.scale == "linear" else np.arcsinh(values / bend_for(self.full))
+
+
+def to_unit(value: float, scalar_range: Range) -> float:
+    """Map a scalar value to a linear axis, and the range's ends to 0 and 1."""
+    return ScalarAxis.over(scalar_range).place(value)
+
+
+def from_unit(place: float, scalar_range: Range) -> float:
+    """Map a place on a linear axis to its value; 0 and 1 give the range's ends exactly."""
+    return ScalarAxis.over(scalar_range).value(place)
 
 
 def bend_for(scalar_range: Range) -> float:
