@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPoint, Qt
@@ -11,18 +9,25 @@ from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from app.state.viewer_state import ViewerState
+from app.tf_editor.axis_gestures import AxisGestures
 from app.tf_editor.color_layer import ColorLayer
+from app.tf_editor.moves import HandleMoves, handle_name
 from app.tf_editor.numbers import NumbersPanel
-from app.tf_editor.opacity_layer import OpacityLayer, handle_name
+from app.tf_editor.opacity_layer import OpacityLayer
 from app.tf_editor.plot_area import PlotArea
 from app.tf_editor.popup import pop_up
+from app.tf_editor.range_layer import RangeLayer
 from app.tf_editor.selection import Selection
+from app.tf_editor.tf_menu import TransferFunctionMenu
 from model.scene import tf_editing as edits
 from model.scene.transfer_function import Range
 
 _NUDGE_HEIGHT = 0.01
 _BIG_NUDGE = 10
 """Number of small steps of an arrow key with Shift."""
+
+SMALL_RANGE = 0.2
+"""Share of all values below which a range is hard to edit while all of them are shown."""
 
 _HINT = "Double-click adds a mode   ·   click the strip adds a colour   ·   Delete removes"
 
@@ -42,10 +47,18 @@ class TransferFunctionEditor(QFrame):
         self.selection = Selection(self)
         # Connected first, so that no other slot finds a selected handle that no longer exists.
         state.transferFunctionChanged.connect(self.selection.fit)
+        state.transferFunctionChanged.connect(self._show_new)
         self.area = PlotArea(self)
-        self.opacity = OpacityLayer(self.area, state, self.selection)
-        self.color = ColorLayer(self.area, state, self.selection)
-        self.numbers = NumbersPanel(state, self.selection, self)
+        self.moves = HandleMoves(state, self.selection, self)
+        self.opacity = OpacityLayer(self.area, state, self.selection, self.moves)
+        self.color = ColorLayer(self.area, state, self.selection, self.moves)
+        self.range = RangeLayer(self.area, state)
+        self.gestures = AxisGestures(self.area)
+        self.numbers = NumbersPanel(state, self.selection, self.moves, self)
+        self.menu = TransferFunctionMenu(state, self.area, self.range, self.moves, self)
+        self.menu.show_all.connect(self.gestures.show_all)
+        self.menu.range_shown.connect(self.show_range)
+        self._is_new = False
         self._lay_out()
         self._connect()
         self.setEnabled(False)
@@ -71,7 +84,26 @@ class TransferFunctionEditor(QFrame):
             Unit of the scalars; may be empty.
         """
         self.area.set_data(counts, edges, data_range, units)
+        self.menu.units = units
+        # The volume's TF follows.
+        self._is_new = True
         self.setEnabled(True)
+
+    def show_range(self) -> None:
+        """Show all values, or those around the TF's range where it is a small part of them."""
+        self.area.include(self._state.scalar_range)
+        axis = self.area.axis.showing(self.area.axis.full)
+        low, high = axis.places(self._state.scalar_range)
+        if high - low < SMALL_RANGE:
+            room = (high - low) / 4
+            ends = axis.values([max(low - room, 0.0), min(high + room, 1.0)])
+            axis = axis.showing((float(ends[0]), float(ends[1])))
+        self.area.set_axis(axis)
+
+    def _show_new(self) -> None:
+        if self._is_new:
+            self._is_new = False
+            self.show_range()
 
     def select_strongest(self) -> None:
         """Select the most opaque mode or point."""
@@ -86,6 +118,8 @@ class TransferFunctionEditor(QFrame):
         self._header = QHBoxLayout()
         self._header.setSpacing(14)
         self._header.addWidget(title)
+        self._header.addWidget(self.menu.button)
+        self._header.addStretch()
         plots = QVBoxLayout()
         plots.setSpacing(6)
         plots.addLayout(self._header)
@@ -98,13 +132,16 @@ class TransferFunctionEditor(QFrame):
 
     def add_to_header(self, widget: QWidget) -> None:
         """Add controls beside the title."""
-        self._header.addWidget(widget, 1)
+        self._header.insertWidget(self._header.count() - 1, widget, 1)
 
     def add_beside(self, widget: QWidget) -> None:
         """Add a panel between the plots and the numbers."""
         self._row.insertWidget(1, widget)
 
     def _connect(self) -> None:
+        self._state.transferFunctionChangeFinished.connect(
+            lambda tf: self.area.include(tf.scalar_range)
+        )
         self.area.opacityClicked.connect(self.selection.clear)
         self.area.opacityDoubleClicked.connect(self.opacity.add)
         self.area.opacityMenuRequested.connect(self._opacity_menu)
@@ -133,29 +170,13 @@ class TransferFunctionEditor(QFrame):
         shortcut.activated.connect(slot)
 
     def remove_selected(self) -> None:
-        """Remove the selected mode, point or colour stop."""
-        selected = self.selection.selected
-        if selected is not None:
-            layer = self.opacity if selected.kind == "opacity" else self.color
-            layer.remove(selected.index)
+        """Remove the selected modes, points or colour stops."""
+        self.moves.remove()
 
     def nudge(self, right: int, up: int) -> None:
-        """Move the selected handle by bins of the scalar range and hundredths of opacity."""
-        selected = self.selection.selected
-        if selected is None:
-            return
-        tf = self._state.transfer_function
-        shift = right * tf.opacity.bin_width
-        if selected.kind == "opacity":
-            value, height = edits.opacity_handles(tf.opacity)[selected.index]
-            opacity = edits.move_opacity_handle(
-                tf.opacity, selected.index, value + shift, height + up * _NUDGE_HEIGHT
-            )
-            tf = replace(tf, opacity=opacity)
-        else:
-            value = tf.color.stops[selected.index][0]
-            tf = replace(tf, color=edits.move_stop(tf.color, selected.index, value + shift))
-        self._state.commit(tf, "nudge", f"nudge {selected.kind} {selected.index}")
+        """Move the selected handles by bins of the scalar range and hundredths of opacity."""
+        shift = right * self._state.transfer_function.opacity.bin_width
+        self.moves.nudge(shift, up * _NUDGE_HEIGHT)
 
     def _add_in_the_middle(self) -> None:
         lo, hi = self._state.scalar_range

@@ -18,9 +18,9 @@ from PySide6.QtWidgets import (
 
 from app import theme
 
-Shape = Literal["circle", "square", "pin"]
+Shape = Literal["circle", "square", "pin", "line"]
 
-_RADIUS = {"circle": 6.5, "square": 4.5, "pin": 7.0}
+_RADIUS = {"circle": 6.5, "square": 4.5, "pin": 7.0, "line": 0.0}
 _REACH = 11.0
 """Half the edge of the square that reacts to the mouse, in pixels; larger than the mark."""
 
@@ -30,6 +30,11 @@ class DragHandle(QGraphicsObject):
 
     It does not move by itself: it emits the position it is dragged to, and its
     owner moves it.
+
+    Attributes
+    ----------
+    adds : bool
+        Whether it was pressed with Shift or Ctrl, to be selected beside others.
     """
 
     pressed = Signal()
@@ -48,6 +53,7 @@ class DragHandle(QGraphicsObject):
         self._selected = False
         self._hovered = False
         self._grip: QPointF | None = None
+        self.adds = False
 
     def set_look(self, fill: QColor, selected: bool) -> None:
         """Set the fill colour, and highlight the handle if it is selected."""
@@ -60,6 +66,11 @@ class DragHandle(QGraphicsObject):
     def is_selected_look(self) -> bool:
         """True if the handle is highlighted as the selected one."""
         return self._selected
+
+    @property
+    def is_hovered(self) -> bool:
+        """True while the mouse is over the handle."""
+        return self._hovered
 
     def boundingRect(self) -> QRectF:
         """Return the area that is painted and reacts to the mouse, in pixels."""
@@ -93,6 +104,8 @@ class DragHandle(QGraphicsObject):
 
     def mousePressEvent(self, event: QGraphicsSceneMouseEvent) -> None:
         """Select, and begin a drag with the left button."""
+        adding = Qt.KeyboardModifier.ShiftModifier | Qt.KeyboardModifier.ControlModifier
+        self.adds = bool(event.modifiers() & adding)
         self.pressed.emit()
         if event.button() == Qt.MouseButton.LeftButton:
             # Keep the offset between mouse and mark, so that the mark does not jump.

@@ -12,6 +12,7 @@ from PySide6.QtGui import QColor
 
 from app import theme
 from app.tf_editor.unit_axis import ScalarAxis
+from model.scene.transfer_function import Range
 
 COUNT_AXIS_WIDTH = 40
 _BEYOND = 0.015
@@ -91,3 +92,29 @@ def _power_text(exponent: int) -> str:
     if exponent < 2:
         return str(10**exponent)
     return "10" + str(exponent).translate(_SUPERSCRIPTS)
+
+
+def percentile_range(
+    counts: NDArray[np.int64], edges: NDArray[np.float64], lower: float, upper: float
+) -> Range:
+    """Return the values between two percentiles of a histogram.
+
+    Parameters
+    ----------
+    counts : ndarray of int64, shape (bins,)
+    edges : ndarray of float64, shape (bins + 1,)
+        Increasing.
+    lower, upper : float
+        In percent, 0 <= lower < upper <= 100.
+
+    Returns
+    -------
+    tuple of float
+        From the lower edge of the bin with the lower percentile to the upper edge of that with
+        the upper one: within a bin, nothing is known.
+    """
+    shares = np.cumsum(counts) / max(int(counts.sum()), 1)
+    first = int(np.searchsorted(shares, lower / 100, side="right"))
+    last = int(np.searchsorted(shares, upper / 100 - 1e-12))
+    first, last = min(first, len(counts) - 1), min(last, len(counts) - 1)
+    return float(edges[min(first, last)]), float(edges[last + 1])

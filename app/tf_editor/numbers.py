@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QFormLayout, QLabel, QPushButton, QVBoxLayout, QWi
 
 from app import theme
 from app.state.viewer_state import ViewerState
+from app.tf_editor.moves import HandleMoves
 from app.tf_editor.number_box import NumberBox
 from app.tf_editor.selection import Selection
 from model.scene import tf_editing as edits
@@ -27,11 +28,16 @@ class NumbersPanel(QWidget):
     colorRequested = Signal()
 
     def __init__(
-        self, state: ViewerState, selection: Selection, parent: QWidget | None = None
+        self,
+        state: ViewerState,
+        selection: Selection,
+        moves: HandleMoves,
+        parent: QWidget | None = None,
     ) -> None:
         super().__init__(parent)
         self._state = state
         self._selection = selection
+        self._moves = moves
         self.setFixedWidth(PANEL_WIDTH)
         self.heading = QLabel()
         self.heading.setProperty("role", "title")
@@ -158,6 +164,7 @@ class NumbersPanel(QWidget):
     def _edit_opacity(self, edit: Callable[[OpacityTF], OpacityTF], what: str) -> None:
         tf = self._state.transfer_function
         index = self._selection.index("opacity")
-        self._state.commit(replace(tf, opacity=edit(tf.opacity)), f"set {what}", f"{what} {index}")
+        after = self._moves.with_opacity(tf, edit(tf.opacity))
+        self._state.commit(after, f"set {what}", f"{what} {index}")
         # Even if the edit changed nothing, so that a number outside the limits is replaced.
         self.refresh()

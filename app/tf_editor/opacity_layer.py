@@ -16,6 +16,7 @@ from PySide6.QtWidgets import QGraphicsPathItem
 from app import theme
 from app.state.viewer_state import ViewerState
 from app.tf_editor.handle import DragHandle
+from app.tf_editor.moves import HandleMoves, handle_name
 from app.tf_editor.plot_area import PlotArea
 from app.tf_editor.popup import pop_up
 from app.tf_editor.selection import Selection
@@ -41,15 +42,19 @@ class OpacityLayer(QObject):
     area : PlotArea
     state : ViewerState
     selection : Selection
+    moves : HandleMoves
     """
 
-    def __init__(self, area: PlotArea, state: ViewerState, selection: Selection) -> None:
+    def __init__(
+        self, area: PlotArea, state: ViewerState, selection: Selection, moves: HandleMoves
+    ) -> None:
         super().__init__(area)
         view = area.opacity
         self._area = area
         self._view = view
         self._state = state
         self._selection = selection
+        self._moves = moves
         self._fill = QGraphicsPathItem()
         self._fill.setPen(QPen(Qt.PenStyle.NoPen))
         view.addItem(self._fill, ignoreBounds=True)
@@ -112,14 +117,14 @@ class OpacityLayer(QObject):
             self._peaks.append(self._add_peak(len(self._peaks)))
         while len(self._peaks) > len(positions):
             self._view.removeItem(self._peaks.pop())
-        selected = self._selection.index("opacity")
+        selected = self._selection.indices("opacity")
         for index, (value, height) in enumerate(positions):
             handle = self._peaks[index]
             # The mean of a mode may be outside the range; its handle is at the range's end.
             place = self._area.axis.place(min(max(value, tf.scalar_range[0]), tf.scalar_range[1]))
             handle.setPos(place, height)
             handle.setVisible(0.0 <= place <= 1.0)
-            handle.set_look(QColor.fromRgbF(*map(float, tf.color(value))), index == selected)
+            handle.set_look(QColor.fromRgbF(*map(float, tf.color(value))), index in selected)
 
     def _place_flanks(self, tf: TransferFunction) -> None:
         index = self._selection.index("opacity")
@@ -149,7 +154,7 @@ class OpacityLayer(QObject):
 
     def _add_peak(self, index: int) -> DragHandle:
         handle = DragHandle("circle")
-        handle.pressed.connect(lambda: self._selection.select("opacity", index))
+        handle.pressed.connect(lambda: self._moves.press("opacity", index, adds=handle.adds))
         handle.dragged.connect(lambda x, y: self._drag_peak(index, x, y))
         handle.released.connect(self._finish_drag)
         handle.menuRequested.connect(lambda point: self._peak_menu(index, point))
@@ -166,11 +171,8 @@ class OpacityLayer(QObject):
         return handle
 
     def _drag_peak(self, index: int, place: float, height: float) -> None:
-        tf = self._state.transfer_function
-        value = self._area.axis.value(place)
-        opacity = edits.move_opacity_handle(tf.opacity, index, value, height)
-        self._state.preview(replace(tf, opacity=opacity))
-        x, y = edits.opacity_handles(opacity)[index]
+        self._moves.drag("opacity", index, self._area.axis.value(place), height)
+        x, y = edits.opacity_handles(self._state.transfer_function.opacity)[index]
         self._area.show_readout(self._view, x, y, f"{x:.5g}   opacity {y:.3f}")
 
     def _drag_flank(self, place: float) -> None:
@@ -186,18 +188,13 @@ class OpacityLayer(QObject):
 
     def _finish_drag(self) -> None:
         self._area.hide_readout()
-        self._state.finish_preview(f"drag {handle_name(self._state.transfer_function.opacity)}")
+        self._moves.finish(f"drag {handle_name(self._state.transfer_function.opacity)}")
 
     def _peak_menu(self, index: int, point: QPoint) -> None:
         opacity = self._state.transfer_function.opacity
         removable = edits.can_remove_opacity_handle(opacity, index)
         text = f"Remove {handle_name(opacity)}"
         pop_up(self._area.widget, point, (text, lambda: self.remove(index), removable))
-
-
-def handle_name(opacity: OpacityTF) -> str:
-    """Return the name of this TF's handles, "mode" or "point"."""
-    return "point" if opacity.points else "mode"
 
 
 def _area_below(heights: NDArray[np.float64]) -> QPainterPath:

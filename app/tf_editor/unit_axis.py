@@ -24,6 +24,8 @@ _LEAST_GAP = 0.09
 _FARTHEST = 4.0
 """Places farther out than this are not told apart, so that no value overflows."""
 
+LEAST_SPAN = 1e-6
+"""Smallest visible part of an axis, as a fraction of all of it."""
 
 Scale = Literal["linear", "log", "symlog"]
 
@@ -56,8 +58,16 @@ class ScalarAxis:
         return cls(full, full, scale)
 
     def showing(self, visible: Range) -> ScalarAxis:
-        """Return an axis of the same scale that shows other values."""
-        return replace(self, visible=visible)
+        """Return an axis of the same scale that shows other values, moved to lie within `full`."""
+        everything = replace(self, visible=self.full)
+        low, high = everything.places(visible).tolist()
+        span = max(high - low, LEAST_SPAN)
+        if span >= 1:
+            return everything
+        low = min(max((low + high - span) / 2, 0.0), 1.0 - span)
+        lo, hi = everything.values(np.array([low, low + span])).tolist()
+        # Rounding leaves nothing between them in an interval that is far too narrow.
+        return replace(self, visible=(lo, hi)) if lo < hi else self
 
     def places(self, values: ArrayLike) -> NDArray[np.float64]:
         """Return the places of values of any shape; those of the visible ones are in 0..1."""
@@ -91,7 +101,9 @@ class ScalarAxis:
         return self._between(at - at / factor, at + (1.0 - at) / factor)
 
     def shifted(self, by: float) -> ScalarAxis:
-        """Return an axis that shows as much, from a place `by` farther to the right."""
+        """Return an axis that shows as much, from a place `by` farther to the right, or less."""
+        first, last = self.places(self.full).tolist()
+        by = min(max(by, first), last - 1.0)
         return self._between(by, 1.0 + by)
 
     def ticks(self, count: int = 6) -> list[tuple[float, str]]:
@@ -132,7 +144,6 @@ class ScalarAxis:
 
     def _between(self, first: float, last: float) -> ScalarAxis:
         lo, hi = self.values(np.array([first, last])).tolist()
-        # Rounding leaves nothing between them in an interval that is far too narrow.
         return self.showing((lo, hi)) if lo < hi else self
 
     def _spaced(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
