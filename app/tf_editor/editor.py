@@ -4,32 +4,38 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QPoint, Qt
-from PySide6.QtGui import QKeySequence, QShortcut
+from PySide6.QtCore import QPoint
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from app.state.viewer_state import ViewerState
 from app.tf_editor.axis_gestures import AxisGestures
 from app.tf_editor.color_layer import ColorLayer
+from app.tf_editor.keys import EditorKeys
 from app.tf_editor.moves import HandleMoves, handle_name
 from app.tf_editor.numbers import NumbersPanel
 from app.tf_editor.opacity_layer import OpacityLayer
 from app.tf_editor.plot_area import PlotArea
 from app.tf_editor.popup import pop_up
 from app.tf_editor.range_layer import RangeLayer
+from app.tf_editor.rubber_band import RubberBand
 from app.tf_editor.selection import Selection
 from app.tf_editor.tf_menu import TransferFunctionMenu
 from model.scene import tf_editing as edits
 from model.scene.transfer_function import Range
 
-_NUDGE_HEIGHT = 0.01
-_BIG_NUDGE = 10
-"""Number of small steps of an arrow key with Shift."""
-
 SMALL_RANGE = 0.2
 """Share of all values below which a range is hard to edit while all of them are shown."""
 
-_HINT = "Double-click adds a mode   ·   click the strip adds a colour   ·   Delete removes"
+_HINT = "<br>".join(
+    (
+        "Double-click: add a mode or point; click the strip: add a colour",
+        "Shift or Ctrl and click, or a frame drawn with Shift: select several (Ctrl+A: all)",
+        "Arrows: move; with Shift: farther; Delete: remove; Insert: add",
+        "Tab: next handle; Enter on a colour: choose it",
+        "Ctrl and wheel, + and -: zoom; middle button: pan; Home: show all",
+        "Drag the lines at the ends: range",
+    )
+)
 
 
 class TransferFunctionEditor(QFrame):
@@ -54,6 +60,10 @@ class TransferFunctionEditor(QFrame):
         self.color = ColorLayer(self.area, state, self.selection, self.moves)
         self.range = RangeLayer(self.area, state)
         self.gestures = AxisGestures(self.area)
+        self.rubber_band = RubberBand(self.area, self.opacity, self.color, self.selection)
+        self.keys = EditorKeys(
+            self.area, state, self.selection, self.moves, self.opacity, self.color, self.gestures
+        )
         self.numbers = NumbersPanel(state, self.selection, self.moves, self)
         self.menu = TransferFunctionMenu(state, self.area, self.range, self.moves, self)
         self.menu.show_all.connect(self.gestures.show_all)
@@ -146,46 +156,13 @@ class TransferFunctionEditor(QFrame):
         self.area.opacityDoubleClicked.connect(self.opacity.add)
         self.area.opacityMenuRequested.connect(self._opacity_menu)
         self.area.stripClicked.connect(self.color.add)
-        self.numbers.addRequested.connect(self._add_in_the_middle)
+        self.numbers.addRequested.connect(self.keys.add_in_the_middle)
         self.numbers.removeRequested.connect(self.remove_selected)
-        self.numbers.colorRequested.connect(self._choose_selected_color)
-        self._shortcut(QKeySequence(Qt.Key.Key_Delete), self.remove_selected)
-        self._shortcut(QKeySequence(Qt.Key.Key_Backspace), self.remove_selected)
-        for key, right, up in (
-            (Qt.Key.Key_Left, -1, 0),
-            (Qt.Key.Key_Right, 1, 0),
-            (Qt.Key.Key_Up, 0, 1),
-            (Qt.Key.Key_Down, 0, -1),
-        ):
-            self._shortcut(QKeySequence(key), lambda r=right, u=up: self.nudge(r, u))
-            self._shortcut(
-                QKeySequence(Qt.Modifier.SHIFT | key),
-                lambda r=right, u=up: self.nudge(_BIG_NUDGE * r, _BIG_NUDGE * u),
-            )
-
-    def _shortcut(self, keys: QKeySequence, slot: object) -> None:
-        """Bind keys that are active only while the plots have the focus."""
-        shortcut = QShortcut(keys, self.area.widget)
-        shortcut.setContext(Qt.ShortcutContext.WidgetShortcut)
-        shortcut.activated.connect(slot)
+        self.numbers.colorRequested.connect(self.keys.choose_color)
 
     def remove_selected(self) -> None:
         """Remove the selected modes, points or colour stops."""
         self.moves.remove()
-
-    def nudge(self, right: int, up: int) -> None:
-        """Move the selected handles by bins of the scalar range and hundredths of opacity."""
-        shift = right * self._state.transfer_function.opacity.bin_width
-        self.moves.nudge(shift, up * _NUDGE_HEIGHT)
-
-    def _add_in_the_middle(self) -> None:
-        lo, hi = self._state.scalar_range
-        self.opacity.add((lo + hi) / 2, 0.3)
-
-    def _choose_selected_color(self) -> None:
-        index = self.selection.index("color")
-        if index is not None:
-            self.color.choose_color(index)
 
     def _opacity_menu(self, value: float, height: float, point: QPoint) -> None:
         text = f"Add {handle_name(self._state.transfer_function.opacity)} here"

@@ -51,14 +51,20 @@ class DragHandle(QGraphicsObject):
         self._shape = shape
         self._fill = QColor(theme.TEXT)
         self._selected = False
+        self._ringed = False
         self._hovered = False
         self._grip: QPointF | None = None
         self.adds = False
 
-    def set_look(self, fill: QColor, selected: bool) -> None:
-        """Set the fill colour, and highlight the handle if it is selected."""
+    def set_look(self, fill: QColor, selected: bool, *, ringed: bool | None = None) -> None:
+        """Set the fill colour, and highlight the handle if it is selected.
+
+        A ring around it says that keys act on it; by default that all selected ones but
+        squares have.
+        """
         self._fill = fill
         self._selected = selected
+        self._ringed = selected and self._shape != "square" if ringed is None else ringed
         self.setZValue(101 if selected else 100)
         self.update()
 
@@ -85,7 +91,7 @@ class DragHandle(QGraphicsObject):
         """Draw the mark, with a ring around the selected one."""
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         radius = _RADIUS[self._shape] + (1.0 if self._hovered else 0.0)
-        if self._selected and self._shape != "square":
+        if self._ringed:
             painter.setPen(QPen(QColor(theme.ACCENT), 2.0))
             painter.setBrush(Qt.BrushStyle.NoBrush)
             painter.drawEllipse(QPointF(), radius + 3.0, radius + 3.0)

@@ -75,6 +75,12 @@ class HandleMoves(QObject):
             indices = self._selection.indices(selected.kind)
             self._state.commit(tf, "nudge", f"nudge {selected.kind} {indices}")
 
+    def resize(self, index: int, width: float) -> None:
+        """Set the width of a mode."""
+        tf = self._state.transfer_function
+        opacity = edits.resize_mode(tf.opacity, index, width)
+        self._state.commit(replace(tf, opacity=opacity), "width", f"nudge width {index}")
+
     def remove(self) -> None:
         """Remove the selected handles, all but the ends of a free curve and of the colours."""
         tf, selected = self._state.transfer_function, self._selection.selected

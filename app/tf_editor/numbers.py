@@ -19,6 +19,12 @@ from model.scene.transfer_function import ColorTF, OpacityTF
 
 PANEL_WIDTH = 216
 
+WIDTH_MEANING = "Distance from the mean at which the opacity has fallen to 37 %"
+OPACITY_MEANING = (
+    "Part of the light that is lost over one voxel length: 0 is transparent, 1 is opaque"
+)
+MEANINGS = {"Width": WIDTH_MEANING, "Opacity": OPACITY_MEANING}
+
 
 class NumbersPanel(QWidget):
     """Panel with position, width, opacity and colour of the selected handle."""
@@ -44,6 +50,8 @@ class NumbersPanel(QWidget):
         self.value = NumberBox()
         self.width_box = NumberBox()
         self.height_box = NumberBox()
+        self.width_box.explain(WIDTH_MEANING)
+        self.height_box.explain(OPACITY_MEANING)
         self.color_button = QPushButton()
         self.color_button.setToolTip("Choose the colour")
         self.add_button = QPushButton("Add mode")
@@ -72,6 +80,7 @@ class NumbersPanel(QWidget):
         ):
             label = QLabel(text)
             label.setProperty("role", "dim")
+            label.setToolTip(MEANINGS.get(text, ""))
             label.setMinimumSize(64, self.value.sizeHint().height())
             self._form.addRow(label, field)
         layout = QVBoxLayout(self)
@@ -103,7 +112,9 @@ class NumbersPanel(QWidget):
         lo, hi = opacity.scalar_range
         value, height = handles[index]
         name = "Point" if opacity.points else "Mode"
-        self.heading.setText(f"{name} {index + 1} of {len(handles)}")
+        count = len(self._selection.indices("opacity"))
+        more = f", {count} selected" if count > 1 else ""
+        self.heading.setText(f"{name} {index + 1} of {len(handles)}{more}")
         self._set_value(lo, hi, value)
         self.height_box.show_value(height)
         if opacity.points:
@@ -116,7 +127,9 @@ class NumbersPanel(QWidget):
 
     def _show_stop(self, color: ColorTF, index: int) -> None:
         value, *rgb = color.stops[index]
-        self.heading.setText(f"Colour stop {index + 1} of {len(color.stops)}")
+        count = len(self._selection.indices("color"))
+        more = f", {count} selected" if count > 1 else ""
+        self.heading.setText(f"Colour stop {index + 1} of {len(color.stops)}{more}")
         self._set_value(*color.scalar_range, value)
         fill = QColor.fromRgbF(*rgb).name()
         self.color_button.setStyleSheet(

@@ -140,12 +140,12 @@ class OpacityLayer(QObject):
         lo, hi = (axis.place(mode.mean + side * _VISIBLE_WIDTHS * mode.width) for side in (-1, 1))
         nearby = slice(*np.searchsorted(_PLACES, (lo, hi)))
         self._selected_curve.setData(_PLACES[nearby], heights[nearby])
-        for handle, side in zip(self._flanks, (-1, 1), strict=True):
+        for number, (handle, side) in enumerate(zip(self._flanks, (-1, 1), strict=True)):
             place = axis.place(mode.mean + side * mode.width)
             handle.setPos(place, mode.amplitude * _FLANK)
             inside = tf.scalar_range[0] <= mode.mean + side * mode.width <= tf.scalar_range[1]
             handle.setVisible(inside and 0.0 <= place <= 1.0)
-            handle.set_look(QColor(theme.ACCENT), True)
+            handle.set_look(QColor(theme.ACCENT), True, ringed=self._selection.flank == number)
 
     def _add_curve(self, pen: Any) -> Any:
         curve = pg.PlotCurveItem(pen=pen, antialias=True)

@@ -54,6 +54,8 @@ class PlotArea(QObject):
         self._drawn: dict[Any, tuple[NDArray[np.floating], Range]] = {}
         self.widget: Any = pg.GraphicsLayoutWidget()
         self.widget.setBackground(theme.PANEL)
+        self.widget.setProperty("role", "plots")
+        self.widget.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.widget.ci.setContentsMargins(0, 0, 8, 4)
         self.widget.ci.layout.setVerticalSpacing(2)
         self.opacity: Any = self._add_view(row=0)

@@ -32,6 +32,7 @@ class Selection(QObject):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._handles: tuple[Selected, ...] = ()
+        self._flank: int | None = None
 
     @property
     def selected(self) -> Selected | None:
@@ -47,9 +48,14 @@ class Selection(QObject):
         """Return the indices of all selected handles of this kind, in order."""
         return tuple(sorted(handle.index for handle in self._handles if handle.kind == kind))
 
-    def select(self, kind: Kind, index: int) -> None:
-        """Select one handle only."""
-        self._set((Selected(kind, index),))
+    @property
+    def flank(self) -> int | None:
+        """0 or 1 if keys act on the left or right flank of the current mode; else None."""
+        return self._flank
+
+    def select(self, kind: Kind, index: int, flank: int | None = None) -> None:
+        """Select one handle only, or a flank of it."""
+        self._set((Selected(kind, index),), flank)
 
     def select_all(self, kind: Kind, indices: Iterable[int]) -> None:
         """Select these handles; the last one becomes the current one."""
@@ -69,9 +75,11 @@ class Selection(QObject):
         """Take away handles that no longer exist."""
         opacity, color = transfer_function.opacity, transfer_function.color
         counts = {"opacity": len(opacity.points or opacity.modes), "color": len(color.stops)}
-        self._set(tuple(h for h in self._handles if h.index < counts[h.kind]))
+        left = tuple(h for h in self._handles if h.index < counts[h.kind])
+        flank = None if opacity.points or left != self._handles else self._flank
+        self._set(left, flank)
 
-    def _set(self, handles: tuple[Selected, ...]) -> None:
-        if handles != self._handles:
-            self._handles = handles
+    def _set(self, handles: tuple[Selected, ...], flank: int | None = None) -> None:
+        if (handles, flank) != (self._handles, self._flank):
+            self._handles, self._flank = handles, flank
             self.changed.emit()

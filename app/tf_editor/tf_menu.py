@@ -71,7 +71,8 @@ class TransferFunctionMenu(QObject):
         self._moves = moves
         self.units = ""
         self.button = QToolButton(parent)
-        self.button.setText("TF")
+        self.button.setText("TF ▾")
+        self.button.setProperty("role", "menu")
         self.button.setToolTip("Presets, colours, range and axis of the transfer function")
         self.button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.menu = QMenu(self.button)
@@ -85,6 +86,7 @@ class TransferFunctionMenu(QObject):
         self._presets = self.menu.addMenu("Presets")
         self._presets.setToolTipsVisible(True)
         self._colors = self.menu.addMenu("Colours")
+        self._colors.setStyleSheet(f"QMenu {{ icon-size: {SWATCH.width()}px; }}")
         # Filled when first opened: colour maps take time to import.
         self._colors.aboutToShow.connect(self._fill_colors)
         self.menu.addSeparator()
