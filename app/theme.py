@@ -44,15 +44,11 @@ QPushButton:hover {{ border-color: {DIM_TEXT}; }}
 QPushButton:pressed {{ background: {BORDER}; }}
 QPushButton:focus {{ border-color: {ACCENT}; }}
 QPushButton:disabled {{ color: {FAINT_TEXT}; background: {PANEL}; }}
-QToolButton {{
-    background: {FIELD}; border: 1px solid {BORDER}; border-radius: 4px; padding: 3px;
+QToolButton[role="title"] {{
+    font-weight: 600; border: 1px solid transparent; border-radius: 4px; padding: 2px 4px;
 }}
-QToolButton:hover {{ border-color: {DIM_TEXT}; }}
-QToolButton:checked, QToolButton:pressed {{ background: {BORDER}; }}
-QToolButton:checked {{ border-color: {DIM_TEXT}; }}
-QToolButton:disabled {{ color: {FAINT_TEXT}; background: {PANEL}; }}
-QToolButton[role="menu"] {{ padding: 3px 8px; }}
-QToolButton::menu-indicator {{ image: none; }}
+QToolButton[role="title"]:hover {{ background: {FIELD}; border-color: {BORDER}; }}
+QToolButton[role="title"]::menu-indicator {{ image: none; }}
 QToolButton:focus, QComboBox:focus {{ border: 1px solid {ACCENT}; border-radius: 4px; }}
 QCheckBox:focus {{ color: {ACCENT}; }}
 QGraphicsView[role="plots"] {{ border: 1px solid transparent; border-radius: 4px; }}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPoint
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QVBoxLayout, QWidget
 
 from app.state.viewer_state import ViewerState
 from app.tf_editor.axis_gestures import AxisGestures
@@ -28,6 +28,7 @@ SMALL_RANGE = 0.2
 
 _HINT = "<br>".join(
     (
+        "Presets, colours, range and axis of the transfer function. In its plots:",
         "Double-click: add a mode or point; click the strip: add a colour",
         "Shift or Ctrl and click, or a frame drawn with Shift: select several (Ctrl+A: all)",
         "Arrows: move; with Shift: farther; Delete: remove; Insert: add",
@@ -67,6 +68,7 @@ class TransferFunctionEditor(QFrame):
         self.numbers = NumbersPanel(state, self.selection, self.moves, self)
         self.menu = TransferFunctionMenu(state, self.area, self.range, self.moves, self)
         self.menu.show_all.connect(self.gestures.show_all)
+        self.menu.replaced.connect(self.selection.clear)
         self.menu.range_shown.connect(self.show_range)
         self._is_new = False
         self._lay_out()
@@ -122,12 +124,9 @@ class TransferFunctionEditor(QFrame):
             self.selection.select("opacity", max(range(len(handles)), key=lambda i: handles[i][1]))
 
     def _lay_out(self) -> None:
-        title = QLabel("Transfer function")
-        title.setProperty("role", "title")
-        title.setToolTip(_HINT)
+        self.menu.button.setToolTip(_HINT)
         self._header = QHBoxLayout()
-        self._header.setSpacing(14)
-        self._header.addWidget(title)
+        self._header.setSpacing(10)
         self._header.addWidget(self.menu.button)
         self._header.addStretch()
         plots = QVBoxLayout()

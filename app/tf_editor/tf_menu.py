@@ -24,7 +24,7 @@ from model.scene.tf_fitting import fitted_curve, fitted_modes
 from model.scene.tf_presets import presets
 from model.scene.transfer_function import TF_SAMPLES, OpacityTF, Range, TransferFunction
 
-SWATCH = QSize(64, 14)
+SWATCH = QSize(30, 14)
 
 PERCENTILES = {"0.1 to 99.9 % of the voxels": (0.1, 99.9), "1 to 99 % of the voxels": (1.0, 99.0)}
 
@@ -53,6 +53,8 @@ class TransferFunctionMenu(QObject):
 
     show_all = Signal()
     """Emitted when all values are to be visible."""
+    replaced = Signal()
+    """Emitted before another TF replaces the present one, with other handles."""
     range_shown = Signal()
     """Emitted when the range was set, and is to be visible."""
 
@@ -71,9 +73,10 @@ class TransferFunctionMenu(QObject):
         self._moves = moves
         self.units = ""
         self.button = QToolButton(parent)
-        self.button.setText("TF ▾")
-        self.button.setProperty("role", "menu")
-        self.button.setToolTip("Presets, colours, range and axis of the transfer function")
+        self.button.setText("Transfer function ▾")
+        self.button.setProperty("role", "title")
+        # After a click, keys such as W are the window's again.
+        self.button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.menu = QMenu(self.button)
         self.menu.setToolTipsVisible(True)
@@ -202,7 +205,9 @@ class TransferFunctionMenu(QObject):
         self._commit(change(self._state.transfer_function), text)
 
     def _commit(self, tf: TransferFunction, text: str) -> None:
-        self._state.commit(tf, text)
+        if tf != self._state.transfer_function:
+            self.replaced.emit()
+            self._state.commit(tf, text)
 
 
 def _swatch(name: str) -> QIcon:

@@ -24,6 +24,12 @@ from model.scene.transfer_function import (
 LOW_HU, HIGH_HU = -500.0, 500.0
 """A range that reaches beyond both is taken for HU: air is at -1000, dense bone above 1000."""
 
+_SMOOTHING = 5
+"""Bins over which a histogram is averaged before peaks are looked for."""
+
+_FREQUENT = 0.3
+"""Height from which a peak counts, as a fraction of the highest one's."""
+
 _Point = tuple[float, float]
 _Stop = tuple[float, float, float, float]
 
@@ -96,26 +102,26 @@ _CT = (
 _OTHERS = (
     _Recipe(
         "MR",
-        "Faint surfaces, and inside them what is bright, from blue-grey to white",
-        ((0.12, 0.0), (0.25, 0.015), (0.45, 0.04), (0.65, 0.10), (0.85, 0.3), (1.0, 0.45)),
+        "Faint surfaces, and inside them what is bright, from pale blue to white",
+        ((0.12, 0.0), (0.25, 0.03), (0.45, 0.06), (0.65, 0.2), (0.85, 0.5), (1.0, 0.7)),
         (
-            (0.0, 0.05, 0.07, 0.13),
-            (0.3, 0.36, 0.42, 0.55),
-            (0.55, 0.78, 0.62, 0.56),
-            (0.8, 0.98, 0.86, 0.72),
+            (0.0, 0.30, 0.42, 0.62),
+            (0.3, 0.55, 0.70, 0.92),
+            (0.55, 0.95, 0.80, 0.72),
+            (0.8, 1.0, 0.92, 0.80),
             (1.0, 1.0, 1.0, 0.97),
         ),
     ),
     _Recipe(
         "Micro-CT",
-        "The solid as a surface, its densest parts in another colour",
-        ((0.25, 0.0), (0.38, 0.05), (0.52, 0.35), (0.75, 0.6), (1.0, 0.85)),
+        "The solid as an opaque surface, its densest parts in another colour",
+        ((0.20, 0.0), (0.30, 0.12), (0.40, 0.6), (0.75, 0.8), (1.0, 0.9)),
         (
-            (0.25, 0.22, 0.20, 0.24),
-            (0.45, 0.62, 0.55, 0.47),
-            (0.65, 0.90, 0.80, 0.62),
-            (0.85, 0.98, 0.72, 0.35),
-            (1.0, 0.95, 0.45, 0.18),
+            (0.20, 0.52, 0.44, 0.36),
+            (0.42, 0.93, 0.84, 0.66),
+            (0.65, 1.0, 0.93, 0.72),
+            (0.82, 1.0, 0.72, 0.30),
+            (1.0, 0.97, 0.42, 0.16),
         ),
     ),
     _Recipe(
@@ -137,8 +143,8 @@ _OTHERS = (
     ),
 )  # fmt: skip
 
-_HU_PLACES = ((-1000.0, 0.0), (-300.0, 0.2), (40.0, 0.45), (250.0, 0.62), (1200.0, 1.0))
-"""Places between background and brightest voxels that stand for HU where there are none."""
+AIR_HU, TISSUE_HU, BONE_HU = -1000.0, 40.0, 1200.0
+"""What background, soft tissue and dense bone of a CT have."""
 
 
 def presets(
@@ -160,15 +166,21 @@ def presets(
     units : str
         Unit of the scalars; "HU" says that values are Hounsfield units.
     """
-    places = np.array(_landmarks(counts, edges))
-    hu, share = np.array(_HU_PLACES).T
+    marks = _landmarks(counts, edges)
     is_hu = looks_like_hu((float(edges[0]), float(edges[-1])), units)
+    # In a CT of other values, these are usually HU on another scale.
+    slope = (marks.tissue - marks.peak) / (TISSUE_HU - AIR_HU)
+    bone = min(marks.peak + slope * (BONE_HU - AIR_HU), max(marks.highest, marks.tissue + slope))
 
     def placed(value: float) -> float:
-        return float(np.interp(value, (0.0, 0.5, 1.0), places))
+        return float(np.interp(value, (0.0, 0.5, 1.0), (marks.low, marks.middle, marks.high)))
 
     def of_hu(value: float) -> float:
-        return value if is_hu else placed(float(np.interp(value, hu, share)))
+        if is_hu:
+            return value
+        if value <= TISSUE_HU:
+            return marks.peak + slope * (value - AIR_HU)
+        return marks.tissue + (bone - marks.tissue) * (value - TISSUE_HU) / (BONE_HU - TISSUE_HU)
 
     return [
         *(Preset(r.name, r.explanation, _tf(r, scalar_range, of_hu)) for r in _CT),
@@ -181,33 +193,60 @@ def looks_like_hu(data_range: Range, units: str = "") -> bool:
     return units.strip().upper() == "HU" or (data_range[0] < LOW_HU and data_range[1] > HIGH_HU)
 
 
-def _landmarks(counts: NDArray[np.int64], edges: NDArray[np.float64]) -> list[float]:
-    """Values at the places 0, 0.5 and 1: background, middle and brightest voxels.
+@dataclass(frozen=True)
+class _Landmarks:
+    """Values found in a histogram.
 
-    The background is the highest peak of the histogram's lower half, by number of voxels; the
-    others are percentiles of the voxels above it.
+    Attributes
+    ----------
+    peak, low : float
+        The background's most frequent value, and its end.
+    middle, high : float
+        Middle and almost largest value of the voxels above the background.
+    tissue : float
+        The highest value of those that are frequent above the background.
+    highest : float
+        The largest value of all.
     """
+
+    peak: float
+    low: float
+    middle: float
+    high: float
+    tissue: float
+    highest: float
+
+
+def _landmarks(counts: NDArray[np.int64], edges: NDArray[np.float64]) -> _Landmarks:
+    """Find the background, the highest peak in the histogram's lower half, and what is above."""
     centers = (edges[:-1] + edges[1:]) / 2
-    below = centers <= (edges[0] + edges[-1]) / 2
-    start = int(np.argmax(np.where(below, counts, -1)))
+    first, last = float(edges[0]), float(edges[-1])
+    start = int(np.argmax(np.where(centers <= (first + last) / 2, counts, -1)))
     # The flank of the peak belongs to it.
     end = start
     while end + 1 < len(counts) and counts[end + 1] > 0.05 * counts[start]:
         end += 1
-    if centers[end] > edges[0] + 0.6 * (edges[-1] - edges[0]):
+    if centers[end] > first + 0.6 * (last - first):
         end = start
     rest = counts[end + 1 :]
     if rest.sum() == 0:
-        return [float(edges[0]), float((edges[0] + edges[-1]) / 2), float(edges[-1])]
+        middle = (first + last) / 2
+        return _Landmarks(first, first, middle, last, middle, last)
     shares = np.cumsum(rest) / rest.sum()
     low = float(edges[end + 1])
     high = float(edges[end + 2 + int(np.searchsorted(shares, 0.995))])
-    high = max(high, low + 0.1 * (float(edges[-1]) - low))
+    high = max(high, low + 0.1 * (last - low))
     # In the middle between half of the voxels and half of the values.
     median = float(edges[end + 2 + int(np.searchsorted(shares, 0.5))])
-    middle = (median + (low + high) / 2) / 2
     span = high - low
-    return [low, min(max(middle, low + 0.2 * span), high - 0.2 * span), high]
+    middle = min(max((median + (low + high) / 2) / 2, low + 0.2 * span), high - 0.2 * span)
+    smooth = np.convolve(rest, np.ones(_SMOOTHING) / _SMOOTHING, mode="same")
+    inner = np.flatnonzero((smooth[1:-1] >= smooth[:-2]) & (smooth[1:-1] > smooth[2:])) + 1
+    peaks = inner[smooth[inner] >= _FREQUENT * smooth.max()] if len(inner) else inner
+    tissue = float(centers[end + 1 + int(peaks[-1])]) if len(peaks) else middle
+    # Anything else would turn the scale of HU around.
+    tissue = max(tissue, float(centers[start]) + 0.05 * (last - first))
+    return _Landmarks(float(centers[start]), low, middle, high, tissue, last)
 
 
 def _tf(
