@@ -73,7 +73,7 @@ class TransferFunctionMenu(QObject):
         self._moves = moves
         self.units = ""
         self.button = QToolButton(parent)
-        self.button.setText("Transfer function ▾")
+        self.button.setText("TF ▾")
         self.button.setProperty("role", "title")
         # After a click, keys such as W are the window's again.
         self.button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
@@ -81,7 +81,7 @@ class TransferFunctionMenu(QObject):
         self.menu = QMenu(self.button)
         self.menu.setToolTipsVisible(True)
         self.button.setMenu(self.menu)
-        self._popup = RangePopup(state, layer, parent)
+        self.popup = RangePopup(state, layer, parent)
         self._fill()
         self.menu.aboutToShow.connect(self._refresh)
 
@@ -179,7 +179,7 @@ class TransferFunctionMenu(QObject):
     def type_range(self) -> None:
         """Open the popup with the two numbers of the range."""
         below = self.button.mapToGlobal(QPoint(0, self.button.height()))
-        self._popup.open_at(below, self._area.data_range)
+        self.popup.open_at(below, self._area.data_range)
 
     def set_percentiles(self, lower: float, upper: float) -> None:
         """Set the range to that between two percentiles of the voxels."""
