@@ -86,12 +86,12 @@ class TransferFunctionMenu(QObject):
         self.menu.aboutToShow.connect(self._refresh)
 
     def _fill(self) -> None:
-        self._presets = self.menu.addMenu("Presets")
-        self._presets.setToolTipsVisible(True)
-        self._colors = self.menu.addMenu("Colours")
-        self._colors.setStyleSheet(f"QMenu {{ icon-size: {SWATCH.width()}px; }}")
+        self.presets_menu = self.menu.addMenu("Presets")
+        self.presets_menu.setToolTipsVisible(True)
+        self.colors_menu = self.menu.addMenu("Colours")
+        self.colors_menu.setStyleSheet(f"QMenu {{ icon-size: {SWATCH.width()}px; }}")
         # Filled when first opened: colour maps take time to import.
-        self._colors.aboutToShow.connect(self._fill_colors)
+        self.colors_menu.aboutToShow.connect(self._fill_colors)
         self.menu.addSeparator()
         self._as_curve = add_action(self.menu, "As free curve", self.to_curve)
         self._as_modes = add_action(self.menu, "As modes", self.to_modes)
@@ -131,22 +131,22 @@ class TransferFunctionMenu(QObject):
         opacity = self._state.transfer_function.opacity
         self._as_curve.setEnabled(not opacity.points)
         self._as_modes.setEnabled(bool(opacity.points))
-        self._presets.clear()
+        self.presets_menu.clear()
         histogram = self._area.histogram
         for preset in presets(
             self._state.scalar_range, histogram.counts, histogram.edges, self.units
         ):
             commit = partial(self._commit, preset.tf, f"preset {preset.name}")
-            add_action(self._presets, preset.name, commit).setToolTip(preset.explanation)
+            add_action(self.presets_menu, preset.name, commit).setToolTip(preset.explanation)
 
     def _fill_colors(self) -> None:
-        if not self._colors.isEmpty():
+        if not self.colors_menu.isEmpty():
             return
         for name in COLOR_MAPS:
-            action = add_action(self._colors, name, partial(self.use_color_map, name))
+            action = add_action(self.colors_menu, name, partial(self.use_color_map, name))
             action.setIcon(_swatch(name))
-        self._colors.addSeparator()
-        add_action(self._colors, "Reverse the colours", self.reverse_colors)
+        self.colors_menu.addSeparator()
+        add_action(self.colors_menu, "Reverse the colours", self.reverse_colors)
 
     def use_color_map(self, name: str) -> None:
         """Replace the colours by a map's: one undo step."""

@@ -240,7 +240,8 @@ def _landmarks(counts: NDArray[np.int64], edges: NDArray[np.float64]) -> _Landma
     median = float(edges[end + 2 + int(np.searchsorted(shares, 0.5))])
     span = high - low
     middle = min(max((median + (low + high) / 2) / 2, low + 0.2 * span), high - 0.2 * span)
-    smooth = np.convolve(rest, np.ones(_SMOOTHING) / _SMOOTHING, mode="same")
+    width = min(_SMOOTHING, len(rest))
+    smooth = np.convolve(rest, np.ones(width) / width, mode="same")
     inner = np.flatnonzero((smooth[1:-1] >= smooth[:-2]) & (smooth[1:-1] > smooth[2:])) + 1
     peaks = inner[smooth[inner] >= _FREQUENT * smooth.max()] if len(inner) else inner
     tissue = float(centers[end + 1 + int(peaks[-1])]) if len(peaks) else middle
