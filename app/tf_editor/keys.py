@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from typing import cast
 
-from PySide6.QtCore import QKeyCombination, QObject, Qt
-from PySide6.QtGui import QKeySequence, QShortcut
+from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtGui import QKeyEvent
 
 from app.state.viewer_state import ViewerState
 from app.tf_editor.axis_gestures import AxisGestures
@@ -59,28 +60,50 @@ class EditorKeys(QObject):
         self._moves = moves
         self._opacity = opacity
         self._color = color
-        for key, right, up in (
-            (Qt.Key.Key_Left, -1, 0),
-            (Qt.Key.Key_Right, 1, 0),
-            (Qt.Key.Key_Up, 0, 1),
-            (Qt.Key.Key_Down, 0, -1),
+        none, shift = Qt.KeyboardModifier.NoModifier, Qt.KeyboardModifier.ShiftModifier
+        control = Qt.KeyboardModifier.ControlModifier
+        key = Qt.Key
+        self._slots: dict[tuple[int, Qt.KeyboardModifier], Callable[[], object]] = {
+            (key.Key_Delete, none): moves.remove,
+            (key.Key_Backspace, none): moves.remove,
+            (key.Key_Return, none): self.choose_color,
+            (key.Key_Enter, none): self.choose_color,
+            (key.Key_Tab, none): partial(self.go, 1),
+            (key.Key_Backtab, shift): partial(self.go, -1),
+            (key.Key_Insert, none): self.add,
+            (key.Key_Escape, none): selection.clear,
+            (key.Key_A, control): self.select_all,
+            (key.Key_Home, none): gestures.show_all,
+            (key.Key_Plus, none): partial(gestures.zoom, 1),
+            # On most keyboards, + is a shifted key.
+            (key.Key_Plus, shift): partial(gestures.zoom, 1),
+            (key.Key_Minus, none): partial(gestures.zoom, -1),
+        }
+        for arrow, right, up in (
+            (key.Key_Left, -1, 0),
+            (key.Key_Right, 1, 0),
+            (key.Key_Up, 0, 1),
+            (key.Key_Down, 0, -1),
         ):
-            self._bind(key, partial(self.nudge, right, up))
+            self._slots[arrow, none] = partial(self.nudge, right, up)
             big = partial(self.nudge, _BIG_NUDGE * right, _BIG_NUDGE * up)
-            self._bind(Qt.Modifier.SHIFT | key, big)
-        for key in (Qt.Key.Key_Delete, Qt.Key.Key_Backspace):
-            self._bind(key, moves.remove)
-        for key in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
-            self._bind(key, self.choose_color)
-        self._bind(Qt.Key.Key_Tab, partial(self.go, 1))
-        self._bind(Qt.Modifier.SHIFT | Qt.Key.Key_Backtab, partial(self.go, -1))
-        self._bind(Qt.Modifier.SHIFT | Qt.Key.Key_Tab, partial(self.go, -1))
-        self._bind(Qt.Key.Key_Insert, self.add)
-        self._bind(Qt.Key.Key_Escape, selection.clear)
-        self._bind(Qt.Modifier.CTRL | Qt.Key.Key_A, self.select_all)
-        self._bind(Qt.Key.Key_Home, gestures.show_all)
-        self._bind(Qt.Key.Key_Plus, partial(gestures.zoom, 1))
-        self._bind(Qt.Key.Key_Minus, partial(gestures.zoom, -1))
+            self._slots[arrow, shift] = big
+        area.widget.installEventFilter(self)
+
+    def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
+        """Take the keys before the window's shortcuts and before Tab leaves."""
+        kind = event.type()
+        if kind not in (QEvent.Type.ShortcutOverride, QEvent.Type.KeyPress):
+            return False
+        pressed = cast(QKeyEvent, event)
+        modifiers = pressed.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
+        slot = self._slots.get((pressed.key(), modifiers))
+        if slot is None:
+            return False
+        event.accept()
+        if kind == QEvent.Type.KeyPress:
+            slot()
+        return True
 
     def nudge(self, right: int, up: int) -> None:
         """Move the selected handles by bins of the range and hundredths of opacity.
@@ -154,9 +177,3 @@ class EditorKeys(QObject):
             if not tf.opacity.points:
                 targets += [("opacity", index, 0), ("opacity", index, 1)]
         return targets + [("color", index, None) for index in range(len(tf.color.stops))]
-
-    def _bind(self, keys: Qt.Key | QKeyCombination, slot: Callable[[], object]) -> None:
-        """Bind keys that are active only while the plots have the focus."""
-        shortcut = QShortcut(QKeySequence(keys), self._area.widget)
-        shortcut.setContext(Qt.ShortcutContext.WidgetShortcut)
-        shortcut.activated.connect(slot)
