@@ -157,27 +157,28 @@ class ResponseLayer(QObject):
     def refresh(self) -> None:
         """Draw the newest responses."""
         choices = self._sensitivity.choices
-        shown = {
-            name: self._displayed(self._dispatcher.regions.get(source))
+        answers = {
+            name: self._dispatcher.regions.get(source)
             for name, source in (
                 ("exact", self._dispatcher.exact_source),
                 ("learned", "learned"),
             )
         }
+        shown = {name: self._displayed(answer) for name, answer in answers.items()}
         for name, curve in self._curves.items():
-            values = shown[name]
+            values, of = shown[name], answers[name]
             curve.setVisible(values is not None and choices.shown)
-            if values is not None:
-                self._area.draw(curve, values, self._state.scalar_range)
+            if values is not None and of is not None:
+                # The TF's range may have changed since it was asked.
+                self._area.draw(curve, values, of.request.inputs.opacity_tf.scalar_range)
         self._scale_axis([values for values in shown.values() if values is not None])
         self._mark_stale()
         answer = self._dispatcher.region_answer
         values = self._displayed(answer)
         intervals: tuple[Interval, ...] = ()
-        if values is not None and choices.shown:
-            intervals = promising_intervals(
-                values, self._state.scalar_range, window=self._dispatcher.window
-            )
+        if values is not None and answer is not None and choices.shown:
+            scalar_range = answer.request.inputs.opacity_tf.scalar_range
+            intervals = promising_intervals(values, scalar_range, window=self._dispatcher.window)
         if intervals != self.intervals:
             self.intervals = intervals
             self._place_flags()
@@ -315,7 +316,7 @@ class ResponseLayer(QObject):
         top = max(float(part.max()) for part in parts)
         for part, item in zip(parts, (self._visible_region, self._visible), strict=True):
             heights = VISIBLE_HEIGHT * part / max(top, 1e-9)
-            self._area.draw(item, heights, self._state.scalar_range)
+            self._area.draw(item, heights, answer.request.inputs.opacity_tf.scalar_range)
 
 
 def _filled(color: str, alpha: int) -> Any:

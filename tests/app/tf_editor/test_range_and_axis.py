@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pyqtgraph as pg
 import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QWheelEvent
@@ -178,3 +179,18 @@ def test_the_scale_of_voxels_is_labelled_where_counts_are_drawn() -> None:
     for height, text in count_ticks(5000):
         count = {"1": 1, "10": 10, "10²": 100, "10³": 1000}[text]
         assert height == pytest.approx(np.log(1 + count) / np.log(5001))
+
+
+@pytest.mark.parametrize("logarithmic", [False, True])
+def test_a_curve_drawn_by_others_stays_at_its_values(
+    editor: TransferFunctionEditor, logarithmic: bool
+) -> None:
+    curve = pg.PlotCurveItem()
+    samples = np.linspace(100.0, 200.0, 256)
+    editor.area.draw(curve, samples / 1000, (100.0, 200.0))
+    editor.menu.set_logarithmic(logarithmic)
+    editor.area.set_axis(editor.area.axis.zoomed(3.0, 0.4))
+    places, heights = np.asarray(curve.xData), np.asarray(curve.yData)
+    assert places.min() == 0
+    assert places.max() <= 1
+    np.testing.assert_allclose(heights, editor.area.axis.values(places) / 1000, rtol=1e-3)
