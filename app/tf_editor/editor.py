@@ -101,12 +101,18 @@ class TransferFunctionEditor(QFrame):
         self._is_new = True
         self.setEnabled(True)
 
-    def show_range(self) -> None:
-        """Show all values, or those around the TF's range where it is a small part of them."""
+    def show_range(self, fill: bool = False) -> None:
+        """Show all values, or those around the TF's range where it is a small part of them.
+
+        Parameters
+        ----------
+        fill : bool
+            Whether to show those around the range in any case.
+        """
         self.area.include(self._state.scalar_range)
         axis = self.area.axis.showing(self.area.axis.full)
         low, high = axis.places(self._state.scalar_range)
-        if high - low < SMALL_RANGE:
+        if fill or high - low < SMALL_RANGE:
             room = (high - low) / 4
             ends = axis.values([max(low - room, 0.0), min(high + room, 1.0)])
             axis = axis.showing((float(ends[0]), float(ends[1])))

@@ -55,8 +55,8 @@ class TransferFunctionMenu(QObject):
     """Emitted when all values are to be visible."""
     replaced = Signal()
     """Emitted before another TF replaces the present one, with other handles."""
-    range_shown = Signal()
-    """Emitted when the range was set, and is to be visible."""
+    range_shown = Signal(bool)
+    """Emitted when the range is to be visible, and True if it is to fill the plots."""
 
     def __init__(
         self,
@@ -121,7 +121,7 @@ class TransferFunctionMenu(QObject):
         add_action(menu, "Show all", self.show_all.emit).setToolTip(
             "Ctrl and the wheel zoom the axis, a drag with the middle button pans it"
         )
-        add_action(menu, "Show range", self.range_shown.emit)
+        add_action(menu, "Show range", partial(self.range_shown.emit, True))
         self._logarithmic = menu.addAction("Logarithmic")
         self._logarithmic.setCheckable(True)
         self._logarithmic.setToolTip("How values are spread over the plot; pictures stay the same")
@@ -196,7 +196,7 @@ class TransferFunctionMenu(QObject):
 
     def _set_range(self, scalar_range: Range) -> None:
         self._layer.set_range(scalar_range)
-        self.range_shown.emit()
+        self.range_shown.emit(False)
 
     def _set_follow(self, on: bool) -> None:
         self._moves.colors_follow = on

@@ -194,3 +194,9 @@ def test_a_curve_drawn_by_others_stays_at_its_values(
     assert places.min() == 0
     assert places.max() <= 1
     np.testing.assert_allclose(heights, editor.area.axis.values(places) / 1000, rtol=1e-3)
+
+
+def test_the_range_fills_the_plots_when_asked(editor: TransferFunctionEditor) -> None:
+    assert editor.area.axis.visible == (100.0, 300.0)
+    editor.menu.range_shown.emit(True)
+    assert editor.area.axis.visible == pytest.approx((100.0, 225.0))
