@@ -44,6 +44,15 @@ QPushButton:hover {{ border-color: {DIM_TEXT}; }}
 QPushButton:pressed {{ background: {BORDER}; }}
 QPushButton:focus {{ border-color: {ACCENT}; }}
 QPushButton:disabled {{ color: {FAINT_TEXT}; background: {PANEL}; }}
+QToolButton[role="title"] {{
+    font-weight: 600; border: 1px solid transparent; border-radius: 4px; padding: 2px 4px;
+}}
+QToolButton[role="title"]:hover {{ background: {FIELD}; border-color: {BORDER}; }}
+QToolButton[role="title"]::menu-indicator {{ image: none; }}
+QToolButton:focus, QComboBox:focus {{ border: 1px solid {ACCENT}; border-radius: 4px; }}
+QCheckBox:focus {{ color: {ACCENT}; }}
+QGraphicsView[role="plots"] {{ border: 1px solid transparent; border-radius: 4px; }}
+QGraphicsView[role="plots"]:focus {{ border-color: {ACCENT}; }}
 QLabel[role="title"] {{ font-weight: 600; }}
 QLabel[role="dim"] {{ color: {DIM_TEXT}; }}
 QLabel[role="readout"] {{

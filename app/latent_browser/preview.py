@@ -15,9 +15,7 @@ from app.image_view.engine_pane import EnginePane
 from app.image_view.image_canvas import to_qimage
 from app.latent_browser.map_marks import paint_text_box
 from app.tf_editor.plot_area import PlotArea
-from model.scene.transfer_function import TF_SAMPLES, OpacityTF
-
-_PLACES = np.linspace(0.0, 1.0, TF_SAMPLES)
+from model.scene.transfer_function import OpacityTF
 
 
 class Preview(QObject):
@@ -34,6 +32,7 @@ class Preview(QObject):
     def __init__(self, pane: EnginePane, area: PlotArea) -> None:
         super().__init__(pane)
         self._pane = pane
+        self._area = area
         self._caption = ""
         self._covers = False
         self._curve: Any = pg.PlotCurveItem(
@@ -57,7 +56,7 @@ class Preview(QObject):
     def show_tf(self, tf: OpacityTF | None) -> None:
         """Draw a TF over the editor's own; None for none."""
         if tf is not None:
-            self._curve.setData(_PLACES, tf.sample())
+            self._area.draw(self._curve, tf.sample(), tf.scalar_range)
         self._curve.setVisible(tf is not None)
 
     def show_picture(self, image: NDArray[np.float32] | None, caption: str = "") -> None:

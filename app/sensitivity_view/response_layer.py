@@ -23,7 +23,6 @@ from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from app.tf_editor.handle import DragHandle
 from app.tf_editor.plot_area import PlotArea
-from app.tf_editor.unit_axis import from_unit, to_unit
 from model.scene.tf_perturbation import edit_over
 from model.scene.transfer_function import TF_SAMPLES
 from model.sensitivity.display import FLOOR, shown_responses
@@ -38,7 +37,6 @@ VISIBLE_HEIGHT = 0.3
 """Heights of the band and of the visibility, as fractions of the plot."""
 
 CLICK_REACH = 4
-_PLACES = np.linspace(0.0, 1.0, TF_SAMPLES)
 
 
 class PeakFlag(QGraphicsObject):
@@ -136,6 +134,7 @@ class ResponseLayer(QObject):
         viewport = area.widget.viewport()
         viewport.setMouseTracking(True)
         viewport.installEventFilter(self)
+        area.axisChanged.connect(self._place_flags)
         dispatcher.regionAnswered.connect(self.refresh)
         dispatcher.visibilityAnswered.connect(self._show_visibility)
         sensitivity.bandChanged.connect(lambda _band: self._show_band())
@@ -158,27 +157,28 @@ class ResponseLayer(QObject):
     def refresh(self) -> None:
         """Draw the newest responses."""
         choices = self._sensitivity.choices
-        shown = {
-            name: self._displayed(self._dispatcher.regions.get(source))
+        answers = {
+            name: self._dispatcher.regions.get(source)
             for name, source in (
                 ("exact", self._dispatcher.exact_source),
                 ("learned", "learned"),
             )
         }
+        shown = {name: self._displayed(answer) for name, answer in answers.items()}
         for name, curve in self._curves.items():
-            values = shown[name]
+            values, of = shown[name], answers[name]
             curve.setVisible(values is not None and choices.shown)
-            if values is not None:
-                curve.setData(_PLACES, values)
+            if values is not None and of is not None:
+                # The TF's range may have changed since it was asked.
+                self._area.draw(curve, values, of.request.inputs.opacity_tf.scalar_range)
         self._scale_axis([values for values in shown.values() if values is not None])
         self._mark_stale()
         answer = self._dispatcher.region_answer
         values = self._displayed(answer)
         intervals: tuple[Interval, ...] = ()
-        if values is not None and choices.shown:
-            intervals = promising_intervals(
-                values, self._state.scalar_range, window=self._dispatcher.window
-            )
+        if values is not None and answer is not None and choices.shown:
+            scalar_range = answer.request.inputs.opacity_tf.scalar_range
+            intervals = promising_intervals(values, scalar_range, window=self._dispatcher.window)
         if intervals != self.intervals:
             self.intervals = intervals
             self._place_flags()
@@ -193,14 +193,19 @@ class ResponseLayer(QObject):
         if kind == QEvent.Type.Leave:
             self._sensitivity.hover(None)
         elif kind == QEvent.Type.Wheel:
-            position = cast(QWheelEvent, event).position()
-            if self._value_at(position) is not None:
-                self._sensitivity.widen(cast(QWheelEvent, event).angleDelta().y() / 120)
+            wheel = cast(QWheelEvent, event)
+            position = wheel.position()
+            # With Ctrl, the wheel zooms the plots' axis.
+            zooms = bool(wheel.modifiers() & Qt.KeyboardModifier.ControlModifier)
+            if not zooms and self._value_at(position) is not None:
+                self._sensitivity.widen(wheel.angleDelta().y() / 120)
                 return True
         elif kind == QEvent.Type.MouseButtonPress:
             mouse = cast(QMouseEvent, event)
             left = mouse.button() == Qt.MouseButton.LeftButton
-            free = left and not self._handle_at(mouse.position())
+            # With Shift, a drag selects handles.
+            plain = left and not mouse.modifiers() & Qt.KeyboardModifier.ShiftModifier
+            free = plain and not self._handle_at(mouse.position())
             self._pressed = mouse.position() if free else None
         elif kind == QEvent.Type.MouseMove:
             self._move(cast(QMouseEvent, event))
@@ -226,7 +231,8 @@ class ResponseLayer(QObject):
         if not self._area.opacity.sceneBoundingRect().contains(at):
             return None
         place = self._area.opacity.mapSceneToView(at).x()
-        return from_unit(min(max(place, 0.0), 1.0), self._area.scalar_range)
+        lo, hi = self._state.scalar_range
+        return min(max(self._area.axis.value(min(max(place, 0.0), 1.0)), lo), hi)
 
     def _handle_at(self, position: QPointF) -> bool:
         items = self._area.widget.items(position.toPoint())
@@ -282,9 +288,10 @@ class ResponseLayer(QObject):
 
     def _place_flags(self) -> None:
         for flag, interval in zip(self._flags, self.intervals, strict=False):
-            flag.setPos(to_unit(interval.value, self._state.scalar_range), 1.05)
+            flag.setPos(self._area.axis.place(interval.value), 1.05)
         for number, flag in enumerate(self._flags):
-            flag.setVisible(number < len(self.intervals))
+            here = number < len(self.intervals)
+            flag.setVisible(here and 0 <= self._area.axis.place(self.intervals[number].value) <= 1)
             if number < len(self.intervals):
                 flag.setToolTip("Click to add a mode here, in a colour that stands out")
 
@@ -293,7 +300,8 @@ class ResponseLayer(QObject):
         self._band.setVisible(band is not None and choices.shown)
         if band is not None:
             edit = edit_over(band.values, self._state.scalar_range, choices.width)
-            self._band.setData(_PLACES, BAND_HEIGHT * edit / edit.max())
+            heights = BAND_HEIGHT * edit / edit.max()
+            self._area.draw(self._band, heights, self._state.scalar_range)
 
     def _show_visibility(self) -> None:
         answer = self._dispatcher.visibility
@@ -307,7 +315,8 @@ class ResponseLayer(QObject):
         parts = [part / max(float(part.sum()), 1e-9) for part in (region, whole)]
         top = max(float(part.max()) for part in parts)
         for part, item in zip(parts, (self._visible_region, self._visible), strict=True):
-            item.setData(_PLACES, VISIBLE_HEIGHT * part / max(top, 1e-9))
+            heights = VISIBLE_HEIGHT * part / max(top, 1e-9)
+            self._area.draw(item, heights, answer.request.inputs.opacity_tf.scalar_range)
 
 
 def _filled(color: str, alpha: int) -> Any:

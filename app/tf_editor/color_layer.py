@@ -13,12 +13,14 @@ from PySide6.QtWidgets import QColorDialog
 
 from app.state.viewer_state import ViewerState
 from app.tf_editor.handle import DragHandle
+from app.tf_editor.moves import HandleMoves
 from app.tf_editor.plot_area import PlotArea
 from app.tf_editor.popup import pop_up
 from app.tf_editor.selection import Selection
-from app.tf_editor.unit_axis import from_unit, to_unit
 from model.scene import tf_editing as edits
 from model.scene.transfer_function import ColorTF
+
+_PIXELS = 1024
 
 
 class ColorLayer(QObject):
@@ -29,20 +31,25 @@ class ColorLayer(QObject):
     area : PlotArea
     state : ViewerState
     selection : Selection
+    moves : HandleMoves
     """
 
-    def __init__(self, area: PlotArea, state: ViewerState, selection: Selection) -> None:
+    def __init__(
+        self, area: PlotArea, state: ViewerState, selection: Selection, moves: HandleMoves
+    ) -> None:
         super().__init__(area)
         view = area.strip
         self._area = area
         self._view = view
         self._state = state
         self._selection = selection
+        self._moves = moves
         self._strip: Any = pg.ImageItem(axisOrder="row-major")
         view.addItem(self._strip, ignoreBounds=True)
         self._stops: list[DragHandle] = []
         state.transferFunctionChanged.connect(self.refresh)
         selection.changed.connect(self.refresh)
+        area.axisChanged.connect(self.refresh)
 
     @property
     def stops(self) -> tuple[DragHandle, ...]:
@@ -52,17 +59,21 @@ class ColorLayer(QObject):
     def refresh(self) -> None:
         """Redraw the state's colour TF."""
         color = self._state.transfer_function.color
-        levels = np.rint(color.sample(count=1024) * 255).astype(np.uint8)
+        # Values beyond the TF's range look like its ends.
+        values = self._area.axis.values(np.linspace(0.0, 1.0, _PIXELS)).clip(*color.scalar_range)
+        levels = np.rint(color(values) * 255).astype(np.uint8)
         self._strip.setImage(levels[np.newaxis], levels=(0, 255))
         self._strip.setRect(0.0, 0.0, 1.0, 1.0)
         while len(self._stops) < len(color.stops):
             self._stops.append(self._add_handle(len(self._stops)))
         while len(self._stops) > len(color.stops):
             self._view.removeItem(self._stops.pop())
-        selected = self._selection.index("color")
+        selected = self._selection.indices("color")
         for index, (value, *rgb) in enumerate(color.stops):
-            self._stops[index].setPos(to_unit(value, color.scalar_range), 0.5)
-            self._stops[index].set_look(QColor.fromRgbF(*rgb), index == selected)
+            place = self._area.axis.place(value)
+            self._stops[index].setPos(place, 0.5)
+            self._stops[index].setVisible(0.0 <= place <= 1.0)
+            self._stops[index].set_look(QColor.fromRgbF(*rgb), index in selected)
 
     def add(self, value: float) -> None:
         """Add a stop and select it."""
@@ -102,7 +113,7 @@ class ColorLayer(QObject):
 
     def _add_handle(self, index: int) -> DragHandle:
         handle = DragHandle("pin")
-        handle.pressed.connect(lambda: self._selection.select("color", index))
+        handle.pressed.connect(lambda: self._moves.press("color", index, adds=handle.adds))
         handle.dragged.connect(lambda x, _y: self._drag(index, x))
         handle.released.connect(self._finish_drag)
         handle.doubleClicked.connect(lambda: self.choose_color(index))
@@ -111,15 +122,13 @@ class ColorLayer(QObject):
         return handle
 
     def _drag(self, index: int, place: float) -> None:
-        tf = self._state.transfer_function
-        color = edits.move_stop(tf.color, index, from_unit(place, tf.scalar_range))
-        self._state.preview(replace(tf, color=color))
-        x = color.stops[index][0]
+        self._moves.drag("color", index, self._area.axis.value(place))
+        x = self._state.transfer_function.color.stops[index][0]
         self._area.show_readout(self._view, x, 0.5, f"{x:.5g}")
 
     def _finish_drag(self) -> None:
         self._area.hide_readout()
-        self._state.finish_preview("drag colour stop")
+        self._moves.finish("drag colour stop")
 
     def _menu(self, index: int, point: QPoint) -> None:
         removable = not edits.is_end_stop(self._state.transfer_function.color, index)

@@ -2,29 +2,41 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QPoint, Qt
-from PySide6.QtGui import QKeySequence, QShortcut
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QVBoxLayout, QWidget
+from PySide6.QtCore import QPoint
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QVBoxLayout, QWidget
 
 from app.state.viewer_state import ViewerState
+from app.tf_editor.axis_gestures import AxisGestures
 from app.tf_editor.color_layer import ColorLayer
+from app.tf_editor.keys import EditorKeys
+from app.tf_editor.moves import HandleMoves, handle_name
 from app.tf_editor.numbers import NumbersPanel
-from app.tf_editor.opacity_layer import OpacityLayer, handle_name
+from app.tf_editor.opacity_layer import OpacityLayer
 from app.tf_editor.plot_area import PlotArea
 from app.tf_editor.popup import pop_up
+from app.tf_editor.range_layer import RangeLayer
+from app.tf_editor.rubber_band import RubberBand
 from app.tf_editor.selection import Selection
+from app.tf_editor.tf_menu import TransferFunctionMenu
 from model.scene import tf_editing as edits
 from model.scene.transfer_function import Range
 
-_NUDGE_HEIGHT = 0.01
-_BIG_NUDGE = 10
-"""Number of small steps of an arrow key with Shift."""
+SMALL_RANGE = 0.2
+"""Share of all values below which a range is hard to edit while all of them are shown."""
 
-_HINT = "Double-click adds a mode   ·   click the strip adds a colour   ·   Delete removes"
+_HINT = "<br>".join(
+    (
+        "Presets, colours, range and axis of the transfer function. In its plots:",
+        "Double-click: add a mode or point; click the strip: add a colour",
+        "Shift or Ctrl and click, or a frame drawn with Shift: select several (Ctrl+A: all)",
+        "Arrows: move; with Shift: farther; Delete: remove; Insert: add",
+        "Tab: next handle; Enter on a colour: choose it",
+        "Ctrl and wheel, + and -: zoom; middle button: pan; Home: show all",
+        "Drag the lines at the ends: range",
+    )
+)
 
 
 class TransferFunctionEditor(QFrame):
@@ -42,10 +54,23 @@ class TransferFunctionEditor(QFrame):
         self.selection = Selection(self)
         # Connected first, so that no other slot finds a selected handle that no longer exists.
         state.transferFunctionChanged.connect(self.selection.fit)
+        state.transferFunctionChanged.connect(self._show_new)
         self.area = PlotArea(self)
-        self.opacity = OpacityLayer(self.area, state, self.selection)
-        self.color = ColorLayer(self.area, state, self.selection)
-        self.numbers = NumbersPanel(state, self.selection, self)
+        self.moves = HandleMoves(state, self.selection, self)
+        self.opacity = OpacityLayer(self.area, state, self.selection, self.moves)
+        self.color = ColorLayer(self.area, state, self.selection, self.moves)
+        self.range = RangeLayer(self.area, state)
+        self.gestures = AxisGestures(self.area)
+        self.rubber_band = RubberBand(self.area, self.opacity, self.color, self.selection)
+        self.keys = EditorKeys(
+            self.area, state, self.selection, self.moves, self.opacity, self.color, self.gestures
+        )
+        self.numbers = NumbersPanel(state, self.selection, self.moves, self)
+        self.menu = TransferFunctionMenu(state, self.area, self.range, self.moves, self)
+        self.menu.show_all.connect(self.gestures.show_all)
+        self.menu.replaced.connect(self.selection.clear)
+        self.menu.range_shown.connect(self.show_range)
+        self._is_new = False
         self._lay_out()
         self._connect()
         self.setEnabled(False)
@@ -53,21 +78,50 @@ class TransferFunctionEditor(QFrame):
     def set_data(
         self,
         counts: NDArray[np.int64],
-        scalar_range: Range,
+        edges: NDArray[np.float64],
+        data_range: Range,
         units: str,
     ) -> None:
-        """Show a volume's histogram and allow editing over its scalar range.
+        """Show a volume's histogram and allow editing.
 
         Parameters
         ----------
         counts : ndarray of int64, shape (bins,)
-            Histogram over equal bins of the scalar range.
-        scalar_range : tuple of float
+            Number of voxels in each bin.
+        edges : ndarray of float64, shape (bins + 1,)
+            Increasing, evenly spaced or not, in the data's own units.
+        data_range : tuple of float
+            Smallest and largest voxel; the TF's range may be wider or narrower.
         units : str
             Unit of the scalars; may be empty.
         """
-        self.area.set_data(counts, scalar_range, units)
+        self.area.set_data(counts, edges, data_range, units)
+        self.menu.units = units
+        # The volume's TF follows.
+        self._is_new = True
         self.setEnabled(True)
+
+    def show_range(self, fill: bool = False) -> None:
+        """Show all values, or those around the TF's range where it is a small part of them.
+
+        Parameters
+        ----------
+        fill : bool
+            Whether to show those around the range in any case.
+        """
+        self.area.include(self._state.scalar_range)
+        axis = self.area.axis.showing(self.area.axis.full)
+        low, high = axis.places(self._state.scalar_range)
+        if fill or high - low < SMALL_RANGE:
+            room = (high - low) / 4
+            ends = axis.values([max(low - room, 0.0), min(high + room, 1.0)])
+            axis = axis.showing((float(ends[0]), float(ends[1])))
+        self.area.set_axis(axis)
+
+    def _show_new(self) -> None:
+        if self._is_new:
+            self._is_new = False
+            self.show_range()
 
     def select_strongest(self) -> None:
         """Select the most opaque mode or point."""
@@ -76,12 +130,11 @@ class TransferFunctionEditor(QFrame):
             self.selection.select("opacity", max(range(len(handles)), key=lambda i: handles[i][1]))
 
     def _lay_out(self) -> None:
-        title = QLabel("Transfer function")
-        title.setProperty("role", "title")
-        title.setToolTip(_HINT)
+        self.menu.button.setToolTip(_HINT)
         self._header = QHBoxLayout()
-        self._header.setSpacing(14)
-        self._header.addWidget(title)
+        self._header.setSpacing(10)
+        self._header.addWidget(self.menu.button)
+        self._header.addStretch()
         plots = QVBoxLayout()
         plots.setSpacing(6)
         plots.addLayout(self._header)
@@ -94,73 +147,27 @@ class TransferFunctionEditor(QFrame):
 
     def add_to_header(self, widget: QWidget) -> None:
         """Add controls beside the title."""
-        self._header.addWidget(widget, 1)
+        self._header.insertWidget(self._header.count() - 1, widget, 1)
 
     def add_beside(self, widget: QWidget) -> None:
         """Add a panel between the plots and the numbers."""
         self._row.insertWidget(1, widget)
 
     def _connect(self) -> None:
+        self._state.transferFunctionChangeFinished.connect(
+            lambda tf: self.area.include(tf.scalar_range)
+        )
         self.area.opacityClicked.connect(self.selection.clear)
         self.area.opacityDoubleClicked.connect(self.opacity.add)
         self.area.opacityMenuRequested.connect(self._opacity_menu)
         self.area.stripClicked.connect(self.color.add)
-        self.numbers.addRequested.connect(self._add_in_the_middle)
+        self.numbers.addRequested.connect(self.keys.add_in_the_middle)
         self.numbers.removeRequested.connect(self.remove_selected)
-        self.numbers.colorRequested.connect(self._choose_selected_color)
-        self._shortcut(QKeySequence(Qt.Key.Key_Delete), self.remove_selected)
-        self._shortcut(QKeySequence(Qt.Key.Key_Backspace), self.remove_selected)
-        for key, right, up in (
-            (Qt.Key.Key_Left, -1, 0),
-            (Qt.Key.Key_Right, 1, 0),
-            (Qt.Key.Key_Up, 0, 1),
-            (Qt.Key.Key_Down, 0, -1),
-        ):
-            self._shortcut(QKeySequence(key), lambda r=right, u=up: self.nudge(r, u))
-            self._shortcut(
-                QKeySequence(Qt.Modifier.SHIFT | key),
-                lambda r=right, u=up: self.nudge(_BIG_NUDGE * r, _BIG_NUDGE * u),
-            )
-
-    def _shortcut(self, keys: QKeySequence, slot: object) -> None:
-        """Bind keys that are active only while the plots have the focus."""
-        shortcut = QShortcut(keys, self.area.widget)
-        shortcut.setContext(Qt.ShortcutContext.WidgetShortcut)
-        shortcut.activated.connect(slot)
+        self.numbers.colorRequested.connect(self.keys.choose_color)
 
     def remove_selected(self) -> None:
-        """Remove the selected mode, point or colour stop."""
-        selected = self.selection.selected
-        if selected is not None:
-            layer = self.opacity if selected.kind == "opacity" else self.color
-            layer.remove(selected.index)
-
-    def nudge(self, right: int, up: int) -> None:
-        """Move the selected handle by bins of the scalar range and hundredths of opacity."""
-        selected = self.selection.selected
-        if selected is None:
-            return
-        tf = self._state.transfer_function
-        shift = right * tf.opacity.bin_width
-        if selected.kind == "opacity":
-            value, height = edits.opacity_handles(tf.opacity)[selected.index]
-            opacity = edits.move_opacity_handle(
-                tf.opacity, selected.index, value + shift, height + up * _NUDGE_HEIGHT
-            )
-            tf = replace(tf, opacity=opacity)
-        else:
-            value = tf.color.stops[selected.index][0]
-            tf = replace(tf, color=edits.move_stop(tf.color, selected.index, value + shift))
-        self._state.commit(tf, "nudge", f"nudge {selected.kind} {selected.index}")
-
-    def _add_in_the_middle(self) -> None:
-        lo, hi = self._state.scalar_range
-        self.opacity.add((lo + hi) / 2, 0.3)
-
-    def _choose_selected_color(self) -> None:
-        index = self.selection.index("color")
-        if index is not None:
-            self.color.choose_color(index)
+        """Remove the selected modes, points or colour stops."""
+        self.moves.remove()
 
     def _opacity_menu(self, value: float, height: float, point: QPoint) -> None:
         text = f"Add {handle_name(self._state.transfer_function.opacity)} here"

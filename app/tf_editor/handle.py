@@ -18,9 +18,9 @@ from PySide6.QtWidgets import (
 
 from app import theme
 
-Shape = Literal["circle", "square", "pin"]
+Shape = Literal["circle", "square", "pin", "line"]
 
-_RADIUS = {"circle": 6.5, "square": 4.5, "pin": 7.0}
+_RADIUS = {"circle": 6.5, "square": 4.5, "pin": 7.0, "line": 0.0}
 _REACH = 11.0
 """Half the edge of the square that reacts to the mouse, in pixels; larger than the mark."""
 
@@ -30,6 +30,11 @@ class DragHandle(QGraphicsObject):
 
     It does not move by itself: it emits the position it is dragged to, and its
     owner moves it.
+
+    Attributes
+    ----------
+    adds : bool
+        Whether it was pressed with Shift or Ctrl, to be selected beside others.
     """
 
     pressed = Signal()
@@ -46,13 +51,20 @@ class DragHandle(QGraphicsObject):
         self._shape = shape
         self._fill = QColor(theme.TEXT)
         self._selected = False
+        self._ringed = False
         self._hovered = False
         self._grip: QPointF | None = None
+        self.adds = False
 
-    def set_look(self, fill: QColor, selected: bool) -> None:
-        """Set the fill colour, and highlight the handle if it is selected."""
+    def set_look(self, fill: QColor, selected: bool, *, ringed: bool | None = None) -> None:
+        """Set the fill colour, and highlight the handle if it is selected.
+
+        A ring around it says that keys act on it; by default that all selected ones but
+        squares have.
+        """
         self._fill = fill
         self._selected = selected
+        self._ringed = selected and self._shape != "square" if ringed is None else ringed
         self.setZValue(101 if selected else 100)
         self.update()
 
@@ -60,6 +72,11 @@ class DragHandle(QGraphicsObject):
     def is_selected_look(self) -> bool:
         """True if the handle is highlighted as the selected one."""
         return self._selected
+
+    @property
+    def is_hovered(self) -> bool:
+        """True while the mouse is over the handle."""
+        return self._hovered
 
     def boundingRect(self) -> QRectF:
         """Return the area that is painted and reacts to the mouse, in pixels."""
@@ -74,7 +91,7 @@ class DragHandle(QGraphicsObject):
         """Draw the mark, with a ring around the selected one."""
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         radius = _RADIUS[self._shape] + (1.0 if self._hovered else 0.0)
-        if self._selected and self._shape != "square":
+        if self._ringed:
             painter.setPen(QPen(QColor(theme.ACCENT), 2.0))
             painter.setBrush(Qt.BrushStyle.NoBrush)
             painter.drawEllipse(QPointF(), radius + 3.0, radius + 3.0)
@@ -93,6 +110,8 @@ class DragHandle(QGraphicsObject):
 
     def mousePressEvent(self, event: QGraphicsSceneMouseEvent) -> None:
         """Select, and begin a drag with the left button."""
+        adding = Qt.KeyboardModifier.ShiftModifier | Qt.KeyboardModifier.ControlModifier
+        self.adds = bool(event.modifiers() & adding)
         self.pressed.emit()
         if event.button() == Qt.MouseButton.LeftButton:
             # Keep the offset between mouse and mark, so that the mark does not jump.

@@ -19,9 +19,15 @@ class NumberBox(QDoubleSpinBox):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._digits = 6
+        self._meaning = ""
         self.setKeyboardTracking(False)
         self.lineEdit().setTextMargins(6, 0, 6, 0)
         self.set_limits(0.0, 1.0)
+
+    def explain(self, meaning: str) -> None:
+        """Say in the tooltip what the number means, above its limits."""
+        self._meaning = meaning
+        self.set_limits(self.minimum(), self.maximum())
 
     def set_limits(self, lo: float, hi: float) -> None:
         """Set the range, and a step of 1/200 of it."""
@@ -33,7 +39,8 @@ class NumberBox(QDoubleSpinBox):
         self._digits = min(6 + math.ceil(common), 17)
         self.setRange(lo, hi)
         self.setSingleStep((hi - lo) / 200)
-        self.setToolTip(f"From {self.textFromValue(lo)} to {self.textFromValue(hi)}")
+        limits = f"From {self.textFromValue(lo)} to {self.textFromValue(hi)}"
+        self.setToolTip(f"{self._meaning}\n{limits}" if self._meaning else limits)
         self.blockSignals(False)
 
     def show_value(self, value: float) -> None:

@@ -11,12 +11,19 @@ from PySide6.QtWidgets import QFormLayout, QLabel, QPushButton, QVBoxLayout, QWi
 
 from app import theme
 from app.state.viewer_state import ViewerState
+from app.tf_editor.moves import HandleMoves
 from app.tf_editor.number_box import NumberBox
 from app.tf_editor.selection import Selection
 from model.scene import tf_editing as edits
 from model.scene.transfer_function import ColorTF, OpacityTF
 
 PANEL_WIDTH = 216
+
+WIDTH_MEANING = "Distance from the mean at which the opacity has fallen to 37 %"
+OPACITY_MEANING = (
+    "Part of the light that is lost over one voxel length: 0 is transparent, 1 is opaque"
+)
+MEANINGS = {"Width": WIDTH_MEANING, "Opacity": OPACITY_MEANING}
 
 
 class NumbersPanel(QWidget):
@@ -27,17 +34,24 @@ class NumbersPanel(QWidget):
     colorRequested = Signal()
 
     def __init__(
-        self, state: ViewerState, selection: Selection, parent: QWidget | None = None
+        self,
+        state: ViewerState,
+        selection: Selection,
+        moves: HandleMoves,
+        parent: QWidget | None = None,
     ) -> None:
         super().__init__(parent)
         self._state = state
         self._selection = selection
+        self._moves = moves
         self.setFixedWidth(PANEL_WIDTH)
         self.heading = QLabel()
         self.heading.setProperty("role", "title")
         self.value = NumberBox()
         self.width_box = NumberBox()
         self.height_box = NumberBox()
+        self.width_box.explain(WIDTH_MEANING)
+        self.height_box.explain(OPACITY_MEANING)
         self.color_button = QPushButton()
         self.color_button.setToolTip("Choose the colour")
         self.add_button = QPushButton("Add mode")
@@ -66,6 +80,7 @@ class NumbersPanel(QWidget):
         ):
             label = QLabel(text)
             label.setProperty("role", "dim")
+            label.setToolTip(MEANINGS.get(text, ""))
             label.setMinimumSize(64, self.value.sizeHint().height())
             self._form.addRow(label, field)
         layout = QVBoxLayout(self)
@@ -97,7 +112,9 @@ class NumbersPanel(QWidget):
         lo, hi = opacity.scalar_range
         value, height = handles[index]
         name = "Point" if opacity.points else "Mode"
-        self.heading.setText(f"{name} {index + 1} of {len(handles)}")
+        count = len(self._selection.indices("opacity"))
+        more = f", {count} selected" if count > 1 else ""
+        self.heading.setText(f"{name} {index + 1} of {len(handles)}{more}")
         self._set_value(lo, hi, value)
         self.height_box.show_value(height)
         if opacity.points:
@@ -110,7 +127,9 @@ class NumbersPanel(QWidget):
 
     def _show_stop(self, color: ColorTF, index: int) -> None:
         value, *rgb = color.stops[index]
-        self.heading.setText(f"Colour stop {index + 1} of {len(color.stops)}")
+        count = len(self._selection.indices("color"))
+        more = f", {count} selected" if count > 1 else ""
+        self.heading.setText(f"Colour stop {index + 1} of {len(color.stops)}{more}")
         self._set_value(*color.scalar_range, value)
         fill = QColor.fromRgbF(*rgb).name()
         self.color_button.setStyleSheet(
@@ -158,6 +177,7 @@ class NumbersPanel(QWidget):
     def _edit_opacity(self, edit: Callable[[OpacityTF], OpacityTF], what: str) -> None:
         tf = self._state.transfer_function
         index = self._selection.index("opacity")
-        self._state.commit(replace(tf, opacity=edit(tf.opacity)), f"set {what}", f"{what} {index}")
+        after = self._moves.with_opacity(tf, edit(tf.opacity))
+        self._state.commit(after, f"set {what}", f"{what} {index}")
         # Even if the edit changed nothing, so that a number outside the limits is replaced.
         self.refresh()

@@ -16,10 +16,11 @@ from PySide6.QtWidgets import QGraphicsPathItem
 from app import theme
 from app.state.viewer_state import ViewerState
 from app.tf_editor.handle import DragHandle
+from app.tf_editor.moves import HandleMoves, handle_name
 from app.tf_editor.plot_area import PlotArea
 from app.tf_editor.popup import pop_up
 from app.tf_editor.selection import Selection
-from app.tf_editor.unit_axis import from_unit, to_unit
+from app.tf_editor.unit_axis import ScalarAxis
 from model.scene import tf_editing as edits
 from model.scene.transfer_function import OpacityTF, TransferFunction
 
@@ -41,15 +42,19 @@ class OpacityLayer(QObject):
     area : PlotArea
     state : ViewerState
     selection : Selection
+    moves : HandleMoves
     """
 
-    def __init__(self, area: PlotArea, state: ViewerState, selection: Selection) -> None:
+    def __init__(
+        self, area: PlotArea, state: ViewerState, selection: Selection, moves: HandleMoves
+    ) -> None:
         super().__init__(area)
         view = area.opacity
         self._area = area
         self._view = view
         self._state = state
         self._selection = selection
+        self._moves = moves
         self._fill = QGraphicsPathItem()
         self._fill.setPen(QPen(Qt.PenStyle.NoPen))
         view.addItem(self._fill, ignoreBounds=True)
@@ -61,6 +66,7 @@ class OpacityLayer(QObject):
         self._flanks = [self._add_flank() for _ in range(2)]
         state.transferFunctionChanged.connect(self.refresh)
         selection.changed.connect(self.refresh)
+        area.axisChanged.connect(self.refresh)
 
     @property
     def peaks(self) -> tuple[DragHandle, ...]:
@@ -75,10 +81,12 @@ class OpacityLayer(QObject):
     def refresh(self) -> None:
         """Redraw the state's TF."""
         tf = self._state.transfer_function
-        heights = tf.opacity.sample(count=_CURVE_SAMPLES)
+        # Values beyond the TF's range look like its ends.
+        self._values = self._area.axis.values(_PLACES).clip(*tf.scalar_range)
+        heights = tf.opacity(self._values)
         self._curve.setData(_PLACES, heights)
         self._fill.setPath(_area_below(heights))
-        self._fill.setBrush(_gradient(tf))
+        self._fill.setBrush(_gradient(tf, self._area.axis))
         self._place_peaks(tf)
         self._place_flanks(tf)
 
@@ -109,11 +117,14 @@ class OpacityLayer(QObject):
             self._peaks.append(self._add_peak(len(self._peaks)))
         while len(self._peaks) > len(positions):
             self._view.removeItem(self._peaks.pop())
-        selected = self._selection.index("opacity")
+        selected = self._selection.indices("opacity")
         for index, (value, height) in enumerate(positions):
             handle = self._peaks[index]
-            handle.setPos(min(max(to_unit(value, tf.scalar_range), 0.0), 1.0), height)
-            handle.set_look(QColor.fromRgbF(*map(float, tf.color(value))), index == selected)
+            # The mean of a mode may be outside the range; its handle is at the range's end.
+            place = self._area.axis.place(min(max(value, tf.scalar_range[0]), tf.scalar_range[1]))
+            handle.setPos(place, height)
+            handle.setVisible(0.0 <= place <= 1.0)
+            handle.set_look(QColor.fromRgbF(*map(float, tf.color(value))), index in selected)
 
     def _place_flanks(self, tf: TransferFunction) -> None:
         index = self._selection.index("opacity")
@@ -124,18 +135,17 @@ class OpacityLayer(QObject):
         if index is None or not shown:
             return
         mode = tf.opacity.modes[index]
-        heights = replace(tf.opacity, modes=(mode,)).sample(count=_CURVE_SAMPLES)
-        lo, hi = (
-            to_unit(mode.mean + side * _VISIBLE_WIDTHS * mode.width, tf.scalar_range)
-            for side in (-1, 1)
-        )
+        axis = self._area.axis
+        heights = replace(tf.opacity, modes=(mode,))(self._values)
+        lo, hi = (axis.place(mode.mean + side * _VISIBLE_WIDTHS * mode.width) for side in (-1, 1))
         nearby = slice(*np.searchsorted(_PLACES, (lo, hi)))
         self._selected_curve.setData(_PLACES[nearby], heights[nearby])
-        for handle, side in zip(self._flanks, (-1, 1), strict=True):
-            place = to_unit(mode.mean + side * mode.width, tf.scalar_range)
+        for number, (handle, side) in enumerate(zip(self._flanks, (-1, 1), strict=True)):
+            place = axis.place(mode.mean + side * mode.width)
             handle.setPos(place, mode.amplitude * _FLANK)
-            handle.setVisible(0.0 <= place <= 1.0)
-            handle.set_look(QColor(theme.ACCENT), True)
+            inside = tf.scalar_range[0] <= mode.mean + side * mode.width <= tf.scalar_range[1]
+            handle.setVisible(inside and 0.0 <= place <= 1.0)
+            handle.set_look(QColor(theme.ACCENT), True, ringed=self._selection.flank == number)
 
     def _add_curve(self, pen: Any) -> Any:
         curve = pg.PlotCurveItem(pen=pen, antialias=True)
@@ -144,7 +154,7 @@ class OpacityLayer(QObject):
 
     def _add_peak(self, index: int) -> DragHandle:
         handle = DragHandle("circle")
-        handle.pressed.connect(lambda: self._selection.select("opacity", index))
+        handle.pressed.connect(lambda: self._moves.press("opacity", index, adds=handle.adds))
         handle.dragged.connect(lambda x, y: self._drag_peak(index, x, y))
         handle.released.connect(self._finish_drag)
         handle.menuRequested.connect(lambda point: self._peak_menu(index, point))
@@ -161,11 +171,8 @@ class OpacityLayer(QObject):
         return handle
 
     def _drag_peak(self, index: int, place: float, height: float) -> None:
-        tf = self._state.transfer_function
-        value = from_unit(place, tf.scalar_range)
-        opacity = edits.move_opacity_handle(tf.opacity, index, value, height)
-        self._state.preview(replace(tf, opacity=opacity))
-        x, y = edits.opacity_handles(opacity)[index]
+        self._moves.drag("opacity", index, self._area.axis.value(place), height)
+        x, y = edits.opacity_handles(self._state.transfer_function.opacity)[index]
         self._area.show_readout(self._view, x, y, f"{x:.5g}   opacity {y:.3f}")
 
     def _drag_flank(self, place: float) -> None:
@@ -173,7 +180,7 @@ class OpacityLayer(QObject):
         tf = self._state.transfer_function
         if index is None or tf.opacity.points:
             return
-        width = abs(from_unit(place, tf.scalar_range) - tf.opacity.modes[index].mean)
+        width = abs(self._area.axis.value(place) - tf.opacity.modes[index].mean)
         opacity = edits.resize_mode(tf.opacity, index, width)
         self._state.preview(replace(tf, opacity=opacity))
         mode = opacity.modes[index]
@@ -181,7 +188,7 @@ class OpacityLayer(QObject):
 
     def _finish_drag(self) -> None:
         self._area.hide_readout()
-        self._state.finish_preview(f"drag {handle_name(self._state.transfer_function.opacity)}")
+        self._moves.finish(f"drag {handle_name(self._state.transfer_function.opacity)}")
 
     def _peak_menu(self, index: int, point: QPoint) -> None:
         opacity = self._state.transfer_function.opacity
@@ -190,12 +197,7 @@ class OpacityLayer(QObject):
         pop_up(self._area.widget, point, (text, lambda: self.remove(index), removable))
 
 
-def handle_name(opacity: OpacityTF) -> str:
-    """Return the name of this TF's handles, "mode" or "point"."""
-    return "point" if opacity.points else "mode"
-
-
-def _area_below(heights: NDArray[np.float32]) -> QPainterPath:
+def _area_below(heights: NDArray[np.float64]) -> QPainterPath:
     """Outline of the area between the curve and the axis."""
     path = QPainterPath(QPointF(0.0, 0.0))
     for place, height in zip(_PLACES, heights, strict=True):
@@ -204,10 +206,12 @@ def _area_below(heights: NDArray[np.float32]) -> QPainterPath:
     return path
 
 
-def _gradient(tf: TransferFunction) -> QBrush:
+def _gradient(tf: TransferFunction, axis: ScalarAxis) -> QBrush:
     """Brush for the area under the curve, with the colour TF along the scalar axis."""
     gradient = QLinearGradient(QPointF(0.0, 0.0), QPointF(1.0, 0.0))
-    for value, red, green, blue in tf.color.stops:
-        place = min(max(to_unit(value, tf.scalar_range), 0.0), 1.0)
-        gradient.setColorAt(place, QColor.fromRgbF(red, green, blue, 0.55))
+    places = axis.places([stop[0] for stop in tf.color.stops])
+    inside = places[(places > 0) & (places < 1)]
+    shown = np.concatenate([[0.0], inside, [1.0]])
+    for place, (red, green, blue) in zip(shown, tf.color(axis.values(shown)), strict=True):
+        gradient.setColorAt(float(place), QColor.fromRgbF(red, green, blue, 0.55))
     return QBrush(gradient)

@@ -8,11 +8,11 @@ import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QPoint, QPointF, Qt, Signal
-from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QGraphicsItem, QLabel
 
 from app import theme
-from app.tf_editor.unit_axis import from_unit, ticks, to_unit
+from app.tf_editor.histogram import HistogramLayer
+from app.tf_editor.unit_axis import ScalarAxis
 from model.scene.transfer_function import Range
 
 STRIP_HEIGHT = 44
@@ -25,10 +25,15 @@ _SIDE_ROOM = 0.015
 class PlotArea(QObject):
     """Builds the plots and emits the scalar values of clicks beside the handles.
 
-    The plots' horizontal axis is the scalar range mapped to 0..1.
+    The plots' horizontal axis is the visible interval of scalar values mapped to 0..1.
 
     Attributes
     ----------
+    axis : ScalarAxis
+        Map between scalar values and places in the plots.
+    histogram : HistogramLayer
+    data_range : tuple of float
+        Smallest and largest voxel.
     widget : pyqtgraph.GraphicsLayoutWidget
         The widget with both plots, for a layout.
     opacity, strip : pyqtgraph.ViewBox
@@ -39,12 +44,18 @@ class PlotArea(QObject):
     opacityDoubleClicked = Signal(float, float)
     opacityMenuRequested = Signal(float, float, QPoint)
     stripClicked = Signal(float)
+    axisChanged = Signal()
+    """Emitted when other values are visible, or the scale is another."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._scalar_range: Range = (0.0, 1.0)
+        self.axis = ScalarAxis.over((0.0, 1.0))
+        self.data_range: Range = (0.0, 1.0)
+        self._drawn: dict[Any, tuple[NDArray[np.floating], Range]] = {}
         self.widget: Any = pg.GraphicsLayoutWidget()
         self.widget.setBackground(theme.PANEL)
+        self.widget.setProperty("role", "plots")
+        self.widget.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.widget.ci.setContentsMargins(0, 0, 8, 4)
         self.widget.ci.layout.setVerticalSpacing(2)
         self.opacity: Any = self._add_view(row=0)
@@ -59,10 +70,10 @@ class PlotArea(QObject):
         heights.setLabel("Opacity")
         heights.setTicks([[(0, "0"), (0.25, ""), (0.5, "0.5"), (0.75, ""), (1, "1")]])
         self._values: Any = self._add_axis("bottom", self.strip, row=2, col=1)
-        histogram_color = QColor(theme.DIM_TEXT)
-        histogram_color.setAlpha(46)
-        self._histogram: Any = pg.PlotCurveItem(fillLevel=0, pen=None, brush=histogram_color)
-        self.opacity.addItem(self._histogram, ignoreBounds=True)
+        # Beside the axis of a second scale, which is at column 2.
+        counts = self._add_axis("right", self.opacity, row=0, col=3)
+        counts.setToolTip("Number of voxels in each bin of the histogram, on a logarithmic scale")
+        self.histogram = HistogramLayer(self.opacity, counts)
         self._readout = QLabel(self.widget)
         self._readout.setProperty("role", "readout")
         self._readout.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
@@ -72,16 +83,58 @@ class PlotArea(QObject):
     def set_data(
         self,
         counts: NDArray[np.int64],
-        scalar_range: Range,
+        edges: NDArray[np.float64],
+        data_range: Range,
         units: str,
     ) -> None:
-        """Show a volume's histogram, logarithmic in the counts, over its scalar range."""
-        self._scalar_range = scalar_range
-        heights = np.log1p(counts)
-        places = np.linspace(0.0, 1.0, len(counts) + 1)
-        self._histogram.setData(places, heights / max(heights.max(), 1.0), stepMode="center")
-        self._values.setTicks([ticks(scalar_range)])
+        """Show a volume's histogram and all of its values; see the editor's method."""
+        self.data_range = data_range
+        self.histogram.set_data(counts, edges)
         self._values.setLabel(f"Scalar value ({units})" if units else "Scalar value")
+        self.set_axis(ScalarAxis.over(data_range, logarithmic=self.axis.scale != "linear"))
+
+    def set_axis(self, axis: ScalarAxis) -> None:
+        """Show other values, or on another scale."""
+        self.axis = axis
+        self._values.setTicks([axis.ticks()])
+        self.histogram.draw(axis)
+        for item in self._drawn:
+            self._draw(item)
+        self.axisChanged.emit()
+
+    def include(self, scalar_range: Range) -> None:
+        """Let a TF's range be made visible, as well as the volume's values."""
+        lo = min(self.data_range[0], scalar_range[0])
+        hi = max(self.data_range[1], scalar_range[1])
+        if (lo, hi) != self.axis.full:
+            everything = self.axis.visible == self.axis.full
+            axis = ScalarAxis.over((lo, hi), logarithmic=self.axis.scale != "linear")
+            self.set_axis(axis if everything else axis.showing(self.axis.visible))
+
+    def draw(self, item: Any, heights: NDArray[np.floating], scalar_range: Range) -> None:
+        """Draw heights at even values over a range in a curve, now and on every other axis.
+
+        Parameters
+        ----------
+        item : pyqtgraph.PlotCurveItem
+            In the opacity plot or in one of a second scale.
+        heights : ndarray, shape (n,)
+        scalar_range : tuple of float
+            The values of the first and the last of them.
+        """
+        self._drawn[item] = heights, scalar_range
+        self._draw(item)
+
+    def _draw(self, item: Any) -> None:
+        heights, scalar_range = self._drawn[item]
+        places = self.axis.places(np.linspace(*scalar_range, len(heights)))
+        inside = (places >= 0) & (places <= 1)
+        if not inside.all():
+            # The curve is cut at the ends of what is visible, as the plots do not clip.
+            ends = [end for end in (0.0, 1.0) if places[0] < end < places[-1]]
+            cut = np.union1d(places[inside], ends)
+            places, heights = cut, np.interp(cut, places, heights)
+        item.setData(places, heights)
 
     @property
     def readout(self) -> str:
@@ -90,7 +143,7 @@ class PlotArea(QObject):
 
     def show_readout(self, plot: Any, value: float, height: float, text: str) -> None:
         """Show numbers beside a point of one of the plots."""
-        place = to_unit(value, self._scalar_range)
+        place = self.axis.place(value)
         at = self.widget.mapFromScene(plot.mapViewToScene(QPointF(place, height)))
         self._readout.setText(text)
         self._readout.adjustSize()
@@ -104,11 +157,6 @@ class PlotArea(QObject):
     def hide_readout(self) -> None:
         """Hide the numbers again."""
         self._readout.hide()
-
-    @property
-    def scalar_range(self) -> Range:
-        """The scalar range of the axis."""
-        return self._scalar_range
 
     def add_second_scale(self) -> tuple[Any, Any]:
         """Add a plot behind the opacity's, with an axis of its own at the right.
@@ -152,7 +200,7 @@ class PlotArea(QObject):
         left = event.button() == Qt.MouseButton.LeftButton
         if self.opacity.sceneBoundingRect().contains(position):
             at = self.opacity.mapSceneToView(position)
-            value = from_unit(at.x(), self._scalar_range)
+            value = self.axis.value(at.x())
             if event.button() == Qt.MouseButton.RightButton:
                 screen = event.screenPos()
                 point = QPoint(int(screen.x()), int(screen.y()))
@@ -163,4 +211,4 @@ class PlotArea(QObject):
                 self.opacityClicked.emit()
         elif self.strip.sceneBoundingRect().contains(position) and left:
             place = self.strip.mapSceneToView(position).x()
-            self.stripClicked.emit(from_unit(place, self._scalar_range))
+            self.stripClicked.emit(self.axis.value(place))

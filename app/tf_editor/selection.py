@@ -1,7 +1,8 @@
-"""Selection of at most one handle in the editor."""
+"""Selection of handles in the editor, all of one kind."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -21,40 +22,64 @@ class Selected:
 
 
 class Selection(QObject):
-    """Holds the selected handle and emits `changed`."""
+    """Holds the selected handles and emits `changed`.
+
+    One of them is the current one, whose numbers are shown.
+    """
 
     changed = Signal()
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._selected: Selected | None = None
+        self._handles: tuple[Selected, ...] = ()
+        self._flank: int | None = None
 
     @property
     def selected(self) -> Selected | None:
-        """The selected handle; None if there is none."""
-        return self._selected
+        """The current handle, the one selected last; None if there is none."""
+        return self._handles[-1] if self._handles else None
 
     def index(self, kind: Kind) -> int | None:
-        """Return the index of the selected handle if it is of this kind, or None."""
-        selected = self._selected
+        """Return the index of the current handle if it is of this kind, or None."""
+        selected = self.selected
         return selected.index if selected is not None and selected.kind == kind else None
 
-    def select(self, kind: Kind, index: int) -> None:
-        """Select a handle."""
-        self._set(Selected(kind, index))
+    def indices(self, kind: Kind) -> tuple[int, ...]:
+        """Return the indices of all selected handles of this kind, in order."""
+        return tuple(sorted(handle.index for handle in self._handles if handle.kind == kind))
+
+    @property
+    def flank(self) -> int | None:
+        """0 or 1 if keys act on the left or right flank of the current mode; else None."""
+        return self._flank
+
+    def select(self, kind: Kind, index: int, flank: int | None = None) -> None:
+        """Select one handle only, or a flank of it."""
+        self._set((Selected(kind, index),), flank)
+
+    def select_all(self, kind: Kind, indices: Iterable[int]) -> None:
+        """Select these handles; the last one becomes the current one."""
+        self._set(tuple(Selected(kind, index) for index in dict.fromkeys(indices)))
+
+    def toggle(self, kind: Kind, index: int) -> None:
+        """Add a handle, or take it away; those of the other kind are no longer selected."""
+        handle = Selected(kind, index)
+        same = tuple(h for h in self._handles if h.kind == kind and h != handle)
+        self._set(same if handle in self._handles else (*same, handle))
 
     def clear(self) -> None:
         """Clear the selection."""
-        self._set(None)
+        self._set(())
 
     def fit(self, transfer_function: TransferFunction) -> None:
-        """Clear the selection if its handle no longer exists."""
+        """Take away handles that no longer exist."""
         opacity, color = transfer_function.opacity, transfer_function.color
         counts = {"opacity": len(opacity.points or opacity.modes), "color": len(color.stops)}
-        if self._selected is not None and self._selected.index >= counts[self._selected.kind]:
-            self.clear()
+        left = tuple(h for h in self._handles if h.index < counts[h.kind])
+        flank = None if opacity.points or left != self._handles else self._flank
+        self._set(left, flank)
 
-    def _set(self, selected: Selected | None) -> None:
-        if selected != self._selected:
-            self._selected = selected
+    def _set(self, handles: tuple[Selected, ...], flank: int | None = None) -> None:
+        if (handles, flank) != (self._handles, self._flank):
+            self._handles, self._flank = handles, flank
             self.changed.emit()

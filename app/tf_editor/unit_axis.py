@@ -1,4 +1,4 @@
-"""The plots' horizontal axis: the scalar range mapped to 0..1.
+"""The plots' horizontal axis: the visible interval of scalar values mapped to 0..1.
 
 Qt compares positions with a fixed tolerance and could not distinguish values of a
 very small range, or of a range far from zero.
@@ -7,30 +7,173 @@ very small range, or of a range far from zero.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from model.scene.transfer_function import Range
 
 _ROUND_STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)
+_BEND_SHARE = 1e-3
+_MOST_DECADES = 6
+_LEAST_GAP = 0.09
+"""Distance between the labels of a logarithmic axis, as a fraction of the axis."""
+
+_FARTHEST = 4.0
+"""Places farther out than this are not told apart, so that no value overflows."""
+
+LEAST_SPAN = 1e-6
+"""Smallest visible part of an axis, as a fraction of all of it."""
+
+Scale = Literal["linear", "log", "symlog"]
+
+
+@dataclass(frozen=True)
+class ScalarAxis:
+    """Maps the visible scalar values to places from 0 to 1, linearly or logarithmically.
+
+    Attributes
+    ----------
+    visible : tuple of float
+        Values at the places 0 and 1, lowest first.
+    full : tuple of float
+        Everything that the axis may have to show.
+    scale : {"linear", "log", "symlog"}
+        "log" where all of `full` is above zero; "symlog" is logarithmic on both sides of
+        zero and linear near it. Both are an inverse hyperbolic sine.
+    """
+
+    visible: Range
+    full: Range
+    scale: Scale = "linear"
+
+    @classmethod
+    def over(cls, full: Range, logarithmic: bool = False) -> ScalarAxis:
+        """Return an axis that shows all of a range."""
+        scale: Scale = "linear"
+        if logarithmic:
+            scale = "log" if full[0] > 0 else "symlog"
+        return cls(full, full, scale)
+
+    def showing(self, visible: Range) -> ScalarAxis:
+        """Return an axis of the same scale that shows other values, moved to lie within `full`."""
+        everything = replace(self, visible=self.full)
+        low, high = everything.places(visible).tolist()
+        span = max(high - low, LEAST_SPAN)
+        if span >= 1:
+            return everything
+        low = min(max((low + high - span) / 2, 0.0), 1.0 - span)
+        lo, hi = everything.values(np.array([low, low + span])).tolist()
+        # Rounding leaves nothing between them in an interval that is far too narrow.
+        return replace(self, visible=(lo, hi)) if lo < hi else self
+
+    def places(self, values: ArrayLike) -> NDArray[np.float64]:
+        """Return the places of values of any shape; those of the visible ones are in 0..1."""
+        lo, hi = self._spaced(np.array(self.visible))
+        return np.asarray((self._spaced(np.asarray(values, dtype=np.float64)) - lo) / (hi - lo))
+
+    def values(self, places: ArrayLike) -> NDArray[np.float64]:
+        """Return the values at places of any shape; 0 and 1 give the visible ends exactly."""
+        at = np.clip(np.asarray(places, dtype=np.float64), -_FARTHEST, _FARTHEST)
+        lo, hi = self.visible
+        if self.scale == "linear":
+            found = lo * (1.0 - at) + hi * at
+        else:
+            first, last = self._spaced(np.array(self.visible))
+            found = bend_for(self.full) * np.sinh(first * (1.0 - at) + last * at)
+        # Rounding could give a value outside of what is visible.
+        inside = (at >= 0) & (at <= 1)
+        found = np.where(inside, np.clip(found, lo, hi), found)
+        return np.where(at == 0, lo, np.where(at == 1, hi, found))
+
+    def place(self, value: float) -> float:
+        """Return the place of a value."""
+        return float(self.places(value))
+
+    def value(self, place: float) -> float:
+        """Return the value at a place."""
+        return float(self.values(place))
+
+    def zoomed(self, factor: float, at: float = 0.5) -> ScalarAxis:
+        """Return an axis that shows 1/factor of this one; the value at a place stays there."""
+        return self._between(at - at / factor, at + (1.0 - at) / factor)
+
+    def shifted(self, by: float) -> ScalarAxis:
+        """Return an axis that shows as much, from a place `by` farther to the right, or less."""
+        first, last = self.places(self.full).tolist()
+        by = min(max(by, first), last - 1.0)
+        return self._between(by, 1.0 + by)
+
+    def ticks(self, count: int = 6) -> list[tuple[float, str]]:
+        """Choose round values to label.
+
+        Parameters
+        ----------
+        count : int
+            Approximate number of ticks of a linear axis.
+
+        Returns
+        -------
+        list of (place, text)
+        """
+        if self.scale == "linear":
+            return ticks(self.visible, count)
+        chosen = self._decades()
+        if len(chosen) < 3:
+            return [(self.place(float(text)), text) for _, text in ticks(self.visible, count)]
+        return chosen
+
+    def _decades(self) -> list[tuple[float, str]]:
+        """Zero and powers of ten, then 2 and 5 times those, as far as there is room."""
+        lo, hi = self.visible
+        bend = bend_for(self.full)
+        largest = max(abs(lo), abs(hi))
+        powers = [
+            10.0**n for n in range(math.ceil(math.log10(bend)), math.floor(math.log10(largest)) + 1)
+        ]
+        tens = [sign * power for power in reversed(powers) for sign in (1, -1)]
+        more = [factor * ten for ten in tens for factor in (2, 5)]
+        taken: list[tuple[float, str]] = []
+        for value in (0.0, *tens, *more):
+            place = self.place(value)
+            if 0 <= place <= 1 and all(abs(place - at) >= _LEAST_GAP for at, _ in taken):
+                taken.append((place, _text(value, 6)))
+        return sorted(taken)
+
+    def _between(self, first: float, last: float) -> ScalarAxis:
+        lo, hi = self.values(np.array([first, last])).tolist()
+        return self.showing((lo, hi)) if lo < hi else self
+
+    def _spaced(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        return values if self.scale == "linear" else np.arcsinh(values / bend_for(self.full))
 
 
 def to_unit(value: float, scalar_range: Range) -> float:
-    """Map a scalar value to the axis, and the range's ends to 0 and 1."""
-    lo, hi = scalar_range
-    return (value - lo) / (hi - lo)
+    """Map a scalar value to a linear axis, and the range's ends to 0 and 1."""
+    return ScalarAxis.over(scalar_range).place(value)
 
 
 def from_unit(place: float, scalar_range: Range) -> float:
-    """Map a position on the axis to its scalar value; 0 and 1 give the range's ends exactly."""
+    """Map a place on a linear axis to its value; 0 and 1 give the range's ends exactly."""
+    return ScalarAxis.over(scalar_range).value(place)
+
+
+def bend_for(scalar_range: Range) -> float:
+    """Return the magnitude from which a range's axis is logarithmic, see :class:`ScalarAxis`.
+
+    For a range above zero it is the lowest value, so that all of it is nearly logarithmic.
+    """
     lo, hi = scalar_range
-    value = lo * (1.0 - place) + hi * place
-    # In a narrow range far from zero, rounding could give a value outside it.
-    return min(max(value, lo), hi) if 0 <= place <= 1 else value
+    largest = max(abs(lo), abs(hi))
+    if lo > 0:
+        return max(lo, largest * 10.0**-_MOST_DECADES)
+    return largest * _BEND_SHARE
 
 
 def ticks(scalar_range: Range, count: int = 6) -> list[tuple[float, str]]:
-    """Choose round tick values within the range.
+    """Choose round values within a range, evenly spaced.
 
     Parameters
     ----------
@@ -41,7 +184,7 @@ def ticks(scalar_range: Range, count: int = 6) -> list[tuple[float, str]]:
     Returns
     -------
     list of (place, text)
-        Positions on the axis, 0..1, and their values as text.
+        Places on a linear axis, 0..1, and their values as text.
     """
     lo, hi = scalar_range
     rough = (hi - lo) / count
@@ -50,7 +193,7 @@ def ticks(scalar_range: Range, count: int = 6) -> list[tuple[float, str]]:
     numbers = np.arange(math.ceil(lo / step - 1e-9), math.floor(hi / step + 1e-9) + 1)
     # Enough digits to distinguish adjacent ticks, even far from zero.
     digits = max(6, 3 + math.floor(math.log10(max(abs(lo), abs(hi)) / step)))
-    return [(to_unit(float(n * step), scalar_range), _text(n * step, digits)) for n in numbers]
+    return [((float(n * step) - lo) / (hi - lo), _text(n * step, digits)) for n in numbers]
 
 
 def _text(value: float, digits: int) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QCloseEvent, QKeyEvent
 from PySide6.QtWidgets import (
@@ -220,4 +221,5 @@ class MainWindow(QMainWindow):
         shape = " × ".join(str(n) for n in volume.dimensions)
         self.setWindowTitle(f"{volume.name} ({shape}) – tfscope")
         self.browser.set_units(volume.units)
-        self.editor.set_data(opened.counts, volume.scalar_range, volume.units)
+        edges = np.linspace(*volume.scalar_range, len(opened.counts) + 1)
+        self.editor.set_data(opened.counts, edges, volume.scalar_range, volume.units)

@@ -6,10 +6,12 @@ curve; those of a colour TF are its stops. Handles are identified by index.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TypeVar
 
-from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
+from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
 
 _Item = TypeVar("_Item")
 
@@ -39,6 +41,37 @@ def move_opacity_handle(opacity: OpacityTF, index: int, value: float, height: fl
     now = opacity.modes[index].mean
     mean = _clamp(value, min(lo, now), max(hi, now))
     return _with_mode(opacity, index, replace(opacity.modes[index], mean=mean, amplitude=height))
+
+
+def move_opacity_handles(
+    opacity: OpacityTF, indices: Sequence[int], shift: float, lift: float
+) -> OpacityTF:
+    """Move handles together, as far as all of them can go; see :func:`move_opacity_handle`.
+
+    Parameters
+    ----------
+    opacity : OpacityTF
+    indices : sequence of int
+    shift, lift : float
+        Differences in value and opacity. The ends of a free curve are not shifted.
+    """
+    handles = opacity_handles(opacity)
+    lift = _within(lift, [(-handles[i][1], 1.0 - handles[i][1]) for i in indices])
+    if opacity.points:
+        values = [point[0] for point in handles]
+        shift = _within(shift, _rooms(values, indices))
+        shifts = [0.0 if i in (0, len(values) - 1) else shift for i in indices]
+    else:
+        lo, hi = opacity.scalar_range
+        # A mode outside the range, made for another volume, cannot move farther away.
+        rooms = [(min(lo - handles[i][0], 0.0), max(hi - handles[i][0], 0.0)) for i in indices]
+        shift = _within(shift, rooms)
+        shifts = [shift for _ in indices]
+    # Sorted in the direction of the move, so that no point stops at one that moves as well.
+    for index, by in sorted(zip(indices, shifts, strict=True), reverse=shift > 0):
+        value, height = handles[index]
+        opacity = move_opacity_handle(opacity, index, value + by, height + lift)
+    return opacity
 
 
 def resize_mode(opacity: OpacityTF, index: int, width: float) -> OpacityTF:
@@ -89,6 +122,45 @@ def move_stop(color: ColorTF, index: int, value: float) -> ColorTF:
     return replace(color, stops=tuple(stops))
 
 
+def move_stops(color: ColorTF, indices: Sequence[int], shift: float) -> ColorTF:
+    """Move stops together, as far as all of them can go; see :func:`move_stop`."""
+    values = [stop[0] for stop in color.stops]
+    shift = _within(shift, _rooms(values, indices))
+    for index in sorted(indices, reverse=shift > 0):
+        color = move_stop(color, index, values[index] + shift)
+    return color
+
+
+def follow_modes(before: TransferFunction, opacity: OpacityTF) -> TransferFunction:
+    """Replace the opacity TF, and move the colour stops at the means of modes along.
+
+    A stop moves between its neighbours only; the end stops are fixed.
+
+    Parameters
+    ----------
+    before : TransferFunction
+        A stop within half a bin of a mode's mean here is that mode's.
+    opacity : OpacityTF
+        The same modes, moved.
+    """
+    color, modes = before.color, before.opacity.modes
+    if len(modes) != len(opacity.modes):
+        return replace(before, opacity=opacity)
+    reach = opacity.bin_width / 2
+    moved: dict[int, float] = {}
+    for old, new in zip(modes, opacity.modes, strict=True):
+        near = [i for i, stop in enumerate(color.stops) if abs(stop[0] - old.mean) <= reach]
+        near = [i for i in near if not is_end_stop(color, i)]
+        if near and new.mean != old.mean:
+            index = min(near, key=lambda i: abs(color.stops[i][0] - old.mean))
+            moved[index] = new.mean
+    # Sorted in the direction of each move, so that stops that move together stay together.
+    right = sorted((i for i in moved if moved[i] > color.stops[i][0]), reverse=True)
+    for index in (*right, *sorted(set(moved) - set(right))):
+        color = move_stop(color, index, moved[index])
+    return TransferFunction(opacity, color)
+
+
 def recolor_stop(color: ColorTF, index: int, rgb: tuple[float, float, float]) -> ColorTF:
     """Set a stop's colour, components in 0..1."""
     stops = list(color.stops)
@@ -116,6 +188,25 @@ def _with_mode(opacity: OpacityTF, index: int, mode: GaussianMode) -> OpacityTF:
     modes = list(opacity.modes)
     modes[index] = mode
     return replace(opacity, modes=tuple(modes))
+
+
+def _within(wanted: float, rooms: list[tuple[float, float]]) -> float:
+    """Nearest difference that every one of the rooms, each around 0, allows."""
+    low = max((room[0] for room in rooms), default=0.0)
+    high = min((room[1] for room in rooms), default=0.0)
+    return _clamp(wanted, min(low, 0.0), max(high, 0.0))
+
+
+def _rooms(values: list[float], indices: Sequence[int]) -> list[tuple[float, float]]:
+    """How far each of these may move before it meets a value that stays; the ends stay."""
+    last = len(values) - 1
+    moving = {i for i in indices if i not in (0, last)}
+    rooms = []
+    for i in moving:
+        low = i - 1 in moving or values[i - 1] - values[i]
+        high = i + 1 in moving or values[i + 1] - values[i]
+        rooms.append((-math.inf if low is True else low, math.inf if high is True else high))
+    return rooms
 
 
 def _without(items: tuple[_Item, ...], index: int) -> tuple[_Item, ...]:

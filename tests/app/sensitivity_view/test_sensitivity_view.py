@@ -23,7 +23,6 @@ from app.engines.messages import (
     VisibilityRequest,
 )
 from app.image_view.image_canvas import ImageCanvas, to_qimage
-from app.tf_editor.unit_axis import to_unit
 from app.window.main_window import MainWindow
 from model.errors import RenderError
 from model.scene.region import Outline
@@ -62,7 +61,7 @@ def drag(widget: QWidget, *points: QPoint) -> None:
 def over_plot(window: MainWindow, value: float, height: float = 0.8) -> QPoint:
     """Position of a value in the opacity plot."""
     area = window.editor.area
-    place = QPointF(to_unit(value, area.scalar_range), height)
+    place = QPointF(area.axis.place(value), height)
     return area.widget.mapFromScene(area.opacity.mapViewToScene(place))
 
 

@@ -24,7 +24,7 @@ LEFT = Qt.MouseButton.LeftButton
 def editor(qtbot: QtBot, state: ViewerState) -> TransferFunctionEditor:
     editor = TransferFunctionEditor(state)
     qtbot.addWidget(editor)
-    editor.set_data(np.arange(256), (100.0, 200.0), "K")
+    editor.set_data(np.arange(256), np.linspace(100.0, 200.0, 257), (100.0, 200.0), "K")
     editor.resize(1100, 300)
     editor.show()
     qtbot.waitExposed(editor)

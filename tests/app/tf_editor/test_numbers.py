@@ -8,6 +8,7 @@ from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
 from app.state.viewer_state import ViewerState
+from app.tf_editor.moves import HandleMoves
 from app.tf_editor.number_box import NumberBox
 from app.tf_editor.numbers import NumbersPanel
 from app.tf_editor.selection import Selection
@@ -20,7 +21,7 @@ def selection() -> Selection:
 
 @pytest.fixture
 def panel(qtbot: QtBot, state: ViewerState, selection: Selection) -> NumbersPanel:
-    panel = NumbersPanel(state, selection)
+    panel = NumbersPanel(state, selection, HandleMoves(state, selection))
     qtbot.addWidget(panel)
     panel.show()
     return panel

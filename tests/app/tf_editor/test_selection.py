@@ -30,3 +30,17 @@ def test_a_handle_that_is_gone_is_dropped() -> None:
     assert selection.index("opacity") == 1
     selection.fit(make_tf(130.0))
     assert selection.selected is None
+
+
+def test_several_of_one_kind() -> None:
+    selection = Selection()
+    selection.select_all("opacity", (1, 0))
+    assert (selection.indices("opacity"), selection.index("opacity")) == ((0, 1), 0)
+    selection.toggle("opacity", 0)
+    assert selection.selected == Selected("opacity", 1)
+    selection.toggle("color", 2)
+    assert selection.indices("opacity") == ()
+    assert selection.indices("color") == (2,)
+    selection.select_all("opacity", (0, 1))
+    selection.fit(make_tf(130.0))
+    assert selection.indices("opacity") == (0,)

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from model.scene import tf_editing as edits
-from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
+from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
 
 RANGE = (100.0, 200.0)
 MODES = OpacityTF(RANGE, (GaussianMode(130.0, 8.0, 0.5), GaussianMode(170.0, 8.0, 0.5)))
@@ -95,3 +95,37 @@ def test_end_stops_cannot_be_removed_but_recoloured() -> None:
     assert edits.remove_stop(COLOR, 2) == COLOR
     recolored = edits.recolor_stop(COLOR, 2, (0.1, 0.2, 0.3))
     assert recolored(200.0) == pytest.approx([0.1, 0.2, 0.3])
+
+
+@given(st.lists(st.integers(0, 3), min_size=1, unique=True), anywhere, anywhere)
+def test_points_that_move_together_keep_their_distances(
+    indices: list[int], shift: float, lift: float
+) -> None:
+    moved = edits.move_opacity_handles(CURVE, indices, shift, lift)
+    values, before = np.array(moved.points)[:, 0], np.array(CURVE.points)[:, 0]
+    assert (np.diff(values) >= 0).all()
+    assert (values[[0, 3]] == before[[0, 3]]).all()
+    inner = [i for i in indices if i in (1, 2)]
+    shifts = (values - before)[inner]
+    assert np.ptp(shifts) == pytest.approx(0, abs=1e-9) if inner else True
+    still = [i for i in range(4) if i not in indices]
+    assert [moved.points[i] for i in still] == [CURVE.points[i] for i in still]
+
+
+@given(anywhere)
+def test_modes_that_move_together_stop_together(shift: float) -> None:
+    moved = edits.move_opacity_handles(MODES, (0, 1), shift, 0.0)
+    assert moved.modes[0].mean == pytest.approx(130 + np.clip(shift, -30, 30))
+    assert moved.modes[1].mean - moved.modes[0].mean == pytest.approx(40)
+
+
+@given(st.floats(-60, 60))
+def test_a_stop_follows_its_mode_up_to_its_neighbours(shift: float) -> None:
+    stops = ((100.0, 0, 0, 0), (130.0, 1, 0, 0), (150.0, 0, 1, 0), (200.0, 1, 1, 1))
+    before = TransferFunction(MODES, ColorTF(RANGE, stops))
+    opacity = edits.move_opacity_handle(MODES, 0, 130 + shift, 0.5)
+    after = edits.follow_modes(before, opacity)
+    assert after.opacity == opacity
+    assert after.color.stops[1][0] == np.clip(130 + shift, 100, 150)
+    assert [s[1:] for s in after.color.stops] == [s[1:] for s in stops]
+    assert [after.color.stops[i] for i in (0, 2, 3)] == [stops[i] for i in (0, 2, 3)]

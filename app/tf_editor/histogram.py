@@ -1,0 +1,120 @@
+"""The volume's histogram behind the opacity plot, with an axis for the numbers of voxels."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pyqtgraph as pg
+from numpy.typing import NDArray
+from PySide6.QtGui import QColor
+
+from app import theme
+from app.tf_editor.unit_axis import ScalarAxis
+from model.scene.transfer_function import Range
+
+COUNT_AXIS_WIDTH = 40
+_BEYOND = 0.015
+"""How far the outermost bins may reach out of the plot: whole-number bins do, by half of one."""
+
+_SUPERSCRIPTS = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+class HistogramLayer:
+    """Draws numbers of voxels, logarithmically, and labels their scale.
+
+    Parameters
+    ----------
+    view : pyqtgraph.ViewBox
+        Plot with heights from 0 to 1.
+    axis : pyqtgraph.AxisItem
+        Axis at the right of the plot.
+    """
+
+    def __init__(self, view: Any, axis: Any) -> None:
+        self._axis = axis
+        color = QColor(theme.DIM_TEXT)
+        color.setAlpha(46)
+        self._curve: Any = pg.PlotCurveItem(fillLevel=0, pen=None, brush=color)
+        self._curve.setZValue(-10)
+        view.addItem(self._curve, ignoreBounds=True)
+        self._counts: NDArray[np.int64] = np.zeros(1, dtype=np.int64)
+        self._edges: NDArray[np.float64] = np.array([0.0, 1.0])
+        axis.setWidth(COUNT_AXIS_WIDTH)
+        axis.setLabel("Voxels")
+        axis.setToolTip("Voxels per bin of the histogram, on a logarithmic scale")
+        axis.setTicks([[]])
+
+    @property
+    def counts(self) -> NDArray[np.int64]:
+        """Number of voxels in each bin."""
+        return self._counts
+
+    @property
+    def edges(self) -> NDArray[np.float64]:
+        """Edges of the bins, one more than counts."""
+        return self._edges
+
+    def set_data(self, counts: NDArray[np.int64], edges: NDArray[np.float64]) -> None:
+        """Take another volume's histogram; :meth:`draw` shows it."""
+        self._counts = np.asarray(counts, dtype=np.int64)
+        self._edges = np.asarray(edges, dtype=np.float64)
+        self._axis.setTicks([count_ticks(int(self._counts.max()))])
+
+    def draw(self, axis: ScalarAxis) -> None:
+        """Draw the part that an axis shows."""
+        places = axis.places(self._edges).clip(-_BEYOND, 1.0 + _BEYOND)
+        shown = np.diff(places) > 0
+        if not shown.any():
+            self._curve.setData([], [])
+            return
+        first, last = np.flatnonzero(shown)[[0, -1]]
+        heights = np.log1p(self._counts) / max(np.log1p(self._counts.max()), 1.0)
+        self._curve.setData(places[first : last + 2], heights[first : last + 1], stepMode="center")
+
+
+def count_ticks(most: int) -> list[tuple[float, str]]:
+    """Label powers of ten up to a number of voxels, at most five of them.
+
+    Returns
+    -------
+    list of (height, text)
+        Heights of 0 to 1, where 1 stands for the largest number.
+    """
+    top = max(math.log1p(most), 1.0)
+    powers = range(math.floor(math.log10(max(most, 1))) + 1)
+    step = math.ceil(len(powers) / 4)
+    return [(math.log1p(10**n) / top, _power_text(n)) for n in powers if n % step == 0]
+
+
+def _power_text(exponent: int) -> str:
+    if exponent < 2:
+        return str(10**exponent)
+    return "10" + str(exponent).translate(_SUPERSCRIPTS)
+
+
+def percentile_range(
+    counts: NDArray[np.int64], edges: NDArray[np.float64], lower: float, upper: float
+) -> Range:
+    """Return the values between two percentiles of a histogram.
+
+    Parameters
+    ----------
+    counts : ndarray of int64, shape (bins,)
+    edges : ndarray of float64, shape (bins + 1,)
+        Increasing.
+    lower, upper : float
+        In percent, 0 <= lower < upper <= 100.
+
+    Returns
+    -------
+    tuple of float
+        From the lower edge of the bin with the lower percentile to the upper edge of that with
+        the upper one: within a bin, nothing is known.
+    """
+    shares = np.cumsum(counts) / max(int(counts.sum()), 1)
+    first = int(np.searchsorted(shares, lower / 100, side="right"))
+    last = int(np.searchsorted(shares, upper / 100 - 1e-12))
+    first, last = min(first, len(counts) - 1), min(last, len(counts) - 1)
+    return float(edges[min(first, last)]), float(edges[last + 1])

@@ -1,0 +1,155 @@
+"""The TF's scalar range in the plots: two draggable lines, and grey beyond them."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+from PySide6.QtCore import QObject, QRectF, Qt
+from PySide6.QtGui import QBrush, QColor, QPainter, QPen
+from PySide6.QtWidgets import QGraphicsRectItem, QStyleOptionGraphicsItem, QWidget
+
+from app import theme
+from app.state.viewer_state import ViewerState
+from app.tf_editor.handle import DragHandle
+from app.tf_editor.plot_area import PlotArea
+from model.scene.range_fitting import fit_to_range
+from model.scene.transfer_function import Range, TransferFunction
+
+LEAST_DISTANCE = 0.004
+"""Smallest distance between the lines after a drag, as a fraction of the plot's width."""
+
+_REACH = 5.0
+_GRIP_HEIGHT = 22.0
+_TIP = "Drag to set the range that the TF covers; values beyond look like those at its ends"
+
+
+class RangeLine(DragHandle):
+    """A vertical line as high as the plot, with a grip at its top."""
+
+    def __init__(self) -> None:
+        super().__init__("line")
+        self.setCursor(Qt.CursorShape.SplitHCursor)
+        self.setToolTip(_TIP)
+        # Below the handles of modes and points, which may be at the same place.
+        self.setZValue(70)
+        self._height = 0.0
+
+    def set_height(self, height: float) -> None:
+        """Set the height of the plot, in pixels."""
+        self.prepareGeometryChange()
+        self._height = height
+
+    def boundingRect(self) -> QRectF:
+        """Return the area that is painted and reacts to the mouse, in pixels."""
+        return QRectF(-_REACH, -self._height, 2 * _REACH, self._height)
+
+    def paint(
+        self,
+        painter: QPainter,
+        _option: QStyleOptionGraphicsItem,
+        _widget: QWidget | None = None,
+    ) -> None:
+        """Draw the line and its grip."""
+        color = QColor(theme.ACCENT if self.is_hovered else theme.DIM_TEXT)
+        painter.setPen(QPen(color, 1.0))
+        painter.drawLine(0, 0, 0, -int(self._height))
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(color)
+        painter.drawRoundedRect(QRectF(-3, -self._height, 6, _GRIP_HEIGHT), 2, 2)
+
+
+class RangeLayer(QObject):
+    """Draws the range of the state's TF and edits it by drags.
+
+    Parameters
+    ----------
+    area : PlotArea
+    state : ViewerState
+    """
+
+    def __init__(self, area: PlotArea, state: ViewerState) -> None:
+        super().__init__(area)
+        self._area = area
+        self._state = state
+        self._before: TransferFunction | None = None
+        self.lines = (self._add_line(0), self._add_line(1))
+        self._shades = [
+            (_add_shade(area.opacity, 1.08), _add_shade(area.strip, 1.0)) for _ in range(2)
+        ]
+        area.opacity.sigResized.connect(lambda *_: self._size_lines())
+        area.axisChanged.connect(self.refresh)
+        state.transferFunctionChanged.connect(self.refresh)
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Place the lines and the grey beyond them."""
+        for end, value in enumerate(self._state.scalar_range):
+            place = self._area.axis.place(value)
+            self.lines[end].setPos(place, 0.0)
+            self.lines[end].setVisible(0.0 <= place <= 1.0)
+            left, right = (0.0, min(place, 1.0)) if end == 0 else (max(place, 0.0), 1.0)
+            for shade in self._shades[end]:
+                height = shade.rect().height()
+                shade.setRect(left, 0.0, max(right - left, 0.0), height)
+                shade.setVisible(right > left)
+
+    def set_range(self, scalar_range: Range) -> None:
+        """Set the TF's range: one undo step."""
+        tf = self._state.transfer_function
+        self._state.commit(fit_to_range(tf, scalar_range), "range")
+
+    def _add_line(self, end: int) -> RangeLine:
+        line = RangeLine()
+        line.pressed.connect(self._begin)
+        line.dragged.connect(partial(self._drag, end))
+        line.released.connect(self._finish)
+        self._area.opacity.addItem(line, ignoreBounds=True)
+        return line
+
+    def _size_lines(self) -> None:
+        low, high = self._area.opacity.viewRange()[1]
+        height = self._area.opacity.height() * high / (high - low)
+        for line in self.lines:
+            line.set_height(height)
+
+    def _begin(self) -> None:
+        self._before = self._state.transfer_function
+
+    def _drag(self, end: int, place: float, _height: float) -> None:
+        if self._before is None:
+            return
+        axis = self._area.axis
+        ends = [axis.place(value) for value in self._before.scalar_range]
+        other = ends[1 - end]
+        place = min(max(place, 0.0), 1.0)
+        wanted = min(place, other - LEAST_DISTANCE) if end == 0 else max(
+            place, other + LEAST_DISTANCE
+        )  # fmt: skip
+        lo, hi = self._before.scalar_range
+        value = axis.value(wanted)
+        scalar_range = (value, hi) if end == 0 else (lo, value)
+        if scalar_range[0] >= scalar_range[1]:
+            return
+        # From the TF before the drag, so that what a line passes over comes back with it.
+        self._state.preview(fit_to_range(self._before, scalar_range))
+        text = f"range {scalar_range[0]:.5g} to {scalar_range[1]:.5g}"
+        self._area.show_readout(self._area.opacity, value, 0.8, text)
+
+    def _finish(self) -> None:
+        self._before = None
+        self._area.hide_readout()
+        self._state.finish_preview("range")
+
+
+def _add_shade(view: Any, height: float) -> QGraphicsRectItem:
+    shade = QGraphicsRectItem(0.0, 0.0, 0.0, height)
+    color = QColor(theme.BACKGROUND)
+    color.setAlpha(190)
+    shade.setBrush(QBrush(color))
+    shade.setPen(QPen(Qt.PenStyle.NoPen))
+    shade.setZValue(60)
+    shade.setAcceptedMouseButtons(Qt.MouseButton.NoButton)
+    view.addItem(shade, ignoreBounds=True)
+    return shade

@@ -1,0 +1,225 @@
+"""The menu of the TF editor: presets, colours, conversions, range and axis."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+from PySide6.QtCore import QObject, QPoint, QSize, Qt, Signal
+from PySide6.QtGui import QIcon, QImage, QPixmap
+from PySide6.QtWidgets import QMenu, QToolButton, QWidget
+
+from app.controls import add_action
+from app.state.viewer_state import ViewerState
+from app.tf_editor.histogram import percentile_range
+from app.tf_editor.moves import HandleMoves
+from app.tf_editor.plot_area import PlotArea
+from app.tf_editor.range_layer import RangeLayer
+from app.tf_editor.range_popup import RangePopup
+from app.tf_editor.unit_axis import ScalarAxis
+from model.scene.color_maps import COLOR_MAPS, color_tf_of_map, map_colors, reversed_colors
+from model.scene.tf_fitting import fitted_curve, fitted_modes
+from model.scene.tf_presets import presets
+from model.scene.transfer_function import TF_SAMPLES, OpacityTF, Range, TransferFunction
+
+SWATCH = QSize(30, 14)
+
+PERCENTILES = {"0.1 to 99.9 % of the voxels": (0.1, 99.9), "1 to 99 % of the voxels": (1.0, 99.0)}
+
+
+class TransferFunctionMenu(QObject):
+    """A button with the menu of everything that changes a TF as a whole.
+
+    Parameters
+    ----------
+    state : ViewerState
+    area : PlotArea
+        Has the histogram, and the axis to be changed.
+    layer : RangeLayer
+        Sets the range.
+    moves : HandleMoves
+        Has the option that colours follow their mode.
+    parent : QWidget
+
+    Attributes
+    ----------
+    button : QToolButton
+    menu : QMenu
+    units : str
+        Unit of the volume's scalars; may be empty.
+    """
+
+    show_all = Signal()
+    """Emitted when all values are to be visible."""
+    replaced = Signal()
+    """Emitted before another TF replaces the present one, with other handles."""
+    range_shown = Signal(bool)
+    """Emitted when the range is to be visible, and True if it is to fill the plots."""
+
+    def __init__(
+        self,
+        state: ViewerState,
+        area: PlotArea,
+        layer: RangeLayer,
+        moves: HandleMoves,
+        parent: QWidget,
+    ) -> None:
+        super().__init__(parent)
+        self._state = state
+        self._area = area
+        self._layer = layer
+        self._moves = moves
+        self.units = ""
+        self.button = QToolButton(parent)
+        self.button.setText("TF ▾")
+        self.button.setProperty("role", "title")
+        # After a click, keys such as W are the window's again.
+        self.button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self.menu = QMenu(self.button)
+        self.menu.setToolTipsVisible(True)
+        self.button.setMenu(self.menu)
+        self.popup = RangePopup(state, layer, parent)
+        self._fill()
+        self.menu.aboutToShow.connect(self._refresh)
+
+    def _fill(self) -> None:
+        self.presets_menu = self.menu.addMenu("Presets")
+        self.presets_menu.setToolTipsVisible(True)
+        self.colors_menu = self.menu.addMenu("Colours")
+        self.colors_menu.setStyleSheet(f"QMenu {{ icon-size: {SWATCH.width()}px; }}")
+        # Filled when first opened: colour maps take time to import.
+        self.colors_menu.aboutToShow.connect(self._fill_colors)
+        self.menu.addSeparator()
+        self._as_curve = add_action(self.menu, "As free curve", self.to_curve)
+        self._as_modes = add_action(self.menu, "As modes", self.to_modes)
+        add_action(self.menu, "New empty curve", self.start_curve)
+        self.menu.addSeparator()
+        self._add_range_menu()
+        self._add_axis_menu()
+        self.menu.addSeparator()
+        self._follow = self.menu.addAction("Colours follow their mode")
+        self._follow.setCheckable(True)
+        self._follow.setChecked(self._moves.colors_follow)
+        self._follow.setToolTip("When a mode is moved, the colour stop at its mean moves along")
+        self._follow.toggled.connect(self._set_follow)
+
+    def _add_range_menu(self) -> None:
+        menu = self.menu.addMenu("Range")
+        menu.setToolTipsVisible(True)
+        add_action(menu, "Type…", self.type_range)
+        for text, (lower, upper) in PERCENTILES.items():
+            action = add_action(menu, text, partial(self.set_percentiles, lower, upper))
+            action.setToolTip("A few outliers no longer take most of the range")
+        add_action(menu, "Fit to data", self.fit_to_data)
+
+    def _add_axis_menu(self) -> None:
+        menu = self.menu.addMenu("Axis")
+        menu.setToolTipsVisible(True)
+        add_action(menu, "Show all", self.show_all.emit).setToolTip(
+            "Ctrl and the wheel zoom the axis, a drag with the middle button pans it"
+        )
+        add_action(menu, "Show range", partial(self.range_shown.emit, True))
+        self._logarithmic = menu.addAction("Logarithmic")
+        self._logarithmic.setCheckable(True)
+        self._logarithmic.setToolTip("How values are spread over the plot; pictures stay the same")
+        self._logarithmic.toggled.connect(self.set_logarithmic)
+
+    def _refresh(self) -> None:
+        opacity = self._state.transfer_function.opacity
+        self._as_curve.setEnabled(not opacity.points)
+        self._as_modes.setEnabled(bool(opacity.points))
+        self.presets_menu.clear()
+        histogram = self._area.histogram
+        for preset in presets(
+            self._state.scalar_range, histogram.counts, histogram.edges, self.units
+        ):
+            commit = partial(self._commit, preset.tf, f"preset {preset.name}")
+            add_action(self.presets_menu, preset.name, commit).setToolTip(preset.explanation)
+
+    def _fill_colors(self) -> None:
+        if not self.colors_menu.isEmpty():
+            return
+        for name in COLOR_MAPS:
+            action = add_action(self.colors_menu, name, partial(self.use_color_map, name))
+            action.setIcon(_swatch(name))
+        self.colors_menu.addSeparator()
+        add_action(self.colors_menu, "Reverse the colours", self.reverse_colors)
+
+    def use_color_map(self, name: str) -> None:
+        """Replace the colours by a map's: one undo step."""
+        color = color_tf_of_map(name, self._state.scalar_range)
+        self._change(lambda tf: replace(tf, color=color), f"colours {name}")
+
+    def reverse_colors(self) -> None:
+        """Mirror the colours in the range: one undo step."""
+        self._change(lambda tf: replace(tf, color=reversed_colors(tf.color)), "reverse colours")
+
+    def to_curve(self) -> None:
+        """Turn modes into a free curve of few points: one undo step."""
+        opacity = self._state.transfer_function.opacity
+        values = np.linspace(*opacity.scalar_range, TF_SAMPLES)
+        samples = zip(values.tolist(), opacity(values).tolist(), strict=True)
+        curve = fitted_curve(OpacityTF(opacity.scalar_range, points=tuple(samples)))
+        self._change(lambda tf: replace(tf, opacity=curve), "as free curve")
+
+    def to_modes(self) -> None:
+        """Turn a free curve into modes: one undo step."""
+        modes = fitted_modes(self._state.transfer_function.opacity)
+        self._change(lambda tf: replace(tf, opacity=modes), "as modes")
+
+    def start_curve(self) -> None:
+        """Begin with a free curve of no opacity: one undo step."""
+        lo, hi = self._state.scalar_range
+        curve = OpacityTF((lo, hi), points=((lo, 0.0), (hi, 0.0)))
+        self._change(lambda tf: replace(tf, opacity=curve), "new curve")
+
+    def type_range(self) -> None:
+        """Open the popup with the two numbers of the range."""
+        below = self.button.mapToGlobal(QPoint(0, self.button.height()))
+        self.popup.open_at(below, self._area.data_range)
+
+    def set_percentiles(self, lower: float, upper: float) -> None:
+        """Set the range to that between two percentiles of the voxels."""
+        histogram = self._area.histogram
+        self._set_range(percentile_range(histogram.counts, histogram.edges, lower, upper))
+
+    def fit_to_data(self) -> None:
+        """Set the range to the smallest and largest voxel."""
+        self._set_range(self._area.data_range)
+
+    def set_logarithmic(self, logarithmic: bool) -> None:
+        """Spread the values over the plot by their logarithm, or evenly."""
+        self._area.set_axis(ScalarAxis.over(self._area.axis.full, logarithmic=logarithmic))
+
+    def _set_range(self, scalar_range: Range) -> None:
+        self._layer.set_range(scalar_range)
+        self.range_shown.emit(False)
+
+    def _set_follow(self, on: bool) -> None:
+        self._moves.colors_follow = on
+
+    def _change(self, change: Callable[[TransferFunction], TransferFunction], text: str) -> None:
+        self._commit(change(self._state.transfer_function), text)
+
+    def _commit(self, tf: TransferFunction, text: str) -> None:
+        if tf != self._state.transfer_function:
+            self.replaced.emit()
+            self._state.commit(tf, text)
+
+
+def _swatch(name: str) -> QIcon:
+    """Picture of a colour map."""
+    row = np.rint(map_colors(name, SWATCH.width()) * 255).astype(np.uint8)
+    pixels = np.ascontiguousarray(np.broadcast_to(row, (SWATCH.height(), *row.shape)))
+    image = QImage(
+        pixels.data,
+        SWATCH.width(),
+        SWATCH.height(),
+        3 * SWATCH.width(),
+        QImage.Format.Format_RGB888,
+    )
+    # A copy, as the image only refers to the array.
+    return QIcon(QPixmap.fromImage(image.copy()))

@@ -1,0 +1,264 @@
+"""Transfer functions to begin with, one per kind of data.
+
+Those for CT are given in Hounsfield units (HU). Where a volume's values are not HU, and
+for the other kinds, they are placed by the histogram: the peak of the background, and
+percentiles of what is above it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.scene.range_fitting import fit_to_range
+from model.scene.transfer_function import (
+    ColorTF,
+    OpacityTF,
+    Range,
+    TransferFunction,
+)
+
+LOW_HU, HIGH_HU = -500.0, 500.0
+"""A range that reaches beyond both is taken for HU: air is at -1000, dense bone above 1000."""
+
+_SMOOTHING = 5
+"""Bins over which a histogram is averaged before peaks are looked for."""
+
+_FREQUENT = 0.3
+"""Height from which a peak counts, as a fraction of the highest one's."""
+
+_Point = tuple[float, float]
+_Stop = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True)
+class Preset:
+    """A TF to begin with.
+
+    Attributes
+    ----------
+    name, explanation : str
+        For users.
+    tf : TransferFunction
+        Over the scalar range asked for.
+    """
+
+    name: str
+    explanation: str
+    tf: TransferFunction
+
+
+@dataclass(frozen=True)
+class _Recipe:
+    """Curve and colours over places: HU, or 0 (background) to 1 (brightest voxels)."""
+
+    name: str
+    explanation: str
+    points: tuple[_Point, ...]
+    stops: tuple[_Stop, ...]
+
+
+_CT = (
+    _Recipe(
+        "CT bone",
+        "Bone in ivory, with nothing in front of it",
+        ((130, 0.0), (220, 0.03), (450, 0.25), (1200, 0.7), (3000, 0.8)),
+        (
+            (130, 0.55, 0.25, 0.15),
+            (300, 0.87, 0.68, 0.45),
+            (700, 0.97, 0.92, 0.80),
+            (1500, 1.0, 1.0, 0.97),
+        ),
+    ),
+    _Recipe(
+        "CT skin",
+        "The outer surface of the body",
+        ((-600, 0.0), (-350, 0.06), (-150, 0.5), (100, 0.6), (3000, 0.6)),
+        (
+            (-600, 0.45, 0.22, 0.14),
+            (-300, 0.80, 0.52, 0.38),
+            (-50, 0.93, 0.70, 0.56),
+            (250, 0.98, 0.86, 0.76),
+            (900, 1.0, 1.0, 0.95),
+        ),
+    ),
+    _Recipe(
+        "CT vessels",
+        "Vessels with contrast agent in red before pale, translucent bone",
+        ((90, 0.0), (150, 0.02), (220, 0.22), (380, 0.3), (520, 0.1), (1000, 0.18), (3000, 0.3)),
+        (
+            (90, 0.35, 0.02, 0.03),
+            (200, 0.80, 0.10, 0.08),
+            (380, 0.95, 0.35, 0.20),
+            (550, 0.93, 0.86, 0.72),
+            (1500, 1.0, 1.0, 0.97),
+        ),
+    ),
+)
+
+_OTHERS = (
+    _Recipe(
+        "MR",
+        "Faint surfaces, and inside them what is bright, from pale blue to white",
+        ((0.12, 0.0), (0.25, 0.03), (0.45, 0.06), (0.65, 0.2), (0.85, 0.5), (1.0, 0.7)),
+        (
+            (0.0, 0.30, 0.42, 0.62),
+            (0.3, 0.55, 0.70, 0.92),
+            (0.55, 0.95, 0.80, 0.72),
+            (0.8, 1.0, 0.92, 0.80),
+            (1.0, 1.0, 1.0, 0.97),
+        ),
+    ),
+    _Recipe(
+        "Micro-CT",
+        "The solid as an opaque surface, its densest parts in another colour",
+        ((0.20, 0.0), (0.30, 0.12), (0.40, 0.6), (0.75, 0.8), (1.0, 0.9)),
+        (
+            (0.20, 0.52, 0.44, 0.36),
+            (0.42, 0.93, 0.84, 0.66),
+            (0.65, 1.0, 0.93, 0.72),
+            (0.82, 1.0, 0.72, 0.30),
+            (1.0, 0.97, 0.42, 0.16),
+        ),
+    ),
+    _Recipe(
+        "Simulation",
+        "Translucent layers all over the range, from blue over white to red",
+        (
+            (0.04, 0.0), (0.10, 0.05), (0.16, 0.005), (0.29, 0.005), (0.35, 0.08), (0.41, 0.01),
+            (0.55, 0.01), (0.61, 0.16), (0.67, 0.02), (0.80, 0.02), (0.88, 0.4), (1.0, 0.55),
+        ),
+        (
+            (0.0, 0.10, 0.16, 0.45),
+            (0.15, 0.23, 0.42, 0.83),
+            (0.38, 0.55, 0.80, 0.90),
+            (0.55, 0.93, 0.93, 0.86),
+            (0.72, 0.97, 0.70, 0.38),
+            (0.88, 0.87, 0.27, 0.18),
+            (1.0, 0.98, 0.85, 0.45),
+        ),
+    ),
+)  # fmt: skip
+
+AIR_HU, TISSUE_HU, BONE_HU = -1000.0, 40.0, 1200.0
+"""What background, soft tissue and dense bone of a CT have."""
+
+
+def presets(
+    scalar_range: Range,
+    counts: NDArray[np.int64],
+    edges: NDArray[np.float64],
+    units: str = "",
+) -> list[Preset]:
+    """Return TFs to begin with over a volume's scalar range.
+
+    Parameters
+    ----------
+    scalar_range : tuple of float
+        Range of the TFs.
+    counts : ndarray of int64, shape (bins,)
+        Histogram of the volume.
+    edges : ndarray of float64, shape (bins + 1,)
+        Increasing.
+    units : str
+        Unit of the scalars; "HU" says that values are Hounsfield units.
+    """
+    marks = _landmarks(counts, edges)
+    is_hu = looks_like_hu((float(edges[0]), float(edges[-1])), units)
+    # In a CT of other values, these are usually HU on another scale.
+    slope = (marks.tissue - marks.peak) / (TISSUE_HU - AIR_HU)
+    bone = min(marks.peak + slope * (BONE_HU - AIR_HU), max(marks.highest, marks.tissue + slope))
+
+    def placed(value: float) -> float:
+        return float(np.interp(value, (0.0, 0.5, 1.0), (marks.low, marks.middle, marks.high)))
+
+    def of_hu(value: float) -> float:
+        if is_hu:
+            return value
+        if value <= TISSUE_HU:
+            return marks.peak + slope * (value - AIR_HU)
+        return marks.tissue + (bone - marks.tissue) * (value - TISSUE_HU) / (BONE_HU - TISSUE_HU)
+
+    return [
+        *(Preset(r.name, r.explanation, _tf(r, scalar_range, of_hu)) for r in _CT),
+        *(Preset(r.name, r.explanation, _tf(r, scalar_range, placed)) for r in _OTHERS),
+    ]
+
+
+def looks_like_hu(data_range: Range, units: str = "") -> bool:
+    """Whether values are Hounsfield units, by their unit or by their range."""
+    return units.strip().upper() == "HU" or (data_range[0] < LOW_HU and data_range[1] > HIGH_HU)
+
+
+@dataclass(frozen=True)
+class _Landmarks:
+    """Values found in a histogram.
+
+    Attributes
+    ----------
+    peak, low : float
+        The background's most frequent value, and its end.
+    middle, high : float
+        Middle and almost largest value of the voxels above the background.
+    tissue : float
+        The highest value of those that are frequent above the background.
+    highest : float
+        The largest value of all.
+    """
+
+    peak: float
+    low: float
+    middle: float
+    high: float
+    tissue: float
+    highest: float
+
+
+def _landmarks(counts: NDArray[np.int64], edges: NDArray[np.float64]) -> _Landmarks:
+    """Find the background, the highest peak in the histogram's lower half, and what is above."""
+    centers = (edges[:-1] + edges[1:]) / 2
+    first, last = float(edges[0]), float(edges[-1])
+    start = int(np.argmax(np.where(centers <= (first + last) / 2, counts, -1)))
+    # The flank of the peak belongs to it.
+    end = start
+    while end + 1 < len(counts) and counts[end + 1] > 0.05 * counts[start]:
+        end += 1
+    if centers[end] > first + 0.6 * (last - first):
+        end = start
+    rest = counts[end + 1 :]
+    if rest.sum() == 0:
+        middle = (first + last) / 2
+        return _Landmarks(first, first, middle, last, middle, last)
+    shares = np.cumsum(rest) / rest.sum()
+    low = float(edges[end + 1])
+    high = float(edges[end + 2 + int(np.searchsorted(shares, 0.995))])
+    high = max(high, low + 0.1 * (last - low))
+    # In the middle between half of the voxels and half of the values.
+    median = float(edges[end + 2 + int(np.searchsorted(shares, 0.5))])
+    span = high - low
+    middle = min(max((median + (low + high) / 2) / 2, low + 0.2 * span), high - 0.2 * span)
+    width = min(_SMOOTHING, len(rest))
+    smooth = np.convolve(rest, np.ones(width) / width, mode="same")
+    inner = np.flatnonzero((smooth[1:-1] >= smooth[:-2]) & (smooth[1:-1] > smooth[2:])) + 1
+    peaks = inner[smooth[inner] >= _FREQUENT * smooth.max()] if len(inner) else inner
+    tissue = float(centers[end + 1 + int(peaks[-1])]) if len(peaks) else middle
+    # Anything else would turn the scale of HU around.
+    tissue = max(tissue, float(centers[start]) + 0.05 * (last - first))
+    return _Landmarks(float(centers[start]), low, middle, high, tissue, last)
+
+
+def _tf(
+    recipe: _Recipe, scalar_range: Range, value_of: Callable[[float], float]
+) -> TransferFunction:
+    """Return a recipe over a scalar range."""
+    lo, hi = scalar_range
+    points = tuple((value_of(place), opacity) for place, opacity in recipe.points)
+    stops = tuple((value_of(place), r, g, b) for place, r, g, b in recipe.stops)
+    own = points[0][0], points[-1][0]
+    # Curve and stops are constant beyond their ends, and may reach beyond the range.
+    opacity = OpacityTF((min(lo, own[0]), max(hi, own[1])), points=points)
+    color = ColorTF(opacity.scalar_range, stops)
+    return fit_to_range(TransferFunction(opacity, color), scalar_range)

@@ -1,0 +1,202 @@
+"""The TF's range and the axis of the plots, by real mouse and key events."""
+
+from __future__ import annotations
+
+import numpy as np
+import pyqtgraph as pg
+import pytest
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QWheelEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from app.state.viewer_state import ViewerState
+from app.tf_editor.editor import TransferFunctionEditor
+from app.tf_editor.histogram import count_ticks, percentile_range
+from app.tf_editor.unit_axis import ScalarAxis
+from model.scene.range_fitting import fit_to_range
+
+LEFT, MIDDLE = Qt.MouseButton.LeftButton, Qt.MouseButton.MiddleButton
+
+
+@pytest.fixture
+def editor(qtbot: QtBot, state: ViewerState) -> TransferFunctionEditor:
+    editor = TransferFunctionEditor(state)
+    qtbot.addWidget(editor)
+    # One voxel far away, as of a piece of metal.
+    counts = np.array([100, 800, 99, 1])
+    editor.set_data(counts, np.array([100.0, 120.0, 180.0, 200.0, 300.0]), (100.0, 300.0), "K")
+    editor.resize(1100, 300)
+    editor.show()
+    qtbot.waitExposed(editor)
+    state.start_volume(state.transfer_function, None)
+    return editor
+
+
+def pixel(editor: TransferFunctionEditor, value: float, height: float) -> QPoint:
+    place = QPointF(editor.area.axis.place(value), height)
+    return editor.area.widget.mapFromScene(editor.area.opacity.mapViewToScene(place))
+
+
+def drag(
+    editor: TransferFunctionEditor, start: QPoint, end: QPoint, button: Qt.MouseButton = LEFT
+) -> None:
+    viewport = editor.area.widget.viewport()
+    QTest.mousePress(viewport, button, pos=start)
+    QTest.mouseMove(viewport, (start + end) / 2)
+    QTest.mouseMove(viewport, end)
+    QTest.mouseRelease(viewport, button, pos=end)
+
+
+def wheel(editor: TransferFunctionEditor, at: QPoint, steps: int) -> None:
+    viewport = editor.area.widget.viewport()
+    event = QWheelEvent(
+        QPointF(at), QPointF(viewport.mapToGlobal(at)), QPoint(), QPoint(0, 120 * steps),
+        Qt.MouseButton.NoButton, Qt.KeyboardModifier.ControlModifier,
+        Qt.ScrollPhase.NoScrollPhase, False,
+    )  # fmt: skip
+    QApplication.sendEvent(viewport, event)
+
+
+def test_a_dragged_line_fits_the_tf_from_before_the_drag(
+    editor: TransferFunctionEditor, state: ViewerState
+) -> None:
+    before = state.transfer_function
+    assert editor.area.axis.full == (100.0, 300.0)
+    drag(editor, pixel(editor, 200.0, 0.9), pixel(editor, 120.0, 0.9))
+    lo, hi = state.scalar_range
+    assert lo == 100.0
+    assert hi == pytest.approx(120.0, abs=0.5)
+    assert state.transfer_function == fit_to_range(before, (lo, hi))
+    assert state.undo_stack.undoText() == "range"
+    state.undo()
+    assert state.transfer_function == before
+    assert not state.undo_stack.canUndo()
+
+
+def test_what_a_line_passes_over_comes_back(
+    editor: TransferFunctionEditor, state: ViewerState
+) -> None:
+    before = state.transfer_function
+    viewport = editor.area.widget.viewport()
+    QTest.mousePress(viewport, LEFT, pos=pixel(editor, 200.0, 0.9))
+    for value in (110.0, 250.0):
+        QTest.mouseMove(viewport, pixel(editor, value, 0.9))
+    QTest.mouseRelease(viewport, LEFT, pos=pixel(editor, 250.0, 0.9))
+    assert len(state.transfer_function.color.stops) == len(
+        fit_to_range(before, state.scalar_range).color.stops
+    )
+    assert state.transfer_function.color(150.0) == pytest.approx(before.color(150.0))
+
+
+def test_the_menu_sets_the_range(editor: TransferFunctionEditor, state: ViewerState) -> None:
+    editor.menu.fit_to_data()
+    assert state.scalar_range == (100.0, 300.0)
+    editor.menu.set_percentiles(20.0, 99.0)
+    assert state.scalar_range == (120.0, 200.0)
+    editor.menu.type_range()
+    popup = editor.menu.popup
+    popup.high.selectAll()
+    QTest.keyClicks(popup.high, "400")
+    QTest.keyClick(popup.high, Qt.Key.Key_Return)
+    popup.hide()
+    assert state.scalar_range == (120.0, 400.0)
+    assert editor.area.axis.full == (100.0, 400.0)
+    assert state.undo_stack.count() == 3
+
+
+def test_percentiles_agree_with_numpy() -> None:
+    values = np.random.default_rng(3).normal(size=20000)
+    counts, edges = np.histogram(values, bins=400)
+    lo, hi = percentile_range(counts, edges, 1.0, 99.0)
+    bin_width = edges[1] - edges[0]
+    expected = np.percentile(values, [1, 99])
+    np.testing.assert_allclose([lo, hi], expected, atol=1.01 * bin_width)
+
+
+def test_ctrl_and_wheel_zoom_around_the_mouse_and_the_middle_button_pans(
+    editor: TransferFunctionEditor, state: ViewerState
+) -> None:
+    before = state.transfer_function
+    at = pixel(editor, 150.0, 0.7)
+    wheel(editor, at, 4)
+    lo, hi = editor.area.axis.visible
+    assert hi - lo == pytest.approx(200.0 / 1.25**4)
+    assert pixel(editor, 150.0, 0.7).x() == pytest.approx(at.x(), abs=1)
+    drag(editor, pixel(editor, 150.0, 0.7), pixel(editor, 140.0, 0.7), MIDDLE)
+    assert editor.area.axis.visible == pytest.approx((lo + 10.0, hi + 10.0), abs=0.5)
+    editor.area.widget.setFocus()
+    QTest.keyClick(editor.area.widget, Qt.Key.Key_Home)
+    assert editor.area.axis.visible == (100.0, 300.0)
+    assert state.transfer_function == before
+
+
+def test_a_handle_is_dragged_to_values_of_the_zoomed_logarithmic_axis(
+    editor: TransferFunctionEditor, state: ViewerState
+) -> None:
+    editor.menu.set_logarithmic(True)
+    wheel(editor, pixel(editor, 150.0, 0.7), 2)
+    drag(editor, pixel(editor, 130.0, 0.5), pixel(editor, 145.0, 0.8))
+    mode = state.transfer_function.opacity.modes[0]
+    assert (mode.mean, mode.amplitude) == (
+        pytest.approx(145.0, abs=0.3),
+        pytest.approx(0.8, abs=0.02),
+    )
+
+
+@pytest.mark.parametrize("full", [(1.0, 1e4), (-50.0, 1e3), (0.0, 255.0), (1e9, 1e9 + 1)])
+def test_a_logarithmic_axis_inverts_itself_and_says_where_values_are(
+    full: tuple[float, float],
+) -> None:
+    axis = ScalarAxis.over(full, logarithmic=True)
+    values = np.linspace(*full, 33)
+    np.testing.assert_allclose(axis.values(axis.places(values)), values, rtol=1e-9, atol=1e-9)
+    assert (axis.place(full[0]), axis.place(full[1])) == (0.0, 1.0)
+    assert (np.diff(axis.places(values)) > 0).all()
+    for place, text in axis.ticks():
+        assert axis.value(place) == pytest.approx(float(text), rel=1e-3, abs=1e-6)
+
+
+def test_an_axis_never_leaves_its_values() -> None:
+    axis = ScalarAxis.over((0.0, 10.0)).zoomed(4.0, 0.5)
+    assert axis.visible == pytest.approx((3.75, 6.25))
+    assert axis.shifted(100.0).visible == pytest.approx((7.5, 10.0))
+    assert axis.zoomed(0.01).visible == (0.0, 10.0)
+
+
+def test_a_small_range_is_shown_large(qtbot: QtBot, state: ViewerState) -> None:
+    editor = TransferFunctionEditor(state)
+    qtbot.addWidget(editor)
+    editor.set_data(np.array([10, 1]), np.array([0.0, 1e4, 1e6]), (0.0, 1e6), "")
+    state.start_volume(state.transfer_function, None)
+    lo, hi = editor.area.axis.visible
+    assert lo <= 100.0 < 200.0 <= hi
+    assert hi - lo < 200.0
+
+
+def test_the_scale_of_voxels_is_labelled_where_counts_are_drawn() -> None:
+    for height, text in count_ticks(5000):
+        count = {"1": 1, "10": 10, "10²": 100, "10³": 1000}[text]
+        assert height == pytest.approx(np.log(1 + count) / np.log(5001))
+
+
+@pytest.mark.parametrize("logarithmic", [False, True])
+def test_a_curve_drawn_by_others_stays_at_its_values(
+    editor: TransferFunctionEditor, logarithmic: bool
+) -> None:
+    curve = pg.PlotCurveItem()
+    samples = np.linspace(100.0, 200.0, 256)
+    editor.area.draw(curve, samples / 1000, (100.0, 200.0))
+    editor.menu.set_logarithmic(logarithmic)
+    editor.area.set_axis(editor.area.axis.zoomed(3.0, 0.4))
+    places, heights = np.asarray(curve.xData), np.asarray(curve.yData)
+    assert places.min() == 0
+    assert places.max() <= 1
+    np.testing.assert_allclose(heights, editor.area.axis.values(places) / 1000, rtol=1e-3)
+
+
+def test_the_range_fills_the_plots_when_asked(editor: TransferFunctionEditor) -> None:
+    assert editor.area.axis.visible == (100.0, 300.0)
+    editor.menu.range_shown.emit(True)
+    assert editor.area.axis.visible == pytest.approx((100.0, 225.0))

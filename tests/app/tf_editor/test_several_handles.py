@@ -1,0 +1,218 @@
+"""Several handles at once, colours that follow, and keys, by real events on the widget."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QPushButton, QVBoxLayout, QWidget
+from pytestqt.qtbot import QtBot
+
+from app.state.viewer_state import ViewerState
+from app.tf_editor.editor import TransferFunctionEditor
+from model.scene.transfer_function import ColorTF
+
+LEFT = Qt.MouseButton.LeftButton
+NONE, SHIFT, CTRL = (
+    Qt.KeyboardModifier.NoModifier,
+    Qt.KeyboardModifier.ShiftModifier,
+    Qt.KeyboardModifier.ControlModifier,
+)
+STOPS = ((100.0, 0, 0, 0), (130.0, 1, 0, 0), (150.0, 0, 1, 0), (170.0, 0, 0, 1), (200.0, 1, 1, 1))
+
+
+@pytest.fixture
+def editor(qtbot: QtBot, state: ViewerState) -> TransferFunctionEditor:
+    editor = TransferFunctionEditor(state)
+    qtbot.addWidget(editor)
+    editor.set_data(np.arange(256), np.linspace(100.0, 200.0, 257), (100.0, 200.0), "K")
+    editor.resize(1100, 300)
+    editor.show()
+    qtbot.waitExposed(editor)
+    tf = state.transfer_function
+    state.start_volume(replace(tf, color=ColorTF((100.0, 200.0), STOPS)), None)
+    editor.area.widget.setFocus()
+    return editor
+
+
+def pixel(editor: TransferFunctionEditor, value: float, height: float) -> QPoint:
+    at = editor.area.opacity.mapViewToScene(QPointF(value / 100 - 1, height))
+    return editor.area.widget.mapFromScene(at)
+
+
+def press_key(
+    editor: TransferFunctionEditor, key: Qt.Key, modifier: Qt.KeyboardModifier = NONE
+) -> None:
+    QTest.keyClick(editor.area.widget, key, modifier)
+
+
+def click(editor: TransferFunctionEditor, at: QPoint, modifier: Qt.KeyboardModifier = NONE) -> None:
+    QTest.mouseClick(editor.area.widget.viewport(), LEFT, modifier, at)
+
+
+def drag(
+    editor: TransferFunctionEditor,
+    start: QPoint,
+    end: QPoint,
+    modifier: Qt.KeyboardModifier = NONE,
+) -> None:
+    viewport = editor.area.widget.viewport()
+    QTest.mousePress(viewport, LEFT, modifier, start)
+    QTest.mouseMove(viewport, (start + end) / 2)
+    QTest.mouseMove(viewport, end)
+    QTest.mouseRelease(viewport, LEFT, modifier, end)
+
+
+def means(state: ViewerState) -> list[float]:
+    return [mode.mean for mode in state.transfer_function.opacity.modes]
+
+
+def stops(state: ViewerState) -> list[float]:
+    return [stop[0] for stop in state.transfer_function.color.stops]
+
+
+def test_modes_selected_together_are_dragged_together_with_their_colors(
+    editor: TransferFunctionEditor, state: ViewerState
+) -> None:
+    click(editor, pixel(editor, 130.0, 0.5))
+    click(editor, pixel(editor, 170.0, 0.5), SHIFT)
+    assert editor.selection.indices("opacity") == (0, 1)
+    assert editor.numbers.heading.text() == "Mode 2 of 2, 2 selected"
+    drag(editor, pixel(editor, 170.0, 0.5), pixel(editor, 180.0, 0.7))
+    assert np.diff(means(state)) == pytest.approx(40.0)
+    assert means(state)[0] == pytest.approx(140.0, abs=0.3)
+    assert stops(state) == pytest.approx([100.0, means(state)[0], 150.0, means(state)[1], 200.0])
+    assert state.undo_stack.count() == 1
+    state.undo()
+    assert (means(state), stops(state)) == ([130.0, 170.0], [s[0] for s in STOPS])
+    click(editor, pixel(editor, 130.0, 0.5))
+    assert editor.selection.indices("opacity") == (0,)
+
+
+def test_colors_stay_when_they_are_not_to_follow(
+    editor: TransferFunctionEditor, state: ViewerState
+) -> None:
+    editor.moves.colors_follow = False
+    drag(editor, pixel(editor, 130.0, 0.5), pixel(editor, 140.0, 0.5))
+    assert stops(state) == [s[0] for s in STOPS]
+
+
+def test_a_frame_with_shift_selects_and_keys_act_on_all(
+    editor: TransferFunctionEditor, state: ViewerState
+) -> None:
+    before = state.transfer_function
+    drag(editor, pixel(editor, 110.0, 0.9), pixel(editor, 190.0, 0.3), SHIFT)
+    assert editor.selection.indices("opacity") == (0, 1)
+    press_key(editor, Qt.Key.Key_Up)
+    press_key(editor, Qt.Key.Key_Right)
+    assert [m.amplitude for m in state.transfer_function.opacity.modes] == pytest.approx([0.51] * 2)
+    assert state.undo_stack.count() == 1
+    press_key(editor, Qt.Key.Key_Delete)
+    assert means(state) == []
+    state.undo()
+    state.undo()
+    assert state.transfer_function == before
+
+
+def test_ctrl_a_takes_all_of_a_kind_and_delete_keeps_the_ends(
+    editor: TransferFunctionEditor, state: ViewerState
+) -> None:
+    editor.selection.select("color", 2)
+    press_key(editor, Qt.Key.Key_A, CTRL)
+    assert editor.selection.indices("color") == (0, 1, 2, 3, 4)
+    press_key(editor, Qt.Key.Key_Delete)
+    assert stops(state) == [100.0, 200.0]
+    assert state.undo_stack.count() == 1
+
+
+def test_tab_reaches_every_handle_and_leaves_at_the_end(
+    qtbot: QtBot, editor: TransferFunctionEditor
+) -> None:
+    reached = []
+    for _ in range(2 * 3 + 5):
+        press_key(editor, Qt.Key.Key_Tab)
+        selected = editor.selection.selected
+        assert selected is not None
+        reached.append((selected.kind, selected.index, editor.selection.flank))
+    modes = [("opacity", index, flank) for index in (0, 1) for flank in (None, 0, 1)]
+    assert reached == modes + [("color", index, None) for index in range(5)]
+    press_key(editor, Qt.Key.Key_Backtab, SHIFT)
+    assert editor.selection.index("color") == 3
+
+
+def test_tab_leaves_the_plots(qtbot: QtBot, state: ViewerState) -> None:
+    window = QWidget()
+    qtbot.addWidget(window)
+    editor = TransferFunctionEditor(state)
+    layout = QVBoxLayout(window)
+    layout.addWidget(editor)
+    layout.addWidget(QPushButton("after"))
+    editor.set_data(np.arange(256), np.linspace(100.0, 200.0, 257), (100.0, 200.0), "K")
+    window.show()
+    window.activateWindow()
+    qtbot.waitUntil(window.isActiveWindow)
+    editor.area.widget.setFocus()
+    editor.selection.select("color", 2)
+    press_key(editor, Qt.Key.Key_Tab)
+    assert not editor.area.widget.hasFocus()
+
+
+def test_arrows_on_a_flank_change_the_width(
+    editor: TransferFunctionEditor, state: ViewerState
+) -> None:
+    for _ in range(3):
+        press_key(editor, Qt.Key.Key_Tab)
+    assert editor.selection.flank == 1
+    press_key(editor, Qt.Key.Key_Right)
+    press_key(editor, Qt.Key.Key_Right)
+    mode = state.transfer_function.opacity.modes[0]
+    assert (mode.mean, mode.width) == (130.0, pytest.approx(8.0 + 200 / 256))
+    assert state.undo_stack.count() == 1
+    press_key(editor, Qt.Key.Key_Tab)
+    assert editor.selection.flank is None
+
+
+def test_enter_opens_a_stops_color_and_insert_adds(
+    editor: TransferFunctionEditor, state: ViewerState, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened: list[int] = []
+    monkeypatch.setattr(editor.color, "choose_color", opened.append)
+    editor.selection.select("color", 1)
+    press_key(editor, Qt.Key.Key_Return)
+    assert opened == [1]
+    press_key(editor, Qt.Key.Key_Insert)
+    assert stops(state)[2] == 140.0
+    press_key(editor, Qt.Key.Key_Escape)
+    press_key(editor, Qt.Key.Key_Insert)
+    assert means(state)[2] == 150.0
+
+
+def test_the_menu_converts_and_replaces_in_one_step_each(
+    editor: TransferFunctionEditor, state: ViewerState
+) -> None:
+    before = state.transfer_function
+    editor.selection.select_all("opacity", (0, 1))
+    menu = editor.menu
+    menu.to_curve()
+    curve = state.transfer_function.opacity
+    assert editor.selection.selected is None
+    assert 4 < len(curve.points) < 40
+    np.testing.assert_allclose(curve.sample(), before.opacity.sample(), atol=0.03)
+    menu.start_curve()
+    assert not state.transfer_function.opacity.sample().any()
+    menu.use_color_map("Grey")
+    greys = state.transfer_function.color.sample()
+    np.testing.assert_allclose(greys, np.linspace(0, 1, 256)[:, None].repeat(3, 1), atol=0.01)
+    menu.reverse_colors()
+    np.testing.assert_allclose(state.transfer_function.color.sample(), greys[::-1], atol=1e-6)
+    menu.menu.aboutToShow.emit()
+    preset = menu.presets_menu.actions()[0]
+    preset.trigger()
+    assert state.undo_stack.undoText() == f"preset {preset.text()}"
+    assert state.undo_stack.count() == 5
+    for _ in range(5):
+        state.undo()
+    assert state.transfer_function == before
