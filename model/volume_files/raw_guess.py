@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -34,6 +34,12 @@ RARITY = 0.002
 
 UNEVENNESS = 0.015
 """Disadvantage of dimensions for each doubling of their ratio, as a smoothness."""
+
+AGAINST_NAME, NAMED = 3.0, 10.0
+"""Disadvantage of what contradicts the name, and advantage of dimensions that it gives.
+
+Both are larger than any difference in smoothness.
+"""
 
 BIG_ENDIAN = 0.001
 """Disadvantage of the big byte order, as a smoothness."""
@@ -76,7 +82,8 @@ def guess_layouts(path: Path) -> list[RawLayout]:
         When the file cannot be read.
     """
     path = Path(path)
-    size, facts = path.stat().st_size, facts_of(path)
+    size = path.stat().st_size
+    facts = _with_bits(facts_of(path), size)
     ranked: dict[RawLayout, float] = {}
     if size >= SHORTEST**3:
         for reading in _best_readings(path, size, facts):
@@ -85,8 +92,17 @@ def guess_layouts(path: Path) -> list[RawLayout]:
     named = RawLayout.parse(path.stem)
     if named is not None and named not in guesses and math.prod(named.dimensions) > 0:
         needed = math.prod(named.dimensions) * named.dtype.itemsize
-        guesses.insert(0 if needed == size else len(guesses), named)
+        guesses = [named, *guesses] if needed == size else [*guesses[: MOST_GUESSES - 1], named]
     return guesses[:MOST_GUESSES]
+
+
+def _with_bits(facts: NameFacts, size: int) -> NameFacts:
+    """Add the size of a value where the name's dimensions and the file's size give it."""
+    bits, rest = divmod(8 * size, max(math.prod(facts.dimensions), 1))
+    if len(facts.dimensions) < 3 or rest or bits not in (8, 16, 32, 64):
+        return facts
+    fits = facts.scalar_type and 8 * np.dtype(facts.scalar_type).itemsize == bits
+    return replace(facts, bits=bits, scalar_type=facts.scalar_type if fits else "")
 
 
 def _best_readings(path: Path, size: int, facts: NameFacts) -> list[_Reading]:
@@ -104,38 +120,43 @@ def _best_readings(path: Path, size: int, facts: NameFacts) -> list[_Reading]:
             if smoothness.is_plausible:
                 count = size // dtype.itemsize
                 found.append(_Reading(scalar_type, order, count, smoothness, handicap))
-    if not facts.scalar_type:
-        found = [reading for reading in found if not _is_overruled(reading, found)]
+    found = [reading for reading in found if not _is_overruled(reading, found)]
     found.sort(key=lambda reading: reading.handicap + reading.smoothness.at(1))
     return found[:TYPES_TRIED]
 
 
 def _is_overruled(reading: _Reading, readings: list[_Reading]) -> bool:
-    """Whether another type of the same size explains an integer type's values better.
+    """Whether another type or byte order explains an integer type's values far better.
 
-    Signed numbers that are read as unsigned, or the reverse, jump wherever they cross 0; and
-    floating-point numbers are as smooth when they are read as enormous integers.
+    Integers that are read with a wrong sign jump wherever they cross 0, and wherever their low
+    byte overflows if the order is wrong. Floating-point numbers are as smooth when they are
+    read as enormous integers.
     """
-    kind, size = reading.dtype.kind, reading.dtype.itemsize
-    for other in readings:
-        if other.byte_order != reading.byte_order or other.dtype.itemsize != size:
-            continue
-        if kind != "f" and other.dtype.kind == "f":
-            return True
-        if kind != other.dtype.kind and other.smoothness.step < reading.smoothness.step:
-            return kind != "f"
-    return False
+    if reading.dtype.kind == "f":
+        return False
+    alike = [
+        other
+        for other in readings
+        if other.dtype.itemsize == reading.dtype.itemsize
+        and other.handicap < reading.handicap + AGAINST_NAME
+    ]
+    return any(
+        other.byte_order == reading.byte_order
+        if other.dtype.kind == "f"
+        else 2 * other.smoothness.step < reading.smoothness.step
+        for other in alike
+    )
 
 
 def _against_name(facts: NameFacts, scalar_type: str, itemsize: int, order: ByteOrder) -> float:
     """Return a disadvantage of types that differ from what the name says."""
     wrong = 0.0
     if facts.scalar_type:
-        wrong += 3.0 * (facts.scalar_type != scalar_type)
+        wrong += AGAINST_NAME * (facts.scalar_type != scalar_type)
     elif facts.bits:
-        wrong += 3.0 * (facts.bits != 8 * itemsize)
+        wrong += AGAINST_NAME * (facts.bits != 8 * itemsize)
     if facts.byte_order and itemsize > 1:
-        wrong += 3.0 * (facts.byte_order != order)
+        wrong += AGAINST_NAME * (facts.byte_order != order)
     return wrong
 
 
@@ -145,7 +166,7 @@ def _ranked_layouts(reading: _Reading, facts: NameFacts) -> dict[RawLayout, floa
     ranked = {}
     for dimensions in _named_dimensions(reading.count, facts):
         # Far before all others, but among themselves by smoothness.
-        ranked[dimensions] = _roughness(smoothness, dimensions) - 10.0
+        ranked[dimensions] = _roughness(smoothness, dimensions) - NAMED
     for dimensions in _smoothest_dimensions(reading):
         roughness = _roughness(smoothness, dimensions)
         unevenness = UNEVENNESS * math.log2(max(dimensions) / min(dimensions))
@@ -164,13 +185,10 @@ def _roughness(smoothness: Smoothness, dimensions: tuple[int, int, int]) -> floa
 
 def _named_dimensions(count: int, facts: NameFacts) -> Iterator[tuple[int, int, int]]:
     """Yield dimensions of this many voxels that the name suggests."""
-    if len(facts.dimensions) == 3:
-        nx, ny, nz = facts.dimensions
-        if nx * ny * nz == count and min(nx, ny, nz) > 1:
-            yield nx, ny, nz
-    elif len(facts.dimensions) == 2:
-        nx, ny = facts.dimensions
-        if count % (nx * ny) == 0 and count // (nx * ny) > 1:
+    if len(facts.dimensions) >= 2:
+        # Even if the number of slices is wrong, as of a file that was cut off.
+        nx, ny = facts.dimensions[:2]
+        if min(nx, ny) > 1 and count % (nx * ny) == 0 and count // (nx * ny) > 1:
             yield nx, ny, count // (nx * ny)
     else:
         for side in facts.numbers:

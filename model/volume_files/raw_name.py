@@ -21,9 +21,13 @@ _TYPES = {
 }  # fmt: skip
 
 _ORDERS: dict[str, ByteOrder] = {
-    **dict.fromkeys(("be", "big", "bigendian", "msb"), "big"),
-    **dict.fromkeys(("le", "little", "littleendian", "lsb"), "little"),
+    **dict.fromkeys(("bigendian", "msb"), "big"),
+    **dict.fromkeys(("littleendian", "lsb"), "little"),
 }
+_ORDERS_AFTER_TYPE: dict[str, ByteOrder] = {
+    "be": "big", "big": "big", "le": "little", "little": "little", **_ORDERS,
+}  # fmt: skip
+"""Words that mean something else elsewhere, as in ``big_foot``."""
 
 
 @dataclass(frozen=True)
@@ -69,14 +73,16 @@ def facts_of(path: Path) -> NameFacts:
     if sizes := list(_BITS.finditer(text)):
         bits = int(sizes[-1][1])
         text = _without(text, sizes[-1])
-    scalar_type = ""
-    order: ByteOrder | None = None
-    for found in reversed(list(_WORD.finditer(text))):
-        word = found.group().lower()
-        if word in _TYPES and not scalar_type:
-            scalar_type = SCALAR_TYPES[_TYPES[word]]
-            text = _without(text, found)
-        order = order or _ORDERS.get(word)
+    words = list(_WORD.finditer(text))
+    types = [word for word in words if word.group().lower() in _TYPES]
+    scalar_type, order = "", None
+    if types:
+        scalar_type = SCALAR_TYPES[_TYPES[types[-1].group().lower()]]
+    for word in words:
+        known = _ORDERS_AFTER_TYPE if types and word.start() > types[0].start() else _ORDERS
+        order = known.get(word.group().lower(), order)
+    for word in reversed(types):
+        text = _without(text, word)
     numbers = tuple(int(n) for n in re.findall(r"(?<!\d)\d{1,5}(?!\d)", text))
     return NameFacts(dimensions, numbers, scalar_type, bits, order)
 

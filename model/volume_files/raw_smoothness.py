@@ -48,7 +48,7 @@ class Smoothness:
         self._width = min(WINDOW, count // 4)
         # Enough digits to tell neighbouring values apart, at half the time where possible.
         narrow = dtype.itemsize < 4 or (dtype.kind == "f" and dtype.itemsize == 4)
-        self._working = np.float32 if narrow else np.float64
+        self._working = np.dtype(np.float32 if narrow else np.float64)
         self._starts = np.unique(np.linspace(0, count - self._width, WINDOWS).astype(np.int64))
         stored = np.stack([self._values[s : s + self._width] for s in self._starts])
         with np.errstate(invalid="ignore"):  # NaN
@@ -60,8 +60,7 @@ class Smoothness:
         windows[~np.isfinite(windows)] = 0.0
         self.step = float(np.abs(np.diff(windows, axis=1)).mean())
         lowest, highest = _extent(windows)
-        self._offset = self._working(lowest)
-        self._scale = self._working(1.0 / max(highest - lowest, 1e-30))
+        self._offset, self._scale = lowest, 1.0 / max(highest - lowest, 1e-30)
         self._windows = self._scaled(stored)
         strangers = np.random.default_rng(0).permutation(self._windows.reshape(-1))
         apart = np.abs(strangers - self._windows.reshape(-1)).mean()
@@ -102,7 +101,8 @@ class Smoothness:
     def _scaled(self, values: NDArray[np.generic]) -> NDArray[np.float32]:
         """Map values to 0..1, with outliers at the ends and NaN as the lowest."""
         with np.errstate(over="ignore", invalid="ignore"):
-            unit = (values.astype(self._working) - self._offset) * self._scale
+            unit: NDArray[np.floating] = values.astype(self._working)
+            unit = (unit - self._offset) * self._scale
         return np.fmin(np.fmax(unit, 0.0), 1.0).astype(np.float32, copy=False)
 
 
