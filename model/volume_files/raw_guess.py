@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from model.volume_files.checks import unreadable
 from model.volume_files.raw import ByteOrder, RawLayout
 from model.volume_files.raw_name import NameFacts, facts_of
 from model.volume_files.raw_smoothness import Smoothness
@@ -78,10 +79,16 @@ def guess_layouts(path: Path) -> list[RawLayout]:
 
     Raises
     ------
-    OSError
+    VolumeError
         When the file cannot be read.
     """
-    path = Path(path)
+    try:
+        return _guesses(Path(path))
+    except OSError as error:
+        raise unreadable(path, error) from None
+
+
+def _guesses(path: Path) -> list[RawLayout]:
     size = path.stat().st_size
     facts = _with_bits(facts_of(path), size)
     ranked: dict[RawLayout, float] = {}

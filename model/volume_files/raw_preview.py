@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from model.volume_files.checks import readable_size, times
+from model.volume_files.checks import readable_size, times, unreadable
 from model.volume_files.raw import RawLayout
 
 PREVIEW_SIZE = 256
@@ -40,9 +40,34 @@ def preview(path: Path, layout: RawLayout, axis: int) -> NDArray[np.uint8]:
 
     Raises
     ------
-    OSError
+    VolumeError
         When the file cannot be read.
     """
+    try:
+        values, usable = _slice(path, layout, axis)
+    except OSError as error:
+        raise unreadable(path, error) from None
+    return _gray(values, usable)
+
+
+def file_size(path: Path) -> int:
+    """Return the bytes of a file.
+
+    Raises
+    ------
+    VolumeError
+        When there is no such file.
+    """
+    try:
+        return path.stat().st_size
+    except OSError as error:
+        raise unreadable(path, error) from None
+
+
+def _slice(
+    path: Path, layout: RawLayout, axis: int
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Read a middle slice: its values, and where they are there and finite."""
     places: list[NDArray[np.int64]] = [
         np.arange(0, n, max(math.ceil(n / PREVIEW_SIZE), 1)) for n in layout.dimensions
     ]
@@ -55,12 +80,12 @@ def preview(path: Path, layout: RawLayout, axis: int) -> NDArray[np.uint8]:
         plane = plane[::-1]
     present = path.stat().st_size // layout.dtype.itemsize
     if present == 0:
-        return np.zeros(plane.shape, np.uint8)
+        return np.zeros(plane.shape), np.zeros(plane.shape, np.bool_)
     values = np.memmap(path, layout.dtype, "r", shape=(present,))
     inside = plane < present
     with np.errstate(invalid="ignore", over="ignore"):
         shown = np.asarray(values[np.where(inside, plane, 0)]).astype(np.float64)
-    return _gray(shown, inside & np.isfinite(shown))
+    return shown, inside & np.isfinite(shown)
 
 
 def _gray(values: NDArray[np.float64], usable: NDArray[np.bool_]) -> NDArray[np.uint8]:
