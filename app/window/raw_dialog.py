@@ -33,12 +33,7 @@ from model.volume_files.raw_preview import file_size, fit_sentence, needed_bytes
 MOST_VOXELS = 100_000
 """Largest dimension that can be typed."""
 
-LARGEST_SPACING = 1e6
-
 ORDERS: dict[ByteOrder, str] = {"little": "Little endian", "big": "Big endian"}
-
-FIRST_LAYOUT = RawLayout((256, 256, 256), "uint8")
-"""Layout until one is guessed."""
 
 Previews = tuple[RawLayout, list[NDArray[np.uint8]]]
 
@@ -79,7 +74,7 @@ class RawDialog(QDialog):
         self.open_button = self._buttons.addButton("Open", QDialogButtonBox.ButtonRole.AcceptRole)
         self._fill_boxes()
         self._lay_out()
-        self._show_layout(RawLayout.parse(path.stem) or FIRST_LAYOUT)
+        self._show_layout(RawLayout.parse(path.stem) or RawLayout((256, 256, 256), "uint8"))
         self._previews = LatestCall("raw previews", self)
         self._previews.done.connect(self._show_previews)
         self._previews.failed.connect(self._show_problem)
@@ -110,7 +105,6 @@ class RawDialog(QDialog):
         """Close, and end what runs in threads."""
         for call in (self._guessing, self._previews):
             call.stop()
-        for call in (self._guessing, self._previews):
             call.join()
         super().done(result)
 
@@ -121,7 +115,7 @@ class RawDialog(QDialog):
             box.setAccessibleName(f"Voxels along {axis}")
             box.lineEdit().setTextMargins(6, 0, 6, 0)
         for axis, spacing_box in zip("xyz", self.spacing_boxes, strict=True):
-            spacing_box.set_limits(1 / LARGEST_SPACING, LARGEST_SPACING)
+            spacing_box.set_limits(1e-6, 1e6)
             spacing_box.setSingleStep(0.1)
             spacing_box.show_value(1.0)
             spacing_box.setToolTip(f"Distance of voxels along {axis}, in any unit")
