@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QKeySequence
-from PySide6.QtWidgets import QComboBox, QMenu, QToolButton
+from PySide6.QtWidgets import QComboBox, QMenu, QPushButton, QToolButton
 
 
 def combo(entries: dict[str, str], tip: str = "") -> QComboBox:
@@ -50,3 +51,31 @@ def add_action(
     if keys is not None:
         action.setShortcut(QKeySequence(keys))
     return action
+
+
+@dataclass(frozen=True)
+class Action:
+    """What a button beside a notice does.
+
+    Attributes
+    ----------
+    label : str
+    slot : callable
+        Called without arguments.
+    """
+
+    label: str
+    slot: Callable[[], object]
+
+
+def action_button(action: Action, before: Callable[[], object]) -> QPushButton:
+    """Return a button that removes its notice, by calling `before`, and then acts."""
+    button = QPushButton(action.label)
+    button.setAutoDefault(False)
+
+    def act(_checked: bool = False) -> None:
+        before()
+        action.slot()
+
+    button.clicked.connect(act)
+    return button

@@ -2,36 +2,131 @@
 
 from __future__ import annotations
 
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QWidget
+from functools import partial
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QKeyEvent
+from PySide6.QtWidgets import QApplication, QFrame, QHBoxLayout, QLabel, QVBoxLayout, QWidget
+
+from app.controls import Action, action_button, text_button
+
+MOST_NOTICES = 4
+"""Notices that are shown at once; older ones give way."""
+
+MOST_ACTIONS = 2
+"""Buttons of one notice, apart from the one that dismisses it."""
 
 
 class NoticeBar(QFrame):
-    """Shows one sentence until the user dismisses it; hidden otherwise."""
+    """Lists notices, the newest first, until the user dismisses each; hidden without any.
+
+    Escape dismisses the notice whose button has the focus.
+    """
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setProperty("role", "notice")
-        self._label = QLabel()
-        self._label.setWordWrap(True)
-        dismiss = QPushButton("Dismiss")
-        dismiss.clicked.connect(self.clear)
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(12, 8, 8, 8)
-        layout.addWidget(self._label, 1)
-        layout.addWidget(dismiss)
+        self._lines: list[_Line] = []
+        self._column = QVBoxLayout(self)
+        self._column.setContentsMargins(12, 6, 8, 6)
+        self._column.setSpacing(4)
         self.hide()
 
     @property
     def text(self) -> str:
-        """The displayed sentence; empty if there is none."""
-        return self._label.text()
+        """The displayed sentences, one a line, the newest first; empty if there is none."""
+        return "\n".join(line.text for line in self._lines)
 
-    def tell(self, text: str) -> None:
-        """Show a sentence, replacing the present one."""
-        self._label.setText(text)
+    def tell(self, text: str, *actions: Action, key: str = "") -> None:
+        """Show a notice above those that are there.
+
+        Parameters
+        ----------
+        text : str
+            It replaces a notice with the same text.
+        *actions : Action
+            At most two buttons. Each removes the notice before it acts.
+        key : str
+            The notice replaces one with the same key; empty for none.
+
+        Raises
+        ------
+        ValueError
+            For more than two actions.
+        """
+        if len(actions) > MOST_ACTIONS:
+            raise ValueError(f"A notice has room for {MOST_ACTIONS} actions, not {len(actions)}.")
+        for line in [*self._lines]:
+            if line.text == text or (key and line.key == key):
+                self._remove(line)
+        line = _Line(text, key)
+        for action in actions:
+            line.row.addWidget(action_button(action, partial(self._remove, line)))
+        line.row.addWidget(line.dismissal)
+        line.dismissal.clicked.connect(partial(self._remove, line))
+        self._lines.insert(0, line)
+        self._column.insertWidget(0, line)
+        line.show()
+        for old in self._lines[MOST_NOTICES:]:
+            self._remove(old)
         self.show()
 
-    def clear(self) -> None:
-        """Clear and hide the bar."""
-        self._label.clear()
-        self.hide()
+    def clear(self, key: str = "") -> None:
+        """Remove the notice with a key; without one, remove all."""
+        for line in [*self._lines]:
+            if not key or line.key == key:
+                self._remove(line)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Dismiss the notice that has the focus on Escape."""
+        if event.key() == Qt.Key.Key_Escape and not event.modifiers():
+            for line in [*self._lines]:
+                if line.has_focus:
+                    self._remove(line)
+                    return
+        super().keyPressEvent(event)
+
+    def _remove(self, line: _Line, _checked: bool = False) -> None:
+        if line not in self._lines:
+            return
+        place = self._lines.index(line)
+        focused = line.has_focus
+        self._lines.remove(line)
+        self._column.removeWidget(line)
+        line.hide()
+        line.deleteLater()
+        if not self._lines:
+            self.hide()
+        elif focused:
+            # Escape, pressed again, dismisses the next one.
+            self._lines[min(place, len(self._lines) - 1)].dismissal.setFocus()
+
+
+class _Line(QWidget):
+    """One notice: its sentence, then its buttons."""
+
+    def __init__(self, text: str, key: str) -> None:
+        super().__init__()
+        self.key = key
+        self._label = QLabel(text)
+        # File names in errors are plain text, and worth copying.
+        self._label.setTextFormat(Qt.TextFormat.PlainText)
+        self._label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self._label.setWordWrap(True)
+        self.row = QHBoxLayout(self)
+        self.row.setContentsMargins(0, 0, 0, 0)
+        self.row.setSpacing(8)
+        self.row.addWidget(self._label, 1)
+        self.dismissal = text_button("✕", "Dismiss (Escape)")
+        self.dismissal.setAccessibleName("Dismiss")
+        self.dismissal.setAutoRaise(True)
+
+    @property
+    def text(self) -> str:
+        return self._label.text()
+
+    @property
+    def has_focus(self) -> bool:
+        """Whether one of the buttons, or the sentence, takes the keys."""
+        focused = QApplication.focusWidget()
+        return focused is not None and self.isAncestorOf(focused)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from model.errors import VolumeError
 from model.scene.volume import Volume
-from model.volume_files.checks import readable_size, times
+from model.volume_files.checks import readable_size, times, unreadable
 from model.volume_files.dicom import SUFFIXES as DICOM_SUFFIXES
 from model.volume_files.dicom import dicom_slices, read_dicom
 from model.volume_files.dicom_tags import is_dicom
@@ -77,11 +77,7 @@ def read_volume(
         _check_path(path)
         return make_volume(path, _read_grid(path, raw), component)
     except OSError as error:
-        reason = error.strerror or str(error)
-        raise VolumeError(
-            f"{error.filename or path}: the file cannot be read ({reason}); "
-            "check the path and your permissions."
-        ) from None
+        raise unreadable(path, error) from None
     except MemoryError:
         raise VolumeError(
             f"{path}: there is not enough free memory for this volume; "

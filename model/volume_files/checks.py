@@ -109,6 +109,15 @@ def damaged(path: Path, how: str) -> VolumeError:
     return VolumeError(f"{path}: the file is damaged or foreign: {how}; check where it came from.")
 
 
+def unreadable(path: Path, error: OSError) -> VolumeError:
+    """Return the error for a file that the system does not let be read."""
+    reason = error.strerror or str(error)
+    return VolumeError(
+        f"{error.filename or path}: the file cannot be read ({reason}); "
+        "check the path and your permissions."
+    )
+
+
 def unsupported(path: Path, what: str, remedy: str) -> VolumeError:
     """Return the error for a valid file of an unsupported kind."""
     return VolumeError(f"{path}: {what} cannot be read here; {remedy}.")

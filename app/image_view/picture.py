@@ -1,0 +1,93 @@
+"""Pictures for files and the clipboard: a rendering over a background, with a legend."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QRect
+from PySide6.QtGui import QImage, QPainter
+
+from model.errors import RenderError
+
+Background = tuple[int, int, int]
+"""Red, green and blue, each 0..255."""
+
+LARGEST_SIZE = 8192
+"""Largest width and height of a picture."""
+
+BAND_ROWS = 64
+"""Rows that are computed at once, so that large pictures take little memory beside their own."""
+
+
+def compose(
+    rgba: NDArray[np.float32],
+    background: Background | None,
+    legend_painter: Callable[[QPainter, QRect], object] | None = None,
+) -> QImage:
+    """Put a rendering over a background, and a legend over both.
+
+    Parameters
+    ----------
+    rgba : ndarray of float32, shape (H, W, 4)
+        Colour premultiplied with opacity; values outside [0, 1] are clipped, NaN is 0.
+    background : tuple of int or None
+        Red, green and blue, 0..255; None for a transparent one.
+    legend_painter : callable or None
+        Paints over the picture, given the rectangle that it fills.
+
+    Returns
+    -------
+    QImage
+        Of format RGBA8888_Premultiplied over a transparent background, else RGB888. A
+        transparent picture looks the same as the rendering when it is put on black.
+
+    Raises
+    ------
+    RenderError
+        When there is not enough memory.
+    """
+    height, width = rgba.shape[:2]
+    formats = QImage.Format
+    image_format = formats.Format_RGBA8888_Premultiplied if background is None else (
+        formats.Format_RGB888
+    )  # fmt: skip
+    image = QImage(width, height, image_format)
+    if image.isNull():
+        raise RenderError(
+            f"A picture of {width} x {height} pixels does not fit into the memory; "
+            "choose a smaller one."
+        )
+    channels = 4 if background is None else 3
+    stored = np.frombuffer(image.bits(), np.uint8).reshape(height, image.bytesPerLine())
+    levels = stored[:, : width * channels].reshape(height, width, channels)
+    for top in range(0, height, BAND_ROWS):
+        rows = slice(top, top + BAND_ROWS)
+        # fmax and fmin take the number where the other is NaN.
+        band = np.fmin(np.fmax(rgba[rows], np.float32(0)), np.float32(1))
+        _put_over(band, background)
+        band *= 255
+        band += 0.5  # uint8 cuts off: rounds to the nearest
+        levels[rows] = band[..., :channels].astype(np.uint8)
+    if legend_painter is not None:
+        painter = QPainter(image)
+        painter.setRenderHints(
+            QPainter.RenderHint.Antialiasing | QPainter.RenderHint.SmoothPixmapTransform
+        )
+        legend_painter(painter, QRect(0, 0, width, height))
+        painter.end()
+    return image
+
+
+def _put_over(band: NDArray[np.float32], background: Background | None) -> None:
+    """Put rows over a background in place; without one, make them valid premultiplied colours."""
+    color, opacity = band[..., :3], band[..., 3]
+    if background is None:
+        # Light may be brighter than its opacity allows; more opacity keeps the colour.
+        for channel in range(3):
+            np.maximum(opacity, color[..., channel], out=opacity)
+    elif any(background):
+        for channel, level in enumerate(background):
+            color[..., channel] += (1 - opacity) * np.float32(level / 255)
+        np.minimum(color, np.float32(1), out=color)

@@ -1,0 +1,248 @@
+"""The dialog that asks for the layout of a headerless file, with previews of the answer."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import (
+    QComboBox,
+    QDialog,
+    QDialogButtonBox,
+    QFormLayout,
+    QHBoxLayout,
+    QLabel,
+    QSpinBox,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app import theme
+from app.state.latest_call import LatestCall
+from app.tf_editor.number_box import NumberBox
+from app.window.slice_preview import SlicePreview
+from model.volume_files.checks import readable_size
+from model.volume_files.raw import SCALAR_TYPES, ByteOrder, RawLayout
+from model.volume_files.raw_guess import guess_layouts
+from model.volume_files.raw_preview import file_size, fit_sentence, needed_bytes, preview
+
+MOST_VOXELS = 100_000
+"""Largest dimension that can be typed."""
+
+ORDERS: dict[ByteOrder, str] = {"little": "Little endian", "big": "Big endian"}
+
+Previews = tuple[RawLayout, list[NDArray[np.uint8]]]
+
+
+class RawDialog(QDialog):
+    """Asks for the layout of a headerless file.
+
+    It begins with the most plausible layout, see :func:`guess_layouts`. The three middle slices
+    are shown for what is entered: under a wrong layout they look torn or noisy. Only a layout
+    that needs exactly the file's bytes can be opened.
+
+    Parameters
+    ----------
+    path : Path
+        A file.
+
+    Raises
+    ------
+    VolumeError
+        When there is no such file.
+    """
+
+    def __init__(self, path: Path, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._path = path
+        self._present = file_size(path)
+        self._is_touched = False
+        self._guesses: list[RawLayout] = []
+        self.setWindowTitle(f"Open raw file {path.name}")
+        self.guess_box = QComboBox()
+        self.guess_box.setPlaceholderText("As entered below")
+        self.dimension_boxes = [QSpinBox() for _ in range(3)]
+        self.type_box, self.order_box = QComboBox(), QComboBox()
+        self.spacing_boxes = [NumberBox() for _ in range(3)]
+        self.slices = [SlicePreview(f"Middle slice across {axis}") for axis in "xyz"]
+        self._fit = QLabel()
+        self._buttons = QDialogButtonBox()
+        self.open_button = self._buttons.addButton("Open", QDialogButtonBox.ButtonRole.AcceptRole)
+        self._fill_boxes()
+        self._lay_out()
+        self._show_layout(RawLayout.parse(path.stem) or RawLayout((256, 256, 256), "uint8"))
+        self._previews = LatestCall("raw previews", self)
+        self._previews.done.connect(self._show_previews)
+        self._previews.failed.connect(self._show_problem)
+        self._guessing = LatestCall("raw guess", self)
+        self._guessing.done.connect(self._take_guesses)
+        self._guessing.failed.connect(self._show_problem)
+        self._connect()
+        self._check()
+        self._guessing.ask(partial(guess_layouts, path))
+
+    def choice(self) -> RawLayout:
+        """Return the layout as entered; its spacing is None if it was left at 1."""
+        nx, ny, nz = (box.value() for box in self.dimension_boxes)
+        x, y, z = (box.value() for box in self.spacing_boxes)
+        return RawLayout(
+            (nx, ny, nz),
+            self.type_box.currentText(),
+            self.order_box.currentData(),
+            None if x == y == z == 1 else (x, y, z),
+        )
+
+    @property
+    def fit_text(self) -> str:
+        """Sentence on the bytes that the layout needs."""
+        return self._fit.text()
+
+    def done(self, result: int) -> None:
+        """Close, and end what runs in threads."""
+        for call in (self._guessing, self._previews):
+            call.stop()
+            call.join()
+        super().done(result)
+
+    def _fill_boxes(self) -> None:
+        for axis, box in zip("xyz", self.dimension_boxes, strict=True):
+            box.setRange(2, MOST_VOXELS)
+            box.setToolTip(f"Voxels along {axis}" + ("; x is fastest" if axis == "x" else ""))
+            box.setAccessibleName(f"Voxels along {axis}")
+            box.lineEdit().setTextMargins(6, 0, 6, 0)
+        for axis, spacing_box in zip("xyz", self.spacing_boxes, strict=True):
+            spacing_box.set_limits(1e-6, 1e6)
+            spacing_box.setSingleStep(0.1)
+            spacing_box.show_value(1.0)
+            spacing_box.setToolTip(f"Distance of voxels along {axis}, in any unit")
+            spacing_box.setAccessibleName(f"Spacing along {axis}")
+        self.type_box.addItems(list(dict.fromkeys(SCALAR_TYPES.values())))
+        for order, text in ORDERS.items():
+            self.order_box.addItem(text, order)
+        self.order_box.setToolTip("Which byte of a value comes first in the file")
+
+    def _lay_out(self) -> None:
+        form = QFormLayout()
+        form.setVerticalSpacing(8)
+        form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
+        form.addRow("Guesses", self.guess_box)
+        form.addRow("Dimensions", _row(self.dimension_boxes))
+        form.addRow("Type", self.type_box)
+        form.addRow("Byte order", self.order_box)
+        form.addRow("Spacing", _row(self.spacing_boxes))
+        size = QLabel(f"{self._path.name}, {readable_size(self._present)}")
+        size.setTextFormat(Qt.TextFormat.PlainText)
+        size.setProperty("role", "title")
+        slices = QHBoxLayout()
+        slices.setSpacing(12)
+        for widget in self.slices:
+            slices.addWidget(widget)
+        self._fit.setWordWrap(True)
+        self._fit.setTextFormat(Qt.TextFormat.PlainText)
+        # Room for two lines, so that nothing moves while numbers are entered.
+        self._fit.setMinimumHeight(2 * self._fit.fontMetrics().lineSpacing() + 2)
+        self._fit.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop)
+        self._buttons.addButton(QDialogButtonBox.StandardButton.Cancel)
+        self._buttons.accepted.connect(self.accept)
+        self._buttons.rejected.connect(self.reject)
+        self.open_button.setDefault(True)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(16, 14, 16, 14)
+        column.setSpacing(12)
+        column.addWidget(size)
+        column.addLayout(form)
+        column.addLayout(slices, 1)
+        column.addWidget(self._fit)
+        column.addWidget(self._buttons)
+
+    def _connect(self) -> None:
+        self.guess_box.activated.connect(lambda row: self._choose(self._guesses[row]))
+        for box in self.dimension_boxes:
+            box.valueChanged.connect(lambda _value: self._take_entry())
+        for spacing_box in self.spacing_boxes:
+            spacing_box.valueChanged.connect(lambda _value: self._take_entry())
+        for choice in (self.type_box, self.order_box):
+            choice.activated.connect(lambda _row: self._take_entry())
+
+    def _take_guesses(self, guesses: list[RawLayout]) -> None:
+        self._guesses = guesses
+        self.guess_box.addItems([_text(guess) for guess in guesses])
+        self.guess_box.setEnabled(bool(guesses))
+        if not guesses:
+            self.guess_box.setPlaceholderText("No layout of a volume fits this file's size")
+        # What was entered meanwhile stays.
+        if guesses and not self._is_touched:
+            self._show_layout(guesses[0])
+        self._check()
+
+    def _choose(self, guess: RawLayout) -> None:
+        self._is_touched = True
+        self._show_layout(guess)
+        self._check()
+
+    def _take_entry(self) -> None:
+        self._is_touched = True
+        self._check()
+
+    def _show_layout(self, layout: RawLayout) -> None:
+        """Show a layout in the fields, other than its spacing."""
+        for box, count in zip(self.dimension_boxes, layout.dimensions, strict=True):
+            box.blockSignals(True)
+            box.setValue(count)
+            box.blockSignals(False)
+        self.type_box.setCurrentText(SCALAR_TYPES[layout.scalar_type])
+        self.order_box.setCurrentText(ORDERS[layout.byte_order])
+
+    def _check(self) -> None:
+        """Show whether the layout fits, and ask for its previews."""
+        layout = self.choice()
+        plain = replace(layout, spacing=None)
+        self.guess_box.setCurrentIndex(self._guesses.index(plain) if plain in self._guesses else -1)
+        self.order_box.setEnabled(layout.dtype.itemsize > 1)
+        fits = needed_bytes(layout) == self._present
+        self.open_button.setEnabled(fits)
+        self._fit.setText(fit_sentence(layout, self._present))
+        self._fit.setStyleSheet(f"color: {theme.DIM_TEXT if fits else theme.WARNING}")
+        self._previews.ask(partial(_render_previews, self._path, layout))
+
+    def _show_previews(self, previews: Previews) -> None:
+        layout, levels = previews
+        lengths = [
+            n * s for n, s in zip(layout.dimensions, layout.spacing or (1, 1, 1), strict=True)
+        ]
+        for axis, (widget, picture) in enumerate(zip(self.slices, levels, strict=True)):
+            width, height = (length for k, length in enumerate(lengths) if k != axis)
+            widget.show_slice(picture, width, height)
+
+    def _show_problem(self, problem: str) -> None:
+        for widget in self.slices:
+            widget.clear()
+        self._fit.setText(problem)
+        self._fit.setStyleSheet(f"color: {theme.ERROR}")
+        self.open_button.setEnabled(False)
+
+
+def _render_previews(path: Path, layout: RawLayout) -> Previews:
+    return layout, [preview(path, layout, axis) for axis in range(3)]
+
+
+def _row(boxes: list[QSpinBox] | list[NumberBox]) -> QHBoxLayout:
+    """Return boxes for x, y and z side by side."""
+    row = QHBoxLayout()
+    for number, box in enumerate(boxes):
+        if number:
+            row.addWidget(QLabel("×"))
+        row.addWidget(box, 1)
+    return row
+
+
+def _text(layout: RawLayout) -> str:
+    """Format a layout for the list of guesses."""
+    dimensions = " × ".join(str(n) for n in layout.dimensions)
+    scalar_type = SCALAR_TYPES[layout.scalar_type]
+    order = "" if layout.dtype.itemsize == 1 else f", {ORDERS[layout.byte_order].lower()}"
+    return f"{dimensions}, {scalar_type}{order}"

@@ -1,0 +1,92 @@
+"""What the name of a headerless file says about its layout."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from model.volume_files.raw import SCALAR_TYPES, ByteOrder
+
+_TRIPLE = re.compile(r"(?<!\d)(\d{1,5})([x×_ -])(\d{1,5})\2(\d{1,5})(?!\d)", re.IGNORECASE)
+_PAIR = re.compile(r"(?<!\d)(\d{2,5})[x×](\d{2,5})(?!\d)", re.IGNORECASE)
+_BITS = re.compile(r"(?<!\d)(8|16|32|64)[ _-]?b(?:its?)?(?![a-z])", re.IGNORECASE)
+_WORD = re.compile(r"[a-z]+(?:8|16|32|64)?(?![a-z\d])", re.IGNORECASE)
+
+_TYPES = {
+    **SCALAR_TYPES,
+    **{f"{short}{bits}": f"{long}{bits}" for bits in (8, 16, 32, 64)
+       for short, long in (("u", "uint"), ("ui", "uint"), ("i", "int"), ("s", "int"))},
+    **{"f32": "float32", "f64": "float64", "ubyte": "uint8", "byte": "uint8"},
+}  # fmt: skip
+
+_ORDERS: dict[str, ByteOrder] = {
+    **dict.fromkeys(("bigendian", "msb"), "big"),
+    **dict.fromkeys(("littleendian", "lsb"), "little"),
+}
+_ORDERS_AFTER_TYPE: dict[str, ByteOrder] = {
+    "be": "big", "big": "big", "le": "little", "little": "little", **_ORDERS,
+}  # fmt: skip
+"""Words that mean something else elsewhere, as in ``big_foot``."""
+
+
+@dataclass(frozen=True)
+class NameFacts:
+    """What a file's name says; each part may be missing.
+
+    Attributes
+    ----------
+    dimensions : tuple of int
+        Voxels along x, y and z, or along x and y alone; empty if unknown.
+    numbers : tuple of int
+        Other numbers, each perhaps the side of a cube.
+    scalar_type : str
+        NumPy's name of the type; empty if unknown.
+    bits : int
+        Bits of one value; 0 if unknown.
+    byte_order : {"little", "big"} or None
+    """
+
+    dimensions: tuple[int, ...] = ()
+    numbers: tuple[int, ...] = ()
+    scalar_type: str = ""
+    bits: int = 0
+    byte_order: ByteOrder | None = None
+
+
+def facts_of(path: Path) -> NameFacts:
+    """Read a file's name.
+
+    ``engine_256x256x110_uint8`` says all but the byte order, ``head-512x512-16bit`` says
+    two dimensions and the size of a value, and ``fuel64`` suggests a cube. Where the name
+    says something twice, the last time counts.
+    """
+    text = path.stem
+    dimensions: tuple[int, ...] = ()
+    if triples := list(_TRIPLE.finditer(text)):
+        dimensions = (int(triples[-1][1]), int(triples[-1][3]), int(triples[-1][4]))
+        text = _without(text, triples[-1])
+    elif pairs := list(_PAIR.finditer(text)):
+        dimensions = (int(pairs[-1][1]), int(pairs[-1][2]))
+        text = _without(text, pairs[-1])
+    bits = 0
+    if sizes := list(_BITS.finditer(text)):
+        bits = int(sizes[-1][1])
+        text = _without(text, sizes[-1])
+    words = list(_WORD.finditer(text))
+    types = [word for word in words if word.group().lower() in _TYPES]
+    scalar_type, order = "", None
+    if types:
+        scalar_type = SCALAR_TYPES[_TYPES[types[-1].group().lower()]]
+    for word in words:
+        known = _ORDERS_AFTER_TYPE if types and word.start() > types[0].start() else _ORDERS
+        order = known.get(word.group().lower(), order)
+    for word in reversed(types):
+        text = _without(text, word)
+    numbers = tuple(int(n) for n in re.findall(r"(?<!\d)\d{1,5}(?!\d)", text))
+    return NameFacts(dimensions, numbers, scalar_type, bits, order)
+
+
+def _without(text: str, found: re.Match[str]) -> str:
+    """Return a text with a match replaced by a blank."""
+    return f"{text[: found.start()]} {text[found.end() :]}"

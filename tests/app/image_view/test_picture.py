@@ -1,0 +1,74 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PIL import Image
+from PySide6.QtCore import QRect
+from PySide6.QtGui import QColor, QImage, QPainter
+
+from app.image_view.image_canvas import to_qimage
+from app.image_view.picture import Background, compose
+
+
+@pytest.fixture(scope="module")
+def rgba() -> NDArray[np.float32]:
+    """Premultiplied colours of an odd size, over more than one band."""
+    rng = np.random.default_rng(5)
+    opacity = rng.uniform(0, 1, (131, 33, 1))
+    color = rng.uniform(0, 1, (131, 33, 3)) * opacity
+    return np.concatenate([color, opacity], axis=-1).astype(np.float32)
+
+
+def pixels(image: QImage, tmp_name: str) -> NDArray[np.uint8]:
+    """Read a picture as others do: from its file."""
+    assert image.save(tmp_name)
+    return np.asarray(Image.open(tmp_name))
+
+
+@pytest.mark.parametrize("background", [(0, 0, 0), (255, 255, 255), (10, 200, 90)])
+def test_an_opaque_picture_is_the_rendering_over_its_background(
+    rgba: NDArray[np.float32], background: Background, tmp_path: object
+) -> None:
+    found = pixels(compose(rgba, background), f"{tmp_path}/picture.png")
+    expected = 255 * rgba[..., :3] + (1 - rgba[..., 3:]) * np.array(background)
+    np.testing.assert_allclose(found, expected, atol=0.51)
+
+
+def test_a_transparent_picture_is_unmultiplied_in_its_file(
+    rgba: NDArray[np.float32], tmp_path: object
+) -> None:
+    found = pixels(compose(rgba, None), f"{tmp_path}/picture.png").astype(float)
+    np.testing.assert_allclose(found[..., 3], 255 * rgba[..., 3], atol=0.51)
+    seen = rgba[..., 3] > 0.2
+    straight = rgba[..., :3][seen] / rgba[..., 3:][seen]
+    np.testing.assert_allclose(found[..., :3][seen], 255 * straight, atol=5)
+
+
+def test_bad_values_do_no_harm_and_light_above_its_opacity_stays() -> None:
+    rgba = np.zeros((1, 4, 4), np.float32)
+    rgba[0, 0] = np.nan
+    rgba[0, 1] = (3.0, -1.0, np.inf, 1.0)
+    rgba[0, 2] = (0.5, 0.25, 0.0, 0.25)
+    black = to_qimage(rgba)
+    for background in ((0, 0, 0), None):
+        image = compose(rgba, background)
+        on_black = QImage(4, 1, QImage.Format.Format_RGB32)
+        on_black.fill(QColor("black"))
+        painter = QPainter(on_black)
+        painter.drawImage(0, 0, image)
+        painter.end()
+        for x in range(4):
+            assert on_black.pixelColor(x, 0) == black.pixelColor(x, 0)
+
+
+def test_the_legend_is_painted_over_the_whole_picture(rgba: NDArray[np.float32]) -> None:
+    seen: list[QRect] = []
+
+    def paint(painter: QPainter, rect: QRect) -> None:
+        seen.append(rect)
+        painter.fillRect(2, 3, 4, 5, QColor("red"))
+
+    for background in ((255, 255, 255), None):
+        assert compose(rgba, background, paint).pixelColor(4, 6) == QColor("red")
+    assert seen == [QRect(0, 0, 33, 131)] * 2

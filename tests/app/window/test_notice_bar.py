@@ -1,0 +1,100 @@
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+
+import pytest
+from PySide6.QtCore import QObject, Qt, Signal
+from PySide6.QtWidgets import QApplication, QPushButton, QToolButton, QVBoxLayout, QWidget
+from pytestqt.qtbot import QtBot
+
+from app.controls import Action
+from app.window.notice_bar import NoticeBar
+
+
+@pytest.fixture
+def bar(qtbot: QtBot) -> Iterator[NoticeBar]:
+    window = QWidget()
+    bar = NoticeBar()
+    QVBoxLayout(window).addWidget(bar)
+    qtbot.addWidget(window)
+    with qtbot.waitActive(window):
+        window.show()
+        window.activateWindow()
+    yield bar
+    window.close()
+
+
+def shown_buttons(bar: NoticeBar) -> list[str]:
+    return [b.text() for b in bar.findChildren(QPushButton) if b.isVisible()]
+
+
+def test_notices_are_listed_newest_first_and_cleared(bar: NoticeBar) -> None:
+    assert not bar.isVisible()
+    for text in ("one", "two", "one"):
+        bar.tell(text)
+    assert bar.text == "one\ntwo"
+    assert bar.isVisible()
+    bar.clear()
+    assert bar.text == "" and not bar.isVisible()
+
+
+def test_many_notices_leave_room_for_the_window(bar: NoticeBar) -> None:
+    for number in range(9):
+        bar.tell(f"notice {number}")
+    assert bar.text.splitlines() == ["notice 8", "notice 7", "notice 6", "notice 5"]
+
+
+def test_a_notice_replaces_the_one_of_its_key(bar: NoticeBar) -> None:
+    bar.tell("no model", key="model")
+    bar.tell("an error")
+    bar.tell("another model", key="model")
+    assert bar.text == "another model\nan error"
+    bar.clear("model")
+    bar.clear("unknown")
+    assert bar.text == "an error"
+
+
+def test_a_button_acts_once_and_removes_its_notice_first(qtbot: QtBot, bar: NoticeBar) -> None:
+    seen: list[str] = []
+    bar.tell("below")
+    bar.tell(
+        "found",
+        Action("Open", lambda: seen.append(bar.text)),
+        Action("Locate…", partial(bar.tell, "located")),
+    )
+    assert shown_buttons(bar) == ["Open", "Locate…"]
+    button = next(b for b in bar.findChildren(QPushButton) if b.text() == "Open")
+    qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+    assert seen == ["below"] and bar.text == "below"
+    with pytest.raises(ValueError, match="room"):
+        bar.tell("crowded", *[Action("x", list)] * 3)
+
+
+def test_escape_dismisses_one_after_another(qtbot: QtBot, bar: NoticeBar) -> None:
+    bar.tell("two")
+    bar.tell("one", Action("Act", list))
+    bar.findChildren(QPushButton)[0].setFocus()
+    qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_Escape)
+    assert bar.text == "two"
+    qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_Escape)
+    assert bar.text == "" and not bar.isVisible()
+
+
+def test_each_notice_has_its_own_dismissal(qtbot: QtBot, bar: NoticeBar) -> None:
+    bar.tell("<b>below</b> & more")
+    bar.tell("above")
+    dismissals = [b for b in bar.findChildren(QToolButton) if b.accessibleName() == "Dismiss"]
+    below = max(dismissals, key=lambda b: b.mapTo(bar, b.rect().topLeft()).y())
+    qtbot.mouseClick(below, Qt.MouseButton.LeftButton)
+    assert bar.text == "above"
+
+
+def test_a_signal_can_tell(bar: NoticeBar) -> None:
+    class Source(QObject):
+        problem = Signal(str)
+
+    source = Source()
+    source.problem.connect(bar.tell)
+    source.problem.emit("broken")
+    assert bar.text == "broken"

@@ -1,0 +1,76 @@
+from __future__ import annotations
+
+import pytest
+from PySide6.QtGui import QColor
+from PySide6.QtWidgets import QColorDialog, QDialog, QPushButton
+from pytestqt.qtbot import QtBot
+
+from app.window.picture_dialog import PictureChoice, PictureDialog
+
+
+@pytest.fixture
+def dialog(qtbot: QtBot) -> PictureDialog:
+    dialog = PictureDialog((960, 720))
+    qtbot.addWidget(dialog)
+    return dialog
+
+
+def choose(dialog: PictureDialog, box_name: str, text: str) -> None:
+    """Choose an entry as a click does."""
+    box = getattr(dialog, box_name)
+    row = next(i for i in range(box.count()) if text in box.itemText(i))
+    box.setCurrentIndex(row)
+    box.activated.emit(row)
+
+
+def test_it_begins_with_what_is_shown(dialog: PictureDialog) -> None:
+    assert dialog.choice() == PictureChoice(960, 720, (0, 0, 0), False)
+
+
+@pytest.mark.parametrize(
+    ("preset", "size"), [("1024", (1024, 768)), ("8192", (8192, 6144)), ("As shown", (960, 720))]
+)
+def test_presets_keep_the_proportions(
+    dialog: PictureDialog, preset: str, size: tuple[int, int]
+) -> None:
+    choose(dialog, "size_box", preset)
+    assert (dialog.choice().width, dialog.choice().height) == size
+
+
+def test_typed_sides_follow_one_another_unless_freed(dialog: PictureDialog) -> None:
+    dialog.height_box.setValue(3000)
+    assert (dialog.choice().width, dialog.choice().height) == (4000, 3000)
+    assert dialog.size_box.currentText() == "Own size"
+    dialog.width_box.setValue(2048)
+    assert dialog.size_box.currentText() == "2048 × 1536"
+    dialog.keep.setChecked(False)
+    dialog.height_box.setValue(100)
+    assert (dialog.choice().width, dialog.choice().height) == (2048, 100)
+    dialog.width_box.setValue(99999)
+    assert dialog.choice().width == 8192
+
+
+def test_backgrounds(dialog: PictureDialog, monkeypatch: pytest.MonkeyPatch) -> None:
+    choose(dialog, "background_box", "Transparent")
+    assert dialog.choice().background is None
+    answers = [QColor(), QColor(10, 20, 30), QColor(1, 2, 3)]
+    monkeypatch.setattr(QColorDialog, "getColor", lambda *_args: answers.pop(0))
+    choose(dialog, "background_box", "Other")
+    assert dialog.choice().background is None  # cancelled
+    choose(dialog, "background_box", "Other")
+    assert dialog.choice().background == (10, 20, 30)
+    choose(dialog, "background_box", "Other")
+    assert dialog.choice().background == (1, 2, 3)
+    choose(dialog, "background_box", "White")
+    assert dialog.choice().background == (255, 255, 255)
+
+
+@pytest.mark.parametrize("background", [None, (255, 255, 255), (3, 60, 90)])
+def test_the_last_choice_comes_back(qtbot: QtBot, background: tuple[int, int, int] | None) -> None:
+    last = PictureChoice(64, 64, background, True)
+    dialog = PictureDialog((20000, 10000), last, "Copy")
+    qtbot.addWidget(dialog)
+    assert dialog.choice() == PictureChoice(8192, 4096, background, True)
+    (accept,) = [b for b in dialog.findChildren(QPushButton) if b.text() == "Copy"]
+    accept.click()
+    assert dialog.result() == QDialog.DialogCode.Accepted

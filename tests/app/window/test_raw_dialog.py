@@ -1,0 +1,118 @@
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtWidgets import QDialog
+from pytestqt.qtbot import QtBot
+
+from app.window.raw_dialog import RawDialog
+from model.volume_files import read_volume
+from model.volume_files.raw import RawLayout
+
+Opener = Callable[[str], RawDialog]
+
+
+@pytest.fixture
+def open_dialog(qtbot: QtBot, tmp_path: Path) -> Iterator[Opener]:
+    """Open the dialog on a smooth volume of 24 x 20 x 16 big-endian values."""
+    dialogs = []
+    z, y, x = np.meshgrid(*(np.linspace(-1, 1, n) for n in (16, 20, 24)), indexing="ij")
+    bytes_ = (30000 * np.exp(-2 * (x * x + y * y + z * z))).astype(">u2").tobytes()
+
+    def opened(name: str, content: bytes = bytes_) -> RawDialog:
+        (tmp_path / name).write_bytes(content)
+        dialog = RawDialog(tmp_path / name)
+        dialogs.append(dialog)
+        qtbot.addWidget(dialog)
+        return dialog
+
+    yield opened
+    for dialog in dialogs:
+        dialog.done(0)
+
+
+def wait(qtbot: QtBot, dialog: RawDialog) -> None:
+    """Wait until the guess and the newest previews are there."""
+    calls = (dialog._guessing, dialog._previews)
+    qtbot.waitUntil(lambda: not any(call.is_running for call in calls))
+
+
+def test_it_begins_with_the_guess_and_its_slices(qtbot: QtBot, open_dialog: Opener) -> None:
+    dialog = open_dialog("data.raw")
+    wait(qtbot, dialog)
+    assert dialog.choice() == RawLayout((24, 20, 16), "uint16", "big")
+    assert dialog.guess_box.currentIndex() == 0
+    assert dialog.open_button.isEnabled()
+    sizes = [(s.image.width(), s.image.height()) for s in dialog.slices if s.image]
+    assert sizes == [(20, 16), (24, 16), (24, 20)]
+    middle = [s.image.pixelColor(s.image.rect().center()).red() for s in dialog.slices if s.image]
+    assert min(middle) > 250
+
+
+def test_every_change_is_checked_and_previewed(qtbot: QtBot, open_dialog: Opener) -> None:
+    dialog = open_dialog("data.raw")
+    wait(qtbot, dialog)
+    dialog.dimension_boxes[2].setValue(17)
+    assert not dialog.open_button.isEnabled()
+    assert "too few" in dialog.fit_text and "16 voxels along z" in dialog.fit_text
+    assert dialog.guess_box.currentIndex() == -1
+    wait(qtbot, dialog)
+    first = dialog.slices[0].image
+    assert first is not None and first.height() == 17
+    dialog.dimension_boxes[2].setValue(16)
+    assert dialog.open_button.isEnabled() and dialog.guess_box.currentIndex() == 0
+    wait(qtbot, dialog)
+    right = dialog.slices[1].image
+    dialog.order_box.setCurrentIndex(0)
+    dialog.order_box.activated.emit(0)
+    wait(qtbot, dialog)
+    assert dialog.open_button.isEnabled()
+    assert dialog.slices[1].image != right
+
+
+def test_a_guess_can_be_chosen(qtbot: QtBot, open_dialog: Opener) -> None:
+    dialog = open_dialog("data.raw")
+    wait(qtbot, dialog)
+    before = dialog.choice()
+    dialog.guess_box.setCurrentIndex(1)
+    dialog.guess_box.activated.emit(1)
+    assert dialog.choice() != before and dialog.open_button.isEnabled()
+    assert dialog.guess_box.currentIndex() == 1
+
+
+def test_what_was_entered_before_the_guess_stays(qtbot: QtBot, open_dialog: Opener) -> None:
+    dialog = open_dialog("data_20x24x16_ushort_big.raw")
+    assert dialog.choice() == RawLayout((20, 24, 16), "uint16", "big")
+    dialog.dimension_boxes[0].setValue(30)
+    wait(qtbot, dialog)
+    assert dialog.choice().dimensions == (30, 24, 16)
+
+
+def test_what_is_opened_is_what_was_shown(
+    qtbot: QtBot, open_dialog: Opener, tmp_path: Path
+) -> None:
+    dialog = open_dialog("data.raw")
+    wait(qtbot, dialog)
+    dialog.spacing_boxes[2].setValue(2.5)
+    dialog.open_button.click()
+    assert dialog.result() == QDialog.DialogCode.Accepted
+    volume = read_volume(tmp_path / "data.raw", raw=dialog.choice())
+    assert volume.dimensions == (24, 20, 16)
+    assert volume.spacing == (1.0, 1.0, 2.5)
+
+
+def test_a_file_that_nothing_fits_and_one_that_is_gone(
+    qtbot: QtBot, open_dialog: Callable[..., RawDialog], tmp_path: Path
+) -> None:
+    dialog = open_dialog("prime.raw", b"x" * 1009)
+    wait(qtbot, dialog)
+    assert dialog.guess_box.count() == 0 and not dialog.open_button.isEnabled()
+    assert "1,009 bytes" in dialog.fit_text
+    (tmp_path / "prime.raw").unlink()
+    dialog.dimension_boxes[0].setValue(9)
+    wait(qtbot, dialog)
+    assert "prime.raw: the file cannot be read" in dialog.fit_text
+    assert not dialog.open_button.isEnabled()
