@@ -13,7 +13,7 @@ from skimage.io import imread
 
 from app.cli import run
 from model.generator.catalog import shipped_models
-from model.networks.card import load_card
+from model.networks.card import load_card, verdict_of
 from model.rendering.vtk_renderer import VtkRenderer
 from model.samples.sample_store import SampleStore
 from model.scene.inputs import SceneInputs
@@ -583,11 +583,21 @@ def test_training_tells_its_progress_in_json_lines(
     assert run(["train", "--job", str(job), "--out", str(out), "--json-lines"]) == 0
     lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert lines[0]["kind"] == "execution"
+    assert lines[-2] == {"kind": "measuring", "model": str(out)}
+    verdict = lines[-1].pop("verdict")
     assert lines[-1] == {"kind": "end", "how": "finished", "model": str(out)}
+    assert verdict == verdict_of(out) != ""
     progress = [line for line in lines if line["kind"] == "progress"]
     assert progress[-1]["samples"] == 64
     assert progress[-1]["spent"] == 1
     assert run(f"info {out}".split()) == 0
+    capsys.readouterr()
+    # What fails is told there, too.
+    assert run([*wanted.split(), "--json-lines"]) == 2
+    told = capsys.readouterr()
+    (end,) = [json.loads(line) for line in told.out.splitlines()]
+    assert (end["kind"], end["how"]) == ("end", "failed")
+    assert str(out) in end["error"] and end["error"] in told.err
 
 
 def test_light_moves_in_lit_images_only(
