@@ -200,8 +200,10 @@ class TrainingRun(QObject):
         kind = line.get("kind")
         if kind == "progress":
             self._clock.note_spent(float(line.get("spent", 0.0)))
+            self._tell()
         elif kind == "measuring":
             self._clock.enter("measuring")
+            self._tell()
         elif kind == "end":
             self._end_line = line
 
