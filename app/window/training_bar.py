@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Literal
 
 from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtGui import QResizeEvent
+from PySide6.QtGui import QColor, QPalette, QResizeEvent
 from PySide6.QtWidgets import (
     QFrame,
     QHBoxLayout,
@@ -17,6 +18,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from app import theme
 from app.controls import text_button
 from app.state.training_clock import usual_minutes
 from app.state.training_run import TrainingRun
@@ -55,7 +57,7 @@ class TrainingBar(QFrame):
         self._run = run
         self._phase: Phase = "offer"
         self._is_offered = False
-        self._folder: object = None
+        self._folder: Path | None = None
         self.setProperty("role", "panel")
         self.setFixedHeight(HEIGHT)
         self._label = _Line()
@@ -113,10 +115,9 @@ class TrainingBar(QFrame):
         self._enter("training", f"Model of {self._run.volume_name}: {words}")
         self.cancel.setEnabled(words != "stopping")
 
-    def _show_model(self, folder: object) -> None:
+    def _show_model(self, folder: Path) -> None:
         self._folder = folder
-        worth = self._run.verdict or "the model is ready."
-        self._enter("trained", f"Trained a model of {self._run.volume_name}: {worth}")
+        self._enter("trained", f"Trained on {self._run.volume_name}. {self._run.verdict}".rstrip())
 
     def _show_failure(self, sentence: str) -> None:
         self._enter("failed", sentence)
@@ -129,6 +130,10 @@ class TrainingBar(QFrame):
     def _enter(self, phase: Phase, text: str) -> None:
         self._phase = phase
         self._label.set_full_text(text)
+        palette = self.palette()
+        if phase == "failed":
+            palette.setColor(QPalette.ColorRole.WindowText, QColor(theme.ERROR))
+        self._label.setPalette(palette)
         self._refresh()
 
     def _refresh(self) -> None:
