@@ -22,7 +22,7 @@ from rich.progress import (
 from rich.text import Text
 
 from app.cli.console import console
-from model.errors import DatasetError, VolumeError
+from model.errors import DatasetError, TfscopeError, VolumeError
 from model.evaluation.alternatives import record_verdict
 from model.training import parallel
 from model.training.execution import Execution
@@ -50,18 +50,25 @@ def train_model(job: TrainingJob, lines: bool) -> None:
         raise
     if lines or parallel.rank_to_be():
         return
-    _say_what_it_is_worth(job)
+    unknown = "Without its volume, the model is not compared with the ray caster."
+    console.print(_worth(job) or unknown)
     volume = [] if job.volume.path is None else ["--volume", str(job.volume.path)]
     window = shlex.join(["python", "main.py", "--model", str(job.out), *volume])
     console.print(f"The model is in {job.out}; open it with: {window}")
 
 
-def _say_what_it_is_worth(job: TrainingJob) -> None:
-    """Write into the model's card how it compares with what could be used instead."""
+def _worth(job: TrainingJob) -> str:
+    """Write into the model's card how it compares with what could be used instead.
+
+    Returns
+    -------
+    str
+        The verdict; empty where the volume is not there to compare with.
+    """
     try:
-        console.print(record_verdict(job.out, job.volume.read()))
+        return record_verdict(job.out, job.volume.read())
     except (VolumeError, DatasetError):
-        console.print("Without its volume, the model is not compared with the ray caster.")
+        return ""
 
 
 def _run_with_bar(job: TrainingJob) -> None:
@@ -73,7 +80,7 @@ def _run_with_bar(job: TrainingJob) -> None:
 
 
 def _run_with_lines(job: TrainingJob) -> None:
-    """Print a JSON object per line: kind "execution" first, then "progress", at last "end"."""
+    """Print a JSON object per line: "execution", then "progress", "measuring", at last "end"."""
     last = 0.0
 
     def write(kind: str, **data: object) -> None:
@@ -95,7 +102,12 @@ def _run_with_lines(job: TrainingJob) -> None:
         with suppress(BrokenPipeError):
             write("end", how="stopped", saved=(job.out / STATE_FILE).exists())
         raise
-    write("end", how="finished", model=str(job.out))
+    except TfscopeError as error:
+        with suppress(BrokenPipeError):
+            write("end", how="failed", error=str(error))
+        raise
+    write("measuring", model=str(job.out))
+    write("end", how="finished", model=str(job.out), verdict=_worth(job))
 
 
 def _say_how_to_go_on(job: TrainingJob) -> None:

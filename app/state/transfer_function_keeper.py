@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 
-from PySide6.QtCore import QObject, QTimer, Signal
+from PySide6.QtCore import QObject, Signal
 
-from app.engines.background import BackgroundCall
-from app.engines.messages import error_sentence
+from app.state.delayed_writer import DelayedWriter
 from app.state.transfer_function_store import TransferFunctionStore
 from model.errors import TransferFunctionError
 from model.scene.transfer_function import TransferFunction
-
-PAUSE_MS = 300
-"""Time after an edit before it is written: nudges in a row make one file."""
 
 
 class TransferFunctionKeeper(QObject):
@@ -34,23 +31,22 @@ class TransferFunctionKeeper(QObject):
         self._store = store
         self._unwritten: dict[str, TransferFunction] = {}
         self._being_written: dict[str, TransferFunction] = {}
-        self._writing: BackgroundCall | None = None
-        self._pause = QTimer(self, singleShot=True, interval=PAUSE_MS)
-        self._pause.timeout.connect(self._write)
+        self._writer = DelayedWriter(self._take, "keeper", self)
+        self._writer.problem.connect(self.problem)
 
     def keep(self, fingerprint: str, transfer_function: TransferFunction) -> None:
         """Have a volume's TF written soon; returns at once."""
-        if self._store is not None:
+        if self._store is not None and not self._writer.has_failed:
             self._unwritten[fingerprint] = transfer_function
-            self._pause.start()
+            self._writer.note()
 
     def load(self, fingerprint: str) -> TransferFunction | None:
         """Return a volume's TF, None when there is none, or none that can be read."""
         if fingerprint in self._unwritten:
             return self._unwritten[fingerprint]
-        if self._writing is not None and fingerprint in self._being_written:
+        if self._writer.is_writing and fingerprint in self._being_written:
             return self._being_written[fingerprint]
-        if self._store is None:
+        if self._store is None or self._writer.has_failed:
             return None
         try:
             return self._store.load(fingerprint)
@@ -63,41 +59,11 @@ class TransferFunctionKeeper(QObject):
 
     def finish(self) -> None:
         """Write what is not written yet, and wait for it."""
-        self._pause.stop()
-        if self._writing is not None:
-            self._writing.join()
-        try:
-            _save(self._store, self._taken())
-        except Exception as error:
-            self._fail(error_sentence(error))
+        self._writer.finish()
 
-    def _write(self) -> None:
-        if self._writing is not None:
-            # One write at a time, so that an older TF never replaces a newer one.
-            self._pause.start()
-            return
-        self._being_written = self._taken()
-        call = BackgroundCall(partial(_save, self._store, self._being_written), "keeper", self)
-        call.failed.connect(self._fail)
-        call.finished.connect(self._end_writing)
-        self._writing = call
-        call.start()
-
-    def _taken(self) -> dict[str, TransferFunction]:
-        taken, self._unwritten = self._unwritten, {}
-        return taken
-
-    def _end_writing(self) -> None:
-        if self._writing is not None:
-            self._writing.join()
-            self._writing.deleteLater()
-            self._writing = None
-
-    def _fail(self, text: str) -> None:
-        # Once: the same disk may fail for a thread and for the end of it all.
-        if self._store is not None:
-            self._store = None
-            self.problem.emit(text)
+    def _take(self) -> Callable[[], None]:
+        self._being_written, self._unwritten = self._unwritten, {}
+        return partial(_save, self._store, self._being_written)
 
 
 def _save(store: TransferFunctionStore | None, tfs: dict[str, TransferFunction]) -> None:

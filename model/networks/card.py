@@ -85,12 +85,16 @@ def read_header(folder: Path) -> dict[str, Any]:
         )
     try:
         header = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise CheckpointError(f"{path}: the file is damaged ({error}).") from error
+    except (OSError, ValueError, RecursionError) as error:
+        raise CheckpointError(
+            f"{path}: the file is damaged ({error}); copy the model folder again."
+        ) from error
     if not isinstance(header, dict) or "tfscope_model" not in header:
-        raise CheckpointError(f"{path}: the file does not describe a tfscope model.")
+        raise CheckpointError(
+            f"{path}: the file does not describe a tfscope model; choose another folder."
+        )
     version = header["tfscope_model"]
-    if version not in range(1, FORMAT_VERSION + 1):
+    if type(version) is not int or version not in range(1, FORMAT_VERSION + 1):
         raise CheckpointError(
             f"{path}: the model has format {version!r}; this tfscope reads 1 to "
             f"{FORMAT_VERSION}, so train the model anew or update tfscope."
@@ -103,6 +107,11 @@ def write_header(folder: Path, header: dict[str, Any]) -> None:
     """Write a model folder's description, whole or not at all; raise :class:`OSError` if not."""
     text = json.dumps(header, indent=2, allow_nan=False)
     write_atomically(folder / MODEL_FILE, (text + "\n").encode())
+
+
+def _clause(error: Exception) -> str:
+    """Return an error's message for the middle of a sentence."""
+    return str(error).rstrip(".")
 
 
 def _migrate_size(path: Path, size: Any) -> Any:
@@ -172,7 +181,8 @@ def card_of(folder: Path, header: dict[str, Any]) -> ModelCard:
         )
     except (KeyError, TypeError, ValueError, TfscopeError) as error:
         raise CheckpointError(
-            f"{folder / MODEL_FILE}: the description is malformed near {error}."
+            f"{folder / MODEL_FILE}: the description is malformed near {_clause(error)}; "
+            "copy the model folder again."
         ) from error
     if card.size.image_size != card.scene.image_size:
         raise CheckpointError(

@@ -18,8 +18,9 @@ from torch import Tensor
 from model.errors import CheckpointError
 from model.files import write_atomically
 from model.networks.build import build_generator
-from model.networks.card import MODEL_FILE, ModelCard, card_of, read_header, write_header
+from model.networks.card import ModelCard, card_of, read_header, write_header
 from model.networks.generator_network import GeneratorNetwork
+from model.networks.weights_file import read_weights
 from model.scene.migration import FORMAT_VERSION
 
 
@@ -79,18 +80,8 @@ def load_model(folder: Path) -> tuple[ModelCard, GeneratorNetwork]:
     """
     header = read_header(folder)
     card = card_of(folder, header)
-    path = folder / str(header.get("weights", ""))
-    if path.parent != folder or not path.is_file():
-        raise CheckpointError(f"{folder}: the weights '{path.name}' are missing; copy them too.")
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise CheckpointError(f"{path}: the weights cannot be read ({error.strerror}).") from error
-    if hashlib.sha256(content).hexdigest() != header.get("sha256"):
-        raise CheckpointError(
-            f"{path}: the weights are truncated or altered (their SHA-256 differs from "
-            f"{MODEL_FILE}'s); copy the model folder again."
-        )
+    content = read_weights(folder, header)
+    path = folder / str(header["weights"])
     try:
         weights = safetensors.torch.load(content)
     except safetensors.SafetensorError as error:

@@ -615,8 +615,14 @@ def test_more_bad_input(
 
 
 def test_training_tells_its_progress_in_json_lines(
-    raw_file: Path, samples: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    raw_file: Path,
+    samples: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    # It takes seconds, and has tests of its own.
+    monkeypatch.setattr("app.cli.train.record_verdict", lambda folder, volume: volume.name)
     job, out = tmp_path / "job.json", tmp_path / "run"
     data = f"--volume {raw_file} --dataset {samples}"
     wanted = f"train {data} --preset draft --samples 64 --out {out}"
@@ -626,11 +632,20 @@ def test_training_tells_its_progress_in_json_lines(
     assert run(["train", "--job", str(job), "--out", str(out), "--json-lines"]) == 0
     lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert lines[0]["kind"] == "execution"
-    assert lines[-1] == {"kind": "end", "how": "finished", "model": str(out)}
+    assert lines[-2] == {"kind": "measuring", "model": str(out)}
+    end = {"kind": "end", "how": "finished", "model": str(out), "verdict": "ball"}
+    assert lines[-1] == end
     progress = [line for line in lines if line["kind"] == "progress"]
     assert progress[-1]["samples"] == 64
     assert progress[-1]["spent"] == 1
     assert run(f"info {out}".split()) == 0
+    capsys.readouterr()
+    # What fails is told there, too.
+    assert run([*wanted.split(), "--json-lines"]) == 2
+    told = capsys.readouterr()
+    (end,) = [json.loads(line) for line in told.out.splitlines()]
+    assert (end["kind"], end["how"]) == ("end", "failed")
+    assert str(out) in end["error"] and end["error"] in told.err
 
 
 def test_light_moves_in_lit_images_only(

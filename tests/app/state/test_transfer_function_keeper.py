@@ -9,7 +9,7 @@ from PySide6.QtCore import QObject
 from pytestqt.qtbot import QtBot
 from ramp import make_tf
 
-from app.state import transfer_function_keeper
+from app.state import delayed_writer
 from app.state.transfer_function_keeper import TransferFunctionKeeper
 from app.state.transfer_function_store import TransferFunctionStore
 from model.errors import TransferFunctionError
@@ -33,7 +33,7 @@ class Watched(TransferFunctionStore):
 
 @pytest.fixture
 def store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Watched:
-    monkeypatch.setattr(transfer_function_keeper, "PAUSE_MS", 20)
+    monkeypatch.setattr(delayed_writer, "PAUSE_MS", 20)
     return Watched(tmp_path)
 
 
@@ -54,7 +54,7 @@ def test_edits_in_a_row_are_written_once_and_elsewhere(
     keeper.keep("b", make_tf(150.0))
     assert store.threads == []
     qtbot.waitUntil(lambda: len(store.threads) == 2)
-    qtbot.waitUntil(lambda: keeper._writing is None)
+    qtbot.waitUntil(lambda: not keeper._writer.is_writing)
     assert threading.current_thread() not in store.threads
     assert store.load("a") == make_tf(140.0)
     assert store.load("b") == make_tf(150.0)
@@ -80,7 +80,7 @@ def test_a_write_that_fails_is_told_once(
     keeper.problem.connect(told.append)
     keeper.keep("a", make_tf(120.0))
     qtbot.waitUntil(lambda: told == ["The disk is full."])
-    qtbot.waitUntil(lambda: keeper._writing is None)
+    qtbot.waitUntil(lambda: not keeper._writer.is_writing)
     keeper.keep("a", make_tf(130.0))
     keeper.finish()
     assert len(told) == 1
@@ -96,7 +96,7 @@ def test_a_disk_that_fails_for_thread_and_end_is_told_once(
     qtbot.waitUntil(lambda: len(store.threads) == 1)
     keeper.keep("b", make_tf(130.0))
     keeper.finish()
-    qtbot.waitUntil(lambda: keeper._writing is None)
+    qtbot.waitUntil(lambda: not keeper._writer.is_writing)
     assert told == ["The disk is full."]
 
 

@@ -1,0 +1,184 @@
+"""The user's and the shipped volumes and models, and which of them belong together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from app.engines.messages import error_sentence
+from app.state.preferences import Preferences
+from model.errors import CheckpointError, TfscopeError
+from model.generator.catalog import shipped_models
+from model.networks.card import MODEL_FILE, ModelCard, card_of, read_header
+from model.networks.weights_file import read_weights
+from model.scene.scene import Scene
+from model.volume_files import SUFFIXES
+from model.volume_files.finish import readable_name
+from model.volume_files.shipped import shipped_volumes
+
+MOST_NEIGHBORS = 1000
+"""Number of files beside a model among which its volume is looked for."""
+
+
+@dataclass(frozen=True)
+class KnownModel:
+    """A model of a volume that can be offered.
+
+    Attributes
+    ----------
+    folder : Path
+    name : str
+        For display.
+    verdict : str
+        What it is worth, as its card says; empty where that is not known.
+    is_shipped : bool
+    """
+
+    folder: Path
+    name: str
+    verdict: str
+    is_shipped: bool
+
+
+@dataclass(frozen=True)
+class ModelCheck:
+    """What a folder is, found out before a working model is given up for it.
+
+    Attributes
+    ----------
+    folder : Path
+    problem : str
+        What is missing or broken, and what to do, in a sentence; empty for a model that
+        can be opened.
+    scene : Scene or None
+        What the model was trained on: its volume's name and fingerprint, the scalar range,
+        image size and lighting. None where that cannot be read.
+    verdict : str
+        What it is worth, as its card says; empty where that is not known.
+    """
+
+    folder: Path
+    problem: str = ""
+    scene: Scene | None = None
+    verdict: str = ""
+
+    @property
+    def is_fine(self) -> bool:
+        """True for a model that can be opened."""
+        return not self.problem
+
+
+class Library:
+    """Finds the models of a volume and the volume of a model, without reading volumes.
+
+    Parameters
+    ----------
+    preferences : Preferences
+        With the volumes and models that were open before.
+    """
+
+    def __init__(self, preferences: Preferences) -> None:
+        self._preferences = preferences
+
+    def models_of(self, fingerprint: str) -> list[KnownModel]:
+        """Return the models of a volume: the user's, the one opened last first; then shipped ones.
+
+        Models that are gone, or are of another volume by now, are left out.
+        """
+        own = [Path(text) for text in self._preferences.volume(fingerprint).models]
+        shipped = shipped_models()
+        folders = [*(f for f in own if f not in shipped), *shipped]
+        found = []
+        for folder in folders:
+            card = _card(folder)
+            if card is not None and card.scene.volume_fingerprint == fingerprint:
+                is_shipped = folder in shipped
+                name = folder.name.replace("_", " ") if is_shipped else folder.name
+                found.append(KnownModel(folder, name, _verdict(card), is_shipped))
+        return found
+
+    def volume_of(self, folder: Path) -> Path | None:
+        """Return where the volume of a model probably is, or None if that is not known.
+
+        The place where it was open before, a file of its name beside the model, or a
+        shipped one. Only who opens it knows its fingerprint.
+        """
+        card = _card(folder)
+        if card is None:
+            return None
+        scene = card.scene
+        remembered = self._preferences.volume(scene.volume_fingerprint).path
+        if remembered and Path(remembered).exists():
+            return Path(remembered)
+        beside = (path for place in (folder, folder.parent) for path in _volume_files(place))
+        return _named(beside, {scene.volume_name}) or _shipped_volume(scene)
+
+    def check_model(self, folder: Path) -> ModelCheck:
+        """Find out whether a folder holds a model that can be opened; quick, and without torch.
+
+        The card must be whole and the weights' file the one that it was written for; the
+        weights are compared by their SHA-256, some hundred MB in a second.
+        """
+        header: dict[str, object] = {}
+        card = None
+        try:
+            _check_folder(folder)
+            header = read_header(folder)
+            card = card_of(folder, header)
+            read_weights(folder, header)
+        except Exception as error:  # whatever is wrong with it must not cost a working model
+            problem = error_sentence(error)
+            if not isinstance(error, TfscopeError):
+                problem = f"{folder}: the model cannot be read ({problem}); choose another."
+            return ModelCheck(folder, problem, None if card is None else card.scene)
+        return ModelCheck(folder, "", card.scene, _verdict(card))
+
+
+def _check_folder(folder: Path) -> None:
+    """Raise :class:`CheckpointError` if it is plain that this is no model's folder."""
+    if not folder.exists():
+        raise CheckpointError(f"{folder}: there is no such folder; choose another.")
+    if not folder.is_dir():
+        raise CheckpointError(f"{folder}: this is a file; choose the folder of a trained model.")
+    inside = sorted(path.parent.name for path in folder.glob(f"*/{MODEL_FILE}"))
+    if inside and not (folder / MODEL_FILE).exists():
+        names = ", ".join(f"'{name}'" for name in inside[:3]) + (" …" if inside[3:] else "")
+        raise CheckpointError(
+            f"{folder}: the folder holds models in folders of their own; choose one: {names}."
+        )
+
+
+def _card(folder: Path) -> ModelCard | None:
+    try:
+        return card_of(folder, read_header(folder))
+    except (TfscopeError, OSError):
+        return None
+
+
+def _verdict(card: ModelCard) -> str:
+    found = card.metrics.get("alternatives")
+    return str(found.get("verdict", "")) if isinstance(found, dict) else ""
+
+
+def _volume_files(place: Path) -> Iterator[Path]:
+    """Yield some of a folder's volume files, in alphabetical order."""
+    try:
+        paths = sorted(path for path in place.iterdir() if path.name.lower().endswith(SUFFIXES))
+    except OSError:
+        return
+    yield from paths[:MOST_NEIGHBORS]
+
+
+def _named(paths: Iterable[Path], names: set[str]) -> Path | None:
+    """Return the first file whose volume has one of some names."""
+    return next((path for path in paths if readable_name(path) in names), None)
+
+
+def _shipped_volume(scene: Scene) -> Path | None:
+    """Return the shipped file of a scene's volume, known by the shipped models of it."""
+    cards = [card for folder in shipped_models() if (card := _card(folder)) is not None]
+    same = {
+        c.scene.volume_name for c in cards if c.scene.volume_fingerprint == scene.volume_fingerprint
+    }
+    return _named(shipped_volumes(), same)

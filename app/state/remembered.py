@@ -1,0 +1,214 @@
+"""What the window remembers between runs, as plain data whose every value is checked by itself."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any, Literal
+
+from app.state.value_checks import (
+    Checks,
+    base64_text,
+    checked,
+    dict_of,
+    either,
+    list_of,
+    number,
+    one_of,
+    text,
+    valid_values,
+    whole_number,
+)
+from model.scene.scene import Lighting, RendererName
+
+FORMAT_VERSION = 1
+"""Version of the data, in case the meaning of a value ever changes."""
+
+MOST_RECENT = 10
+"""Number of recent files of each kind, and of remembered models of a volume."""
+
+MOST_VOLUMES = 300
+"""Number of volumes that are remembered; the one opened longest ago gives way."""
+
+LightingChoice = Literal["auto"] | Lighting
+"""A lighting of the reference image, or the one that suits model and machine."""
+
+Drawing = Literal["auto"] | RendererName
+"""A renderer of the reference image, or the one that suits what is going on."""
+
+ReferenceSize = Literal["generator"] | int | None
+"""As many pixels as the generator's image, a number of pixels, or as many as the pane has."""
+
+
+@dataclass(frozen=True)
+class KnownVolume:
+    """What is remembered of a volume.
+
+    Attributes
+    ----------
+    path : str
+        Where it was opened last; empty if that is not known.
+    up_axis : str
+        Axis that the user has turned up, such as "-y"; empty for the file's own.
+    raw_layout : str
+        Layout to read a headerless file with, see :meth:`RawLayout.parse`; empty for none.
+    models : tuple of str
+        Folders of models that were opened with it, the newest first.
+    others : dict
+        What this version does not know, to be kept.
+    """
+
+    path: str = ""
+    up_axis: str = ""
+    raw_layout: str = ""
+    models: tuple[str, ...] = ()
+    others: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Remembered:
+    """Everything that the window remembers, but for the TFs.
+
+    Attributes
+    ----------
+    lighting : {"auto", "none", "direct", "global"}
+    drawing : {"auto", "vtk", "raycast"}
+    sample_distance : float or None
+        In voxels, 0.01 to 10; None for the usual one.
+    reference_size : None, int or "generator"
+        Pixels of the reference image, 16 to 8192; None for as many as its pane has.
+    same_size_as_generator : bool
+    trackball : bool
+        Whether dragging turns views freely.
+    colors_follow_modes : bool
+    legend, cube : bool
+        Whether images have a colour legend and an orientation cube.
+    last_folder : str
+        Folder of the last file; empty if there is none.
+    window_geometry : str
+        Qt's bytes in base64; empty if unknown.
+    splitters : dict of tuple of int
+        Sizes by the splitter's name.
+    hidden_panes : tuple of str
+    swapped : bool
+        Whether the two images have changed places.
+    recent_volumes, recent_models, recent_transfer_functions : tuple of str
+        Absolute paths, the newest first.
+    volumes : dict of KnownVolume
+        By fingerprint, the one opened last at the end.
+    others : dict
+        What this version does not know, to be kept.
+    """
+
+    lighting: LightingChoice = "auto"
+    drawing: Drawing = "auto"
+    sample_distance: float | None = None
+    reference_size: ReferenceSize = None
+    same_size_as_generator: bool = False
+    trackball: bool = False
+    colors_follow_modes: bool = True
+    legend: bool = False
+    cube: bool = True
+    last_folder: str = ""
+    window_geometry: str = ""
+    splitters: dict[str, tuple[int, ...]] = field(default_factory=dict)
+    hidden_panes: tuple[str, ...] = ()
+    swapped: bool = False
+    recent_volumes: tuple[str, ...] = ()
+    recent_models: tuple[str, ...] = ()
+    recent_transfer_functions: tuple[str, ...] = ()
+    volumes: dict[str, KnownVolume] = field(default_factory=dict)
+    others: dict[str, Any] = field(default_factory=dict)
+
+    def with_changes(self, changes: dict[str, Any]) -> Remembered:
+        """Return a copy with some values changed.
+
+        Raises
+        ------
+        ValueError
+            For a name that there is not, or a value outside its range.
+        """
+        return replace(self, **{name: checked(_CHECKS, name, v) for name, v in changes.items()})
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the values as plain data."""
+        data = asdict(self)
+        data["volumes"] = {
+            fingerprint: _with_others(volume) for fingerprint, volume in data["volumes"].items()
+        }
+        return {"tfscope_preferences": FORMAT_VERSION, **_with_others(data)}
+
+    @classmethod
+    def from_json(cls, data: Any) -> Remembered:
+        """Rebuild values from :meth:`to_json`'s data; each wrong one is its default.
+
+        Raises
+        ------
+        ValueError
+            When it is not such data at all.
+        """
+        if not isinstance(data, dict) or "tfscope_preferences" not in data:
+            raise ValueError("it does not hold tfscope's settings")
+        rest = {name: value for name, value in data.items() if name != "tfscope_preferences"}
+        return cls(**valid_values(_CHECKS, rest))
+
+
+def _with_others(data: dict[str, Any]) -> dict[str, Any]:
+    """Put what this version does not know beside what it knows."""
+    known = {name: value for name, value in data.items() if name != "others"}
+    return {**data["others"], **known}
+
+
+def _known_volumes(value: Any) -> dict[str, KnownVolume]:
+    """Take what is known of volumes, without those of which it is malformed."""
+    if not isinstance(value, dict):
+        raise ValueError("it must have names")
+    known = {}
+    for fingerprint, each in list(value.items())[-MOST_VOLUMES:]:
+        if isinstance(each, KnownVolume):
+            known[fingerprint] = each
+        elif isinstance(each, dict):
+            known[fingerprint] = KnownVolume(**valid_values(_VOLUME_CHECKS, each))
+    return known
+
+
+_flag = one_of(False, True)
+_recent = list_of(text, MOST_RECENT)
+
+_VOLUME_CHECKS: Checks = {
+    "path": text,
+    "up_axis": one_of("", "+x", "-x", "+y", "-y", "+z", "-z"),
+    "raw_layout": text,
+    "models": _recent,
+}
+
+_CHECKS: Checks = {
+    "lighting": one_of("auto", "none", "direct", "global"),
+    "drawing": one_of("auto", "vtk", "raycast"),
+    "sample_distance": either(one_of(None), number(0.01, 10)),
+    "reference_size": either(one_of(None, "generator"), whole_number(16, 8192)),
+    "same_size_as_generator": _flag,
+    "trackball": _flag,
+    "colors_follow_modes": _flag,
+    "legend": _flag,
+    "cube": _flag,
+    "last_folder": text,
+    "window_geometry": base64_text,
+    "splitters": dict_of(list_of(whole_number(0, 1_000_000), 20), 50),
+    "hidden_panes": list_of(text, 20),
+    "swapped": _flag,
+    "recent_volumes": _recent,
+    "recent_models": _recent,
+    "recent_transfer_functions": _recent,
+    "volumes": _known_volumes,
+}
+
+
+def changed_volume(known: KnownVolume, changes: dict[str, Any]) -> KnownVolume:
+    """Return what is known of a volume with some values changed.
+
+    Raises
+    ------
+    ValueError
+        For a name that there is not, or a wrong value.
+    """
+    return replace(known, **{name: checked(_VOLUME_CHECKS, name, v) for name, v in changes.items()})

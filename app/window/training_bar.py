@@ -1,0 +1,186 @@
+"""One line that offers a model to a volume without one, and shows how its training goes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QColor, QPalette, QResizeEvent
+from PySide6.QtWidgets import (
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QProgressBar,
+    QPushButton,
+    QSizePolicy,
+    QToolButton,
+    QWidget,
+)
+
+from app import theme
+from app.controls import text_button
+from app.state.training_clock import usual_minutes
+from app.state.training_run import TrainingRun
+
+HEIGHT = 34
+"""Of the line, in pixels."""
+
+BAR_SIZE = 160, 10
+"""Width and height of the progress bar in pixels."""
+
+STEPS = 1000
+"""Steps of the progress bar."""
+
+Phase = Literal["offer", "training", "trained", "failed"]
+
+
+class TrainingBar(QFrame):
+    """Offers to train or to open a model, and follows a training; hidden where neither applies.
+
+    A training and what came of it stay in sight, whatever is open.
+
+    Parameters
+    ----------
+    run : TrainingRun
+    """
+
+    trainRequested = Signal()
+    """Emitted when a model of the open volume shall be trained."""
+    openRequested = Signal()
+    """Emitted when a model's folder shall be chosen."""
+    trained = Signal(object)
+    """Emitted with the folder of the trained model when it shall be shown."""
+
+    def __init__(self, run: TrainingRun, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._run = run
+        self._phase: Phase = "offer"
+        self._is_offered = False
+        self._folder: Path | None = None
+        self.setProperty("role", "panel")
+        self.setFixedHeight(HEIGHT)
+        self._label = _Line()
+        self._progress = QProgressBar()
+        self._progress.setRange(0, STEPS)
+        self._progress.setTextVisible(False)
+        self._progress.setFixedSize(*BAR_SIZE)
+        about = f"about {usual_minutes()} min"
+        self.train = _button(
+            f"Train a model ({about})",
+            "Trains a model of this volume beside the window. It draws the volume without its "
+            "file, and is kept for the next time.",
+        )
+        self.open = _button("Open a model…", "Choose the folder of a model of this volume")
+        self.cancel = _button("Cancel", "Stop the training; it goes on from there if started again")
+        self.show_model = _button("Show", "Open the model beside the reference")
+        self.dismiss: QToolButton = text_button("✕", "Hide this line")
+        self._lay_out()
+        run.progressed.connect(self._show_progress)
+        run.finished.connect(self._show_model)
+        run.failed.connect(self._show_failure)
+        run.cancelled.connect(self._offer)
+        self._offer()
+
+    @property
+    def text(self) -> str:
+        """The displayed sentence, as a whole."""
+        return self._label.full_text
+
+    def set_offered(self, offered: bool) -> None:
+        """Say whether the open volume is without a model."""
+        self._is_offered = offered
+        self._refresh()
+
+    def _lay_out(self) -> None:
+        row = QHBoxLayout(self)
+        row.setContentsMargins(12, 0, 6, 0)
+        row.setSpacing(8)
+        row.addWidget(self._progress)
+        row.addWidget(self._label, 1)
+        for button in (self.show_model, self.train, self.open, self.cancel, self.dismiss):
+            row.addWidget(button)
+        self.train.clicked.connect(lambda: self.trainRequested.emit())
+        self.open.clicked.connect(lambda: self.openRequested.emit())
+        self.cancel.clicked.connect(lambda: self._run.cancel())
+        self.show_model.clicked.connect(lambda: self._take_model())
+        self.dismiss.clicked.connect(lambda: self._offer())
+
+    def _offer(self) -> None:
+        self._folder = None
+        self._enter("offer", "No model of this volume yet.")
+
+    def _show_progress(self, fraction: float, words: str) -> None:
+        self._progress.setValue(round(STEPS * fraction))
+        self._enter("training", f"Model of {self._run.volume_name}: {words}")
+        self.cancel.setEnabled(words != "stopping")
+
+    def _show_model(self, folder: Path) -> None:
+        self._folder = folder
+        self._enter("trained", f"Trained on {self._run.volume_name}. {self._run.verdict}".rstrip())
+
+    def _show_failure(self, sentence: str) -> None:
+        self._enter("failed", sentence)
+
+    def _take_model(self) -> None:
+        folder = self._folder
+        self._offer()
+        self.trained.emit(folder)
+
+    def _enter(self, phase: Phase, text: str) -> None:
+        self._phase = phase
+        self._label.set_full_text(text)
+        palette = self.palette()
+        if phase == "failed":
+            palette.setColor(QPalette.ColorRole.WindowText, QColor(theme.ERROR))
+        self._label.setPalette(palette)
+        self._refresh()
+
+    def _refresh(self) -> None:
+        phase, asks = self._phase, self._phase in ("offer", "failed")
+        self._progress.setVisible(phase == "training")
+        self.cancel.setVisible(phase == "training")
+        self.show_model.setVisible(phase == "trained")
+        self.dismiss.setVisible(phase in ("trained", "failed"))
+        for button in (self.train, self.open):
+            button.setVisible(asks and self._is_offered)
+        self.setVisible(self._is_offered or phase != "offer")
+
+
+class _Line(QLabel):
+    """A sentence in one line, cut where there is no room for it; the tooltip has all of it."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.full_text = ""
+        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self.setTextFormat(Qt.TextFormat.PlainText)
+
+    def set_full_text(self, text: str) -> None:
+        """Set the sentence."""
+        self.full_text = text
+        self._cut()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Cut the sentence to the new width."""
+        super().resizeEvent(event)
+        self._cut()
+
+    def minimumSizeHint(self) -> QSize:
+        """Take any width."""
+        return QSize(0, super().minimumSizeHint().height())
+
+    def _cut(self) -> None:
+        shown = self.fontMetrics().elidedText(
+            self.full_text, Qt.TextElideMode.ElideRight, self.width()
+        )
+        self.setText(shown)
+        self.setToolTip(self.full_text if shown != self.full_text else "")
+
+
+def _button(text: str, tip: str) -> QPushButton:
+    button = QPushButton(text)
+    button.setToolTip(tip)
+    # After a click, keys such as W are the window's again.
+    button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+    return button

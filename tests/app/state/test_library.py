@@ -1,0 +1,242 @@
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from ramp import make_volume
+
+from app.state.library import Library
+from app.state.preferences import Preferences
+from model.generator.catalog import shipped_models
+from model.networks.card import MODEL_FILE, ModelCard
+from model.networks.size import NetworkSize
+from model.scene.migration import FORMAT_VERSION
+from model.scene.scene import Scene
+from model.volume_files import read_volume
+from model.volume_files.shipped import shipped_volumes
+
+WEIGHTS = bytes(range(256)) * 8
+
+
+@pytest.fixture
+def preferences() -> Preferences:
+    return Preferences()
+
+
+@pytest.fixture
+def library(preferences: Preferences) -> Library:
+    return Library(preferences)
+
+
+def make_model(folder: Path, name: str = "ramp", top: float = 200.0, **changes: Any) -> Path:
+    """A model folder whose weights are any bytes: nobody draws with it."""
+    scene = Scene.of(make_volume(name, top), 64)
+    card = ModelCard(
+        scene,
+        "draft",
+        NetworkSize(image_size=64),
+        metrics={"alternatives": {"verdict": "It pays."}},
+    )
+    folder.mkdir(parents=True)
+    (folder / "generator-1.safetensors").write_bytes(WEIGHTS)
+    header = {
+        "tfscope_model": FORMAT_VERSION,
+        "weights": "generator-1.safetensors",
+        "sha256": hashlib.sha256(WEIGHTS).hexdigest(),
+        **card.to_json(),
+        **changes,
+    }
+    (folder / MODEL_FILE).write_text(json.dumps(header))
+    return folder
+
+
+def fingerprint(name: str = "ramp", top: float = 200.0) -> str:
+    return make_volume(name, top).fingerprint
+
+
+def test_a_whole_model_is_fine(library: Library, tmp_path: Path) -> None:
+    check = library.check_model(make_model(tmp_path / "model"))
+    assert check.is_fine and check.verdict == "It pays."
+    scene = check.scene
+    assert scene is not None
+    assert (scene.volume_name, scene.volume_fingerprint) == ("ramp", fingerprint())
+    assert (scene.scalar_range, scene.image_size, scene.lighting) == ((100.0, 200.0), 64, "none")
+
+
+@pytest.mark.parametrize("folder", shipped_models(), ids=lambda folder: folder.name)
+def test_shipped_models_are_fine(library: Library, folder: Path) -> None:
+    assert library.check_model(folder).problem == ""
+
+
+BROKEN_CARDS: list[Any] = [
+    "",
+    "no JSON",
+    "[" * 100_000,
+    [],
+    7,
+    {},
+    {"tfscope_model": None},
+    {"tfscope_model": 1.0},
+    {"tfscope_model": 999},
+    {"tfscope_model": FORMAT_VERSION},
+    {"tfscope_model": FORMAT_VERSION, "scene": 3, "size": []},
+]
+
+
+@pytest.mark.parametrize("content", BROKEN_CARDS, ids=lambda content: str(content)[:30])
+def test_a_card_of_a_wrong_type(library: Library, tmp_path: Path, content: Any) -> None:
+    folder = make_model(tmp_path / "model")
+    text = content if isinstance(content, str) else json.dumps(content)
+    (folder / MODEL_FILE).write_text(text)
+    assert_said(library, folder, MODEL_FILE)
+
+
+CHANGES: dict[str, Any] = {
+    "scene": [],
+    "size": {"width": "wide"},
+    "metrics": 3,
+    "training": None,
+    "weights": ["a", "b"],
+    "sha256": None,
+}
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_a_wrong_part_of_a_card(library: Library, tmp_path: Path, name: str) -> None:
+    folder = make_model(tmp_path / "model", **{name: CHANGES[name]})
+    assert_said(library, folder, str(folder))
+
+
+def test_weights_that_are_truncated_or_altered(library: Library, tmp_path: Path) -> None:
+    folder = make_model(tmp_path / "model")
+    for content in (WEIGHTS[:-1], b"", b"x" + WEIGHTS[1:]):
+        (folder / "generator-1.safetensors").write_bytes(content)
+        assert_said(library, folder, "generator-1.safetensors", "truncated or altered")
+
+
+def test_missing_files_are_named(library: Library, tmp_path: Path) -> None:
+    folder = make_model(tmp_path / "model")
+    (folder / "generator-1.safetensors").unlink()
+    assert_said(library, folder, "generator-1.safetensors", "missing")
+    # Its volume is known all the same.
+    scene = library.check_model(folder).scene
+    assert scene is not None and scene.volume_name == "ramp"
+    (folder / MODEL_FILE).unlink()
+    assert_said(library, folder, MODEL_FILE, "missing")
+
+
+def test_weights_of_another_folder_are_not_read(library: Library, tmp_path: Path) -> None:
+    make_model(tmp_path / "other")
+    folder = make_model(tmp_path / "model", weights="../other/generator-1.safetensors")
+    assert_said(library, folder, "generator-1.safetensors", "missing")
+
+
+def test_what_is_no_folder_of_a_model(library: Library, tmp_path: Path) -> None:
+    assert_said(library, tmp_path, MODEL_FILE)
+    assert_said(library, tmp_path / "gone", "no such folder")
+    folder = make_model(tmp_path / "runs" / "mine")
+    assert_said(library, folder / MODEL_FILE, "a file")
+    assert_said(library, tmp_path / "runs", "'mine'")
+
+
+def assert_said(library: Library, folder: Path, *parts: str) -> None:
+    check = library.check_model(folder)
+    assert not check.is_fine
+    assert str(folder) in check.problem
+    for part in parts:
+        assert part in check.problem
+    assert "Unexpected" not in check.problem
+    assert check.problem.endswith(".") and ";" in check.problem and "\n" not in check.problem
+
+
+def test_models_of_a_volume_are_the_newest_first(
+    library: Library, preferences: Preferences, tmp_path: Path
+) -> None:
+    ours = fingerprint()
+    for name in ("old", "new", "gone", "other"):
+        folder = make_model(tmp_path / name)
+        preferences.note_model(folder, ours)
+    shutil.rmtree(tmp_path / "gone")
+    shutil.rmtree(tmp_path / "other")
+    make_model(tmp_path / "other", top=300.0)
+    models = library.models_of(ours)
+    assert [model.folder for model in models] == [tmp_path / "new", tmp_path / "old"]
+    assert (models[0].name, models[0].verdict, models[0].is_shipped) == ("new", "It pays.", False)
+    assert library.models_of(fingerprint(top=300.0)) == []
+
+
+def test_shipped_models_come_last_and_once(
+    library: Library, preferences: Preferences, tmp_path: Path
+) -> None:
+    scene = library.check_model(shipped_models()[0]).scene
+    assert scene is not None
+    same = [f for f in shipped_models() if same_volume(library, f, scene)]
+    assert [m.folder for m in library.models_of(scene.volume_fingerprint)] == same
+    copy = tmp_path / "copy"
+    shutil.copytree(same[0], copy)
+    for folder in (copy, same[0]):
+        preferences.note_model(folder, scene.volume_fingerprint)
+    models = library.models_of(scene.volume_fingerprint)
+    assert [m.folder for m in models] == [copy, *same]
+    assert [m.is_shipped for m in models] == [False, *(True for _ in same)]
+
+
+def same_volume(library: Library, folder: Path, scene: Scene) -> bool:
+    other = library.check_model(folder).scene
+    return other is not None and other.volume_fingerprint == scene.volume_fingerprint
+
+
+def test_the_volume_of_a_model(library: Library, preferences: Preferences, tmp_path: Path) -> None:
+    folder = make_model(tmp_path / "runs" / "model")
+    assert library.volume_of(folder) is None
+    assert library.volume_of(tmp_path / "gone") is None
+    parent = folder.parent / "ramp_4x5x6_float32.raw"
+    parent.write_bytes(b"1")
+    (folder.parent / "ramp.txt").write_text("")
+    (folder.parent / "ramps.nrrd").write_text("")
+    assert library.volume_of(folder) == parent
+    inside = folder / "ramp.nii.gz"
+    inside.write_bytes(b"1")
+    assert library.volume_of(folder) == inside
+    remembered = tmp_path / "renamed.nrrd"
+    preferences.note_volume(fingerprint(), remembered)
+    # It is gone: somewhere else then.
+    assert library.volume_of(folder) == inside
+    remembered.write_bytes(b"1")
+    assert library.volume_of(folder) == remembered
+
+
+def test_the_volume_of_a_copied_shipped_model_is_shipped(library: Library, tmp_path: Path) -> None:
+    folder = tmp_path / "copy"
+    shutil.copytree(shipped_models()[0], folder)
+    path, scene = library.volume_of(folder), library.check_model(folder).scene
+    assert scene is not None
+    assert path in shipped_volumes()
+    assert path is not None and read_volume(path).fingerprint == scene.volume_fingerprint
+
+
+def test_a_model_is_checked_without_slow_libraries() -> None:
+    slow = ("torch", "vtkmodules", "numba", "scipy")
+    code = (
+        "import sys\n"
+        "from app.state.library import Library\n"
+        "from app.state.preferences import Preferences\n"
+        "from model.generator.catalog import shipped_models\n"
+        "library = Library(Preferences())\n"
+        "assert all(library.check_model(folder).is_fine for folder in shipped_models())\n"
+        f"print([m for m in {slow} if m in sys.modules])"
+    )
+    found = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=Path(__file__).parents[3],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert found.stdout.strip() == "[]"

@@ -1,0 +1,218 @@
+from __future__ import annotations
+
+import json
+import threading
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import pytest
+from pytestqt.qtbot import QtBot
+
+from app.state import delayed_writer
+from app.state.preferences import Preferences, PreferencesStore
+from app.state.remembered import MOST_RECENT, MOST_VOLUMES, KnownVolume, Remembered
+
+
+@pytest.fixture
+def store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> PreferencesStore:
+    monkeypatch.setattr(delayed_writer, "PAUSE_MS", 10)
+    return PreferencesStore(tmp_path / "not" / "there" / "preferences.json")
+
+
+def written(store: PreferencesStore, content: object) -> Path:
+    store.path.parent.mkdir(parents=True)
+    store.path.write_text(content if isinstance(content, str) else json.dumps(content))
+    return store.path
+
+
+OTHER_VALUES: dict[str, Any] = {
+    "lighting": "global",
+    "drawing": "raycast",
+    "sample_distance": 0.25,
+    "reference_size": 1024,
+    "same_size_as_generator": True,
+    "trackball": True,
+    "colors_follow_modes": False,
+    "legend": True,
+    "cube": False,
+    "last_folder": "/data",
+    "window_geometry": "AdnQywAD",
+    "splitters": {"main": (500, 290)},
+    "hidden_panes": ("generator",),
+    "swapped": True,
+    "recent_volumes": ("/data/a.nrrd", "/data/ü \udce9.nrrd"),
+    "recent_models": ("/data/model",),
+    "recent_transfer_functions": ("/data/tf.json",),
+    "volumes": {"f1": KnownVolume("/data/a.raw", "-y", "8x8x8_uint8", ("/data/model",))},
+}
+
+
+def test_everything_is_there_in_the_next_run(store: PreferencesStore) -> None:
+    assert set(OTHER_VALUES) == {each.name for each in fields(Remembered)} - {"others"}
+    first = Preferences(store)
+    for name, value in OTHER_VALUES.items():
+        assert first.value(name) != value
+        first.set(**{name: value})
+    first.finish()
+    again = Preferences(store)
+    assert {name: again.value(name) for name in OTHER_VALUES} == OTHER_VALUES
+    assert again.start_problem == ""
+
+
+WRONG_VALUES: list[Any] = [-3.5, -7, 10**400, "no such", True, [1], {"a": 1}, float("nan"), None]
+
+
+@pytest.mark.parametrize("wrong", WRONG_VALUES)
+def test_a_wrong_value_is_its_default_and_spoils_no_other(wrong: Any) -> None:
+    good = json.loads(json.dumps(Remembered(**OTHER_VALUES).to_json()))
+    for name in OTHER_VALUES:
+        found = Remembered.from_json({**good, name: wrong})
+        for other, value in OTHER_VALUES.items():
+            if other != name:
+                assert getattr(found, other) == value
+        value, default = getattr(found, name), getattr(Remembered(), name)
+        # Some are valid: texts for a folder, for example.
+        assert value == default or (value == wrong and type(value) is type(default))
+
+
+def test_of_volumes_only_what_is_malformed_is_lost() -> None:
+    known = {"path": "/a", "models": 3, "up_axis": "+w", "raw_layout": "8x8x8_uint8"}
+    found = Remembered.from_json({"tfscope_preferences": 1, "volumes": {"a": known, "b": 7}})
+    assert found.volumes == {"a": KnownVolume("/a", raw_layout="8x8x8_uint8")}
+
+
+def test_what_a_newer_version_has_written_is_kept(store: PreferencesStore) -> None:
+    volumes = {"f1": {"path": "/a", "notes": "mine"}}
+    path = written(store, {"tfscope_preferences": 2, "theme": "light", "volumes": volumes})
+    preferences = Preferences(store)
+    preferences.set(legend=True)
+    preferences.note_volume("f1", up_axis="+y")
+    preferences.finish()
+    found = json.loads(path.read_text())
+    assert (found["theme"], found["legend"]) == ("light", True)
+    assert (found["volumes"]["f1"]["notes"], found["volumes"]["f1"]["up_axis"]) == ("mine", "+y")
+
+
+@pytest.mark.parametrize("content", ["", "{", '{"a": 1}', "[1]", "\x00\x01", "[" * 100_000])
+def test_a_damaged_or_foreign_file_is_set_aside_and_told(
+    store: PreferencesStore, content: str
+) -> None:
+    path = written(store, content)
+    preferences = Preferences(store)
+    assert str(path) in preferences.start_problem
+    assert preferences.values == Remembered()
+    assert [p.read_text() for p in path.parent.iterdir()] == [content]
+    preferences.set(legend=True)
+    preferences.finish()
+    assert Preferences(store).value("legend") is True
+    path.write_text("damaged again")
+    assert Preferences(store).start_problem
+    aside = {p.read_text() for p in path.parent.glob("*.damaged")}
+    assert aside == {content, "damaged again"}
+
+
+def test_a_file_that_cannot_be_read_is_not_overwritten(
+    store: PreferencesStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = written(store, Remembered(legend=True).to_json())
+
+    def locked(*_: object, **__: object) -> str:
+        raise PermissionError(13, "Permission denied")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "read_text", locked)
+        preferences = Preferences(store)
+    assert "Permission denied" in preferences.start_problem
+    preferences.set(cube=False)
+    preferences.finish()
+    assert Preferences(store).values == Remembered(legend=True)
+    assert [p.name for p in path.parent.iterdir()] == [path.name]
+
+
+def test_changes_in_a_row_are_written_once_and_elsewhere(
+    qtbot: QtBot, store: PreferencesStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    threads: list[threading.Thread] = []
+    save = store.save
+
+    def watched(remembered: Remembered) -> None:
+        threads.append(threading.current_thread())
+        save(remembered)
+
+    monkeypatch.setattr(store, "save", watched)
+    preferences = Preferences(store)
+    told: list[frozenset[str]] = []
+    preferences.changed.connect(told.append)
+    for distance in (0.2, 0.3, 0.3, 0.4):
+        preferences.set(sample_distance=distance)
+    preferences.set(swapped=True, legend=False)
+    assert told == [frozenset({"sample_distance"})] * 3 + [frozenset({"swapped"})]
+    qtbot.waitUntil(lambda: store.path.exists() and not preferences._writer.is_writing)
+    preferences.finish()
+    assert len(threads) == 1
+    assert threads[0] is not threading.current_thread()
+    assert Preferences(store).value("sample_distance") == 0.4
+
+
+def test_a_write_that_fails_is_told_once(tmp_path: Path) -> None:
+    blocker = tmp_path / "file"
+    blocker.write_text("")
+    preferences = Preferences(PreferencesStore(blocker / "preferences.json"))
+    told: list[str] = []
+    preferences.problem.connect(told.append)
+    for on in (True, False):
+        preferences.set(legend=on)
+        preferences.finish()
+    assert len(told) == 1
+    assert "file" in told[0]
+
+
+def test_a_wrong_change_is_refused() -> None:
+    preferences = Preferences()
+    for changes in ({"lighting": "dim"}, {"sample_distance": 0}, {"lightning": "none"}):
+        with pytest.raises(ValueError, match=next(iter(changes))):
+            preferences.set(**changes)
+    with pytest.raises(ValueError, match="up_axis"):
+        preferences.note_volume("a", up_axis="up")
+    assert preferences.values == Remembered()
+
+
+def test_recent_files_are_the_newest_ones_each_once(tmp_path: Path) -> None:
+    preferences = Preferences()
+    files = [tmp_path / "data" / f"{n}.json" for n in range(MOST_RECENT + 2)]
+    for path in [*files, files[5]]:
+        preferences.note_transfer_function(path)
+    expected = [files[5], *(p for p in reversed(files) if p != files[5])][:MOST_RECENT]
+    assert preferences.recent("transfer_functions") == expected
+    assert preferences.value("last_folder") == str(tmp_path / "data")
+    files[5].parent.mkdir()
+    files[7].write_text("{}")
+    assert preferences.existing("transfer_functions") == [files[7]]
+    preferences.forget_recent("transfer_functions")
+    assert preferences.recent("transfer_functions") == []
+
+
+def test_a_volume_keeps_what_is_known_of_it(tmp_path: Path) -> None:
+    preferences = Preferences()
+    preferences.note_volume("a", tmp_path / "a.raw", raw_layout="8x8x8_uint8")
+    preferences.note_volume("b", tmp_path / "b.nrrd")
+    for name in ("old", "new"):
+        preferences.note_model(tmp_path / name, "a")
+    preferences.note_volume("a", up_axis="-z")
+    models = (str(tmp_path / "new"), str(tmp_path / "old"))
+    known = KnownVolume(str(tmp_path / "a.raw"), "-z", "8x8x8_uint8", models)
+    assert preferences.volume("a") == known
+    assert preferences.volume("c") == KnownVolume()
+    assert preferences.recent("volumes") == [tmp_path / "b.nrrd", tmp_path / "a.raw"]
+    assert preferences.recent("models") == [tmp_path / "new", tmp_path / "old"]
+
+
+def test_the_volume_opened_longest_ago_gives_way() -> None:
+    preferences = Preferences()
+    preferences.set(volumes={str(n): KnownVolume(str(n)) for n in range(MOST_VOLUMES)})
+    preferences.note_volume("0", up_axis="+x")
+    preferences.note_volume("new", up_axis="+y")
+    assert preferences.volume("0") == KnownVolume("0", "+x")
+    assert preferences.volume("1") == KnownVolume()
+    assert len(preferences.value("volumes")) == MOST_VOLUMES
