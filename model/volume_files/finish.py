@@ -45,6 +45,7 @@ def make_volume(path: Path, grid: Grid, component: Component | None) -> Volume:
             readable_name(path),
             grid.units,
             grid.notes + bad_notes,
+            grid.axis_labels,
         )
     except VolumeError as error:
         raise VolumeError(
