@@ -129,7 +129,7 @@ def test_an_unknown_axis_is_refused() -> None:
 def projected(view: View, proportions: tuple[float, float, float]) -> NDArray[np.float64]:
     """Corners of the box in the image, in halves of its height, by VTK's camera."""
     # The bounding sphere's diameter is 1.
-    right, up, back = view.basis()
+    _, up, back = view.basis()
     camera = vtkCamera()
     camera.SetFocalPoint(0, 0, 0)
     camera.SetPosition(*(view.camera_distance(0.5) * back))
