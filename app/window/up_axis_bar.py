@@ -41,7 +41,7 @@ class UpAxisBar(QFrame):
             layout.addWidget(button)
         layout.addStretch()
         leave = QPushButton("Leave it")
-        leave.setToolTip("View > Up axis asks again")
+        leave.setToolTip("Keep the volume as it stands")
         leave.clicked.connect(self._dismiss)
         layout.addWidget(leave)
         self.hide()
