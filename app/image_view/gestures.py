@@ -10,7 +10,6 @@ from PySide6.QtCore import QEvent, QObject, QPointF, QRectF, Qt, QTimer
 from PySide6.QtGui import QMouseEvent, QNativeGestureEvent, QWheelEvent
 from PySide6.QtWidgets import QWidget
 
-from app.image_view.image_canvas import ImageCanvas
 from app.image_view.light_ball import light_at
 from app.image_view.view_steps import notches_of, pan, roll, turn, zoom
 from app.state.viewer_state import ViewerState
@@ -58,8 +57,7 @@ class ViewGestures(QObject):
         if kind == QEvent.Type.MouseButtonPress:
             return self._press(cast(QMouseEvent, event))
         if kind == QEvent.Type.MouseMove and self._gesture is not None:
-            self._drag(cast(QMouseEvent, event).position())
-            return True
+            return self._move(cast(QMouseEvent, event))
         if kind == QEvent.Type.MouseButtonRelease and self._gesture is not None:
             return self._release(cast(QMouseEvent, event))
         if kind == QEvent.Type.MouseButtonDblClick:
@@ -72,8 +70,11 @@ class ViewGestures(QObject):
 
     def _press(self, event: QMouseEvent) -> bool:
         if self._gesture is not None:
-            # Another button during a drag changes nothing.
-            return True
+            if event.button() != self._button and event.buttons() & self._button:
+                # Another button during a drag changes nothing.
+                return True
+            # The release was kept from this widget.
+            self._end_drag()
         self._gesture = self._gesture_of(event)
         if self._gesture is None:
             return False
@@ -102,11 +103,23 @@ class ViewGestures(QObject):
         return "turn"
 
     def _release(self, event: QMouseEvent) -> bool:
-        if event.button() == self._button:
-            self._gesture = None
-            self._state.finish_view()
-            self._state.finish_light()
+        # What handles events before may have kept the release that was waited for.
+        if event.button() == self._button or not event.buttons() & self._button:
+            self._end_drag()
         return True
+
+    def _move(self, event: QMouseEvent) -> bool:
+        if not event.buttons() & self._button:
+            # The release was kept from this widget.
+            self._end_drag()
+            return False
+        self._drag(event.position())
+        return True
+
+    def _end_drag(self) -> None:
+        self._gesture = None
+        self._state.finish_view()
+        self._state.finish_light()
 
     def _double_click(self, event: QMouseEvent) -> bool:
         if event.button() != Qt.MouseButton.LeftButton or event.modifiers():
@@ -161,21 +174,19 @@ class ViewGestures(QObject):
             self._state.finish_view("zoom")
 
     def _frame(self) -> QRectF:
-        """Rectangle of the image; its middle is the image's middle."""
-        if isinstance(self._widget, ImageCanvas):
-            return QRectF(self._widget.image_rect)
-        frame = QRectF(self._widget.rect())
+        """Largest square in the middle of the image, or of a widget without an image."""
+        frame = QRectF(getattr(self._widget, "image_rect", self._widget.rect()))
         side = min(frame.width(), frame.height())
         square = QRectF(0.0, 0.0, side, side)
         square.moveCenter(frame.center())
         return square
 
     def _half(self) -> float:
-        """Half the image's height in pixels."""
+        """Half the image's shorter side in pixels."""
         return max(self._frame().height() / 2, 1.0)
 
     def _place(self, position: QPointF) -> tuple[float, float]:
-        """A position to the right and up from the image's middle, in halves of its height."""
+        """A position to the right and up from the image's middle, in halves of its side."""
         arm, half = position - self._frame().center(), self._half()
         return arm.x() / half, -arm.y() / half
 

@@ -47,6 +47,8 @@ DARKEST, BRIGHTEST = 90, 205
 LEGIBLE = 0.3
 """Least cosine to the eye at which a face's label is drawn."""
 
+HELP = "Click a face to look from there, drag to turn"
+
 PATIENT = {
     "R": "the patient's right",
     "L": "the patient's left",
@@ -88,10 +90,12 @@ class OrientationCube(QWidget):
         self._dragged = False
         self._hovered = ""
         self._faces: list[_Face] = []
+        self._labels: tuple[str, ...] | None = None
         self.setFixedSize(QSize(SIZE, SIZE))
         self.setMouseTracking(True)
         self.setCursor(Qt.CursorShape.PointingHandCursor)
         self.setAccessibleName("Orientation")
+        self.setToolTip(HELP)
         state.viewChanged.connect(self._follow)
         state.navigationChanged.connect(self._follow)
         parent.installEventFilter(self)
@@ -100,9 +104,22 @@ class OrientationCube(QWidget):
 
     @property
     def labels(self) -> dict[str, str]:
-        """Label of each axis: the patient's direction, or the axis' name."""
+        """Label of each axis: what was set, the patient's direction, or the axis' name."""
         plain = {axis: axis.replace("-", "−").upper() for axis in AXES}
-        return plain | dict(zip(AXES, self._state.axis_labels, strict=False))
+        labels = self._state.axis_labels if self._labels is None else self._labels
+        return plain | dict(zip(AXES, labels, strict=False))
+
+    def set_labels(self, labels: tuple[str, ...] | None) -> None:
+        """Set the faces' labels.
+
+        Parameters
+        ----------
+        labels : tuple of str, or None
+            One for each of :data:`~model.scene.orientation.AXES`; empty for the axes' names,
+            None for those of the state's volume, which are shown at first.
+        """
+        self._labels = labels
+        self._follow()
 
     @property
     def visible_faces(self) -> dict[str, QPointF]:
@@ -209,8 +226,8 @@ class OrientationCube(QWidget):
         if name != self._hovered:
             self._hovered = name
             label = next((face.label for face in self._faces if face.name == name), "")
-            told = PATIENT.get(label, label)
-            self.setToolTip(f"{name} ({told}): click to look from here, drag to turn")
+            told = f"{name} ({PATIENT.get(label, label)}): click to look from here, drag to turn"
+            self.setToolTip(told if name else HELP)
             self.update()
 
 

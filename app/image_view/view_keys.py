@@ -18,7 +18,7 @@ DEGREES, FINE_DEGREES = 5.0, 1.0
 """Step of a turn or roll, and with Shift."""
 
 PAN_STEP, FINE_PAN_STEP = 0.1, 0.02
-"""Step of a pan in halves of the image's height, and with Shift."""
+"""Step of a pan in halves of the image's shorter side, and with Shift."""
 
 ARROWS: dict[int, tuple[int, int]] = {
     Qt.Key.Key_Left: (-1, 0),
@@ -43,7 +43,7 @@ KEYS_HELP = (
 
 
 class ViewKeys(QObject):
-    """Changes a state's view by the keys of a widget that has the focus.
+    """Changes a state's view by the keys of a widget, which takes the focus by click and tab.
 
     A key that is held repeats as a drag: live until it is released, and one entry in the
     history of views.
@@ -53,6 +53,7 @@ class ViewKeys(QObject):
         super().__init__(widget)
         self._state = state
         self._held: dict[int, str] = {}
+        widget.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         widget.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
@@ -77,15 +78,16 @@ class ViewKeys(QObject):
         if step is None:
             return False
         name, change = step
-        self._held[event.key()] = name
+        self._held[_place_of(event)] = name
         self._state.move_view(change())
         return True
 
     def _release(self, event: QKeyEvent) -> bool:
-        if event.key() not in self._held:
+        place = _place_of(event)
+        if place not in self._held:
             return False
         if not event.isAutoRepeat():
-            name = self._held.pop(event.key())
+            name = self._held.pop(place)
             if not self._held:
                 self._state.finish_view(name)
         return True
@@ -116,3 +118,8 @@ class ViewKeys(QObject):
         if key == Qt.Key.Key_Home:
             return "home", lambda: state.home
         return None
+
+
+def _place_of(event: QKeyEvent) -> int:
+    """Place of a key on the keyboard: without Shift, the same key may have another name."""
+    return event.nativeScanCode() or event.key()

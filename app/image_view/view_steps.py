@@ -80,7 +80,7 @@ def roll(view: View, degrees: float) -> View:
 
 
 def pan(view: View, right: float, up: float) -> View:
-    """Return the view with the picture moved, in halves of the image's height."""
+    """Return the view with the picture moved, in halves of the image's shorter side."""
     return replace(view, pan_x=view.pan_x + right, pan_y=view.pan_y + up)
 
 
@@ -94,7 +94,7 @@ def zoom(view: View, notches: float, at: tuple[float, float] = (0.0, 0.0)) -> Vi
         Wheel notches; negative moves away.
     at : tuple of float
         Place in the image that stays where it is, in the plane through the volume's centre:
-        to the right and up from the image's middle, in halves of its height.
+        to the right and up from the image's middle, in halves of its shorter side.
     """
     distance = min(max(view.distance * ZOOM_PER_NOTCH**notches, NEAREST), FARTHEST)
     grown = view.distance / distance

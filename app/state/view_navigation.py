@@ -30,7 +30,9 @@ class ViewNavigation(QObject):
     viewChanged = Signal(object)
     viewChangeFinished = Signal(object)
     navigationChanged = Signal()
-    """Emitted when the up axis, the trackball, the home view or the view's history changes."""
+    """Emitted when the up axis, the axes' labels, the trackball or the home view changes."""
+    viewHistoryChanged = Signal()
+    """Emitted when there are other views to go back to, or to return to."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -105,8 +107,8 @@ class ViewNavigation(QObject):
         if self._view_moving:
             self._view_moving = False
             self._views.record(self._view, kind)
+            self.viewHistoryChanged.emit()
             self.viewChangeFinished.emit(self._view)
-            self.navigationChanged.emit()
 
     def set_view(self, view: View) -> None:
         """Change the view without a drag."""
@@ -128,17 +130,23 @@ class ViewNavigation(QObject):
         self.set_view(self._home)
 
     def look_from(self, name: str) -> None:
-        """Look from one of :data:`~model.scene.orientation.STANDARD_VIEWS`.
+        """Look from one of :data:`~model.scene.orientation.STANDARD_VIEWS`, at this distance.
+
+        The volume is in the middle of the image again.
 
         Raises
         ------
         ViewError
             When there is no such view.
         """
-        front = self.front_axis
-        self.set_view(
-            standard_view(name, self._view, self._proportions, self._up_axis, front=front)
-        )
+        distance, front = self._view.distance, self.front_axis
+        self.set_view(standard_view(name, distance, self._up_axis, front=front))
+
+    def set_home(self, view: View) -> None:
+        """Set the view that :meth:`reset_view` goes to, until the up axis or the volume changes."""
+        if view != self._home:
+            self._home = view
+            self.navigationChanged.emit()
 
     def set_up_axis(self, up: str) -> None:
         """Set the axis that points up, and stand the volume upright.
@@ -201,6 +209,7 @@ class ViewNavigation(QObject):
         self._up_axis, self._home = up, home
         first = view or self._home
         self._views.start(first)
+        self.navigationChanged.emit()
         self._look(first)
 
     def _upright_home(self) -> View:
@@ -212,4 +221,4 @@ class ViewNavigation(QObject):
             self._view = view
             self.viewChanged.emit(view)
             self.viewChangeFinished.emit(view)
-        self.navigationChanged.emit()
+        self.viewHistoryChanged.emit()

@@ -36,7 +36,7 @@ NEAREST_HOME, FARTHEST_HOME = 0.4, 1.0
 """Limits of the home view's distance: what generators are trained for, and the whole volume."""
 
 MARGIN = 0.03
-"""Part of the image's half height that is left free around a volume that just fits."""
+"""Part of half the image's side that is left free around a volume that just fits."""
 
 _USUAL_FRONTS = {"+x": "-y", "-x": "-y", "+y": "+z", "-y": "-z", "+z": "-y", "-z": "-y"}
 
@@ -142,7 +142,7 @@ def fit_distance(
     view : View or ndarray of float64, shape (3, 3)
         Only its axes matter: rows right, up and back.
     margin : float
-        Part of the image's half height that is left free.
+        Part of half the image's side that is left free.
 
     Returns
     -------
@@ -167,12 +167,8 @@ def home_view(
     return replace(view, distance=min(max(distance, NEAREST_HOME), FARTHEST_HOME))
 
 
-def standard_view(
-    name: str, view: View, proportions: tuple[float, float, float], up: str, *, front: str = ""
-) -> View:
-    """Return one of :data:`STANDARD_VIEWS`, in the middle and from a present view's distance.
-
-    A volume that was wholly in the image stays so, if need be from farther away.
+def standard_view(name: str, distance: float, up: str, *, front: str = "") -> View:
+    """Return one of :data:`STANDARD_VIEWS`, in the middle of the image.
 
     Raises
     ------
@@ -181,11 +177,8 @@ def standard_view(
     """
     if name not in STANDARD_VIEWS:
         raise ViewError(f"'{name}' is not a view; give one of {', '.join(STANDARD_VIEWS)}.")
-    there = view_in(up, *STANDARD_VIEWS[name], front=front)
-    distance = view.distance
-    if distance >= fit_distance(proportions, view, margin=0.0):
-        distance = max(distance, fit_distance(proportions, there, margin=0.0))
-    return replace(there, distance=distance)
+    azimuth, elevation = STANDARD_VIEWS[name]
+    return view_in(up, azimuth, elevation, distance=distance, front=front)
 
 
 def _nearest_axis(direction: NDArray[np.float64]) -> str:

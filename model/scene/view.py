@@ -88,7 +88,7 @@ class View:
         bounding sphere just fills the image; > 0.
     pan_x, pan_y : float
         Place of the volume's centre in the image, to the right and up from its middle,
-        in halves of the image's height. The picture is moved as a whole, without
+        in halves of the image's shorter side. The picture is moved as a whole, without
         turning the camera.
 
     Raises

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError
-from model.scene.orientation import axis_labelled
 
 Triple = tuple[float, float, float]
 
@@ -60,6 +59,8 @@ class Volume:
         Unit of the scalars, empty when unknown.
     notes : tuple of str
         Changes made by the file reader, each a sentence for the user.
+    up : str
+        Axis that points up, to a patient's head, such as ``"+z"``; empty when unknown.
     axis_labels : tuple of str
         The patient's direction (R, L, A, P, S or I) that each of
         :data:`~model.scene.orientation.AXES` points to; empty when unknown.
@@ -77,6 +78,7 @@ class Volume:
     name: str = "volume"
     units: str = ""
     notes: tuple[str, ...] = field(default=())
+    up: str = ""
     axis_labels: tuple[str, ...] = field(default=())
 
     def __post_init__(self) -> None:
@@ -114,11 +116,6 @@ class Volume:
     def scalar_range(self) -> tuple[float, float]:
         """Smallest and largest voxel, in the data's own units."""
         return float(self.scalars.min()), float(self.scalars.max())
-
-    @property
-    def up(self) -> str:
-        """Axis that points to the patient's head, such as ``"+z"``; empty when unknown."""
-        return axis_labelled("S", self.axis_labels)
 
     @property
     def dimensions(self) -> tuple[int, int, int]:

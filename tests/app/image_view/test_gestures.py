@@ -3,8 +3,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
-from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QImage, QNativeGestureEvent, QPointingDevice, QWheelEvent
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
+from PySide6.QtGui import QImage, QMouseEvent, QNativeGestureEvent, QPointingDevice, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
@@ -116,7 +116,7 @@ def test_a_touchpad_that_sends_pixels_zooms(
 
 
 def test_a_pinch_zooms_and_ends_at_once(qtbot: QtBot, state: ViewerState, canvas: QWidget) -> None:
-    def send(kind: Qt.NativeGestureType, value: float) -> None:
+    def pinch(kind: Qt.NativeGestureType, value: float) -> None:
         at = QPointF(150, 100)
         touchpad = QPointingDevice.primaryPointingDevice()
         there = canvas.mapToGlobal(at)
@@ -124,9 +124,9 @@ def test_a_pinch_zooms_and_ends_at_once(qtbot: QtBot, state: ViewerState, canvas
         QApplication.sendEvent(canvas, event)
 
     with qtbot.waitSignals([state.viewChanged, state.viewChangeFinished], order="strict"):
-        send(Qt.NativeGestureType.BeginNativeGesture, 0.0)
-        send(Qt.NativeGestureType.ZoomNativeGesture, 0.25)
-        send(Qt.NativeGestureType.EndNativeGesture, 0.0)
+        pinch(Qt.NativeGestureType.BeginNativeGesture, 0.0)
+        pinch(Qt.NativeGestureType.ZoomNativeGesture, 0.25)
+        pinch(Qt.NativeGestureType.EndNativeGesture, 0.0)
         assert not state.live
     assert state.view == zoom(HOME_VIEW, notches_of(1.25), (0.5, 0.0))
 
@@ -147,7 +147,7 @@ def test_the_picture_follows_a_panning_mouse_by_pixels(
     canvas.show_image(QImage(200, 100, QImage.Format.Format_RGB888))
     ViewGestures(canvas, state)
     drag(canvas, [(100, 100), (150, 100), (150, 70)], button, keys)
-    # The image is 400 x 200 pixels, so that half its height is 100.
+    # The image is 400 x 200 pixels, so that half its shorter side is 100.
     assert (state.view.pan_x, state.view.pan_y) == pytest.approx((0.5, 0.3))
     state.undo_view()
     assert state.view == HOME_VIEW
@@ -173,16 +173,77 @@ def test_dragging_turns_about_the_states_up_axis_or_freely(
     assert state.view == tumble(before, 10, 20)
 
 
+NONE, LEFT, RIGHT = Qt.MouseButton.NoButton, Qt.MouseButton.LeftButton, Qt.MouseButton.RightButton
+PRESS, MOVE = QEvent.Type.MouseButtonPress, QEvent.Type.MouseMove
+RELEASE = QEvent.Type.MouseButtonRelease
+
+
+def send(
+    widget: QWidget,
+    kind: QEvent.Type,
+    x: int,
+    y: int,
+    button: Qt.MouseButton,
+    held: Qt.MouseButton,
+) -> None:
+    """Send a mouse event; QTest forgets one button when another is pressed."""
+    at, keys = QPointF(x, y), Qt.KeyboardModifier.NoModifier
+    event = QMouseEvent(kind, at, widget.mapToGlobal(at), button, held, keys)
+    QApplication.sendEvent(widget, event)
+
+
 def test_another_button_changes_nothing_during_a_drag(state: ViewerState, canvas: QWidget) -> None:
-    QTest.mousePress(canvas, Qt.MouseButton.LeftButton, pos=QPoint(100, 100))
-    QTest.mouseMove(canvas, QPoint(110, 100))
-    QTest.mousePress(canvas, Qt.MouseButton.RightButton, pos=QPoint(110, 100))
-    QTest.mouseRelease(canvas, Qt.MouseButton.RightButton, pos=QPoint(110, 100))
+    send(canvas, PRESS, 100, 100, LEFT, LEFT)
+    send(canvas, MOVE, 110, 100, NONE, LEFT)
+    send(canvas, PRESS, 110, 100, RIGHT, LEFT | RIGHT)
+    send(canvas, RELEASE, 110, 100, RIGHT, LEFT)
     assert state.live
-    QTest.mouseMove(canvas, QPoint(110, 120))
-    QTest.mouseRelease(canvas, Qt.MouseButton.LeftButton, pos=QPoint(110, 120))
+    send(canvas, MOVE, 110, 120, NONE, LEFT)
+    send(canvas, RELEASE, 110, 120, LEFT, NONE)
     assert state.view == orbit(orbit(HOME_VIEW, 10, 0), 0, 20)
     assert not state.live
+
+
+@pytest.mark.parametrize("kind", [MOVE, RELEASE])
+def test_a_drag_whose_release_was_kept_from_it_ends(
+    state: ViewerState, canvas: QWidget, kind: QEvent.Type
+) -> None:
+    canvas.setMouseTracking(True)
+    send(canvas, PRESS, 100, 50, RIGHT, RIGHT)
+    send(canvas, MOVE, 150, 100, NONE, RIGHT)
+    rolled = state.view
+    # A layer over the image took the right button's release.
+    send(canvas, kind, 100, 150, NONE if kind == MOVE else LEFT, NONE)
+    assert (state.live, state.view) == (False, rolled)
+    send(canvas, MOVE, 50, 100, NONE, NONE)
+    assert state.view == rolled
+
+
+def test_a_press_begins_anew_after_a_release_that_was_kept(
+    state: ViewerState, canvas: QWidget
+) -> None:
+    send(canvas, PRESS, 100, 50, RIGHT, RIGHT)
+    send(canvas, MOVE, 150, 100, NONE, RIGHT)
+    rolled = state.view
+    send(canvas, PRESS, 100, 100, LEFT, LEFT)
+    assert not state.live
+    send(canvas, MOVE, 110, 100, NONE, LEFT)
+    send(canvas, RELEASE, 110, 100, LEFT, NONE)
+    assert state.view == orbit(rolled, 10, 0)
+    state.undo_view()
+    assert state.view == rolled
+
+
+def test_a_picture_that_is_higher_than_wide_is_panned_by_its_width(
+    qtbot: QtBot, state: ViewerState
+) -> None:
+    canvas = ImageCanvas()
+    qtbot.addWidget(canvas)
+    canvas.resize(200, 400)
+    canvas.show_image(QImage(100, 200, QImage.Format.Format_RGB888))
+    ViewGestures(canvas, state)
+    drag(canvas, [(100, 100), (150, 150)], Qt.MouseButton.MiddleButton)
+    assert (state.view.pan_x, state.view.pan_y) == pytest.approx((0.5, -0.5))
 
 
 def test_with_control_and_shift_the_mouse_moves_a_light_that_is_movable(

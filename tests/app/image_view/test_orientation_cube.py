@@ -85,6 +85,17 @@ def test_labels_are_the_patients_where_they_are_known(
     assert cube.toolTip().startswith("Right (the patient's left)")
 
 
+def test_labels_can_be_set_and_given_back(state: ViewerState, cube: OrientationCube) -> None:
+    state.start_view(EQUAL, "+z", tuple("LRPASI"))
+    assert cube.labels["+x"] == "L"
+    cube.set_labels(tuple("EWNSUD"))
+    assert (cube.labels["+x"], cube.labels["-z"]) == ("E", "D")
+    cube.set_labels(())
+    assert cube.labels["+x"] == "+X"
+    cube.set_labels(None)
+    assert cube.labels["+x"] == "L"
+
+
 def test_the_face_under_the_mouse_is_marked(state: ViewerState, cube: OrientationCube) -> None:
     def color(name: str) -> QColor:
         face = cube.visible_faces[name].toPoint()

@@ -7,7 +7,7 @@ from pytestqt.qtbot import QtBot
 from app.state.view_history import MOST_VIEWS, ViewHistory
 from app.state.viewer_state import HOME_VIEW, ViewerState
 from model.errors import ViewError
-from model.scene.orientation import axis_direction, fit_distance, home_view
+from model.scene.orientation import axis_direction, home_view
 from model.scene.view import View
 
 BOX = (0.8, 0.48, 0.36)
@@ -78,7 +78,7 @@ def test_gestures_are_undone_apart_from_the_tf(qtbot: QtBot, state: ViewerState)
         state.move_view(View(azimuth - 0.5))
         state.set_view(View(azimuth))
     assert state.can_undo_view
-    with qtbot.waitSignals([state.viewChanged, state.viewChangeFinished, state.navigationChanged]):
+    with qtbot.waitSignals([state.viewChanged, state.viewChangeFinished, state.viewHistoryChanged]):
         state.undo_view()
     assert state.view == View(1.0)
     state.undo_view()
@@ -100,7 +100,8 @@ def test_a_volume_starts_at_its_home_view_without_a_history(
     qtbot: QtBot, state: ViewerState
 ) -> None:
     state.set_view(View(10.0))
-    with qtbot.waitSignals([state.viewChanged, state.viewChangeFinished, state.navigationChanged]):
+    signals = [state.navigationChanged, state.viewChanged, state.viewHistoryChanged]
+    with qtbot.waitSignals([*signals, state.viewChangeFinished]):
         state.start_view(BOX, "-y")
     assert state.view == state.home == home_view(BOX, "-y")
     assert (state.up_axis, state.can_undo_view) == ("-y", False)
@@ -138,13 +139,38 @@ def test_another_up_axis_stands_the_volume_upright(qtbot: QtBot, state: ViewerSt
     assert state.view == View(100.0, 20.0, 3.0, 0.5, 0.1, 0.2)
 
 
-def test_standard_views_are_upright_and_whole(state: ViewerState) -> None:
+def test_standard_views_are_upright_and_keep_the_distance(state: ViewerState) -> None:
     state.start_view(BOX, "+y")
+    state.set_view(View(10.0, roll=5.0, distance=0.55, pan_x=0.3))
     state.look_from("Top")
     assert state.view.basis()[2] == pytest.approx(axis_direction("+y"), abs=1e-9)
-    assert state.view.distance >= fit_distance(BOX, state.view, margin=0.0)
+    assert (state.view.distance, state.view.pan_x) == (0.55, 0.0)
     with pytest.raises(ViewError, match="'Inside' is not a view"):
         state.look_from("Inside")
+
+
+def test_another_home_is_gone_to_until_the_up_axis_changes(
+    qtbot: QtBot, state: ViewerState
+) -> None:
+    state.start_view(BOX)
+    with qtbot.waitSignal(state.navigationChanged):
+        state.set_home(View(70.0))
+    assert state.view == home_view(BOX)
+    state.reset_view()
+    assert state.view == View(70.0)
+    state.set_up_axis("+y")
+    assert state.view == state.home == home_view(BOX, "+y")
+
+
+def test_only_finished_gestures_change_the_history(qtbot: QtBot, state: ViewerState) -> None:
+    with qtbot.assertNotEmitted(state.viewHistoryChanged):
+        state.move_view(View(1.0))
+        assert not state.can_undo_view
+    with qtbot.waitSignal(state.viewHistoryChanged):
+        state.finish_view()
+    with qtbot.assertNotEmitted(state.viewHistoryChanged):
+        state.finish_view()
+        state.set_view(View(1.0))
 
 
 def test_the_trackball_is_announced(qtbot: QtBot, state: ViewerState) -> None:
