@@ -93,8 +93,8 @@ def _open(window: MainWindow, start: WindowStart) -> None:
     workspace.open_volume(start.volume)
     if start.view is not None:
         window.state.set_view(start.view)
-    if start.renderer is not None and start.renderer != "auto":
-        workspace.set_reference_renderer(start.renderer)
+    looks = {"lighting": start.lighting, "drawing": start.renderer}
+    workspace.choose(**{name: choice for name, choice in looks.items() if choice is not None})
     tf = start.tf
     if tf is not None:
         # The volume's range, and the TF that it had last time, are known only then.

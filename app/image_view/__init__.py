@@ -1,1 +1,1 @@
-"""The image panes, with mouse gestures and the light ball."""
+"""The image panes, with mouse gestures, keys, the orientation cube and the light ball."""

@@ -1,4 +1,4 @@
-"""The edited state: view, light and transfer function (TF), with undo for the TF.
+"""The edited state: view, light and transfer function (TF), with undo for TF and view.
 
 Signals come in pairs, as in pyqtgraph: `...Changed` at every step of a drag, and
 `...ChangeFinished` at its end.
@@ -11,15 +11,14 @@ from pathlib import Path
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoCommand, QUndoStack
 
+from app.state.view_navigation import HOME_VIEW, ViewNavigation
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
 from model.scene.range_fitting import fit_to_range
 from model.scene.transfer_function import ColorTF, OpacityTF, Range, TransferFunction
-from model.scene.view import View
 
-HOME_VIEW = View(azimuth=30.0, elevation=15.0, roll=0.0, distance=0.8)
-"""Initial view, and the view after a reset."""
+__all__ = ["EMPTY_TF", "HOME_VIEW", "ViewerState"]
 
 EMPTY_TF = TransferFunction(
     OpacityTF((0.0, 1.0)), ColorTF((0.0, 1.0), ((0.0, 0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 1.0)))
@@ -27,17 +26,15 @@ EMPTY_TF = TransferFunction(
 """TF before a volume is opened."""
 
 
-class ViewerState(QObject):
+class ViewerState(ViewNavigation):
     """View, light and TF of both images.
 
     Every edit of the TF can be undone. A drag is previewed and becomes one
-    undo step at its end.
+    undo step at its end. The view is :class:`ViewNavigation`'s, with a history of its own.
     """
 
     volumeStarting = Signal()
     """Emitted before another volume's TF replaces the present one."""
-    viewChanged = Signal(object)
-    viewChangeFinished = Signal(object)
     transferFunctionChanged = Signal(object)
     transferFunctionChangeFinished = Signal(object)
     lightChanged = Signal(object)
@@ -50,20 +47,13 @@ class ViewerState(QObject):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.undo_stack = QUndoStack(self)
-        self._view = HOME_VIEW
         self._default = EMPTY_TF
         self._transfer_function = EMPTY_TF
         self._before_drag: TransferFunction | None = None
-        self._view_moving = False
         self._light: LightDirection | None = None
         self._light_moving = False
         self._crop: CropBox | None = None
         self._crop_moving = False
-
-    @property
-    def view(self) -> View:
-        """The current view."""
-        return self._view
 
     @property
     def transfer_function(self) -> TransferFunction:
@@ -92,24 +82,6 @@ class ViewerState(QObject):
         """True during a drag of the view, the light, the crop box or the TF."""
         moving = self._view_moving or self._light_moving or self._crop_moving
         return moving or self._before_drag is not None
-
-    def move_view(self, view: View) -> None:
-        """Change the view during a drag."""
-        if view != self._view:
-            self._view = view
-            self._view_moving = True
-            self.viewChanged.emit(view)
-
-    def finish_view(self) -> None:
-        """End a drag of the view, if there is one."""
-        if self._view_moving:
-            self._view_moving = False
-            self.viewChangeFinished.emit(self._view)
-
-    def set_view(self, view: View) -> None:
-        """Change the view without a drag."""
-        self.move_view(view)
-        self.finish_view()
 
     def move_light(self, light: LightDirection | None) -> None:
         """Change the light during a drag."""

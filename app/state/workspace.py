@@ -255,6 +255,8 @@ class Workspace(QObject):
         self._match_generator()
         self._follow_scene()
         self.news.emit(" ".join(filter(None, [*opened.volume.notes, self._worth()])))
+        volume = opened.volume
+        self._state.start_view(volume.proportions, volume.up, volume.axis_labels)
         self.volumeOpened.emit(opened)
         kept = self._keeper.load(opened.fingerprint)
         # After the engines: it requests the images, which they then take up.

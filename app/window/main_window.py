@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QCloseEvent, QKeyEvent
 from PySide6.QtWidgets import (
@@ -18,7 +17,9 @@ from app.engines.client import EngineClient
 from app.engines.engines import FASTEST, REAL_BUILDERS, Builders, GeneratorSettings
 from app.image_view.engine_pane import EnginePane
 from app.image_view.gestures import ViewGestures
+from app.image_view.orientation_cube import OrientationCube
 from app.image_view.reference_bar import ReferenceBar
+from app.image_view.view_keys import ViewKeys
 from app.latent_browser.latent_browser import LatentBrowser
 from app.sensitivity_view.sensitivity_view import SensitivityView
 from app.state.latent_state import LatentChoices, LatentState
@@ -32,7 +33,6 @@ from app.window.file_dialogs import FileDialogs
 from app.window.menus import Menus
 from app.window.notice_bar import NoticeBar
 from app.window.pane_layout import PaneLayout
-from model.scene.view import View
 
 WINDOW_SIZE = 1280, 860
 
@@ -115,6 +115,7 @@ class MainWindow(QMainWindow):
         self.latent_state.choicesChanged.connect(self._show_browser)
         self._show_browser(self.latent_state.choices)
         self.state.viewChanged.connect(self._show_view)
+        self.state.navigationChanged.connect(self._show_view)
         self.workspace.modelChanged.connect(self._show_model)
         self.panes.imagesShown.connect(self.workspace.show_images)
         self.reference.canvas.resized.connect(
@@ -129,7 +130,7 @@ class MainWindow(QMainWindow):
         for source in (self.workspace, self.files, self.browser):
             source.problem.connect(self.notice.tell)
             source.news.connect(self.statusBar().showMessage)
-        self._show_view(self.state.view)
+        self._show_view()
 
     @property
     def errors(self) -> list[str]:
@@ -172,7 +173,10 @@ class MainWindow(QMainWindow):
 
     def _lay_out(self) -> None:
         for pane in (self.generator, self.reference):
-            ViewGestures(pane.canvas, self.state)
+            gestures = ViewGestures(pane.canvas, self.state)
+            self.workspace.lightRangeChanged.connect(gestures.set_light_range)
+            ViewKeys(pane.canvas, self.state)
+            OrientationCube(self.state, pane.canvas)
         self.reference.add_to_header(self.reference_bar)
         self.browse.setText("Browse TFs")
         self.browse.setCheckable(True)
@@ -210,16 +214,20 @@ class MainWindow(QMainWindow):
         self.panes.set_model(self.workspace.has_model)
         self.browser.bar.set_model(self.workspace.latent.pictures.learned_size is not None)
 
-    def _show_view(self, view: View) -> None:
-        self._view_label.setText(
-            f"Azimuth {view.azimuth:.0f}°    Elevation {view.elevation:.0f}°    "
-            f"Roll {view.roll:.0f}°    Distance {view.distance:.2f}"
+    def _show_view(self) -> None:
+        view = self.state.view
+        azimuth, elevation, roll = self.state.angles
+        text = (
+            f"Azimuth {azimuth:.0f}°    Elevation {elevation:.0f}°    "
+            f"Roll {roll:.0f}°    Distance {view.distance:.2f}"
         )
+        if view.pan_x or view.pan_y:
+            text += f"    Pan {view.pan_x:.2f}, {view.pan_y:.2f}"
+        self._view_label.setText(text)
 
     def _show_volume(self, opened: OpenedVolume) -> None:
         volume = opened.volume
         shape = " × ".join(str(n) for n in volume.dimensions)
         self.setWindowTitle(f"{volume.name} ({shape}) – tfscope")
         self.browser.set_units(volume.units)
-        edges = np.linspace(*volume.scalar_range, len(opened.counts) + 1)
-        self.editor.set_data(opened.counts, edges, volume.scalar_range, volume.units)
+        self.editor.set_data(opened.counts, opened.edges, volume.data_range, volume.units)

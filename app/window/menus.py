@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -17,20 +16,11 @@ from app.image_view.reference_bar import ReferenceBar
 from app.sensitivity_view.sensitivity_view import SensitivityView
 from app.state.latent_state import LatentState
 from app.state.sensitivity_state import SensitivityState
-from app.state.viewer_state import HOME_VIEW, ViewerState
+from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
 from app.window.file_dialogs import FileDialogs
 from app.window.pane_layout import PaneLayout, Shown
-
-STANDARD_VIEWS = {
-    "Front": (0.0, 0.0),
-    "Back": (180.0, 0.0),
-    "Left": (270.0, 0.0),
-    "Right": (90.0, 0.0),
-    "Top": (0.0, 90.0),
-    "Bottom": (0.0, -90.0),
-}
-"""Azimuth and elevation of each view; left and right are the viewer's."""
+from model.scene.orientation import AXES, STANDARD_VIEWS
 
 IMAGES: dict[str, Shown] = {
     "Both": "both",
@@ -49,11 +39,14 @@ or by tfscope's own ray caster.</p>
 
 GESTURES = """<h3>Images</h3>
 <table cellspacing="6">
-<tr><td>Drag</td><td>orbit</td></tr>
-<tr><td>Right drag, or Ctrl and drag</td><td>roll</td></tr>
-<tr><td>Wheel</td><td>come closer, move away</td></tr>
-<tr><td>Double click</td><td>return to the first view</td></tr>
-<tr><td>Drag in the ball above a lit image</td><td>move the light</td></tr>
+<tr><td>Drag, or arrow keys</td><td>turn</td></tr>
+<tr><td>Right drag, or Ctrl and drag; Page up, down</td><td>roll</td></tr>
+<tr><td>Middle drag, or Shift and drag; Ctrl and arrow keys</td><td>pan</td></tr>
+<tr><td>Wheel, or + and −</td><td>come closer to what is under the mouse, move away</td></tr>
+<tr><td>Double click, or Home</td><td>return to the first view</td></tr>
+<tr><td>Alt and arrow keys</td><td>the view before, the view after</td></tr>
+<tr><td>Click a face of the cube</td><td>look from there; drag it to turn</td></tr>
+<tr><td>Drag in the ball above a lit image, or Ctrl, Shift and drag</td><td>move the light</td></tr>
 </table>
 <h3>Sensitivity</h3>
 <table cellspacing="6">
@@ -176,7 +169,6 @@ class Menus(QObject):
         self._redo.setText(f"&Redo {stack.redoText()}".rstrip())
 
     def _build_view(self, menu: QMenu, latent: LatentState) -> None:
-        state = self._state
         browse = add_action(
             menu, "&Browse TFs", lambda: latent.choose(shown=not latent.choices.shown), "Ctrl+B"
         )
@@ -187,11 +179,7 @@ class Menus(QObject):
             lambda choices: self._save_generator.setEnabled(not choices.shown)
         )
         menu.addSeparator()
-        add_action(menu, "&Reset view", lambda: state.set_view(HOME_VIEW), "Ctrl+0")
-        menu.addSeparator()
-        for number, (name, (azimuth, elevation)) in enumerate(STANDARD_VIEWS.items(), start=1):
-            slot = partial(self._look_from, azimuth, elevation)
-            add_action(menu, name, slot, f"Ctrl+{number}")
+        self._build_camera(menu)
         menu.addSeparator()
         self._bar.fill_light(menu.addMenu("&Light of the reference"))
         self._bar.fill_quality(menu.addMenu("&Quality of the reference"))
@@ -201,6 +189,40 @@ class Menus(QObject):
         add_action(menu, "S&wap the images", self._panes.swap, "Ctrl+Shift+X")
         full = add_action(menu, "&Full screen", self._toggle_full_screen, "F11")
         full.setCheckable(True)
+
+    def _build_camera(self, menu: QMenu) -> None:
+        state = self._state
+        back = add_action(menu, "&Previous view", state.undo_view, "Alt+Left")
+        forth = add_action(menu, "&Next view", state.redo_view, "Alt+Right")
+
+        def show_history() -> None:
+            back.setEnabled(state.can_undo_view)
+            forth.setEnabled(state.can_redo_view)
+
+        state.viewHistoryChanged.connect(show_history)
+        show_history()
+        add_action(menu, "&Reset view", state.reset_view, "Ctrl+0")
+        sides = menu.addMenu("Look &from")
+        for number, name in enumerate(STANDARD_VIEWS, start=1):
+            add_action(sides, name, partial(state.look_from, name), f"Ctrl+{number}")
+        self._build_up_axes(menu.addMenu("&Up axis"))
+        free = add_action(
+            menu, "&Turn freely", lambda: state.set_trackball(not state.trackball), "Ctrl+Shift+T"
+        )
+        free.setCheckable(True)
+        state.navigationChanged.connect(lambda: free.setChecked(state.trackball))
+
+    def _build_up_axes(self, menu: QMenu) -> None:
+        state = self._state
+        group = QActionGroup(self)
+        actions = {}
+        for axis in AXES:
+            action = add_action(menu, axis.replace("-", "−"), partial(state.set_up_axis, axis))
+            action.setCheckable(True)
+            group.addAction(action)
+            actions[axis] = action
+        state.navigationChanged.connect(lambda: actions[state.up_axis].setChecked(True))
+        actions[state.up_axis].setChecked(True)
 
     def _toggle_full_screen(self) -> None:
         window = self._window
@@ -240,10 +262,6 @@ class Menus(QObject):
             action.setCheckable(True)
             action.setChecked(number == 0)
             group.addAction(action)
-
-    def _look_from(self, azimuth: float, elevation: float) -> None:
-        state = self._state
-        state.set_view(replace(state.view, azimuth=azimuth, elevation=elevation, roll=0.0))
 
     def _build_help(self, menu: QMenu) -> None:
         add_action(menu, "&Gestures", lambda: self._show_text("Gestures", GESTURES), "F1")

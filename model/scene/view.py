@@ -28,6 +28,9 @@ View distances are given in this unit: at distance 1 the whole volume is in
 view from every direction.
 """
 
+_POLE = 1e-9
+_DECIMALS = 10
+
 
 @dataclass(frozen=True)
 class ViewRange:
@@ -151,6 +154,45 @@ class View:
         up = np.array([-sin_e * sin_a, sin_e * cos_a, cos_e])
         back = np.array([cos_e * sin_a, -cos_e * cos_a, sin_e])
         return np.stack([cos_r * right + sin_r * up, cos_r * up - sin_r * right, back])
+
+    @classmethod
+    def of_basis(
+        cls,
+        basis: NDArray[np.float64],
+        distance: float = 1.0,
+        pan_x: float = 0.0,
+        pan_y: float = 0.0,
+    ) -> View:
+        """Rebuild a view from its camera axes; the inverse of :meth:`basis`.
+
+        Angles are rounded to 1e-10 degrees, so that upright views have round numbers. At a
+        pole, where only azimuth and roll together are defined, the roll is 0.
+
+        Parameters
+        ----------
+        basis : ndarray of float64, shape (3, 3)
+            Rows right, up and back, orthonormal with determinant 1.
+        distance, pan_x, pan_y : float
+        """
+        right, _, back = basis
+        level = math.hypot(back[0], back[1])
+        elevation = math.degrees(math.atan2(back[2], level))
+        if level < _POLE:
+            elevation = math.copysign(90.0, back[2])
+            azimuth, roll = math.degrees(math.atan2(right[1], right[0])), 0.0
+        else:
+            azimuth = math.degrees(math.atan2(back[0], -back[1]))
+            level_right, level_up, _ = cls(azimuth, elevation).basis()
+            roll = math.degrees(math.atan2(right @ level_up, right @ level_right))
+        return cls(
+            # The second remainder is for angles that are rounded to 360.
+            round(azimuth % 360.0, _DECIMALS) % 360.0,
+            round(elevation, _DECIMALS) + 0.0,
+            round(roll, _DECIMALS) + 0.0,
+            distance,
+            pan_x,
+            pan_y,
+        )
 
     def camera_distance(self, radius: float) -> float:
         """Distance from the centre to the camera for a bounding sphere of this radius."""

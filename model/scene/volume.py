@@ -62,6 +62,11 @@ class Volume:
         Unit of the scalars, empty when unknown.
     notes : tuple of str
         Changes made by the file reader, each a sentence for the user.
+    up : str
+        Axis that points up, to a patient's head, such as ``"+z"``; empty when unknown.
+    axis_labels : tuple of str
+        The patient's direction (R, L, A, P, S or I) that each of
+        :data:`~model.scene.orientation.AXES` points to; empty when unknown.
     chosen_range : tuple of float, or None
         A scalar range other than that of the voxels, see :meth:`over`.
 
@@ -79,6 +84,8 @@ class Volume:
     name: str = "volume"
     units: str = ""
     notes: tuple[str, ...] = field(default=())
+    up: str = ""
+    axis_labels: tuple[str, ...] = field(default=())
     chosen_range: Range | None = None
 
     def __post_init__(self) -> None:

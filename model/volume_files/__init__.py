@@ -104,6 +104,9 @@ def describe(volume: Volume) -> list[tuple[str, str]]:
         ("units", volume.units or "unknown"),
         ("size in memory", readable_size(volume.scalars.nbytes)),
     ]
+    if volume.axis_labels:
+        x, _, y, _, z, _ = volume.axis_labels
+        rows.append(("axes point to", f"{x}, {y}, {z} of the patient"))
     return rows + [("note", note) for note in volume.notes]
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError
+from model.volume_files.anatomy import axis_labels
 from model.volume_files.blocks import Block, read_block
 from model.volume_files.checks import (
     check_grid,
@@ -99,6 +100,7 @@ def read_dicom(files: list[Path], like: Path | None = None) -> Grid:
         usable_origin(position) if len(position) == 3 else (0.0, 0.0, 0.0),
         _units(first),
         notes + gap_notes + spacing_notes + frame_notes(_axes(first)),
+        axis_labels(_axes(first), "LPS") if _is_placed(first) else (),
     )
 
 
@@ -140,6 +142,11 @@ def _axes(tags: Tags) -> NDArray[np.float64]:
         return np.eye(3)
     along_row, along_column = np.array(numbers[:3]), np.array(numbers[3:])
     return np.stack([along_row, along_column, np.cross(along_row, along_column)])
+
+
+def _is_placed(tags: Tags) -> bool:
+    """Return True if a slice says where in the patient it lies."""
+    return len(tags.numbers(*ORIENTATION)) == 6 and len(tags.numbers(*POSITION)) == 3
 
 
 def _in_order(slices: list[Tags]) -> tuple[list[Tags], float, tuple[str, ...]]:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError
+from model.scene.orientation import axis_labelled
 from model.scene.volume import Volume
 from model.volume_files.grid import Grid
 
@@ -45,6 +46,8 @@ def make_volume(path: Path, grid: Grid, component: Component | None) -> Volume:
             readable_name(path),
             grid.units,
             grid.notes + bad_notes,
+            axis_labelled("S", grid.axis_labels),
+            grid.axis_labels,
         )
     except VolumeError as error:
         raise VolumeError(

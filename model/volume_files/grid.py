@@ -24,6 +24,8 @@ class Grid:
         Unit of the values, empty if unknown.
     notes : tuple of str
         Assumptions and changes made by the reader, for the user.
+    axis_labels : tuple of str
+        See :class:`~model.scene.volume.Volume`.
     """
 
     values: NDArray[np.generic]
@@ -31,3 +33,4 @@ class Grid:
     origin: Triple = (0.0, 0.0, 0.0)
     units: str = ""
     notes: tuple[str, ...] = ()
+    axis_labels: tuple[str, ...] = ()

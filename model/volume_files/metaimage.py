@@ -10,8 +10,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from model.errors import VolumeError
+from model.volume_files.anatomy import OPPOSITES, axis_labels, is_space
 from model.volume_files.blocks import Block, read_block
 from model.volume_files.checks import (
     check_grid,
@@ -108,10 +110,31 @@ def read_metaimage(path: Path) -> Grid:
         _leading(header.numbers(axes, "ElementSpacing", "ElementSize"), 3)
     )
     matrix = header.numbers(axes * axes, "TransformMatrix", "Rotation", "Orientation")
+    directions = None
     if matrix is not None:
-        notes += frame_notes(np.array(matrix).reshape(axes, axes)[:3, :3])
+        directions = np.array(matrix).reshape(axes, axes)[:3, :3]
+        notes += frame_notes(directions)
     origin = _leading(header.numbers(axes, "Offset", "Position", "Origin"), 3)
-    return Grid(values, spacing, usable_origin(origin or (0.0, 0.0, 0.0)), notes=notes)
+    return Grid(
+        values,
+        spacing,
+        usable_origin(origin or (0.0, 0.0, 0.0)),
+        notes=notes,
+        axis_labels=_labels(header, directions),
+    )
+
+
+def _labels(header: _Header, directions: NDArray[np.float64] | None) -> tuple[str, ...]:
+    """Directions of the axes in the patient; empty for a file that names none."""
+    anatomical = (header.first("AnatomicalOrientation") or "").upper()
+    if not is_space(anatomical):
+        return ()
+    if directions is None:
+        # The letters say where each axis comes from.
+        toward = "".join(OPPOSITES[letter] for letter in anatomical)
+        return axis_labels(np.eye(3), toward)
+    # As ITK, which writes both: the matrix holds, and its space is the patient's.
+    return axis_labels(directions, "LPS")
 
 
 def _leading(numbers: list[float] | None, count: int) -> list[float] | None:

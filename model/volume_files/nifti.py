@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from model.errors import VolumeError
 from model.scene.volume import Triple
+from model.volume_files.anatomy import axis_labels
 from model.volume_files.checks import (
     check_grid,
     check_present,
@@ -55,10 +56,10 @@ def read_nifti(path: Path) -> Grid:
     values = to_numpy(image.GetPointData().GetScalars(), image.GetDimensions())
     values = _rescaled(values, reader.GetRescaleSlope(), reader.GetRescaleIntercept())
     spacing, notes = usable_spacing(reader.GetDataSpacing())
-    origin, frame = _frame(reader)
+    origin, frame, labels = _frame(reader)
     if reader.GetQFac() < 0:
         notes += ("The grid is left-handed, so its slices are read in reverse order.",)
-    return Grid(values, spacing, origin, notes=notes + frame)
+    return Grid(values, spacing, origin, notes=notes + frame, axis_labels=labels)
 
 
 def _rescaled(values: NDArray[np.generic], slope: float, intercept: float) -> NDArray[np.generic]:
@@ -72,14 +73,18 @@ def _rescaled(values: NDArray[np.generic], slope: float, intercept: float) -> ND
     return scaled
 
 
-def _frame(reader: Any) -> tuple[Triple, tuple[str, ...]]:
-    """Return the origin, and notes on the orientation, from the header's matrix (RAS)."""
+def _frame(reader: Any) -> tuple[Triple, tuple[str, ...], tuple[str, ...]]:
+    """Return the origin, notes on the orientation, and labels, from the header's matrix (RAS).
+
+    VTK's matrix is that of the slices in the order in which it reads them.
+    """
     matrix = reader.GetSFormMatrix() or reader.GetQFormMatrix()
     if matrix is None:
-        return (0.0, 0.0, 0.0), ()
+        return (0.0, 0.0, 0.0), (), ()
     rows = np.array([[matrix.GetElement(row, column) for column in range(4)] for row in range(3)])
     directions = rows[:, :3].T
+    labels = axis_labels(directions, "RAS")
     # Scanners write upright grids in two ways: x and y both positive, or both negative.
     if directions[0, 0] < 0 and directions[1, 1] < 0:
         directions = directions * (-1.0, -1.0, 1.0)
-    return usable_origin(rows[:, 3].tolist()), frame_notes(directions)
+    return usable_origin(rows[:, 3].tolist()), frame_notes(directions), labels

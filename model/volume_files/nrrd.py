@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError
+from model.volume_files.anatomy import axis_labels, is_space
 from model.volume_files.blocks import Block, Encoding, read_block
 from model.volume_files.checks import (
     check_grid,
@@ -117,15 +118,12 @@ def read_nrrd(path: Path) -> Grid:
     if component_axis is not None:
         values = np.moveaxis(values, len(sizes) - 1 - component_axis, -1)
     directions = _directions(header, grid_axes)
+    space = _space(header)
     if directions is None:
         spacing, notes = usable_spacing(_spacings(header, grid_axes))
     else:
         spacing, notes = usable_spacing(list(np.linalg.norm(directions, axis=1)))
-        left_handed = header.fields.get("space", "").lower() in (
-            "las",
-            "left-anterior-superior",
-            "3d-left-handed",
-        )
+        left_handed = space == "LAS" or header.fields.get("space", "").lower() == "3d-left-handed"
         notes += frame_notes(directions, -1 if left_handed else 1)
     origin = _vectors(header.fields.get("spaceorigin", ""))
     return Grid(
@@ -134,6 +132,7 @@ def read_nrrd(path: Path) -> Grid:
         usable_origin(origin[0]) if origin and len(origin[0]) == 3 else (0.0, 0.0, 0.0),
         header.fields.get("sampleunits", "").strip('"'),
         notes,
+        axis_labels(directions, space),
     )
 
 
@@ -226,6 +225,13 @@ def _directions(header: _Header, axes: list[int]) -> NDArray[np.float64] | None:
     if len(vectors) != len(axes) or any(len(vector) != 3 for vector in vectors):
         raise header.malformed("space directions")
     return np.array(vectors)
+
+
+def _space(header: _Header) -> str:
+    """Initials of the anatomical space, such as ``"LPS"``; empty for others."""
+    name = header.fields.get("space", "").upper()
+    initials = "".join(word[0] for word in name.split("-")) if "-" in name else name
+    return initials if is_space(initials) else ""
 
 
 def _spacings(header: _Header, axes: list[int]) -> list[float] | None:

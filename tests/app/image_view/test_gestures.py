@@ -2,66 +2,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QWheelEvent
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
+from PySide6.QtGui import QImage, QMouseEvent, QNativeGestureEvent, QPointingDevice, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.image_view.gestures import FARTHEST, NEAREST, ViewGestures, orbit, roll, zoom
+from app.image_view.gestures import ViewGestures
+from app.image_view.image_canvas import ImageCanvas
+from app.image_view.light_ball import light_at
+from app.image_view.view_steps import notches_of, orbit, tumble, zoom
 from app.state.viewer_state import HOME_VIEW, ViewerState
+from model.scene.light import LightDirection, LightRange
+from model.scene.orientation import angles_in
 from model.scene.view import View
-
-views = st.builds(
-    View,
-    azimuth=st.floats(0, 359),
-    elevation=st.floats(-60, 60),
-    roll=st.floats(-180, 180),
-)
-
-
-@given(views, st.floats(0, 360))
-def test_the_volume_follows_the_mouse(view: View, direction: float) -> None:
-    dx, dy = np.cos(np.radians(direction)), np.sin(np.radians(direction))
-    front = view.basis()[2]
-    right, up, _ = orbit(view, dx, dy).basis()
-    moved = np.array([front @ right, -(front @ up)])
-    assert moved @ [dx, dy] > 0.99 * np.cos(np.radians(view.elevation)) * np.linalg.norm(moved)
-    assert moved @ [dx, dy] > 0
-
-
-def test_the_volume_follows_the_mouse_exactly_at_the_equator() -> None:
-    view = View(roll=37.0)
-    front = view.basis()[2]
-    right, up, _ = orbit(view, 0.3, 0.4).basis()
-    moved = np.array([front @ right, -(front @ up)])
-    assert moved / np.linalg.norm(moved) == pytest.approx([0.6, 0.8], abs=1e-3)
-
-
-@given(views, st.floats(1, 80))
-def test_rolling_turns_the_picture_clockwise(view: View, degrees: float) -> None:
-    top = view.basis()[1]
-    turned = roll(view, degrees)
-    right, up, _ = turned.basis()
-    assert np.degrees(np.arctan2(top @ right, top @ up)) == pytest.approx(degrees)
-    assert -180 <= turned.roll < 180
-
-
-def test_the_poles_are_a_limit() -> None:
-    assert orbit(View(elevation=89.0), 0, 1000).elevation == 90.0
-    assert orbit(View(elevation=-89.0), 0, -1000).elevation == -90.0
-
-
-def test_zooming_has_limits_and_can_be_taken_back() -> None:
-    view = View(distance=0.8)
-    assert zoom(view, 1).distance < 0.8
-    assert zoom(zoom(view, 3), -3).distance == pytest.approx(0.8)
-    assert zoom(view, 1000).distance == NEAREST
-    assert zoom(view, -1000).distance == FARTHEST
 
 
 @pytest.fixture
@@ -106,33 +61,218 @@ def test_dragging_orbits_live_and_finishes_on_release(
 def test_a_quarter_turn_about_the_centre_rolls_by_90_degrees(
     state: ViewerState, canvas: QWidget, button: Qt.MouseButton, keys: Qt.KeyboardModifier
 ) -> None:
-    center = canvas.rect().center()
-    above = (center.x(), center.y() - 50)
-    to_the_right = (center.x() + 50, center.y())
-    drag(canvas, [above, to_the_right], button, keys)
+    drag(canvas, [(100, 50), (150, 100)], button, keys)
     assert state.view.roll == pytest.approx(90.0)
 
 
-def test_the_wheel_zooms_live_and_comes_to_rest(
-    qtbot: QtBot, state: ViewerState, canvas: QWidget
-) -> None:
-    center = QPointF(canvas.rect().center())
+def scroll(widget: QWidget, at: QPointF, *, angle: int = 0, pixels: int = 0) -> None:
     event = QWheelEvent(
-        center,
-        canvas.mapToGlobal(center),
-        QPoint(),
-        QPoint(0, 240),
+        at,
+        widget.mapToGlobal(at),
+        QPoint(0, pixels),
+        QPoint(0, angle),
         Qt.MouseButton.NoButton,
         Qt.KeyboardModifier.NoModifier,
         Qt.ScrollPhase.NoScrollPhase,
         False,
     )
+    QApplication.sendEvent(widget, event)
+
+
+def test_the_wheel_zooms_live_and_comes_to_rest(
+    qtbot: QtBot, state: ViewerState, canvas: QWidget
+) -> None:
     with qtbot.waitSignals([state.viewChanged, state.viewChangeFinished], order="strict"):
-        QApplication.sendEvent(canvas, event)
+        scroll(canvas, QPointF(100, 100), angle=240)
     assert state.view == zoom(HOME_VIEW, 2)
 
 
+def test_the_wheel_zooms_to_the_cursor_and_is_one_entry_of_the_history(
+    qtbot: QtBot, state: ViewerState, canvas: QWidget
+) -> None:
+    with qtbot.waitSignal(state.viewChangeFinished):
+        # Parts of a notch, as wheels of high resolution send them.
+        for _ in range(4):
+            scroll(canvas, QPointF(150, 75), angle=30)
+        assert state.live
+    expected = zoom(HOME_VIEW, 1, (0.5, 0.25))
+    got = state.view
+    assert (got.distance, got.pan_x, got.pan_y) == pytest.approx(
+        (expected.distance, expected.pan_x, expected.pan_y)
+    )
+    assert expected.pan_x < 0
+    with qtbot.waitSignal(state.viewChangeFinished):
+        scroll(canvas, QPointF(100, 100), angle=-120)
+    state.undo_view()
+    assert state.view == HOME_VIEW
+
+
+def test_a_touchpad_that_sends_pixels_zooms(
+    qtbot: QtBot, state: ViewerState, canvas: QWidget
+) -> None:
+    with qtbot.waitSignal(state.viewChangeFinished):
+        scroll(canvas, QPointF(100, 100), pixels=20)
+    assert zoom(HOME_VIEW, 2).distance < state.view.distance < HOME_VIEW.distance
+
+
+def test_a_pinch_zooms_and_ends_at_once(qtbot: QtBot, state: ViewerState, canvas: QWidget) -> None:
+    def pinch(kind: Qt.NativeGestureType, value: float) -> None:
+        at = QPointF(150, 100)
+        touchpad = QPointingDevice.primaryPointingDevice()
+        there = canvas.mapToGlobal(at)
+        event = QNativeGestureEvent(kind, touchpad, 2, at, at, there, value, QPointF())
+        QApplication.sendEvent(canvas, event)
+
+    with qtbot.waitSignals([state.viewChanged, state.viewChangeFinished], order="strict"):
+        pinch(Qt.NativeGestureType.BeginNativeGesture, 0.0)
+        pinch(Qt.NativeGestureType.ZoomNativeGesture, 0.25)
+        pinch(Qt.NativeGestureType.EndNativeGesture, 0.0)
+        assert not state.live
+    assert state.view == zoom(HOME_VIEW, notches_of(1.25), (0.5, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("button", "keys"),
+    [
+        (Qt.MouseButton.MiddleButton, Qt.KeyboardModifier.NoModifier),
+        (Qt.MouseButton.LeftButton, Qt.KeyboardModifier.ShiftModifier),
+    ],
+)
+def test_the_picture_follows_a_panning_mouse_by_pixels(
+    qtbot: QtBot, state: ViewerState, button: Qt.MouseButton, keys: Qt.KeyboardModifier
+) -> None:
+    canvas = ImageCanvas()
+    qtbot.addWidget(canvas)
+    canvas.resize(400, 300)
+    canvas.show_image(QImage(200, 100, QImage.Format.Format_RGB888))
+    ViewGestures(canvas, state)
+    drag(canvas, [(100, 100), (150, 100), (150, 70)], button, keys)
+    # The image is 400 x 200 pixels, so that half its shorter side is 100.
+    assert (state.view.pan_x, state.view.pan_y) == pytest.approx((0.5, 0.3))
+    state.undo_view()
+    assert state.view == HOME_VIEW
+
+
+def test_rolling_turns_about_where_the_volume_is(state: ViewerState, canvas: QWidget) -> None:
+    state.set_view(View(pan_x=0.5, pan_y=0.5))
+    drag(canvas, [(150, 20), (180, 50)], Qt.MouseButton.RightButton)
+    assert state.view.roll == pytest.approx(90.0)
+
+
+def test_dragging_turns_about_the_states_up_axis_or_freely(
+    state: ViewerState, canvas: QWidget
+) -> None:
+    state.set_up_axis("+y")
+    before = state.view
+    drag(canvas, [(100, 100), (110, 100)])
+    azimuth, elevation, turned = angles_in("+y", before)
+    assert state.angles == pytest.approx((azimuth - 4.0, elevation, turned))
+    state.set_trackball(True)
+    before = state.view
+    drag(canvas, [(100, 100), (110, 120)])
+    assert state.view == tumble(before, 10, 20)
+
+
+NONE, LEFT, RIGHT = Qt.MouseButton.NoButton, Qt.MouseButton.LeftButton, Qt.MouseButton.RightButton
+PRESS, MOVE = QEvent.Type.MouseButtonPress, QEvent.Type.MouseMove
+RELEASE = QEvent.Type.MouseButtonRelease
+
+
+def send(
+    widget: QWidget,
+    kind: QEvent.Type,
+    x: int,
+    y: int,
+    button: Qt.MouseButton,
+    held: Qt.MouseButton,
+) -> None:
+    """Send a mouse event; QTest forgets one button when another is pressed."""
+    at, keys = QPointF(x, y), Qt.KeyboardModifier.NoModifier
+    event = QMouseEvent(kind, at, widget.mapToGlobal(at), button, held, keys)
+    QApplication.sendEvent(widget, event)
+
+
+def test_another_button_changes_nothing_during_a_drag(state: ViewerState, canvas: QWidget) -> None:
+    send(canvas, PRESS, 100, 100, LEFT, LEFT)
+    send(canvas, MOVE, 110, 100, NONE, LEFT)
+    send(canvas, PRESS, 110, 100, RIGHT, LEFT | RIGHT)
+    send(canvas, RELEASE, 110, 100, RIGHT, LEFT)
+    assert state.live
+    send(canvas, MOVE, 110, 120, NONE, LEFT)
+    send(canvas, RELEASE, 110, 120, LEFT, NONE)
+    assert state.view == orbit(orbit(HOME_VIEW, 10, 0), 0, 20)
+    assert not state.live
+
+
+@pytest.mark.parametrize("kind", [MOVE, RELEASE])
+def test_a_drag_whose_release_was_kept_from_it_ends(
+    state: ViewerState, canvas: QWidget, kind: QEvent.Type
+) -> None:
+    canvas.setMouseTracking(True)
+    send(canvas, PRESS, 100, 50, RIGHT, RIGHT)
+    send(canvas, MOVE, 150, 100, NONE, RIGHT)
+    rolled = state.view
+    # A layer over the image took the right button's release.
+    send(canvas, kind, 100, 150, NONE if kind == MOVE else LEFT, NONE)
+    assert (state.live, state.view) == (False, rolled)
+    send(canvas, MOVE, 50, 100, NONE, NONE)
+    assert state.view == rolled
+
+
+def test_a_press_begins_anew_after_a_release_that_was_kept(
+    state: ViewerState, canvas: QWidget
+) -> None:
+    send(canvas, PRESS, 100, 50, RIGHT, RIGHT)
+    send(canvas, MOVE, 150, 100, NONE, RIGHT)
+    rolled = state.view
+    send(canvas, PRESS, 100, 100, LEFT, LEFT)
+    assert not state.live
+    send(canvas, MOVE, 110, 100, NONE, LEFT)
+    send(canvas, RELEASE, 110, 100, LEFT, NONE)
+    assert state.view == orbit(rolled, 10, 0)
+    state.undo_view()
+    assert state.view == rolled
+
+
+def test_a_picture_that_is_higher_than_wide_is_panned_by_its_width(
+    qtbot: QtBot, state: ViewerState
+) -> None:
+    canvas = ImageCanvas()
+    qtbot.addWidget(canvas)
+    canvas.resize(200, 400)
+    canvas.show_image(QImage(100, 200, QImage.Format.Format_RGB888))
+    ViewGestures(canvas, state)
+    drag(canvas, [(100, 100), (150, 150)], Qt.MouseButton.MiddleButton)
+    assert (state.view.pan_x, state.view.pan_y) == pytest.approx((0.5, -0.5))
+
+
+def test_with_control_and_shift_the_mouse_moves_a_light_that_is_movable(
+    qtbot: QtBot, state: ViewerState, canvas: QWidget
+) -> None:
+    keys = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
+    drag(canvas, [(100, 100), (150, 80)], keys=keys)
+    assert (state.light, state.view) == (None, HOME_VIEW)
+    state.set_light(LightDirection())
+    signals = [state.lightChanged, state.lightChanged, state.lightChangeFinished]
+    with qtbot.waitSignals(signals, order="strict"):
+        drag(canvas, [(100, 100), (150, 80)], keys=keys)
+    assert state.light == light_at(0.5, 0.2, LightRange())
+    assert (state.live, state.view) == (False, HOME_VIEW)
+
+
 def test_a_double_click_goes_home(state: ViewerState, canvas: QWidget) -> None:
+    state.start_view((0.6, 0.48, 0.64))
+    home = state.view
     state.set_view(View(azimuth=200.0, roll=5.0))
     QTest.mouseDClick(canvas, Qt.MouseButton.LeftButton)
-    assert state.view == HOME_VIEW
+    assert state.view == home
+    assert home != HOME_VIEW
+
+
+def test_the_second_of_two_quick_pans_resets_nothing(state: ViewerState, canvas: QWidget) -> None:
+    state.set_view(View(azimuth=200.0))
+    QTest.mouseDClick(canvas, Qt.MouseButton.MiddleButton, pos=QPoint(100, 100))
+    QTest.mouseMove(canvas, QPoint(120, 100))
+    QTest.mouseRelease(canvas, Qt.MouseButton.MiddleButton, pos=QPoint(120, 100))
+    assert state.view.azimuth == 200.0
+    assert state.view.pan_x == pytest.approx(0.2)

@@ -1,0 +1,262 @@
+"""A small cube over an image that shows how the volume is turned."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QEvent, QObject, QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import (
+    QColor,
+    QFont,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QPolygonF,
+    QRegion,
+    QTransform,
+)
+from PySide6.QtWidgets import QWidget
+
+from app import theme
+from app.image_view.view_steps import DEGREES_PER_PIXEL, turn
+from app.state.viewer_state import ViewerState
+from model.scene.orientation import AXES, STANDARD_VIEWS, axis_direction, faces
+from model.scene.view import View
+
+SIZE = 72
+PLACE = 10
+"""Distance in pixels to the parent's corner."""
+
+HALF_EDGE = 19.0
+EYE = 6.0
+"""Distance of the eye that sees the cube, in halves of its edge."""
+
+RIM = 1.5
+"""Pixels around the cube that belong to its shape, so that its edges are smooth."""
+
+CLICK_REACH = 4.0
+"""Largest movement of a click, in pixels."""
+
+LIGHT = np.array([-0.35, 0.55, 0.76])
+"""To the upper left, in the image's right, up and back."""
+
+DARKEST, BRIGHTEST = 90, 205
+LEGIBLE = 0.3
+"""Least cosine to the eye at which a face's label is drawn."""
+
+HELP = "Click a face to look from there, drag to turn"
+
+PATIENT = {
+    "R": "the patient's right",
+    "L": "the patient's left",
+    "A": "the patient's front",
+    "P": "the patient's back",
+    "S": "the patient's head",
+    "I": "the patient's feet",
+}
+
+
+@dataclass(frozen=True)
+class _Face:
+    """A visible face: the standard view that shows it, its corners and normal, its label."""
+
+    name: str
+    label: str
+    polygon: QPolygonF
+    normal: NDArray[np.float64]
+
+
+class OrientationCube(QWidget):
+    """Shows the view's direction in the lower left corner of its parent.
+
+    Dragging turns the volume, a click on a face looks from there. Other mouse events, and
+    all outside the cube, are its parent's.
+
+    Parameters
+    ----------
+    state : ViewerState
+    parent : QWidget
+    """
+
+    def __init__(self, state: ViewerState, parent: QWidget) -> None:
+        super().__init__(parent)
+        self._state = state
+        self._canvas = parent
+        self._pressed: QPointF | None = None
+        self._last = QPointF()
+        self._dragged = False
+        self._hovered = ""
+        self._faces: list[_Face] = []
+        self._labels: tuple[str, ...] | None = None
+        self.setFixedSize(QSize(SIZE, SIZE))
+        self.setMouseTracking(True)
+        self.setCursor(Qt.CursorShape.PointingHandCursor)
+        self.setAccessibleName("Orientation")
+        self.setToolTip(HELP)
+        state.viewChanged.connect(self._follow)
+        state.navigationChanged.connect(self._follow)
+        parent.installEventFilter(self)
+        self._follow()
+        self._place()
+
+    @property
+    def labels(self) -> dict[str, str]:
+        """Label of each axis: what was set, the patient's direction, or the axis' name."""
+        plain = {axis: axis.replace("-", "−").upper() for axis in AXES}
+        labels = self._state.axis_labels if self._labels is None else self._labels
+        return plain | dict(zip(AXES, labels, strict=False))
+
+    def set_labels(self, labels: tuple[str, ...] | None) -> None:
+        """Set the faces' labels.
+
+        Parameters
+        ----------
+        labels : tuple of str, or None
+            One for each of :data:`~model.scene.orientation.AXES`; empty for the axes' names,
+            None for those of the state's volume, which are shown at first.
+        """
+        self._labels = labels
+        self._follow()
+
+    @property
+    def visible_faces(self) -> dict[str, QPointF]:
+        """Middle of each visible face, by the standard view that shows it."""
+        return {face.name: face.polygon.boundingRect().center() for face in self._faces}
+
+    def face_at(self, position: QPointF) -> str:
+        """Standard view of the face at a position; empty outside the cube."""
+        for face in self._faces:
+            if face.polygon.containsPoint(position, Qt.FillRule.OddEvenFill):
+                return face.name
+        return ""
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Stay in the parent's corner."""
+        if event.type() == QEvent.Type.Resize and watched is self.parent():
+            self._place()
+        return False
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Begin a drag or a click."""
+        if event.button() == Qt.MouseButton.LeftButton and not event.modifiers():
+            self._pressed = self._last = event.position()
+            self._dragged = False
+        else:
+            event.ignore()
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Turn the volume, so that the cube follows the mouse; without a button, mark a face."""
+        position = event.position()
+        if self._pressed is None:
+            self._hover(self.face_at(position))
+            event.ignore()
+            return
+        if not self._dragged and (position - self._pressed).manhattanLength() <= CLICK_REACH:
+            return
+        self._dragged = True
+        moved, self._last = position - self._last, position
+        scale = float(np.degrees(1.0)) / HALF_EDGE / DEGREES_PER_PIXEL
+        self._state.move_view(turn(self._state, scale * moved.x(), scale * moved.y()))
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """End the drag, or look from the face that was clicked."""
+        if self._pressed is None or event.button() != Qt.MouseButton.LeftButton:
+            event.ignore()
+            return
+        self._pressed = None
+        if self._dragged:
+            self._state.finish_view()
+        elif name := self.face_at(event.position()):
+            self._state.look_from(name)
+        self._hover(self.face_at(event.position()))
+
+    def leaveEvent(self, event: QEvent) -> None:
+        """Mark no face."""
+        self._hover("")
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint the visible faces with their labels."""
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        for face in self._faces:
+            hovered = face.name == self._hovered
+            painter.setPen(QPen(QColor(theme.BACKGROUND), 1.2))
+            painter.setBrush(QColor(theme.ACCENT) if hovered else _shade(face.normal))
+            painter.drawPolygon(face.polygon)
+        painter.setPen(QColor(theme.BACKGROUND))
+        square = QRectF(0, 0, 100, 100)
+        corners = QPolygonF(
+            [square.topLeft(), square.topRight(), square.bottomRight(), square.bottomLeft()]
+        )
+        for face in self._faces:
+            transform = QTransform.quadToQuad(corners, face.polygon)
+            if face.normal[2] < LEGIBLE or not isinstance(transform, QTransform):
+                continue
+            font = QFont(self.font())
+            font.setBold(True)
+            font.setPixelSize(66 if len(face.label) == 1 else 50)
+            painter.setFont(font)
+            painter.setTransform(transform)
+            painter.drawText(square, Qt.AlignmentFlag.AlignCenter, face.label)
+        painter.end()
+
+    def _follow(self) -> None:
+        """Show the state's view."""
+        state = self._state
+        self._faces = _visible(faces(state.up_axis, state.front_axis), self.labels, state)
+        shape = QRegion()
+        middle = QPointF(SIZE / 2, SIZE / 2)
+        grown = QTransform().translate(middle.x(), middle.y())
+        grown.scale(1 + RIM / HALF_EDGE, 1 + RIM / HALF_EDGE)
+        grown.translate(-middle.x(), -middle.y())
+        for face in self._faces:
+            shape = shape.united(QRegion(grown.map(face.polygon).toPolygon()))
+        self.setMask(shape)
+        if self._pressed is None and self._hovered not in self.visible_faces:
+            self._hover("")
+        self.update()
+
+    def _place(self) -> None:
+        self.move(PLACE, self._canvas.height() - SIZE - PLACE)
+
+    def _hover(self, name: str) -> None:
+        if name != self._hovered:
+            self._hovered = name
+            label = next((face.label for face in self._faces if face.name == name), "")
+            told = f"{name} ({PATIENT.get(label, label)}): click to look from here, drag to turn"
+            self.setToolTip(told if name else HELP)
+            self.update()
+
+
+def _visible(axes: dict[str, str], labels: dict[str, str], state: ViewerState) -> list[_Face]:
+    """Faces that are seen in the state's view, each upright in its own standard view."""
+    basis = state.view.basis()
+    # Rows are the standard views' right, up and back, in the volume's axes.
+    frame = np.stack([axis_direction(axes[name]) for name in ("Right", "Back", "Top")])
+    found = []
+    for name, angles in STANDARD_VIEWS.items():
+        right, up, normal = View(*angles).basis() @ frame @ basis.T
+        # In perspective, a face is seen from in front of its plane.
+        if EYE * normal[2] <= 1.0:
+            continue
+        corners = [normal - right + up, normal + right + up, normal + right - up]
+        corners.append(normal - right - up)
+        polygon = QPolygonF([_project(corner) for corner in corners])
+        found.append(_Face(name, labels[axes[name]], polygon, normal))
+    return found
+
+
+def _project(point: NDArray[np.float64]) -> QPointF:
+    """Pixel of a point of the cube, given to the right, up and towards the eye."""
+    scale = HALF_EDGE * EYE / (EYE - point[2])
+    return QPointF(SIZE / 2 + scale * point[0], SIZE / 2 - scale * point[1])
+
+
+def _shade(normal: NDArray[np.float64]) -> QColor:
+    """Bluish grey of a face, brighter where it faces the light."""
+    share = max(float(normal @ LIGHT), 0.0)
+    level = round(DARKEST + (BRIGHTEST - DARKEST) * share)
+    return QColor(level - 8, level, level + 12)

@@ -1,0 +1,224 @@
+"""The view, from where it came, and about which axis it turns."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QObject, Signal
+
+from app.state.view_history import ViewHistory
+from model.scene.orientation import (
+    DEFAULT_UP,
+    angles_in,
+    axis_direction,
+    axis_labelled,
+    home_view,
+    standard_view,
+    view_in,
+)
+from model.scene.view import View
+from model.scene.volume import Triple
+
+HOME_VIEW = View(azimuth=30.0, elevation=15.0, roll=0.0, distance=0.8)
+"""View before a volume is opened."""
+
+CUBE: Triple = (3**-0.5, 3**-0.5, 3**-0.5)
+"""Proportions before a volume is opened."""
+
+
+class ViewNavigation(QObject):
+    """The view, with a home view, a history, and the axis of the volume that points up."""
+
+    viewChanged = Signal(object)
+    viewChangeFinished = Signal(object)
+    navigationChanged = Signal()
+    """Emitted when the up axis, the axes' labels, the trackball or the home view changes."""
+    viewHistoryChanged = Signal()
+    """Emitted when there are other views to go back to, or to return to."""
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._view = self._home = HOME_VIEW
+        self._views = ViewHistory(HOME_VIEW)
+        self._proportions = CUBE
+        self._up_axis = DEFAULT_UP
+        self._axis_labels: tuple[str, ...] = ()
+        self._trackball = False
+        self._view_moving = False
+
+    @property
+    def view(self) -> View:
+        """The current view."""
+        return self._view
+
+    @property
+    def angles(self) -> tuple[float, float, float]:
+        """Azimuth, elevation and roll of the view about the up axis, in degrees."""
+        return angles_in(self._up_axis, self._view, front=self.front_axis)
+
+    @property
+    def home(self) -> View:
+        """Initial view of the volume, with all of it in the image."""
+        return self._home
+
+    @property
+    def up_axis(self) -> str:
+        """Axis of the volume that points up, such as ``"+z"``."""
+        return self._up_axis
+
+    @property
+    def front_axis(self) -> str:
+        """Axis of the volume that points to the patient's front; empty when unknown."""
+        return axis_labelled("A", self._axis_labels)
+
+    @property
+    def axis_labels(self) -> tuple[str, ...]:
+        """The patient's direction that each axis points to, see the volume's; may be empty."""
+        return self._axis_labels
+
+    @property
+    def trackball(self) -> bool:
+        """True if dragging turns freely, False if it turns about the up axis."""
+        return self._trackball
+
+    @property
+    def can_undo_view(self) -> bool:
+        """True if there is a view to go back to."""
+        return self._views.can_undo
+
+    @property
+    def can_redo_view(self) -> bool:
+        """True if a view was undone."""
+        return self._views.can_redo
+
+    def move_view(self, view: View) -> None:
+        """Change the view during a drag."""
+        if view != self._view:
+            self._view = view
+            self._view_moving = True
+            self.viewChanged.emit(view)
+
+    def finish_view(self, kind: str = "") -> None:
+        """End a drag of the view, if there is one, and keep the view in the history.
+
+        Parameters
+        ----------
+        kind : str
+            Gestures of one kind in quick succession become one entry of the history.
+        """
+        if self._view_moving:
+            self._view_moving = False
+            self._views.record(self._view, kind)
+            self.viewHistoryChanged.emit()
+            self.viewChangeFinished.emit(self._view)
+
+    def set_view(self, view: View) -> None:
+        """Change the view without a drag."""
+        self.move_view(view)
+        self.finish_view()
+
+    def undo_view(self) -> None:
+        """Go back to the view before the last gesture."""
+        self.finish_view()
+        self._look(self._views.undo())
+
+    def redo_view(self) -> None:
+        """Go to the view that was undone last."""
+        self.finish_view()
+        self._look(self._views.redo())
+
+    def reset_view(self) -> None:
+        """Go to the volume's home view."""
+        self.set_view(self._home)
+
+    def look_from(self, name: str) -> None:
+        """Look from one of :data:`~model.scene.orientation.STANDARD_VIEWS`, at this distance.
+
+        The volume is in the middle of the image again.
+
+        Raises
+        ------
+        ViewError
+            When there is no such view.
+        """
+        distance, front = self._view.distance, self.front_axis
+        self.set_view(standard_view(name, distance, self._up_axis, front=front))
+
+    def set_home(self, view: View) -> None:
+        """Set the view that :meth:`reset_view` goes to, until the up axis or the volume changes."""
+        if view != self._home:
+            self._home = view
+            self.navigationChanged.emit()
+
+    def set_up_axis(self, up: str) -> None:
+        """Set the axis that points up, and stand the volume upright.
+
+        The view keeps its angles, which are now about this axis; the home view stays one.
+
+        Raises
+        ------
+        ViewError
+            When there is no such axis.
+        """
+        axis_direction(up)
+        if up == self._up_axis:
+            return
+        at_home, angles, view = self._view == self._home, self.angles, self._view
+        self._up_axis = up
+        self._home = self._upright_home()
+        if at_home:
+            self.set_view(self._home)
+        else:
+            numbers = (*angles, view.distance, view.pan_x, view.pan_y)
+            self.set_view(view_in(up, *numbers, front=self.front_axis))
+        self.navigationChanged.emit()
+
+    def set_trackball(self, free: bool) -> None:
+        """Choose whether dragging turns freely."""
+        if free != self._trackball:
+            self._trackball = free
+            self.navigationChanged.emit()
+
+    def start_view(
+        self,
+        proportions: Triple,
+        up: str = "",
+        axis_labels: tuple[str, ...] = (),
+        view: View | None = None,
+    ) -> None:
+        """Look at another volume, from its home view; the history of views starts anew.
+
+        Parameters
+        ----------
+        proportions : tuple of float
+            The volume's.
+        up : str
+            Axis that points up; empty for the usual one.
+        axis_labels : tuple of str
+            The volume's.
+        view : View or None
+            Initial view; None for the home view.
+
+        Raises
+        ------
+        ViewError
+            When there is no such axis.
+        """
+        up = up or DEFAULT_UP
+        home = home_view(proportions, up, front=axis_labelled("A", axis_labels))
+        self._view_moving = False
+        self._proportions, self._axis_labels = proportions, axis_labels
+        self._up_axis, self._home = up, home
+        first = view or self._home
+        self._views.start(first)
+        self.navigationChanged.emit()
+        self._look(first)
+
+    def _upright_home(self) -> View:
+        return home_view(self._proportions, self._up_axis, front=self.front_axis)
+
+    def _look(self, view: View) -> None:
+        """Show a view that is in the history."""
+        if view != self._view:
+            self._view = view
+            self.viewChanged.emit(view)
+            self.viewChangeFinished.emit(view)
+        self.viewHistoryChanged.emit()

@@ -1,0 +1,97 @@
+"""A bar that asks which of a volume's axes points up, where its file does not say."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QIcon, QImage, QPixmap
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QToolButton, QWidget
+
+from model.scene.orientation import AXES
+
+PICTURE = 72
+"""Largest side of a picture, in pixels."""
+
+
+class UpAxisBar(QFrame):
+    """Asks with six buttons, one per axis; hidden until :meth:`ask`, and after the answer."""
+
+    chosen = Signal(str)
+    """Emitted with one of :data:`~model.scene.orientation.AXES`."""
+    dismissed = Signal()
+    """Emitted when the user does not want to say."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setProperty("role", "panel")
+        self._buttons: dict[str, QToolButton] = {}
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(12, 6, 8, 6)
+        layout.addWidget(QLabel("Which way is up?"))
+        for axis in AXES:
+            button = QToolButton()
+            button.setText(axis.replace("-", "−"))
+            button.setAutoRaise(True)
+            button.setAccessibleName(f"{axis} is up")
+            button.setToolTip(f"Stand the volume upright with {axis} of its file at the top")
+            button.clicked.connect(partial(self._choose, axis))
+            self._buttons[axis] = button
+            layout.addWidget(button)
+        layout.addStretch()
+        leave = QPushButton("Leave it")
+        leave.setToolTip("Keep the volume as it stands")
+        leave.clicked.connect(self._dismiss)
+        layout.addWidget(leave)
+        self.hide()
+
+    def ask(self, present: str = "") -> None:
+        """Show the question, without pictures until they are set.
+
+        Parameters
+        ----------
+        present : str
+            Axis that points up now; its button is marked. Empty for none.
+        """
+        self.set_pictures({})
+        for axis, button in self._buttons.items():
+            button.setCheckable(axis == present)
+            button.setChecked(axis == present)
+        self.show()
+
+    def set_pictures(self, pictures: Mapping[str, QImage]) -> None:
+        """Show on each button how the volume looks with its axis up.
+
+        Parameters
+        ----------
+        pictures : mapping of str to QImage
+            By axis; a button without a picture shows the axis' name only.
+        """
+        for axis, button in self._buttons.items():
+            picture = pictures.get(axis)
+            if picture is None or picture.isNull():
+                button.setIcon(QIcon())
+                button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
+                continue
+            size = QSize(PICTURE, PICTURE)
+            small = picture.scaled(
+                size,
+                Qt.AspectRatioMode.KeepAspectRatio,
+                Qt.TransformationMode.SmoothTransformation,
+            )
+            button.setIcon(QIcon(QPixmap.fromImage(small)))
+            button.setIconSize(small.size())
+            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextUnderIcon)
+
+    def button(self, axis: str) -> QToolButton:
+        """Return an axis' button."""
+        return self._buttons[axis]
+
+    def _choose(self, axis: str, _checked: bool = False) -> None:
+        self.hide()
+        self.chosen.emit(axis)
+
+    def _dismiss(self) -> None:
+        self.hide()
+        self.dismissed.emit()

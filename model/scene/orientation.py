@@ -1,0 +1,185 @@
+"""Which of a volume's axes points up: upright views, and the view with the whole volume.
+
+A :class:`View` always turns about the volume's z axis. Here, views are given by angles
+about another axis of the volume, which is called its up axis.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.errors import ViewError
+from model.scene.view import FAR_DISTANCE_RADII, VIEW_ANGLE, View
+
+AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
+"""Names of a volume's axes, with their sign."""
+
+DEFAULT_UP = "+z"
+
+STANDARD_VIEWS = {
+    "Front": (0.0, 0.0),
+    "Back": (180.0, 0.0),
+    "Left": (270.0, 0.0),
+    "Right": (90.0, 0.0),
+    "Top": (0.0, 90.0),
+    "Bottom": (0.0, -90.0),
+}
+"""Azimuth and elevation of each view; left and right are the viewer's."""
+
+HOME_AZIMUTH, HOME_ELEVATION = 30.0, 15.0
+NEAREST_HOME, FARTHEST_HOME = 0.4, 1.0
+"""Limits of the home view's distance: what generators are trained for, and the whole volume."""
+
+MARGIN = 0.03
+"""Part of half the image's side that is left free around a volume that just fits."""
+
+_USUAL_FRONTS = {"+x": "-y", "-x": "-y", "+y": "+z", "-y": "-z", "+z": "-y", "-z": "-y"}
+
+
+def axis_labelled(label: str, labels: tuple[str, ...]) -> str:
+    """Return the axis with a label, given one label for each of :data:`AXES`; empty if none."""
+    return next((axis for axis, each in zip(AXES, labels, strict=False) if each == label), "")
+
+
+def axis_direction(axis: str) -> NDArray[np.float64]:
+    """Unit vector of an axis such as ``"-y"``, shape (3,).
+
+    Raises
+    ------
+    ViewError
+        When the text is not one of :data:`AXES`.
+    """
+    if axis not in AXES:
+        raise ViewError(f"'{axis}' is not an axis; give one of {', '.join(AXES)}.")
+    direction = np.zeros(3)
+    direction["xyz".index(axis[1])] = 1.0 if axis[0] == "+" else -1.0
+    return direction
+
+
+def upright_frame(up: str, front: str = "") -> NDArray[np.float64]:
+    """Axes in which the volume stands upright.
+
+    Parameters
+    ----------
+    up : str
+        The volume's axis that points up, one of :data:`AXES`.
+    front : str
+        The axis that faces the camera at azimuth 0; where it is empty or along the up
+        axis, a usual one.
+
+    Returns
+    -------
+    ndarray of float64, shape (3, 3)
+        Rows are the upright frame's x, y and z in volume coordinates, determinant 1; the
+        identity for ``"+z"``.
+    """
+    z = axis_direction(up)
+    if not front or front[1:] == up[1:]:
+        front = _USUAL_FRONTS[up]
+    y = -axis_direction(front)
+    # Adding 0 turns -0 to 0.
+    return np.stack([np.cross(y, z), y, z]) + 0.0
+
+
+def faces(up: str, front: str = "") -> dict[str, str]:
+    """Return the axis that faces the camera in each of :data:`STANDARD_VIEWS`."""
+    frame = upright_frame(up, front)
+    backs = {name: View(*angles).basis()[2] @ frame for name, angles in STANDARD_VIEWS.items()}
+    return {name: _nearest_axis(back) for name, back in backs.items()}
+
+
+def view_in(
+    up: str,
+    azimuth: float,
+    elevation: float,
+    roll: float = 0.0,
+    distance: float = 1.0,
+    pan_x: float = 0.0,
+    pan_y: float = 0.0,
+    *,
+    front: str = "",
+) -> View:
+    """Return the view with these angles about an up axis; for ``"+z"``, exactly these numbers.
+
+    Parameters
+    ----------
+    up, front : str
+        See :func:`upright_frame`.
+    azimuth, elevation, roll, distance, pan_x, pan_y : float
+        As a :class:`View`'s.
+    """
+    view = View(azimuth, elevation, roll, distance, pan_x, pan_y)
+    frame = upright_frame(up, front)
+    if np.array_equal(frame, np.eye(3)):
+        return view
+    return View.of_basis(view.basis() @ frame, distance, pan_x, pan_y)
+
+
+def angles_in(up: str, view: View, *, front: str = "") -> tuple[float, float, float]:
+    """Azimuth, elevation and roll of a view about an up axis; the inverse of :func:`view_in`."""
+    frame = upright_frame(up, front)
+    if not np.array_equal(frame, np.eye(3)):
+        view = View.of_basis(view.basis() @ frame.T)
+    return view.azimuth, view.elevation, view.roll
+
+
+def fit_distance(
+    proportions: tuple[float, float, float],
+    view: View | NDArray[np.float64],
+    margin: float = MARGIN,
+) -> float:
+    """Smallest distance at which a volume's whole box lies inside the square image.
+
+    Parameters
+    ----------
+    proportions : tuple of float
+        A volume's `proportions`.
+    view : View or ndarray of float64, shape (3, 3)
+        Only its axes matter: rows right, up and back.
+    margin : float
+        Part of half the image's side that is left free.
+
+    Returns
+    -------
+    float
+        In a view's units; up to 1 without a margin.
+    """
+    basis = view.basis() if isinstance(view, View) else view
+    # In units of the bounding sphere's radius, as its diameter is 1.
+    corners = np.array(list(itertools.product((-1.0, 1.0), repeat=3))) * proportions
+    right, up, back = basis @ corners.T
+    reach = (1.0 - margin) * math.tan(math.radians(VIEW_ANGLE / 2))
+    needed = back + np.maximum(np.abs(right), np.abs(up)) / reach
+    return float(needed.max()) / FAR_DISTANCE_RADII
+
+
+def home_view(
+    proportions: tuple[float, float, float], up: str = DEFAULT_UP, *, front: str = ""
+) -> View:
+    """Initial view of a volume: upright, from above and the side, with all of it in the image."""
+    view = view_in(up, HOME_AZIMUTH, HOME_ELEVATION, front=front)
+    distance = fit_distance(proportions, view)
+    return replace(view, distance=min(max(distance, NEAREST_HOME), FARTHEST_HOME))
+
+
+def standard_view(name: str, distance: float, up: str, *, front: str = "") -> View:
+    """Return one of :data:`STANDARD_VIEWS`, in the middle of the image.
+
+    Raises
+    ------
+    ViewError
+        When there is no such view.
+    """
+    if name not in STANDARD_VIEWS:
+        raise ViewError(f"'{name}' is not a view; give one of {', '.join(STANDARD_VIEWS)}.")
+    azimuth, elevation = STANDARD_VIEWS[name]
+    return view_in(up, azimuth, elevation, distance=distance, front=front)
+
+
+def _nearest_axis(direction: NDArray[np.float64]) -> str:
+    return max(AXES, key=lambda axis: float(axis_direction(axis) @ direction))

@@ -1,0 +1,120 @@
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QColor
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QWidget
+from pytestqt.qtbot import QtBot
+
+from app import theme
+from app.image_view.gestures import ViewGestures
+from app.image_view.orientation_cube import PLACE, SIZE, OrientationCube
+from app.state.viewer_state import ViewerState
+from model.scene.orientation import STANDARD_VIEWS, axis_direction
+from model.scene.view import View
+
+EQUAL = (3**-0.5, 3**-0.5, 3**-0.5)
+
+
+@pytest.fixture
+def canvas(qtbot: QtBot, state: ViewerState) -> Iterator[QWidget]:
+    widget = QWidget()
+    widget.resize(300, 200)
+    ViewGestures(widget, state)
+    qtbot.addWidget(widget)
+    yield widget
+    state.finish_view()
+
+
+@pytest.fixture
+def cube(state: ViewerState, canvas: QWidget) -> OrientationCube:
+    cube = OrientationCube(state, canvas)
+    canvas.show()
+    return cube
+
+
+@pytest.mark.parametrize("name", STANDARD_VIEWS)
+def test_a_standard_view_shows_its_face_in_the_middle(
+    state: ViewerState, cube: OrientationCube, name: str
+) -> None:
+    state.look_from(name)
+    assert list(cube.visible_faces) == [name]
+    middle = cube.visible_faces[name]
+    assert (middle.x(), middle.y()) == pytest.approx((SIZE / 2, SIZE / 2))
+
+
+def test_a_click_on_a_face_looks_from_there(state: ViewerState, cube: OrientationCube) -> None:
+    state.start_view(EQUAL, "+y")
+    assert set(cube.visible_faces) == {"Front", "Right", "Top"}
+    QTest.mouseClick(cube, Qt.MouseButton.LeftButton, pos=cube.visible_faces["Right"].toPoint())
+    _, up, back = state.view.basis()
+    assert up == pytest.approx(axis_direction("+y"), abs=1e-9)
+    assert back == pytest.approx(axis_direction("+x"), abs=1e-9)
+    assert not state.live
+
+
+def test_dragging_the_cube_turns_it_under_the_mouse(
+    state: ViewerState, cube: OrientationCube
+) -> None:
+    state.look_from("Front")
+    middle = QPoint(SIZE // 2, SIZE // 2)
+    QTest.mousePress(cube, Qt.MouseButton.LeftButton, pos=middle)
+    QTest.mouseMove(cube, middle + QPoint(12, 0))
+    assert state.live
+    assert cube.visible_faces["Front"].x() == pytest.approx(SIZE / 2 + 12, abs=4)
+    QTest.mouseRelease(cube, Qt.MouseButton.LeftButton, pos=middle + QPoint(12, 0))
+    assert not state.live
+    state.undo_view()
+    assert state.view == View(distance=0.8)
+
+
+def test_labels_are_the_patients_where_they_are_known(
+    state: ViewerState, cube: OrientationCube
+) -> None:
+    assert cube.labels["-x"] == "−X"
+    state.start_view(EQUAL, "-y", tuple("PAISRL"))
+    assert (cube.labels["+x"], cube.labels["-y"]) == ("P", "S")
+    # From the patient's front, with the patient's left on the right.
+    assert state.front_axis == "-x"
+    QTest.mouseMove(cube, cube.visible_faces["Front"].toPoint())
+    assert cube.toolTip().startswith("Front (the patient's front)")
+    QTest.mouseMove(cube, cube.visible_faces["Right"].toPoint())
+    assert cube.toolTip().startswith("Right (the patient's left)")
+
+
+def test_labels_can_be_set_and_given_back(state: ViewerState, cube: OrientationCube) -> None:
+    state.start_view(EQUAL, "+z", tuple("LRPASI"))
+    assert cube.labels["+x"] == "L"
+    cube.set_labels(tuple("EWNSUD"))
+    assert (cube.labels["+x"], cube.labels["-z"]) == ("E", "D")
+    cube.set_labels(())
+    assert cube.labels["+x"] == "+X"
+    cube.set_labels(None)
+    assert cube.labels["+x"] == "L"
+
+
+def test_the_face_under_the_mouse_is_marked(state: ViewerState, cube: OrientationCube) -> None:
+    def color(name: str) -> QColor:
+        face = cube.visible_faces[name].toPoint()
+        # Beside the label.
+        return cube.grab().toImage().pixelColor(face + QPoint(0, 14))
+
+    assert color("Front") != QColor(theme.ACCENT)
+    QTest.mouseMove(cube, cube.visible_faces["Front"].toPoint())
+    assert color("Front") == QColor(theme.ACCENT)
+
+
+def test_it_keeps_to_the_corner_and_takes_nothing_beside_it(
+    state: ViewerState, canvas: QWidget, cube: OrientationCube
+) -> None:
+    canvas.resize(260, 400)
+    assert (cube.x(), cube.y()) == (PLACE, 400 - SIZE - PLACE)
+    assert canvas.childAt(cube.geometry().center()) is cube
+    assert canvas.childAt(cube.geometry().topLeft() + QPoint(2, 2)) is None
+    before = state.view
+    QTest.mouseClick(cube, Qt.MouseButton.MiddleButton)
+    QTest.mouseMove(cube, QPoint(0, 0))
+    assert state.view == before

@@ -1,0 +1,180 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from pytestqt.qtbot import QtBot
+
+from app.state.view_history import MOST_VIEWS, ViewHistory
+from app.state.viewer_state import HOME_VIEW, ViewerState
+from model.errors import ViewError
+from model.scene.orientation import axis_direction, home_view
+from model.scene.view import View
+
+BOX = (0.8, 0.48, 0.36)
+
+
+class Clock:
+    """A clock that is set by hand."""
+
+    def __init__(self) -> None:
+        self.now = 100.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def at(azimuth: float) -> View:
+    return View(azimuth)
+
+
+def test_views_are_undone_and_redone_one_by_one() -> None:
+    history = ViewHistory(at(0))
+    for azimuth in (1, 2, 3):
+        history.record(at(azimuth))
+    assert [history.undo().azimuth for _ in range(4)] == [2, 1, 0, 0]
+    assert not history.can_undo
+    assert history.redo() == at(1)
+    history.record(at(9))
+    assert not history.can_redo
+    assert [history.undo().azimuth for _ in range(2)] == [1, 0]
+
+
+def test_steps_of_one_kind_in_quick_succession_are_one() -> None:
+    clock = Clock()
+    history = ViewHistory(at(0), clock)
+    for azimuth, kind, pause in (
+        (1, "zoom", 0.0),
+        (2, "zoom", 0.9),
+        (3, "zoom", 0.9),
+        (4, "zoom", 1.1),
+        (5, "turn", 0.1),
+        (6, "", 0.1),
+        (7, "", 0.1),
+    ):
+        clock.now += pause
+        history.record(at(azimuth), kind)
+    assert [history.undo().azimuth for _ in range(5)] == [6, 5, 4, 3, 0]
+
+
+def test_a_step_after_an_undo_is_not_merged() -> None:
+    history = ViewHistory(at(0), Clock())
+    history.record(at(1), "zoom")
+    history.undo()
+    history.record(at(2), "zoom")
+    assert (history.undo(), history.can_undo) == (at(0), False)
+
+
+def test_the_oldest_views_are_forgotten() -> None:
+    history = ViewHistory(at(0))
+    for azimuth in range(1, 150):
+        history.record(at(azimuth))
+    while history.can_undo:
+        last = history.undo()
+    assert last == at(150 - MOST_VIEWS)
+
+
+def test_gestures_are_undone_apart_from_the_tf(qtbot: QtBot, state: ViewerState) -> None:
+    for azimuth in (1.0, 2.0):
+        state.move_view(View(azimuth - 0.5))
+        state.set_view(View(azimuth))
+    assert state.can_undo_view
+    with qtbot.waitSignals([state.viewChanged, state.viewChangeFinished, state.viewHistoryChanged]):
+        state.undo_view()
+    assert state.view == View(1.0)
+    state.undo_view()
+    assert (state.view, state.can_undo_view, state.can_redo_view) == (HOME_VIEW, False, True)
+    state.redo_view()
+    assert state.view == View(1.0)
+    assert not state.undo_stack.canUndo()
+
+
+def test_undo_in_the_middle_of_a_drag_takes_the_drag_back(state: ViewerState) -> None:
+    state.move_view(View(77.0))
+    state.undo_view()
+    assert (state.view, state.live) == (HOME_VIEW, False)
+    state.redo_view()
+    assert state.view == View(77.0)
+
+
+def test_a_volume_starts_at_its_home_view_without_a_history(
+    qtbot: QtBot, state: ViewerState
+) -> None:
+    state.set_view(View(10.0))
+    signals = [state.navigationChanged, state.viewChanged, state.viewHistoryChanged]
+    with qtbot.waitSignals([*signals, state.viewChangeFinished]):
+        state.start_view(BOX, "-y")
+    assert state.view == state.home == home_view(BOX, "-y")
+    assert (state.up_axis, state.can_undo_view) == ("-y", False)
+    given = View(5.0, distance=0.5)
+    state.start_view(BOX, view=given)
+    assert (state.view, state.up_axis) == (given, "+z")
+    state.reset_view()
+    assert state.view == home_view(BOX)
+    with pytest.raises(ViewError, match="'north' is not an axis"):
+        state.start_view((1.0, 0.0, 0.0), "north")
+    assert state.home == home_view(BOX)
+
+
+def test_a_patient_is_seen_from_the_front(state: ViewerState) -> None:
+    # x to the right, y to the front: as NIfTI has it.
+    state.start_view(BOX, "+z", tuple("RLAPSI"))
+    assert state.angles == pytest.approx((30.0, 15.0, 0.0))
+    state.look_from("Front")
+    right, up, back = state.view.basis()
+    for got, axis in ((right, "-x"), (up, "+z"), (back, "+y")):
+        np.testing.assert_allclose(got, axis_direction(axis), atol=1e-9)
+
+
+def test_another_up_axis_stands_the_volume_upright(qtbot: QtBot, state: ViewerState) -> None:
+    state.start_view(BOX)
+    with qtbot.waitSignal(state.navigationChanged):
+        state.set_up_axis("+x")
+    assert state.view == state.home == home_view(BOX, "+x")
+    state.set_view(View(100.0, 20.0, 3.0, 0.5, 0.1, 0.2))
+    angles = state.angles
+    state.set_up_axis("-z")
+    assert state.angles == pytest.approx(angles)
+    assert (state.view.distance, state.view.pan_x, state.view.pan_y) == (0.5, 0.1, 0.2)
+    state.undo_view()
+    assert state.view == View(100.0, 20.0, 3.0, 0.5, 0.1, 0.2)
+
+
+def test_standard_views_are_upright_and_keep_the_distance(state: ViewerState) -> None:
+    state.start_view(BOX, "+y")
+    state.set_view(View(10.0, roll=5.0, distance=0.55, pan_x=0.3))
+    state.look_from("Top")
+    assert state.view.basis()[2] == pytest.approx(axis_direction("+y"), abs=1e-9)
+    assert (state.view.distance, state.view.pan_x) == (0.55, 0.0)
+    with pytest.raises(ViewError, match="'Inside' is not a view"):
+        state.look_from("Inside")
+
+
+def test_another_home_is_gone_to_until_the_up_axis_changes(
+    qtbot: QtBot, state: ViewerState
+) -> None:
+    state.start_view(BOX)
+    with qtbot.waitSignal(state.navigationChanged):
+        state.set_home(View(70.0))
+    assert state.view == home_view(BOX)
+    state.reset_view()
+    assert state.view == View(70.0)
+    state.set_up_axis("+y")
+    assert state.view == state.home == home_view(BOX, "+y")
+
+
+def test_only_finished_gestures_change_the_history(qtbot: QtBot, state: ViewerState) -> None:
+    with qtbot.assertNotEmitted(state.viewHistoryChanged):
+        state.move_view(View(1.0))
+        assert not state.can_undo_view
+    with qtbot.waitSignal(state.viewHistoryChanged):
+        state.finish_view()
+    with qtbot.assertNotEmitted(state.viewHistoryChanged):
+        state.finish_view()
+        state.set_view(View(1.0))
+
+
+def test_the_trackball_is_announced(qtbot: QtBot, state: ViewerState) -> None:
+    assert not state.trackball
+    with qtbot.waitSignal(state.navigationChanged):
+        state.set_trackball(True)
+    assert state.trackball

@@ -1,0 +1,37 @@
+from __future__ import annotations
+
+from PySide6.QtGui import QColor, QImage
+from pytestqt.qtbot import QtBot
+
+from app.window.up_axis_bar import PICTURE, UpAxisBar
+from model.scene.orientation import AXES
+
+
+def test_each_button_answers_with_its_axis(qtbot: QtBot) -> None:
+    bar = UpAxisBar()
+    qtbot.addWidget(bar)
+    chosen: list[str] = []
+    bar.chosen.connect(chosen.append)
+    assert not bar.isVisible()
+    for axis in AXES:
+        bar.ask("+z")
+        assert bar.isVisible()
+        assert bar.button("+z").isChecked()
+        bar.button(axis).click()
+        assert not bar.isVisible()
+    assert tuple(chosen) == AXES
+
+
+def test_pictures_are_shown_and_forgotten_at_the_next_question(qtbot: QtBot) -> None:
+    bar = UpAxisBar()
+    qtbot.addWidget(bar)
+    bar.ask()
+    image = QImage(128, 64, QImage.Format.Format_RGB888)
+    image.fill(QColor("red"))
+    bar.set_pictures({"+y": image})
+    icon = bar.button("+y").icon()
+    assert icon.availableSizes()[0].width() == PICTURE
+    assert icon.pixmap(PICTURE).toImage().pixelColor(36, 18) == QColor("red")
+    assert bar.button("-y").icon().isNull()
+    bar.ask()
+    assert bar.button("+y").icon().isNull()

@@ -1,0 +1,190 @@
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from vtkmodules.vtkRenderingCore import vtkCamera
+
+from model.errors import ViewError
+from model.rendering.raycast.renderer import RaycastRenderer
+from model.scene.inputs import SceneInputs
+from model.scene.orientation import (
+    AXES,
+    STANDARD_VIEWS,
+    angles_in,
+    axis_direction,
+    faces,
+    fit_distance,
+    home_view,
+    standard_view,
+    upright_frame,
+    view_in,
+)
+from model.scene.transfer_function import ColorTF, OpacityTF
+from model.scene.view import VIEW_ANGLE, View
+from model.scene.volume import Volume
+
+ups = st.sampled_from(AXES)
+views = st.builds(
+    View,
+    st.floats(0, 360),
+    st.floats(-90, 90) | st.sampled_from([-90.0, 90.0, 89.99999, -89.9999999]),
+    st.floats(-180, 180),
+)
+BOXES = [(1.0, 1.0, 1.0), (4.0, 1.0, 0.5), (0.2, 0.3, 5.0), (1.0, 3.0, 0.01)]
+
+
+def proportions_of(lengths: tuple[float, float, float]) -> tuple[float, float, float]:
+    x, y, z = np.array(lengths) / np.linalg.norm(lengths)
+    return float(x), float(y), float(z)
+
+
+@settings(max_examples=25)
+@given(views)
+def test_a_view_is_rebuilt_from_its_axes(view: View) -> None:
+    again = View.of_basis(view.basis(), 0.7, 0.1, -0.2)
+    np.testing.assert_allclose(again.basis(), view.basis(), atol=1e-9)
+    assert (again.distance, again.pan_x, again.pan_y) == (0.7, 0.1, -0.2)
+
+
+@settings(max_examples=25)
+@given(st.floats(0, 359.9), st.floats(-89.9, 89.9), st.floats(-179.9, 179.9))
+def test_angles_are_rebuilt_from_axes(azimuth: float, elevation: float, roll: float) -> None:
+    again = View.of_basis(View(azimuth, elevation, roll).basis())
+    turn = (again.azimuth - azimuth + 180) % 360 - 180
+    assert (turn, again.elevation - elevation, again.roll - roll) == pytest.approx(
+        (0, 0, 0), abs=1e-8
+    )
+
+
+@pytest.mark.parametrize("elevation", [-90.0, 90.0])
+def test_at_a_pole_there_is_no_roll(elevation: float) -> None:
+    view = View(40.0, elevation, 25.0)
+    again = View.of_basis(view.basis())
+    assert (again.elevation, again.roll) == (elevation, 0.0)
+    np.testing.assert_allclose(again.basis(), view.basis(), atol=1e-12)
+
+
+@settings(max_examples=25)
+@given(st.floats(-1e4, 1e4), st.floats(-90, 90), st.floats(-1e4, 1e4))
+def test_with_z_up_angles_are_the_views_own_to_the_bit(a: float, e: float, r: float) -> None:
+    view = view_in("+z", a, e, r, 0.5, 0.25, -0.75)
+    assert view == View(a, e, r, 0.5, 0.25, -0.75)
+    assert angles_in("+z", view) == (a, e, r)
+    assert view_in("+z", a, e, r, front="-y").azimuth == a
+
+
+@settings(max_examples=25)
+@given(ups, ups, st.floats(0, 359), st.floats(-89, 89), st.floats(-179, 179))
+def test_angles_come_back(up: str, front: str, a: float, e: float, r: float) -> None:
+    view = view_in(up, a, e, r, 0.5, 0.1, 0.2, front=front)
+    azimuth, elevation, roll = angles_in(up, view, front=front)
+    assert (azimuth - a + 180) % 360 - 180 == pytest.approx(0, abs=1e-7)
+    assert (elevation, roll) == pytest.approx((e, r), abs=1e-7)
+    assert (view.distance, view.pan_x, view.pan_y) == (0.5, 0.1, 0.2)
+
+
+@pytest.mark.parametrize("up", AXES)
+def test_the_up_axis_points_up_in_the_image(up: str) -> None:
+    direction = axis_direction(up)
+    for azimuth in (0.0, 77.0, 200.0):
+        right, above, back = view_in(up, azimuth, 20.0).basis()
+        assert above @ direction == pytest.approx(math.cos(math.radians(20)))
+        assert right @ direction == pytest.approx(0.0, abs=1e-9)
+        assert back @ direction == pytest.approx(math.sin(math.radians(20)))
+    frame = upright_frame(up)
+    assert np.linalg.det(frame) == pytest.approx(1.0)
+
+
+@settings(max_examples=25)
+@given(ups, ups)
+def test_faces_are_what_the_camera_of_vtk_sees(up: str, front: str) -> None:
+    found = faces(up, front)
+    assert sorted(found.values()) == sorted(AXES)
+    if front[1] != up[1]:
+        assert found["Front"] == front
+    assert found["Top"] == up
+    camera = vtkCamera()
+    camera.SetViewUp(*axis_direction(up))
+    camera.SetPosition(*axis_direction(found["Front"]))
+    camera.SetFocalPoint(0, 0, 0)
+    for name in ("Front", "Right", "Back", "Left"):
+        assert camera.GetPosition() == pytest.approx(axis_direction(found[name]), abs=1e-9)
+        camera.Azimuth(90.0)
+
+
+def test_an_unknown_axis_is_refused() -> None:
+    with pytest.raises(ViewError, match=r"'up' is not an axis; give one of \+x"):
+        view_in("up", 0.0, 0.0)
+    with pytest.raises(ViewError, match="'Inside' is not a view"):
+        standard_view("Inside", 1.0, "+z")
+
+
+def projected(view: View, proportions: tuple[float, float, float]) -> NDArray[np.float64]:
+    """Corners of the box in the image, in halves of its height, by VTK's camera."""
+    # The bounding sphere's diameter is 1.
+    _, up, back = view.basis()
+    camera = vtkCamera()
+    camera.SetFocalPoint(0, 0, 0)
+    camera.SetPosition(*(view.camera_distance(0.5) * back))
+    camera.SetViewUp(*up)
+    camera.SetViewAngle(VIEW_ANGLE)
+    camera.SetClippingRange(0.01, 100.0)
+    matrix = camera.GetCompositeProjectionTransformMatrix(1.0, -1.0, 1.0)
+    rows = np.array([[matrix.GetElement(i, j) for j in range(4)] for i in range(4)])
+    corners = np.array(list(itertools.product((-0.5, 0.5), repeat=3))) * proportions
+    image = np.column_stack([corners, np.ones(8)]) @ rows.T
+    return image[:, :2] / image[:, 3:]
+
+
+@pytest.mark.parametrize("lengths", BOXES)
+@settings(max_examples=25)
+@given(views)
+def test_a_box_at_the_fit_distance_just_fits(
+    lengths: tuple[float, float, float], view: View
+) -> None:
+    proportions = proportions_of(lengths)
+    at = replace(view, distance=fit_distance(proportions, view))
+    assert np.abs(projected(at, proportions)).max() == pytest.approx(0.97)
+    assert fit_distance(proportions, view, margin=0.0) <= 1.0 + 1e-12
+
+
+@pytest.mark.parametrize("lengths", BOXES)
+@pytest.mark.parametrize("up", AXES)
+def test_the_home_view_shows_the_whole_box(lengths: tuple[float, float, float], up: str) -> None:
+    proportions = proportions_of(lengths)
+    home = home_view(proportions, up)
+    assert np.abs(projected(home, proportions)).max() <= 1.0
+    assert 0.4 <= home.distance <= 1.0
+    assert angles_in(up, home) == pytest.approx((30.0, 15.0, 0.0), abs=1e-8)
+
+
+@pytest.mark.parametrize("name", STANDARD_VIEWS)
+def test_standard_views_look_from_their_faces(name: str) -> None:
+    view = standard_view(name, 0.5, "-y", front="+x")
+    assert view.basis()[2] == pytest.approx(axis_direction(faces("-y", "+x")[name]), abs=1e-9)
+    assert (view.distance, view.pan_x, view.pan_y) == (0.5, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("up", ["+z", "-x"])
+def test_the_silhouette_of_an_opaque_box_stays_inside_the_image(up: str) -> None:
+    scalars = np.linspace(0.0, 255.0, 8 * 12 * 24, dtype=np.float32).reshape(8, 12, 24)
+    volume = Volume(scalars, (1.0, 0.7, 2.0))
+    opaque = OpacityTF((0.0, 255.0), points=((0.0, 1.0),))
+    white = ColorTF((0.0, 255.0), ((0.0, 1.0, 1.0, 1.0),))
+    renderer = RaycastRenderer(volume, threads=1)
+    home = home_view(volume.proportions, up)
+
+    def rim(view: View) -> float:
+        alpha = renderer.render(SceneInputs(view, opaque, white), 48)[..., 3]
+        assert alpha.max() > 0.99
+        return float(max(alpha[[0, -1]].max(), alpha[:, [0, -1]].max()))
+
+    assert rim(home) == 0.0
+    assert rim(replace(home, distance=0.9 * home.distance)) > 0.0
