@@ -17,6 +17,7 @@ from PySide6.QtGui import QFontDatabase, QIcon
 from PySide6.QtWidgets import QApplication
 
 from app.engines.engines import REAL_BUILDERS, Builders, GeneratorSettings
+from app.state.preferences import Preferences, PreferencesStore
 from app.state.transfer_function_store import TransferFunctionStore
 from app.state.window_start import WindowStart
 from app.theme import apply_theme
@@ -70,7 +71,8 @@ def run_window(
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
     application = _application()
     store = TransferFunctionStore.of_user() if screenshot is None else None
-    window = MainWindow(builders, store, settings)
+    preferences = Preferences(PreferencesStore.of_user() if screenshot is None else None)
+    window = MainWindow(builders, store, settings, preferences)
     if start.size is not None:
         window.resize(*start.size)
     _open(window, start)
@@ -89,19 +91,30 @@ def run_window(
 def _open(window: MainWindow, start: WindowStart) -> None:
     """Open what a start says, and have it shown as the start says."""
     workspace = window.workspace
-    workspace.open_model(start.model)
-    workspace.open_volume(start.volume)
-    if start.view is not None:
-        window.state.set_view(start.view)
+    if start.model is not None:
+        workspace.open_model(start.model)
     looks = {"lighting": start.lighting, "drawing": start.renderer}
-    workspace.choose(**{name: choice for name, choice in looks.items() if choice is not None})
-    tf = start.tf
-    if tf is not None:
-        # The volume's range, and the TF that it had last time, are known only then.
-        workspace.volumeStarted.connect(
-            partial(window.files.take_transfer_function, tf),
-            Qt.ConnectionType.SingleShotConnection,
-        )
+    chosen = {name: choice for name, choice in looks.items() if choice is not None}
+    workspace.reference.choose(keep=False, **chosen)
+    # The volume's range and its first view are known only then.
+    workspace.volumeStarted.connect(
+        partial(_show_as_asked, window, start), Qt.ConnectionType.SingleShotConnection
+    )
+    workspace.open_volume(start.volume, first_range=start.scalar_range)
+
+
+def _show_as_asked(window: MainWindow, start: WindowStart) -> None:
+    state = window.state
+    if start.view is not None:
+        state.set_view(start.view)
+    if start.crop is not None:
+        state.set_crop(start.crop)
+    if start.light is not None and state.light is not None:
+        state.set_light(start.light)
+    elif start.light is not None:
+        window.notice.tell("The light is fixed here; a model beside it was trained with another.")
+    if start.tf is not None:
+        window.opening.open_transfer_function(start.tf)
 
 
 def _application() -> QApplication:

@@ -126,7 +126,7 @@ def _opened(volume: Path, size: int | None) -> Iterator[MainWindow]:
         window.resize(1280, 720)
         window.show()
         if size is not None:
-            window.workspace.choose(size=size)
+            window.workspace.reference.choose(size=size)
         window.workspace.open_volume(volume)
         _wait_for(volume, lambda: window.workspace.is_settled)
         yield window

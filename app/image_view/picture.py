@@ -22,7 +22,7 @@ BAND_ROWS = 64
 
 
 def compose(
-    rgba: NDArray[np.float32],
+    rgba: NDArray[np.float32] | NDArray[np.uint8],
     background: Background | None,
     legend_painter: Callable[[QPainter, QRect], object] | None = None,
 ) -> QImage:
@@ -30,8 +30,9 @@ def compose(
 
     Parameters
     ----------
-    rgba : ndarray of float32, shape (H, W, 4)
-        Colour premultiplied with opacity; values outside [0, 1] are clipped, NaN is 0.
+    rgba : ndarray of float32 or uint8, shape (H, W, 4)
+        Colour premultiplied with opacity: 0..1, values outside are clipped and NaN is 0; or
+        0..255.
     background : tuple of int or None
         Red, green and blue, 0..255; None for a transparent one.
     legend_painter : callable or None
@@ -62,10 +63,12 @@ def compose(
     channels = 4 if background is None else 3
     stored = np.frombuffer(image.bits(), np.uint8).reshape(height, image.bytesPerLine())
     levels = stored[:, : width * channels].reshape(height, width, channels)
+    full = np.float32(255 if rgba.dtype == np.uint8 else 1)
     for top in range(0, height, BAND_ROWS):
         rows = slice(top, top + BAND_ROWS)
         # fmax and fmin take the number where the other is NaN.
-        band = np.fmin(np.fmax(rgba[rows], np.float32(0)), np.float32(1))
+        band = np.fmin(np.fmax(rgba[rows], np.float32(0)), full)
+        band /= full
         _put_over(band, background)
         band *= 255
         band += 0.5  # uint8 cuts off: rounds to the nearest

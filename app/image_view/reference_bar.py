@@ -12,8 +12,8 @@ from app.controls import add_action
 from app.engines.engines import ReferenceSettings
 from app.image_view.light_ball import LightBall
 from app.state.reference_choices import ReferenceChoices
+from app.state.reference_work import ReferenceWork
 from app.state.viewer_state import ViewerState
-from app.state.workspace import Workspace
 
 LIGHTINGS = {
     "auto": "As the model, or direct",
@@ -55,14 +55,14 @@ class ReferenceBar(QWidget):
     Parameters
     ----------
     state : ViewerState
-    workspace : Workspace
+    work : ReferenceWork
     """
 
     def __init__(
-        self, state: ViewerState, workspace: Workspace, parent: QWidget | None = None
+        self, state: ViewerState, work: ReferenceWork, parent: QWidget | None = None
     ) -> None:
         super().__init__(parent)
-        self._workspace = workspace
+        self._work = work
         self._actions: dict[str, dict[Any, Any]] = {}
         self.ball = LightBall(state)
         self.light = self._button("Light of the reference image")
@@ -77,11 +77,11 @@ class ReferenceBar(QWidget):
         row.setSpacing(4)
         for widget in (self.light, self.ball, self.quality, self.drawing):
             row.addWidget(widget)
-        workspace.choicesChanged.connect(self._show_choices)
-        workspace.settingsChanged.connect(self._show_settings)
-        workspace.lightRangeChanged.connect(self.ball.set_range)
-        self._show_choices(workspace.choices)
-        self._show_settings(ReferenceSettings())
+        work.choicesChanged.connect(self._show_choices)
+        work.settingsChanged.connect(self._show_settings)
+        work.lightRangeChanged.connect(self.ball.set_range)
+        self._show_choices(work.choices)
+        self._show_settings(work.settings)
 
     def fill_light(self, menu: QMenu) -> None:
         """Add the kinds of light to a menu."""
@@ -104,12 +104,12 @@ class ReferenceBar(QWidget):
         for choice, text in texts.items():
             action = add_action(menu, text, partial(self._choose, name, choice))
             action.setCheckable(True)
-            action.setChecked(choice == getattr(self._workspace.choices, name))
+            action.setChecked(choice == getattr(self._work.choices, name))
             group.addAction(action)
             actions.setdefault(choice, []).append(action)
 
     def _choose(self, name: str, choice: Any) -> None:
-        self._workspace.choose(**{name: choice})
+        self._work.choose(**{name: choice})
 
     def _show_choices(self, choices: ReferenceChoices) -> None:
         for name, actions in self._actions.items():

@@ -114,6 +114,11 @@ class Library:
         beside = (path for place in (folder, folder.parent) for path in _volume_files(place))
         return _named(beside, {scene.volume_name}) or _shipped_volume(scene)
 
+    def scene_of(self, folder: Path) -> Scene | None:
+        """Return what a model was trained on, or None if its card cannot be read."""
+        card = _card(folder)
+        return None if card is None else card.scene
+
     def check_model(self, folder: Path) -> ModelCheck:
         """Find out whether a folder holds a model that can be opened; quick, and without torch.
 

@@ -76,7 +76,6 @@ class Remembered:
         In voxels, 0.01 to 10; None for the usual one.
     reference_size : None, int or "generator"
         Pixels of the reference image, 16 to 8192; None for as many as its pane has.
-    same_size_as_generator : bool
     trackball : bool
         Whether dragging turns views freely.
     colors_follow_modes : bool
@@ -103,7 +102,6 @@ class Remembered:
     drawing: Drawing = "auto"
     sample_distance: float | None = None
     reference_size: ReferenceSize = None
-    same_size_as_generator: bool = False
     trackball: bool = False
     colors_follow_modes: bool = True
     legend: bool = False
@@ -186,7 +184,6 @@ _CHECKS: Checks = {
     "drawing": one_of("auto", "vtk", "raycast"),
     "sample_distance": either(one_of(None), number(0.01, 10)),
     "reference_size": either(one_of(None, "generator"), whole_number(16, 8192)),
-    "same_size_as_generator": _flag,
     "trackball": _flag,
     "colors_follow_modes": _flag,
     "legend": _flag,

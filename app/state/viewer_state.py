@@ -201,23 +201,6 @@ class ViewerState(ViewNavigation):
         """Restore the volume's default TF, as an edit that can be undone."""
         self.commit(self._default, "reset")
 
-    def open_transfer_function(self, path: Path) -> bool:
-        """Open a TF file, as an edit that can be undone.
-
-        Returns
-        -------
-        bool
-            True if the TF was made for this scalar range; otherwise it was fitted.
-
-        Raises
-        ------
-        TransferFunctionError
-            When the file does not hold a TF; the current one is kept.
-        """
-        opened = TransferFunction.load(path)
-        self.commit(fit_to_range(opened, self.scalar_range), f"open {path.name}")
-        return opened.scalar_range == self.scalar_range
-
     def save_transfer_function(self, path: Path) -> None:
         """Write the current TF to a file.
 

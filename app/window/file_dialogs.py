@@ -2,40 +2,34 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
-from PySide6.QtGui import QImageWriter
-from PySide6.QtWidgets import QFileDialog, QWidget
+from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
 
 from app.figures.sensitivity_figure import save_figure
-from app.image_view.engine_pane import EnginePane
+from app.state.preferences import Preferences
 from app.state.viewer_state import ViewerState
-from app.state.workspace import Workspace
+from app.window.file_opening import TF_SUFFIX, VOLUME_FILTER, FileOpening
 from model.errors import RenderError, TransferFunctionError
 from model.sensitivity.result import NUMBER_SUFFIXES, SensitivityResult, save_numbers
-from model.volume_files import SUFFIXES
 
-VOLUME_FILTER = f"Volumes ({' '.join(f'*{s}' for s in SUFFIXES)});;All files (*)"
 TF_FILTER = "Transfer functions (*.json);;All files (*)"
 SENSITIVITY_FILTER = "Figures (*.png);;Arrays (*.npz);;Tables (*.csv)"
-IMAGE_FILTER = "PNG images (*.png)"
-
-
-def image_formats() -> set[str]:
-    """Return the suffixes of the image files that Qt can write."""
-    return {bytes(ending.data()).decode() for ending in QImageWriter.supportedImageFormats()}
 
 
 class FileDialogs(QObject):
-    """Shows file dialogs and opens or saves the chosen files.
+    """Asks for files and folders, which are then opened or saved.
 
     Parameters
     ----------
     parent : QWidget
         Parent of the dialogs.
     state : ViewerState
-    workspace : Workspace
+    opening : FileOpening
+    preferences : Preferences
+        Dialogs begin in the folder of the last file.
     """
 
     problem = Signal(str)
@@ -43,57 +37,46 @@ class FileDialogs(QObject):
     news = Signal(str)
     """Emitted with a sentence for the status bar."""
 
-    def __init__(self, parent: QWidget, state: ViewerState, workspace: Workspace) -> None:
+    def __init__(
+        self,
+        parent: QWidget,
+        state: ViewerState,
+        opening: FileOpening,
+        preferences: Preferences,
+    ) -> None:
         super().__init__(parent)
         self._parent = parent
         self._state = state
-        self._workspace = workspace
+        self._opening = opening
+        self._preferences = preferences
 
     def open_volume(self) -> None:
         """Ask for a volume file and open it."""
-        name, _ = QFileDialog.getOpenFileName(self._parent, "Open volume", "", VOLUME_FILTER)
-        if name:
-            self._workspace.open_volume(Path(name))
+        self._open_file("Open volume", VOLUME_FILTER, self._opening.open_volume)
 
     def open_dicom(self) -> None:
         """Ask for a folder with DICOM slices and open it."""
-        name = QFileDialog.getExistingDirectory(self._parent, "Open DICOM folder")
-        if name:
-            self._workspace.open_volume(Path(name))
+        self._open_folder("Open DICOM folder", self._opening.open_volume)
 
     def open_model(self) -> None:
         """Ask for a model's folder and open it."""
-        name = QFileDialog.getExistingDirectory(self._parent, "Open model")
-        if name:
-            self._workspace.open_model(Path(name))
+        self._open_folder("Open model", self._opening.open_model)
 
     def open_transfer_function(self) -> None:
         """Ask for a TF file and open it, as an edit that can be undone."""
-        name, _ = QFileDialog.getOpenFileName(self._parent, "Open TF", "", TF_FILTER)
-        if name:
-            self.take_transfer_function(Path(name))
-
-    def take_transfer_function(self, path: Path) -> None:
-        """Open a TF file and report the outcome."""
-        try:
-            same_range = self._state.open_transfer_function(path)
-        except TransferFunctionError as error:
-            self.problem.emit(str(error))
-            return
-        fitted = "" if same_range else "; it was made for another scalar range and fitted to this"
-        self.news.emit(f"Opened {path.name}{fitted}.")
+        self._open_file("Open TF", TF_FILTER, self._opening.open_transfer_function)
 
     def save_transfer_function(self) -> None:
         """Ask for a file and write the TF to it."""
-        name, _ = QFileDialog.getSaveFileName(self._parent, "Save TF", "tf.json", TF_FILTER)
-        if not name:
+        path = self.ask_for_place("Save TF", TF_FILTER, (TF_SUFFIX,), "tf.json")
+        if path is None:
             return
-        path = Path(name)
         try:
             self._state.save_transfer_function(path)
         except TransferFunctionError as error:
             self.problem.emit(str(error))
         else:
+            self._preferences.note_transfer_function(path)
             self.news.emit(f"Saved {path.name}.")
 
     def save_sensitivity(self, result: SensitivityResult | None) -> None:
@@ -101,15 +84,10 @@ class FileDialogs(QObject):
         if result is None:
             self.problem.emit("There is no sensitivity of this image to save yet.")
             return
-        name, _ = QFileDialog.getSaveFileName(
-            self._parent, "Save sensitivity", "", SENSITIVITY_FILTER
-        )
-        if not name:
+        suffixes = (".png", *NUMBER_SUFFIXES)
+        path = self.ask_for_place("Save sensitivity", SENSITIVITY_FILTER, suffixes)
+        if path is None:
             return
-        path = Path(name)
-        if path.suffix.lower() not in (".png", *NUMBER_SUFFIXES):
-            # Qt's dialog does not add the suffix, which determines the format.
-            path = path.with_name(path.name + ".png")
         try:
             if path.suffix.lower() == ".png":
                 save_figure(path, result)
@@ -120,26 +98,42 @@ class FileDialogs(QObject):
         else:
             self.news.emit(f"Saved {path.name}.")
 
-    def save_image(self, pane: EnginePane) -> None:
-        """Ask for a file and write a pane's image to it, in its original size."""
-        image = pane.canvas.image
-        if image is None:
-            self.problem.emit("There is no image to save yet.")
-            return
-        name, _ = QFileDialog.getSaveFileName(self._parent, "Save image", "", IMAGE_FILTER)
-        if not name:
-            return
-        path = Path(name)
-        if path.suffix.lower().lstrip(".") not in image_formats():
-            # Qt's dialog does not add the suffix, which determines the format.
-            path = path.with_name(path.name + ".png")
-            if path.exists():
-                self.problem.emit(
-                    f"{path}: the file is there already; choose it itself to replace it, "
-                    "or another name."
-                )
-                return
-        if image.save(str(path)):
-            self.news.emit(f"Saved {path.name}.")
-        else:
-            self.problem.emit(f"{path}: the image cannot be written; choose another place.")
+    def ask_for_place(
+        self, title: str, filters: str, suffixes: tuple[str, ...], name: str = ""
+    ) -> Path | None:
+        """Ask for a file to write; None if the user does not want to.
+
+        A name without one of the suffixes, which determine the format, gets the first of them.
+        """
+        start = str(Path(self._preferences.value("last_folder")) / name)
+        chosen, _ = QFileDialog.getSaveFileName(self._parent, title, start, filters)
+        if not chosen:
+            return None
+        path = Path(chosen)
+        if path.suffix.lower() not in suffixes:
+            # Qt's dialog has asked about the file without the suffix only.
+            path = path.with_name(path.name + suffixes[0])
+            if path.exists() and not self._may_replace(path):
+                return None
+        self._preferences.set(last_folder=str(path.absolute().parent))
+        return path
+
+    def _may_replace(self, path: Path) -> bool:
+        text = f"{path.name} is there already. Replace it?"
+        answer = QMessageBox.question(self._parent, "Replace", text)
+        return answer == QMessageBox.StandardButton.Yes
+
+    def _open_file(self, title: str, filters: str, open_it: Callable[[Path], object]) -> None:
+        folder = self._preferences.value("last_folder")
+        name, _ = QFileDialog.getOpenFileName(self._parent, title, folder, filters)
+        self._take(name, open_it)
+
+    def _open_folder(self, title: str, open_it: Callable[[Path], object]) -> None:
+        folder = self._preferences.value("last_folder")
+        self._take(QFileDialog.getExistingDirectory(self._parent, title, folder), open_it)
+
+    def _take(self, name: str, open_it: Callable[[Path], object]) -> None:
+        if name:
+            path = Path(name)
+            self._preferences.set(last_folder=str(path.absolute().parent))
+            open_it(path)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from PySide6.QtCore import QEvent, Qt
-from PySide6.QtGui import QCloseEvent, QKeyEvent
+from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
 from PySide6.QtWidgets import (
     QLabel,
     QMainWindow,
+    QMessageBox,
     QSplitter,
     QToolButton,
     QVBoxLayout,
@@ -17,22 +20,31 @@ from app.engines.client import EngineClient
 from app.engines.engines import FASTEST, REAL_BUILDERS, Builders, GeneratorSettings
 from app.image_view.engine_pane import EnginePane
 from app.image_view.gestures import ViewGestures
-from app.image_view.orientation_cube import OrientationCube
 from app.image_view.reference_bar import ReferenceBar
 from app.image_view.view_keys import ViewKeys
 from app.latent_browser.latent_browser import LatentBrowser
 from app.sensitivity_view.sensitivity_view import SensitivityView
 from app.state.latent_state import LatentChoices, LatentState
 from app.state.opened_volume import OpenedVolume
+from app.state.preferences import Preferences
 from app.state.sensitivity_state import SensitivityState
+from app.state.training_run import TrainingRun
 from app.state.transfer_function_store import TransferFunctionStore
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
 from app.tf_editor.editor import TransferFunctionEditor
+from app.window.emptiness_notice import EmptinessNotice
 from app.window.file_dialogs import FileDialogs
-from app.window.menus import Menus
+from app.window.file_opening import FileOpening
+from app.window.menus import Menus, WindowParts
 from app.window.notice_bar import NoticeBar
+from app.window.overlays import Overlays
 from app.window.pane_layout import PaneLayout
+from app.window.picture_saving import PictureSaving
+from app.window.training_bar import TrainingBar
+from app.window.up_axis_bar import UpAxisBar
+from app.window.up_axis_question import UpAxisQuestion
+from app.window.window_memory import WindowMemory
 
 WINDOW_SIZE = 1280, 860
 
@@ -48,6 +60,8 @@ class MainWindow(QMainWindow):
         Storage of every volume's TF between runs; None for none.
     settings : GeneratorSettings
         Device, backend and precision of generators.
+    preferences : Preferences or None
+        What is remembered between runs; None for nothing.
     """
 
     def __init__(
@@ -55,8 +69,10 @@ class MainWindow(QMainWindow):
         builders: Builders = REAL_BUILDERS,
         store: TransferFunctionStore | None = None,
         settings: GeneratorSettings = FASTEST,
+        preferences: Preferences | None = None,
     ) -> None:
         super().__init__()
+        self.preferences = preferences or Preferences(None, self)
         self.state = ViewerState(self)
         self.sensitivity_state = SensitivityState(self)
         self.latent_state = LatentState(self)
@@ -76,17 +92,28 @@ class MainWindow(QMainWindow):
             analyst,
             builders,
             store,
+            self.preferences,
             settings,
             self,
         )
         self.browser = LatentBrowser(
             self.state, self.workspace.latent, self.sensitivity_state, self.reference, self.editor
         )
-        self.reference_bar = ReferenceBar(self.state, self.workspace)
+        self.reference_bar = ReferenceBar(self.state, self.workspace.reference)
         self.panes = PaneLayout(self.browser, self.generator, self.reference)
+        self.training = TrainingRun(self)
+        self.training_bar = TrainingBar(self.training)
+        self.up_axis_bar = UpAxisBar()
         self.browse = QToolButton()
         self._view_label = QLabel()
+        self._splitter = QSplitter(Qt.Orientation.Vertical)
         self._lay_out()
+        self.overlays = Overlays(
+            (self.generator.canvas, self.reference.canvas), self.state, self.preferences
+        )
+        self._memory = WindowMemory(
+            self, self._splitter, self.panes, self.state, self.editor.moves, self.preferences
+        )
         # After the gestures, so that regions get the mouse first.
         self.sensitivity = SensitivityView(
             self.state,
@@ -97,20 +124,40 @@ class MainWindow(QMainWindow):
             self.editor,
             self,
         )
-        self.files = FileDialogs(self, self.state, self.workspace)
-        self._menus = Menus(
-            self,
-            self.files,
-            self.state,
-            self.workspace,
-            self.generator,
-            self.reference,
-            self.reference_bar,
-            self.panes,
-            self.sensitivity_state,
-            self.sensitivity,
-            self.latent_state,
+        self.opening = FileOpening(self, self.state, self.workspace, self.preferences, self.notice)
+        self.files = FileDialogs(self, self.state, self.opening, self.preferences)
+        self.pictures = PictureSaving(self, self.state, self.files)
+        self._question = UpAxisQuestion(
+            self.up_axis_bar, self.state, self.workspace, analyst, self.preferences
         )
+        self.emptiness = [
+            EmptinessNotice(pane, self.state, self.workspace)
+            for pane in (self.generator, self.reference)
+        ]
+        parts = WindowParts(
+            opening=self.opening,
+            files=self.files,
+            pictures=self.pictures,
+            state=self.state,
+            workspace=self.workspace,
+            preferences=self.preferences,
+            generator=self.generator,
+            reference=self.reference,
+            bar=self.reference_bar,
+            panes=self.panes,
+            overlays=self.overlays,
+            sensitivity=self.sensitivity_state,
+            view=self.sensitivity,
+            latent=self.latent_state,
+        )
+        self._menus = Menus(self, parts)
+        self._connect()
+        self._show_model()
+        self._show_view()
+        if self.preferences.start_problem:
+            self.notice.tell(self.preferences.start_problem)
+
+    def _connect(self) -> None:
         self.browse.clicked.connect(lambda on: self.latent_state.choose(shown=on))
         self.latent_state.choicesChanged.connect(self._show_browser)
         self._show_browser(self.latent_state.choices)
@@ -119,18 +166,23 @@ class MainWindow(QMainWindow):
         self.workspace.modelChanged.connect(self._show_model)
         self.panes.imagesShown.connect(self.workspace.show_images)
         self.reference.canvas.resized.connect(
-            lambda: self.workspace.set_pane_pixels(*self.reference.canvas.pixels)
+            lambda: self.workspace.reference.set_pane_pixels(*self.reference.canvas.pixels)
         )
-        self._show_model()
         self.workspace.volumeOpened.connect(self._show_volume)
+        self.workspace.rangeChanged.connect(self._show_range)
         # Errors of an earlier file no longer apply.
-        self.workspace.volumeOpened.connect(lambda _opened: self.notice.clear())
+        self.workspace.volumeRead.connect(self.notice.clear)
         self.workspace.volumeStarted.connect(self.editor.select_strongest)
         self.workspace.hintChanged.connect(self.generator.set_hint)
-        for source in (self.workspace, self.files, self.browser):
-            source.problem.connect(self.notice.tell)
+        for source in (
+            self.workspace, self.opening, self.files, self.pictures, self.browser,
+        ):  # fmt: skip
+            source.problem.connect(self._tell)
             source.news.connect(self.statusBar().showMessage)
-        self._show_view()
+        self.preferences.problem.connect(self._tell)
+        self.training_bar.trainRequested.connect(self._train)
+        self.training_bar.openRequested.connect(self.files.open_model)
+        self.training_bar.trained.connect(self.opening.open_model)
 
     @property
     def errors(self) -> list[str]:
@@ -164,25 +216,48 @@ class MainWindow(QMainWindow):
             self.sensitivity.findings.end_what_if()
         super().changeEvent(event)
 
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        """Take files."""
+        if any(url.isLocalFile() for url in event.mimeData().urls()):
+            event.acceptProposedAction()
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        """Open files: volumes, models and TFs."""
+        event.acceptProposedAction()
+        for url in event.mimeData().urls():
+            if url.isLocalFile():
+                self.opening.open(Path(url.toLocalFile()))
+
     def closeEvent(self, event: QCloseEvent) -> None:
         """Hide the window at once, then wait for the threads to end."""
+        if self.training.is_running and self.isVisible() and not self._may_stop_training():
+            event.ignore()
+            return
         self.workspace.stop()
+        self.training.cancel()
+        self._memory.note()
         self.hide()
         self.workspace.join()
+        self.training.join()
+        self.preferences.finish()
         event.accept()
+
+    def _may_stop_training(self) -> bool:
+        question = f"A model of '{self.training.volume_name}' is being trained. Quit and stop it?"
+        answer = QMessageBox.question(self, "Training", question)
+        return answer == QMessageBox.StandardButton.Yes
 
     def _lay_out(self) -> None:
         for pane in (self.generator, self.reference):
             gestures = ViewGestures(pane.canvas, self.state)
-            self.workspace.lightRangeChanged.connect(gestures.set_light_range)
+            self.workspace.reference.lightRangeChanged.connect(gestures.set_light_range)
             ViewKeys(pane.canvas, self.state)
-            OrientationCube(self.state, pane.canvas)
         self.reference.add_to_header(self.reference_bar)
         self.browse.setText("Browse TFs")
         self.browse.setCheckable(True)
         self.browse.setToolTip("Show a map of the TFs, with a picture of each (Ctrl+B)")
         self.menuBar().setCornerWidget(self.browse)
-        splitter = QSplitter(Qt.Orientation.Vertical)
+        splitter = self._splitter
         splitter.setHandleWidth(12)
         splitter.setChildrenCollapsible(False)
         splitter.addWidget(self.panes)
@@ -195,6 +270,8 @@ class MainWindow(QMainWindow):
         column.setContentsMargins(14, 8, 14, 4)
         column.setSpacing(8)
         column.addWidget(self.notice)
+        column.addWidget(self.up_axis_bar)
+        column.addWidget(self.training_bar)
         column.addWidget(splitter, 1)
         self.setCentralWidget(central)
         self._view_label.setProperty("role", "dim")
@@ -202,6 +279,7 @@ class MainWindow(QMainWindow):
         self.statusBar().addPermanentWidget(self._view_label)
         self.statusBar().setSizeGripEnabled(False)
         self.setWindowTitle("tfscope")
+        self.setAcceptDrops(True)
         self.resize(*WINDOW_SIZE)
 
     def _show_browser(self, choices: LatentChoices) -> None:
@@ -212,6 +290,8 @@ class MainWindow(QMainWindow):
     def _show_model(self) -> None:
         """Make room for the generator's image, or give it to the reference."""
         self.panes.set_model(self.workspace.has_model)
+        opened = self.workspace.opened
+        self.training_bar.set_offered(opened is not None and not self.workspace.has_model)
         self.browser.bar.set_model(self.workspace.latent.pictures.learned_size is not None)
 
     def _show_view(self) -> None:
@@ -225,9 +305,31 @@ class MainWindow(QMainWindow):
             text += f"    Pan {view.pan_x:.2f}, {view.pan_y:.2f}"
         self._view_label.setText(text)
 
+    def _tell(self, text: str) -> None:
+        self.notice.tell(text)
+
+    def _train(self) -> None:
+        """Train a model of the open volume, as it is shown."""
+        opened = self.workspace.opened
+        if opened is None:
+            return
+        lighting = self.workspace.reference.settings.lighting
+        self.training.start(
+            opened.path,
+            # Images under global light take too long to be drawn by the thousand.
+            lighting="direct" if lighting == "global" else lighting,
+            scalar_range=opened.volume.scalar_range,
+            raw_layout=self.preferences.volume(opened.fingerprint).raw_layout,
+        )
+
+    def _show_range(self, opened: OpenedVolume) -> None:
+        self.editor.area.histogram.set_data(opened.counts, opened.edges)
+        self.editor.area.set_axis(self.editor.area.axis)
+
     def _show_volume(self, opened: OpenedVolume) -> None:
         volume = opened.volume
         shape = " × ".join(str(n) for n in volume.dimensions)
         self.setWindowTitle(f"{volume.name} ({shape}) – tfscope")
         self.browser.set_units(volume.units)
+        self.pictures.units = self.overlays.units = volume.units
         self.editor.set_data(opened.counts, opened.edges, volume.data_range, volume.units)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -15,11 +16,16 @@ from app.image_view.engine_pane import EnginePane
 from app.image_view.reference_bar import ReferenceBar
 from app.sensitivity_view.sensitivity_view import SensitivityView
 from app.state.latent_state import LatentState
+from app.state.preferences import Preferences
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
 from app.window.file_dialogs import FileDialogs
+from app.window.file_opening import FileOpening
+from app.window.overlays import Overlays
 from app.window.pane_layout import PaneLayout, Shown
+from app.window.picture_saving import PictureSaving
+from app.window.recent_menu import RecentMenus
 from model.scene.orientation import AXES, STANDARD_VIEWS
 
 IMAGES: dict[str, Shown] = {
@@ -83,6 +89,43 @@ GESTURES = """<h3>Images</h3>
 </table>"""
 
 
+@dataclass(frozen=True)
+class WindowParts:
+    """Parts of the window that menus act on.
+
+    Attributes
+    ----------
+    opening : FileOpening
+    files : FileDialogs
+    pictures : PictureSaving
+    state : ViewerState
+    workspace : Workspace
+    preferences : Preferences
+    generator, reference : EnginePane
+    bar : ReferenceBar
+    panes : PaneLayout
+    overlays : Overlays
+    sensitivity : SensitivityState
+    view : SensitivityView
+    latent : LatentState
+    """
+
+    opening: FileOpening
+    files: FileDialogs
+    pictures: PictureSaving
+    state: ViewerState
+    workspace: Workspace
+    preferences: Preferences
+    generator: EnginePane
+    reference: EnginePane
+    bar: ReferenceBar
+    panes: PaneLayout
+    overlays: Overlays
+    sensitivity: SensitivityState
+    view: SensitivityView
+    latent: LatentState
+
+
 class Menus(QObject):
     """Builds the menus and performs their actions.
 
@@ -90,64 +133,54 @@ class Menus(QObject):
     ----------
     window : QMainWindow
         The window of the menu bar.
-    files : FileDialogs
-    state : ViewerState
-    workspace : Workspace
-    generator, reference : EnginePane
-        Panes with the images to save.
-    bar : ReferenceBar
-    panes : PaneLayout
-    sensitivity : SensitivityState
-    view : SensitivityView
-    latent : LatentState
+    parts : WindowParts
     """
 
-    def __init__(
-        self,
-        window: QMainWindow,
-        files: FileDialogs,
-        state: ViewerState,
-        workspace: Workspace,
-        generator: EnginePane,
-        reference: EnginePane,
-        bar: ReferenceBar,
-        panes: PaneLayout,
-        sensitivity: SensitivityState,
-        view: SensitivityView,
-        latent: LatentState,
-    ) -> None:
+    def __init__(self, window: QMainWindow, parts: WindowParts) -> None:
         super().__init__(window)
         self._window = window
-        self._files = files
-        self._state = state
-        self._workspace = workspace
-        self._generator, self._reference = generator, reference
-        self._bar, self._panes = bar, panes
+        self._parts = parts
+        self._state = parts.state
+        self._recent = RecentMenus(parts.opening, parts.workspace, parts.preferences)
         self._build_file(self._menu("&File"))
         self._build_edit(self._menu("&Edit"))
-        self._build_view(self._menu("&View"), latent)
-        self._build_sensitivity(self._menu("&Sensitivity"), sensitivity, view)
+        self._build_view(self._menu("&View"))
+        self._build_sensitivity(self._menu("&Sensitivity"))
         self._build_help(self._menu("&Help"))
 
     def _menu(self, title: str) -> QMenu:
         return self._window.menuBar().addMenu(title)
 
     def _build_file(self, menu: QMenu) -> None:
-        files = self._files
+        files, recent = self._parts.files, self._recent
         keys = QKeySequence.StandardKey
         add_action(menu, "Open &volume…", files.open_volume, keys.Open)
         add_action(menu, "Open &DICOM folder…", files.open_dicom)
-        add_action(menu, "Open &model…", files.open_model)
+        recent.add_recent(menu, "volumes")
+        menu.addSeparator()
+        add_action(menu, "Open &model…", files.open_model, "Ctrl+M")
+        recent.add_models(menu)
+        recent.add_recent(menu, "models")
         menu.addSeparator()
         add_action(menu, "Open &transfer function…", files.open_transfer_function, "Ctrl+T")
         add_action(menu, "&Save transfer function as…", files.save_transfer_function, keys.Save)
+        recent.add_recent(menu, "transfer_functions")
         menu.addSeparator()
-        self._save_generator = add_action(
-            menu, "Save &generator image…", lambda: files.save_image(self._generator)
-        )
-        add_action(menu, "Save &reference image…", lambda: files.save_image(self._reference))
+        self._add_pictures(menu)
         menu.addSeparator()
         add_action(menu, "&Quit", self._window.close, "Ctrl+Q")
+
+    def _add_pictures(self, menu: QMenu) -> None:
+        pictures, generator, reference = (
+            self._parts.pictures,
+            self._parts.generator,
+            self._parts.reference,
+        )
+        add_action(menu, "Save &picture…", partial(pictures.save, reference), "Ctrl+Shift+S")
+        add_action(menu, "&Copy picture…", partial(pictures.copy, reference), "Ctrl+Shift+C")
+        self._save_generator = add_action(
+            menu, "Save &generator's picture…", partial(pictures.save, generator)
+        )
 
     def _build_edit(self, menu: QMenu) -> None:
         state = self._state
@@ -168,7 +201,8 @@ class Menus(QObject):
         self._undo.setText(f"&Undo {stack.undoText()}".rstrip())
         self._redo.setText(f"&Redo {stack.redoText()}".rstrip())
 
-    def _build_view(self, menu: QMenu, latent: LatentState) -> None:
+    def _build_view(self, menu: QMenu) -> None:
+        latent, bar, panes = self._parts.latent, self._parts.bar, self._parts.panes
         browse = add_action(
             menu, "&Browse TFs", lambda: latent.choose(shown=not latent.choices.shown), "Ctrl+B"
         )
@@ -181,12 +215,25 @@ class Menus(QObject):
         menu.addSeparator()
         self._build_camera(menu)
         menu.addSeparator()
-        self._bar.fill_light(menu.addMenu("&Light of the reference"))
-        self._bar.fill_quality(menu.addMenu("&Quality of the reference"))
-        self._bar.fill_drawing(menu.addMenu("Reference drawn &by"))
+        bar.fill_light(menu.addMenu("&Light of the reference"))
+        bar.fill_quality(menu.addMenu("&Quality of the reference"))
+        bar.fill_drawing(menu.addMenu("Reference &drawn by"))
         menu.addSeparator()
-        self._choices(menu.addMenu("&Images"), IMAGES, self._panes.show_images)
-        add_action(menu, "S&wap the images", self._panes.swap, "Ctrl+Shift+X")
+        overlays = self._parts.overlays
+        cube = add_action(menu, "&Orientation cube", overlays.toggle_cube)
+        legend = add_action(menu, "Colour l&egend", overlays.toggle_legend, "Ctrl+L")
+
+        def show_overlays() -> None:
+            cube.setChecked(overlays.has_cube)
+            legend.setChecked(overlays.has_legend)
+
+        for action in (cube, legend):
+            action.setCheckable(True)
+        overlays.changed.connect(show_overlays)
+        show_overlays()
+        menu.addSeparator()
+        self._choices(menu.addMenu("&Images"), IMAGES, panes.show_images)
+        add_action(menu, "S&wap the images", panes.swap, "Ctrl+Shift+X")
         full = add_action(menu, "&Full screen", self._toggle_full_screen, "F11")
         full.setCheckable(True)
 
@@ -228,9 +275,8 @@ class Menus(QObject):
         window = self._window
         window.showNormal() if window.isFullScreen() else window.showFullScreen()
 
-    def _build_sensitivity(
-        self, menu: QMenu, sensitivity: SensitivityState, view: SensitivityView
-    ) -> None:
+    def _build_sensitivity(self, menu: QMenu) -> None:
+        sensitivity, view = self._parts.sensitivity, self._parts.view
         shown = add_action(
             menu,
             "&Show sensitivity",
@@ -249,7 +295,7 @@ class Menus(QObject):
         add_action(menu, "&Pin the band of values", view.findings.toggle_pin, "P")
         menu.addSeparator()
         add_action(
-            menu, "Save &sensitivity as…", lambda: self._files.save_sensitivity(view.result())
+            menu, "Save &sensitivity as…", lambda: self._parts.files.save_sensitivity(view.result())
         )
 
     def _choices(

@@ -26,6 +26,7 @@ SCALAR_TYPES = {
 """NumPy's names of scalar types, by their common names."""
 
 _DIMENSIONS = re.compile(r"(?<!\d)(\d{1,9})x(\d{1,9})x(\d{1,9})(?!\d)", re.IGNORECASE)
+_SPACING = re.compile(r"spacing=([\d.e+-]+),([\d.e+-]+),([\d.e+-]+)", re.IGNORECASE)
 _WORD = re.compile(r"[a-z]+\d*", re.IGNORECASE)
 _BIG = {"be", "big", "bigendian", "msb"}
 
@@ -73,7 +74,7 @@ class RawLayout:
         RawLayout or None
             None if the text lacks the dimensions or the scalar type. The byte order
             is little unless a word after the dimensions is ``be``, ``big``,
-            ``bigendian`` or ``msb``.
+            ``bigendian`` or ``msb``. A spacing follows as ``spacing=0.5,0.5,1``.
         """
         found = list(_DIMENSIONS.finditer(text))
         if not found:
@@ -84,7 +85,20 @@ class RawLayout:
         if not types:
             return None
         order: ByteOrder = "big" if _BIG.intersection(words) else "little"
-        return cls((nx, ny, nz), types[0], order)
+        spacing = _SPACING.search(text)
+        if spacing is None:
+            return cls((nx, ny, nz), types[0], order)
+        x, y, z = (float(number) for number in spacing.groups())
+        return cls((nx, ny, nz), types[0], order, (x, y, z))
+
+    @property
+    def text(self) -> str:
+        """Text from which :meth:`parse` rebuilds the layout."""
+        words = "x".join(map(str, self.dimensions)) + f"_{self.scalar_type}"
+        words += "_be" if self.byte_order == "big" else ""
+        if self.spacing is None:
+            return words
+        return f"{words} spacing=" + ",".join(f"{float(s)!r}" for s in self.spacing)
 
     @property
     def dtype(self) -> np.dtype[np.generic]:

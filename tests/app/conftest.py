@@ -86,7 +86,7 @@ def make_window(qtbot: QtBot, builders: FakeBuilders) -> WindowMaker:
         size: str = "generator",
     ) -> MainWindow:
         window = MainWindow(builders.make(), store)
-        window.workspace.choose(size=size)
+        window.workspace.reference.choose(size=size)
         qtbot.addWidget(window)
         with qtbot.waitSignal(window.workspace.settled):
             window.workspace.open_model(model)

@@ -31,7 +31,6 @@ OTHER_VALUES: dict[str, Any] = {
     "drawing": "raycast",
     "sample_distance": 0.25,
     "reference_size": 1024,
-    "same_size_as_generator": True,
     "trackball": True,
     "colors_follow_modes": False,
     "legend": True,

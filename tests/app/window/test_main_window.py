@@ -272,10 +272,10 @@ def test_the_reference_fills_its_pane_or_has_the_size_of_ones_choice(
         return pixels.width, pixels.height
 
     qtbot.waitUntil(lambda: wide() == window.reference.canvas.pixels)
-    window.workspace.choose(size=256)
+    window.workspace.reference.choose(size=256)
     settle(qtbot, window)
     assert "256 × 256" in window.reference.detail
-    window.workspace.choose(size="generator")
+    window.workspace.reference.choose(size="generator")
     settle(qtbot, window)
     assert "16 × 16" in window.reference.detail
 
@@ -285,12 +285,12 @@ def test_the_reference_renderer_can_be_chosen(
 ) -> None:
     window = make_window()
     assert [s.renderer for s in builders.settings] == ["vtk"]
-    window.workspace.choose(drawing="raycast")
+    window.workspace.reference.choose(drawing="raycast")
     settle(qtbot, window)
     assert builders.settings[-1].renderer == "raycast"
     assert builders.references[0].closed
     assert "ray caster" in window.reference_bar.drawing.text()
-    window.workspace.choose(drawing="vtk")
+    window.workspace.reference.choose(drawing="vtk")
     settle(qtbot, window)
     assert builders.settings[-1].renderer == "vtk"
 
@@ -347,7 +347,7 @@ def test_an_engine_slower_than_the_mouse_is_never_queued(
     qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
 ) -> None:
     window = make_window()
-    window.workspace.choose(drawing="vtk")
+    window.workspace.reference.choose(drawing="vtk")
     settle(qtbot, window)
     engine: FakeEngine = builders.references[-1]
     engine.gate = threading.Semaphore(0)
@@ -400,7 +400,7 @@ def test_without_a_model_the_reference_has_the_window_alone_and_is_lit(
     assert builders.settings[-1].lighting == "direct"
     assert window.reference_bar.ball.isVisible()
     assert builders.references[-1].requests[-1].inputs.light == LightDirection()
-    window.workspace.choose(lighting="none")
+    window.workspace.reference.choose(lighting="none")
     settle(qtbot, window)
     assert builders.settings[-1].lighting == "none"
     assert builders.references[-1].requests[-1].inputs.light is None
@@ -419,7 +419,7 @@ def test_the_ray_caster_draws_while_something_moves_and_vtk_at_rest(
     window.state.finish_view()
     settle(qtbot, window)
     assert not reference.requests[-1].quality.live
-    window.workspace.choose(drawing="vtk")
+    window.workspace.reference.choose(drawing="vtk")
     settle(qtbot, window)
     reference = builders.references[-1]
     before = len(analyst.requests)
@@ -434,7 +434,7 @@ def test_under_global_light_vtk_draws_coarser_itself(
     qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
 ) -> None:
     window = make_window()
-    window.workspace.choose(lighting="global")
+    window.workspace.reference.choose(lighting="global")
     settle(qtbot, window)
     reference = builders.references[-1]
     window.state.move_view(View(azimuth=10.0))

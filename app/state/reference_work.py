@@ -1,0 +1,222 @@
+"""The reference image's renderer: what it is asked to be, and the engines that follow."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from app.engines.client import EngineClient
+from app.engines.engines import Builders, ReferenceSettings
+from app.engines.messages import Result, StandInRequest
+from app.state.dispatcher import NO_MODEL_SIZE, Dispatcher
+from app.state.preferences import Preferences
+from app.state.reference_choices import ReferenceChoices
+from app.state.viewer_state import ViewerState
+from model.rendering.raster import Raster
+from model.scene.scene import Scene
+from model.scene.volume import Volume
+
+PANE_REST_MS = 150
+"""Pause after the last change of a pane's size before an image is drawn for it."""
+
+LEAST_PANE = 64
+"""Fewest pixels of an image's sides, while a pane is not laid out yet."""
+
+SLOW_LIGHT_S = 1.0
+"""Time of the ray caster's image from which nobody is given light who has not asked for it."""
+
+PREPARING = "Preparing the volume …"
+
+
+class ReferenceWork(QObject):
+    """Draws the reference as it was chosen, and as the model beside it demands.
+
+    The analyst is started with it: a ray caster of the same volume and light.
+
+    Parameters
+    ----------
+    state : ViewerState
+    reference, analyst : EngineClient
+    builders : Builders
+    dispatcher : Dispatcher
+    preferences : Preferences
+        Choices are kept there.
+
+    Attributes
+    ----------
+    choices : ReferenceChoices
+    settings : ReferenceSettings
+        What the reference is drawn with now.
+    """
+
+    choicesChanged = Signal(object)
+    """Emitted with the new :class:`ReferenceChoices`."""
+    settingsChanged = Signal(object)
+    """Emitted with the new :class:`ReferenceSettings`."""
+    lightRangeChanged = Signal(object)
+    """Emitted with the range in which the light may be moved; None for a fixed one or none."""
+    analystStarted = Signal()
+    """Emitted when the analyst has been started anew: its answers no longer hold."""
+    resized = Signal(int)
+    """Emitted with the size of the square that both images share, in pixels."""
+    news = Signal(str)
+    """Emitted with a sentence for the status bar."""
+
+    def __init__(
+        self,
+        state: ViewerState,
+        reference: EngineClient,
+        analyst: EngineClient,
+        builders: Builders,
+        dispatcher: Dispatcher,
+        preferences: Preferences,
+        parent: QObject,
+    ) -> None:
+        super().__init__(parent)
+        self._state = state
+        self._reference, self._analyst = reference, analyst
+        self._builders = builders
+        self._dispatcher = dispatcher
+        self._preferences = preferences
+        self._volume: Volume | None = None
+        self._scene: Scene | None = None
+        self.choices = _remembered(preferences)
+        self.settings = ReferenceSettings()
+        self._light_is_slow = False
+        self._pane_pixels = NO_MODEL_SIZE, NO_MODEL_SIZE
+        self._pane_rest = QTimer(self, singleShot=True, interval=PANE_REST_MS)
+        self._pane_rest.timeout.connect(self._take_pane_size)
+        analyst.resultReady.connect(self._judge_light)
+
+    def choose(self, keep: bool = True, **changes: Any) -> None:
+        """Change some of the :class:`ReferenceChoices`, by name.
+
+        Parameters
+        ----------
+        keep : bool
+            Whether they are kept for the next run.
+        """
+        choices = replace(self.choices, **changes)
+        if choices == self.choices:
+            return
+        redrawn = (choices.size, choices.drawing) != (self.choices.size, self.choices.drawing)
+        self.choices = choices
+        if keep:
+            self._preferences.set(
+                lighting=choices.lighting,
+                drawing=choices.drawing,
+                sample_distance=choices.sample_distance,
+                reference_size=None if choices.size == "pane" else choices.size,
+            )
+        self.choicesChanged.emit(choices)
+        self.follow(self._scene)
+        if redrawn:
+            self._dispatcher.send()
+
+    def start(self, volume: Volume, scene: Scene | None) -> None:
+        """Draw another volume.
+
+        Parameters
+        ----------
+        volume : Volume
+        scene : Scene or None
+            Scene of the model that is shown beside it, if there is one.
+        """
+        if self._volume is None or volume.voxels is not self._volume.voxels:
+            self._light_is_slow = False
+        self._volume, self._scene = volume, scene
+        self._take_settings()
+        self._dispatcher.forget_times()
+        self._start_reference()
+        self._start_analyst()
+
+    def follow(self, scene: Scene | None) -> None:
+        """Adapt to the model that is shown beside it, and to the choices."""
+        self._scene = scene
+        before = self.settings
+        self._take_settings()
+        if self.settings != before and self._volume is not None:
+            self._dispatcher.forget_times()
+            self._start_reference()
+            if replace(self.settings, renderer=before.renderer) != before:
+                self._start_analyst()
+            self._dispatcher.send()
+
+    def set_pane_pixels(self, width: int, height: int) -> None:
+        """Say how many pixels the pane has; images follow once it rests."""
+        self._pane_pixels = max(width, LEAST_PANE), max(height, LEAST_PANE)
+        # Until a volume is open, it is the first layout of the window.
+        if self._volume is None:
+            self._take_pane_size()
+        else:
+            self._pane_rest.start()
+
+    def stop(self) -> None:
+        """Follow the pane no more."""
+        self._pane_rest.stop()
+
+    def _take_settings(self) -> None:
+        self.settings = self.choices.settings(self._scene, self._light_is_slow)
+        self._size_images()
+        self._offer_light()
+        self.settingsChanged.emit(self.settings)
+
+    def _size_images(self) -> None:
+        """Choose the number of pixels of the reference."""
+        size, dispatcher = self.choices.size, self._dispatcher
+        if size == "generator" and self._scene is not None:
+            size = self._scene.image_size
+        dispatcher.is_fixed = isinstance(size, int)
+        dispatcher.raster = (
+            Raster(size, size) if isinstance(size, int) else Raster(*self._pane_pixels)
+        )
+        dispatcher.may_stand_in = (
+            self.choices.drawing == "auto" and self.settings.lighting != "global"
+        )
+        self.resized.emit(dispatcher.size)
+
+    def _take_pane_size(self) -> None:
+        before = self._dispatcher.raster
+        self._size_images()
+        if self._dispatcher.raster != before and self._volume is not None:
+            self._dispatcher.send()
+
+    def _offer_light(self) -> None:
+        """Make the light movable where it may be, and keep its direction where it was."""
+        limits = self.choices.light_range(self._scene, self.settings)
+        if (limits is None) != (self._state.light is None):
+            self._state.set_light(None if limits is None else self.settings.light)
+        self.lightRangeChanged.emit(limits)
+
+    def _judge_light(self, result: Result) -> None:
+        """Turn off a light that nobody has chosen where it takes too long."""
+        is_whole = isinstance(result.request, StandInRequest) and not result.request.quality.live
+        unasked = self.choices.lighting == "auto" and self._scene is None
+        lit = self.settings.lighting != "none"
+        if is_whole and unasked and lit and result.seconds > SLOW_LIGHT_S:
+            self._light_is_slow = True
+            self.follow(None)
+            self.news.emit(
+                f"Drawn without light, which takes {result.seconds:.1f} s an image here; "
+                "choose Light above the image to have it."
+            )
+
+    def _start_reference(self) -> None:
+        assert self._volume is not None
+        build = partial(self._builders.reference, self._volume, self.settings)
+        self._reference.start(build, PREPARING)
+
+    def _start_analyst(self) -> None:
+        assert self._volume is not None
+        build = partial(self._builders.analyst, self._volume, self.settings)
+        self._analyst.start(build, PREPARING)
+        self.analystStarted.emit()
+
+
+def _remembered(preferences: Preferences) -> ReferenceChoices:
+    values = preferences.values
+    size = "pane" if values.reference_size is None else values.reference_size
+    return ReferenceChoices(values.lighting, values.drawing, values.sample_distance, size)

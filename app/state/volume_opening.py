@@ -1,0 +1,99 @@
+"""Reading of volumes, and showing them over other scalar ranges, in the background."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from PySide6.QtCore import QObject
+
+from app.engines.background import BackgroundCall
+from app.state.opened_volume import OpenedVolume, open_volume
+from model.scene.transfer_function import Range
+from model.scene.volume import Volume
+from model.volume_files.raw import RawLayout
+
+Taker = Callable[[OpenedVolume], object]
+Refusal = Callable[[str], object]
+
+
+class VolumeOpening(QObject):
+    """Reads one volume at a time in a thread; a newer wish replaces an older one.
+
+    Parameters
+    ----------
+    read_volume : callable
+        Reads a volume of a path, and of a raw file's layout where there is one.
+    """
+
+    def __init__(self, read_volume: Callable[..., Volume], parent: QObject) -> None:
+        super().__init__(parent)
+        self._read_volume = read_volume
+        self._newest: BackgroundCall | None = None
+        self._calls: list[BackgroundCall] = []
+
+    @property
+    def is_busy(self) -> bool:
+        """True while something is read or computed that is still wanted."""
+        return self._newest is not None
+
+    def read(self, path: Path, raw: RawLayout | None, taken: Taker, failed: Refusal) -> None:
+        """Read a volume over its robust range.
+
+        Parameters
+        ----------
+        path : Path
+        raw : RawLayout or None
+            Of a file without a header.
+        taken, failed : callable
+            Called with the volume, or with an error sentence; neither if a newer wish came.
+        """
+        read = self._read_volume if raw is None else partial(_with_layout, self._read_volume, raw)
+        self._start(partial(open_volume, path, read), taken, failed)
+
+    def show_over(
+        self, opened: OpenedVolume, scalar_range: Range, taken: Taker, failed: Refusal
+    ) -> None:
+        """Compute what an opened volume is over another scalar range; as :meth:`read`."""
+        self._start(partial(opened.over, scalar_range), taken, failed)
+
+    def abandon(self) -> None:
+        """Discard what is on its way."""
+        if self._newest is not None:
+            self._newest.abandon()
+            self._newest = None
+
+    def join(self) -> None:
+        """Wait until all threads have ended."""
+        for call in self._calls:
+            call.join()
+            call.deleteLater()
+        self._calls.clear()
+
+    def _start(self, function: Callable[[], OpenedVolume], taken: Taker, failed: Refusal) -> None:
+        self.abandon()
+        call = BackgroundCall(function, "volume")
+        call.done.connect(partial(self._finish, taken))
+        call.failed.connect(partial(self._finish, failed))
+        call.finished.connect(self._forget_call)
+        self._newest = call
+        self._calls.append(call)
+        call.start()
+
+    def _finish(self, take: Callable[[Any], object], outcome: object) -> None:
+        # Whoever takes it may start the next one.
+        self._newest = None
+        take(outcome)
+
+    def _forget_call(self) -> None:
+        call = self.sender()
+        if isinstance(call, BackgroundCall) and call in self._calls:
+            self._calls.remove(call)
+            call.join()
+            call.deleteLater()
+
+
+def _with_layout(read: Callable[..., Volume], layout: RawLayout, path: Path) -> Volume:
+    return read(path, raw=layout)

@@ -1,0 +1,70 @@
+"""Says over an image that it shows nothing, why, and what can be done."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from PySide6.QtCore import QObject
+
+from app.controls import Action
+from app.engines.messages import ImageRequest, Result
+from app.image_view.banner import Banner
+from app.image_view.engine_pane import EnginePane
+from app.state.viewer_state import ViewerState
+from app.state.workspace import Workspace
+from model.scene.visibility_hint import nothing_visible, why_nothing
+
+
+class EmptinessNotice(QObject):
+    """Watches the final images of a pane.
+
+    Parameters
+    ----------
+    pane : EnginePane
+    state : ViewerState
+    workspace : Workspace
+        Has the histogram of the volume.
+
+    Attributes
+    ----------
+    banner : Banner
+    """
+
+    def __init__(self, pane: EnginePane, state: ViewerState, workspace: Workspace) -> None:
+        super().__init__(pane)
+        self._state = state
+        self._workspace = workspace
+        self.banner = Banner(pane.canvas)
+        pane.client.resultReady.connect(self._judge)
+        pane.client.stateChanged.connect(self._follow_state)
+        self._pane = pane
+
+    def _follow_state(self, _state: Any) -> None:
+        if self._pane.canvas.image is None or self._pane.canvas.message:
+            self.banner.hide()
+
+    def _judge(self, result: Result) -> None:
+        request, opened = result.request, self._workspace.opened
+        if not isinstance(request, ImageRequest) or result.value is None or opened is None:
+            return
+        if not nothing_visible(result.value):
+            self.banner.hide()
+            return
+        if request.quality.live or request.inputs != self._state.inputs:
+            return
+        height, width = np.shape(result.value)[:2]
+        found = why_nothing(
+            request.inputs,
+            opened.volume.data_range,
+            opened.counts,
+            opened.edges,
+            width / height,
+        )
+        state = self._state
+        actions = {
+            "tf": Action("Default TF", state.reset_transfer_function),
+            "view": Action("Reset view", state.reset_view),
+            "crop": Action("Whole volume", lambda: state.set_crop(None)),
+        }
+        self.banner.show_text(found.text, actions[found.cause])

@@ -1,0 +1,210 @@
+"""Opening of files from dialogs, drops, recent lists and buttons, and what is offered then."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtWidgets import QFileDialog, QWidget
+
+from app.controls import Action
+from app.state.library import ModelCheck
+from app.state.preferences import Preferences, RecentKind
+from app.state.viewer_state import ViewerState
+from app.state.workspace import Workspace
+from app.window.notice_bar import NoticeBar
+from app.window.raw_dialog import RawDialog
+from model.errors import TransferFunctionError, VolumeError
+from model.networks.card import MODEL_FILE
+from model.scene.transfer_function import TransferFunction
+from model.volume_files import SUFFIXES
+from model.volume_files.raw import RawLayout
+
+VOLUME_FILTER = f"Volumes ({' '.join(f'*{s}' for s in SUFFIXES)});;All files (*)"
+
+RAW_SUFFIX = ".raw"
+TF_SUFFIX = ".json"
+
+VOLUME_OFFER = "volume of the model"
+"""Key of the notice that offers a model's volume."""
+
+
+class FileOpening(QObject):
+    """Opens volumes, models and TF files that the user points at.
+
+    Parameters
+    ----------
+    window : QWidget
+        Parent of the dialogs.
+    state : ViewerState
+    workspace : Workspace
+    preferences : Preferences
+    notice : NoticeBar
+    """
+
+    problem = Signal(str)
+    """Emitted with an error sentence for the notice bar."""
+    news = Signal(str)
+    """Emitted with a sentence for the status bar."""
+
+    def __init__(
+        self,
+        window: QWidget,
+        state: ViewerState,
+        workspace: Workspace,
+        preferences: Preferences,
+        notice: NoticeBar,
+    ) -> None:
+        super().__init__(window)
+        self._window = window
+        self._state = state
+        self._workspace = workspace
+        self._preferences = preferences
+        self._notice = notice
+        self._raw_layout: tuple[Path, RawLayout] | None = None
+        self._model_awaited: Path | None = None
+        workspace.volumeOpened.connect(self._remember_layout)
+        workspace.volumeStarted.connect(self._open_awaited_model)
+
+    def open(self, path: Path) -> None:
+        """Open a file or folder as what it is: a volume, a model or a TF."""
+        if path.is_dir() and (path / MODEL_FILE).exists():
+            self.open_model(path)
+        elif path.suffix.lower() == TF_SUFFIX and path.is_file():
+            self.open_transfer_function(path)
+        else:
+            self.open_volume(path)
+
+    def open_recent(self, kind: RecentKind, path: Path) -> None:
+        """Open a recent file, or say that it is gone."""
+        if not path.exists():
+            self.problem.emit(f"{path}: it is no longer there; open it from its new place.")
+        elif kind == "models":
+            self._open_model_and_volume(path)
+        elif kind == "volumes":
+            self.open_volume(path)
+        else:
+            self.open_transfer_function(path)
+
+    def open_volume(self, path: Path) -> None:
+        """Open a volume; ask for the layout of a headerless file that does not say it."""
+        layout = None
+        if path.suffix.lower() == RAW_SUFFIX and path.is_file():
+            layout = self._known_layout(path)
+            if layout is None:
+                layout = self._ask_for_layout(path)
+            if layout is None:
+                return
+            self._raw_layout = path, layout
+        self._workspace.open_volume(path, layout)
+
+    def open_model(self, folder: Path) -> None:
+        """Open a model, unless something is wrong with it; offer its volume if that is not open."""
+        check = self._workspace.library.check_model(folder)
+        if not check.is_fine:
+            self.problem.emit(check.problem)
+            return
+        self._workspace.open_model(folder)
+        self._offer_volume(check)
+
+    def open_transfer_function(self, path: Path) -> None:
+        """Open a TF file, as an edit that can be undone."""
+        try:
+            loaded = TransferFunction.load(path)
+        except TransferFunctionError as error:
+            self.problem.emit(str(error))
+            return
+        fitted = self._workspace.fitted(loaded)
+        self._state.commit(fitted, f"open {path.name}")
+        self._preferences.note_transfer_function(path)
+        same = fitted.scalar_range == loaded.scalar_range
+        lo, hi = fitted.scalar_range
+        change = "" if same else f"; it was fitted to the values from {lo:.5g} to {hi:.5g}"
+        self.news.emit(f"Opened {path.name}{change}.")
+
+    def _open_model_and_volume(self, folder: Path) -> None:
+        """Open a model that was open before, with its volume where that is still there."""
+        check = self._workspace.library.check_model(folder)
+        volume = self._workspace.library.volume_of(folder)
+        if not check.is_fine or volume is None or self._is_open(check):
+            self.open_model(folder)
+            return
+        self.open_volume(volume)
+        self._model_awaited = folder
+
+    def _open_awaited_model(self) -> None:
+        folder, self._model_awaited = self._model_awaited, None
+        if folder is not None and folder != self._workspace.model:
+            self.open_model(folder)
+
+    def _offer_volume(self, check: ModelCheck) -> None:
+        self._notice.clear(VOLUME_OFFER)
+        if check.scene is None or self._is_open(check):
+            return
+        name = check.scene.volume_name
+        locate = Action("Locate it…", partial(self._locate, name))
+        volume = self._workspace.library.volume_of(check.folder)
+        if volume is None:
+            self._notice.tell(
+                f"{check.folder.name} is a model of '{name}', which is not open; "
+                "it draws once its volume is.",
+                locate,
+                key=VOLUME_OFFER,
+            )
+        else:
+            self._notice.tell(
+                f"{check.folder.name} is a model of '{name}', which is not open.",
+                Action(f"Open {volume.name}", partial(self.open_volume, volume)),
+                locate,
+                key=VOLUME_OFFER,
+            )
+
+    def _is_open(self, check: ModelCheck) -> bool:
+        """Whether a model's volume is the open one."""
+        opened, scene = self._workspace.opened, check.scene
+        if opened is None or scene is None:
+            return False
+        return opened.fingerprint == scene.volume_fingerprint
+
+    def _locate(self, name: str) -> None:
+        folder = self._preferences.value("last_folder")
+        title = f"Locate the volume '{name}'"
+        found, _ = QFileDialog.getOpenFileName(self._window, title, folder, VOLUME_FILTER)
+        if found:
+            self.open_volume(Path(found))
+
+    def _known_layout(self, path: Path) -> RawLayout | None:
+        """Layout that a raw file's name says, or that was entered for it before, if it fits."""
+        place = str(path.absolute())
+        entered = [
+            v.raw_layout for v in self._preferences.values.volumes.values() if v.path == place
+        ]
+        for text in (*reversed(entered), path.stem):
+            layout = RawLayout.parse(text) if text else None
+            if layout is not None and _fits(path, layout):
+                return layout
+        return None
+
+    def _ask_for_layout(self, path: Path) -> RawLayout | None:
+        try:
+            dialog = RawDialog(path, self._window)
+        except VolumeError as error:
+            self.problem.emit(str(error))
+            return None
+        try:
+            return dialog.choice() if dialog.exec() else None
+        finally:
+            dialog.deleteLater()
+
+    def _remember_layout(self) -> None:
+        opened = self._workspace.opened
+        if opened is not None and self._raw_layout is not None:
+            path, layout = self._raw_layout
+            if path == opened.path:
+                self._preferences.note_volume(opened.fingerprint, raw_layout=layout.text)
+
+
+def _fits(path: Path, layout: RawLayout) -> bool:
+    nx, ny, nz = layout.dimensions
+    return nx * ny * nz * layout.dtype.itemsize == path.stat().st_size

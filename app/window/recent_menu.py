@@ -1,0 +1,84 @@
+"""Menus of recent files, and of the models of the open volume."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+from PySide6.QtCore import QObject
+from PySide6.QtWidgets import QMenu
+
+from app.controls import add_action
+from app.state.preferences import Preferences, RecentKind
+from app.state.workspace import Workspace
+from app.window.file_opening import FileOpening
+
+TITLES: dict[RecentKind, str] = {
+    "volumes": "&Recent volumes",
+    "models": "Recent mode&ls",
+    "transfer_functions": "Recent tra&nsfer functions",
+}
+
+
+class RecentMenus(QObject):
+    """Fills its menus whenever they are opened.
+
+    Parameters
+    ----------
+    opening : FileOpening
+    workspace : Workspace
+    preferences : Preferences
+    """
+
+    def __init__(
+        self, opening: FileOpening, workspace: Workspace, preferences: Preferences
+    ) -> None:
+        super().__init__(opening)
+        self._opening = opening
+        self._workspace = workspace
+        self._preferences = preferences
+
+    def add_recent(self, menu: QMenu, kind: RecentKind) -> None:
+        """Add a menu of recent files to another one."""
+        recent = menu.addMenu(TITLES[kind])
+        recent.setToolTipsVisible(True)
+        recent.aboutToShow.connect(partial(self._fill_recent, recent, kind))
+
+    def add_models(self, menu: QMenu) -> None:
+        """Add a menu of the models that are known to be of the open volume."""
+        models = menu.addMenu("Models of this volu&me")
+        models.setToolTipsVisible(True)
+        models.aboutToShow.connect(partial(self._fill_models, models))
+
+    def _fill_recent(self, menu: QMenu, kind: RecentKind) -> None:
+        menu.clear()
+        paths = self._preferences.recent(kind)
+        for path in paths:
+            action = add_action(menu, _name(path), partial(self._opening.open_recent, kind, path))
+            action.setToolTip(str(path))
+            action.setEnabled(path.exists())
+        if paths:
+            menu.addSeparator()
+            add_action(menu, "Forget them", partial(self._preferences.forget_recent, kind))
+        else:
+            menu.addAction("None yet").setEnabled(False)
+
+    def _fill_models(self, menu: QMenu) -> None:
+        menu.clear()
+        opened = self._workspace.opened
+        found = [] if opened is None else self._workspace.library.models_of(opened.fingerprint)
+        for model in found:
+            action = add_action(menu, model.name, partial(self._opening.open_model, model.folder))
+            action.setToolTip(model.verdict or str(model.folder))
+            action.setCheckable(True)
+            action.setChecked(model.folder == self._workspace.model)
+        if not found:
+            menu.addAction("None yet").setEnabled(False)
+        menu.addSeparator()
+        close = add_action(menu, "Close the model", partial(self._workspace.open_model, None))
+        close.setEnabled(self._workspace.has_model)
+
+
+def _name(path: Path) -> str:
+    """Name of a file, with its folder; `&` marks no key."""
+    return f"{path.name}  ({path.parent.name})".replace("&", "&&")

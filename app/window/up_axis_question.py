@@ -1,0 +1,95 @@
+"""Asks which axis is up where a volume's file does not say, and remembers the answer."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from PySide6.QtCore import QObject
+
+from app.engines.client import EngineClient
+from app.engines.messages import BatchRequest, Quality, Result
+from app.image_view.image_canvas import to_qimage
+from app.state.preferences import Preferences
+from app.state.viewer_state import ViewerState
+from app.state.workspace import Workspace
+from app.window.up_axis_bar import PICTURE, UpAxisBar
+from model.scene.orientation import AXES, home_view
+from model.volume_files.shipped import shipped_volumes
+
+COARSENESS = 2.0
+"""Factor of the sample distance in the buttons' pictures."""
+
+
+class UpAxisQuestion(QObject):
+    """Shows the six buttons once per volume.
+
+    Parameters
+    ----------
+    bar : UpAxisBar
+    state : ViewerState
+    workspace : Workspace
+    analyst : EngineClient
+        The ray caster, which draws the buttons' pictures.
+    preferences : Preferences
+    """
+
+    def __init__(
+        self,
+        bar: UpAxisBar,
+        state: ViewerState,
+        workspace: Workspace,
+        analyst: EngineClient,
+        preferences: Preferences,
+    ) -> None:
+        super().__init__(bar)
+        self._bar = bar
+        self._state = state
+        self._workspace = workspace
+        self._analyst = analyst
+        self._preferences = preferences
+        self._asked = 0
+        workspace.volumeStarted.connect(self._consider)
+        bar.chosen.connect(state.set_up_axis)
+        bar.chosen.connect(lambda _axis: self._remember())
+        bar.dismissed.connect(self._remember)
+        state.navigationChanged.connect(self._follow)
+        analyst.resultReady.connect(self._take_pictures)
+
+    def _consider(self) -> None:
+        opened = self._workspace.opened
+        if opened is None:
+            return
+        known = opened.volume.up or self._preferences.volume(opened.fingerprint).up_axis
+        if known or opened.path.absolute() in {p.absolute() for p in shipped_volumes()}:
+            self._bar.hide()
+            return
+        self._bar.ask(self._state.up_axis)
+        self._asked += 1
+        proportions = opened.volume.proportions
+        views = [replace(self._state.inputs, view=home_view(proportions, axis)) for axis in AXES]
+        quality = Quality(PICTURE, COARSENESS)
+        self._analyst.submit(BatchRequest(self._asked, views[0], quality, more=tuple(views[1:])))
+
+    def _take_pictures(self, result: Result) -> None:
+        # Its subclasses are the latent browser's.
+        if type(result.request) is not BatchRequest or result.value is None:
+            return
+        if result.request.sequence == self._asked and not self._bar.isHidden():
+            images = [to_qimage(np.asarray(each)) for each in result.value]
+            self._bar.set_pictures(dict(zip(AXES, images, strict=True)))
+
+    def _follow(self) -> None:
+        """Remember an axis that was chosen elsewhere."""
+        opened = self._workspace.opened
+        if opened is None:
+            return
+        before = self._preferences.volume(opened.fingerprint).up_axis or opened.volume.up
+        if before and self._state.up_axis != before:
+            self._remember()
+
+    def _remember(self) -> None:
+        opened = self._workspace.opened
+        if opened is not None:
+            self._bar.hide()
+            self._preferences.note_volume(opened.fingerprint, up_axis=self._state.up_axis)

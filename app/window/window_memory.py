@@ -1,0 +1,79 @@
+"""What the window looks like, kept for the next start."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QByteArray, QObject
+from PySide6.QtWidgets import QMainWindow, QSplitter
+
+from app.state.preferences import Preferences
+from app.state.viewer_state import ViewerState
+from app.tf_editor.moves import HandleMoves
+from app.window.pane_layout import PaneLayout, Shown
+
+IMAGES: dict[tuple[str, ...], Shown] = {
+    (): "both",
+    ("reference",): "generator",
+    ("generator",): "reference",
+}
+"""Images to show, by what is hidden."""
+
+
+class WindowMemory(QObject):
+    """Restores the window's size, its panes and its switches, and remembers them.
+
+    Parameters
+    ----------
+    window : QMainWindow
+    splitter : QSplitter
+        Between the images and the TF editor.
+    panes : PaneLayout
+    state : ViewerState
+    moves : HandleMoves
+    preferences : Preferences
+    """
+
+    def __init__(
+        self,
+        window: QMainWindow,
+        splitter: QSplitter,
+        panes: PaneLayout,
+        state: ViewerState,
+        moves: HandleMoves,
+        preferences: Preferences,
+    ) -> None:
+        super().__init__(window)
+        self._window, self._splitter, self._panes = window, splitter, panes
+        self._state, self._moves = state, moves
+        self._preferences = preferences
+        self._restore()
+        state.navigationChanged.connect(lambda: preferences.set(trackball=state.trackball))
+        panes.wanted.connect(lambda _shown: self._note_panes())
+
+    def note(self) -> None:
+        """Remember the size of the window and of its parts."""
+        geometry = bytes(self._window.saveGeometry().toBase64().data()).decode()
+        self._preferences.set(
+            window_geometry=geometry,
+            splitters={"main": tuple(self._splitter.sizes())},
+            colors_follow_modes=self._moves.colors_follow,
+            swapped=self._panes.is_swapped,
+        )
+
+    def _note_panes(self) -> None:
+        hidden = next(hidden for hidden, shown in IMAGES.items() if shown == self._panes.shown)
+        self._preferences.set(hidden_panes=hidden)
+
+    def _restore(self) -> None:
+        values = self._preferences.values
+        if values.window_geometry:
+            self._window.restoreGeometry(QByteArray.fromBase64(values.window_geometry.encode()))
+        sizes = values.splitters.get("main", ())
+        if len(sizes) == self._splitter.count() and all(sizes):
+            self._splitter.setSizes(list(sizes))
+        self._moves.colors_follow = values.colors_follow_modes
+        self._state.set_trackball(values.trackball)
+        if values.swapped:
+            self._panes.swap()
+        shown = IMAGES.get(values.hidden_panes)
+        if shown is not None:
+            self._panes.show_images(shown)
