@@ -316,7 +316,7 @@ class Workspace(QObject):
         self._follow_scene()
         self.news.emit(" ".join(filter(None, [*opened.volume.notes, self._worth()])))
         volume, known = opened.volume, self._preferences.volume(opened.fingerprint)
-        up = volume.up or known.up_axis
+        up = known.up_axis or volume.up
         self._state.start_view(volume.proportions, up, volume.axis_labels)
         self.volumeOpened.emit(opened)
         self._preferences.note_volume(opened.fingerprint, opened.path)

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QToolBut
 
 from model.scene.orientation import AXES
 
-PICTURE = 72
+PICTURE = 48
 """Largest side of a picture, in pixels."""
 
 
@@ -82,7 +82,7 @@ class UpAxisBar(QFrame):
             )
             button.setIcon(QIcon(QPixmap.fromImage(small)))
             button.setIconSize(small.size())
-            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextUnderIcon)
+            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
 
     def button(self, axis: str) -> QToolButton:
         """Return an axis' button."""

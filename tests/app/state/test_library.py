@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import hashlib
 import json
 import shutil
 import subprocess
@@ -9,19 +8,17 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from fake_models import WEIGHTS, make_model
 from ramp import make_volume
 
 from app.state.library import Library
 from app.state.preferences import Preferences
 from model.generator.catalog import shipped_models
-from model.networks.card import MODEL_FILE, ModelCard
-from model.networks.size import NetworkSize
+from model.networks.card import MODEL_FILE
 from model.scene.migration import FORMAT_VERSION
 from model.scene.scene import Scene
 from model.volume_files import read_volume
 from model.volume_files.shipped import shipped_volumes
-
-WEIGHTS = bytes(range(256)) * 8
 
 
 @pytest.fixture
@@ -32,28 +29,6 @@ def preferences() -> Preferences:
 @pytest.fixture
 def library(preferences: Preferences) -> Library:
     return Library(preferences)
-
-
-def make_model(folder: Path, name: str = "ramp", top: float = 200.0, **changes: Any) -> Path:
-    """A model folder whose weights are any bytes: nobody draws with it."""
-    scene = Scene.of(make_volume(name, top), 64)
-    card = ModelCard(
-        scene,
-        "draft",
-        NetworkSize(image_size=64),
-        metrics={"alternatives": {"verdict": "It pays."}},
-    )
-    folder.mkdir(parents=True)
-    (folder / "generator-1.safetensors").write_bytes(WEIGHTS)
-    header = {
-        "tfscope_model": FORMAT_VERSION,
-        "weights": "generator-1.safetensors",
-        "sha256": hashlib.sha256(WEIGHTS).hexdigest(),
-        **card.to_json(),
-        **changes,
-    }
-    (folder / MODEL_FILE).write_text(json.dumps(header))
-    return folder
 
 
 def fingerprint(name: str = "ramp", top: float = 200.0) -> str:

@@ -4,8 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from PySide6.QtGui import QImage
-from PySide6.QtWidgets import QFileDialog
+from PySide6.QtWidgets import QFileDialog, QMessageBox
 from pytestqt.qtbot import QtBot
 from ramp import make_tf, make_volume
 from window_fakes import FakeBuilders
@@ -76,36 +75,36 @@ def test_a_place_that_cannot_be_written_is_told(
     answer(tmp_path / "missing" / "tf.json")
     dialogs.save_transfer_function()
     assert "tf.json" in window.notice.text
-    window.notice.clear()
-    answer(tmp_path / "missing" / "image.png")
-    dialogs.save_image(window.generator)
-    assert "image.png" in window.notice.text
 
 
-def test_an_image_is_saved_at_its_own_size(
-    window: MainWindow, dialogs: FileDialogs, answer: Answer, tmp_path: Path
-) -> None:
-    answer(tmp_path / "image")
-    dialogs.save_image(window.generator)
-    saved = QImage(str(tmp_path / "image.png"))
-    assert (saved.width(), saved.height()) == (16, 16)
-    assert window.generator.canvas.image is not None
-    assert saved.pixelColor(0, 0) == window.generator.canvas.image.pixelColor(0, 0)
-
-
-@pytest.mark.parametrize("name", ["image", "image.v2"])
-def test_an_ending_that_is_added_replaces_no_file(
-    window: MainWindow, dialogs: FileDialogs, answer: Answer, tmp_path: Path, name: str
+@pytest.mark.parametrize("name", ["mine", "mine.v2"])
+def test_an_ending_is_added_and_replaces_no_file_unasked(
+    window: MainWindow,
+    dialogs: FileDialogs,
+    answer: Answer,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    name: str,
 ) -> None:
     answer(tmp_path / name)
-    path = tmp_path / f"{name}.png"
+    path = tmp_path / f"{name}.json"
     path.write_text("mine")
-    dialogs.save_image(window.generator)
+    buttons = QMessageBox.StandardButton
+    monkeypatch.setattr(QMessageBox, "question", lambda *_: buttons.No)
+    dialogs.save_transfer_function()
     assert path.read_text() == "mine"
-    assert str(path) in window.notice.text
-    path.unlink()
-    dialogs.save_image(window.generator)
-    assert not QImage(str(path)).isNull()
+    monkeypatch.setattr(QMessageBox, "question", lambda *_: buttons.Yes)
+    dialogs.save_transfer_function()
+    assert TransferFunction.load(path) == window.state.transfer_function
+
+
+def test_dialogs_begin_where_the_last_file_was(
+    window: MainWindow, dialogs: FileDialogs, answer: Answer, tmp_path: Path
+) -> None:
+    answer(tmp_path / "tf.json")
+    dialogs.save_transfer_function()
+    assert window.preferences.value("last_folder") == str(tmp_path)
+    assert window.preferences.recent("transfer_functions") == [tmp_path / "tf.json"]
 
 
 def test_opening_goes_to_the_workspace(
@@ -120,9 +119,9 @@ def test_opening_goes_to_the_workspace(
     with qtbot.waitSignal(window.workspace.volumeStarted):
         dialogs.open_volume()
     assert window.state.scalar_range == (100.0, 300.0)
-    with qtbot.waitSignal(window.generator.client.engineReady):
-        dialogs.open_model()
-    assert len(builders.generators) == 2
+    dialogs.open_model()
+    assert "no such folder" in window.notice.text
+    assert len(builders.generators) == 1
 
 
 def test_cancelling_does_nothing(
@@ -136,7 +135,7 @@ def test_cancelling_does_nothing(
         dialogs.open_model,
         dialogs.open_transfer_function,
         dialogs.save_transfer_function,
-        lambda: dialogs.save_image(window.generator),
+        lambda: dialogs.ask_for_place("Save", "", (".png",)),
     ):
         ask()
     assert window.state.transfer_function == before

@@ -121,11 +121,13 @@ def test_a_model_that_cannot_be_loaded_leaves_the_reference_working(
     assert builders.references[-1].requests[-1].inputs.view == View(azimuth=5.0)
 
 
-def test_without_a_model_the_pane_says_how_to_train_one(make_window: WindowMaker) -> None:
+def test_without_a_model_the_reference_has_the_window_and_training_is_offered(
+    make_window: WindowMaker,
+) -> None:
     window = make_window(model=None)
-    message = window.generator.canvas.message
-    assert "python main.py train" in message
-    assert "--volume ramp" in message
+    assert window.generator.isHidden()
+    assert window.training_bar.isVisible()
+    assert "No model" in window.training_bar.text
     assert window.errors == []
     assert "512 × 512" in window.reference.detail
 

@@ -1,0 +1,39 @@
+"""Folders that look like trained models."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Any
+
+from ramp import make_volume
+
+from model.networks.card import MODEL_FILE, ModelCard
+from model.networks.size import NetworkSize
+from model.scene.migration import FORMAT_VERSION
+from model.scene.scene import Scene
+
+WEIGHTS = bytes(range(256)) * 8
+
+
+def make_model(folder: Path, name: str = "ramp", top: float = 200.0, **changes: Any) -> Path:
+    """A model folder whose weights are any bytes: nobody draws with it."""
+    scene = Scene.of(make_volume(name, top), 64)
+    card = ModelCard(
+        scene,
+        "draft",
+        NetworkSize(image_size=64),
+        metrics={"alternatives": {"verdict": "It pays."}},
+    )
+    folder.mkdir(parents=True)
+    (folder / "generator-1.safetensors").write_bytes(WEIGHTS)
+    header = {
+        "tfscope_model": FORMAT_VERSION,
+        "weights": "generator-1.safetensors",
+        "sha256": hashlib.sha256(WEIGHTS).hexdigest(),
+        **card.to_json(),
+        **changes,
+    }
+    (folder / MODEL_FILE).write_text(json.dumps(header))
+    return folder

@@ -1,0 +1,47 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PySide6.QtWidgets import QPushButton
+from pytestqt.qtbot import QtBot
+from ramp import make_tf
+from window_fakes import FakeBuilders, FakeEngine
+
+from app.engines.engine import always
+from app.engines.messages import ImageRequest
+from app.window.main_window import MainWindow
+from model.scene.transfer_function import OpacityTF, TransferFunction
+
+
+def draw(
+    self: FakeEngine, request: ImageRequest, is_wanted: Callable[[], bool] = always
+) -> NDArray[np.float32]:
+    """As opaque as the TF at its most opaque."""
+    self.requests.append(request)
+    pixels = request.quality.pixels
+    level = float(request.inputs.opacity_tf.sample().max())
+    return np.full((pixels.height, pixels.width, 4), level, np.float32)
+
+
+def test_nothing_visible_is_said_with_a_way_out(
+    qtbot: QtBot,
+    make_window: Callable[..., MainWindow],
+    builders: FakeBuilders,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(FakeEngine, "image", draw)
+    window = make_window(model=None)
+    banner = window.emptiness[1].banner
+    assert banner.text == ""
+    empty = TransferFunction(OpacityTF((100.0, 200.0)), make_tf().color)
+    window.state.preview(empty)
+    qtbot.wait(50)
+    assert banner.text == ""  # not while something is dragged
+    window.state.finish_preview("drag")
+    qtbot.waitUntil(lambda: "transparent" in banner.text)
+    banner.findChild(QPushButton).click()
+    qtbot.waitUntil(lambda: banner.text == "")
+    assert window.state.transfer_function != empty

@@ -1,0 +1,212 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fake_models import make_model
+from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
+from PySide6.QtGui import QDragEnterEvent, QDropEvent
+from PySide6.QtWidgets import QApplication, QPushButton
+from pytestqt.qtbot import QtBot
+from ramp import make_tf, make_volume
+from window_fakes import FakeBuilders
+
+from app.window import file_opening
+from app.window.main_window import MainWindow
+from model.scene.scene import Scene
+from model.scene.transfer_function import ColorTF, OpacityTF, TransferFunction
+from model.volume_files.raw import RawLayout
+
+WindowMaker = Callable[..., MainWindow]
+
+
+@pytest.fixture
+def window(make_window: WindowMaker) -> MainWindow:
+    return make_window(model=None)
+
+
+def buttons(window: MainWindow) -> dict[str, QPushButton]:
+    found = window.notice.findChildren(QPushButton)
+    return {button.text(): button for button in found if not button.isHidden()}
+
+
+def over(tf: TransferFunction, lo: float, hi: float) -> TransferFunction:
+    return TransferFunction(
+        OpacityTF((lo, hi), tf.opacity.modes),
+        ColorTF((lo, hi), ((lo, 0.0, 0.0, 0.0), (hi, 1.0, 1.0, 1.0))),
+    )
+
+
+def test_a_tf_over_other_values_brings_its_range(
+    qtbot: QtBot, window: MainWindow, tmp_path: Path, builders: FakeBuilders
+) -> None:
+    narrow = over(make_tf(150.0), 120.0, 180.0)
+    narrow.save(tmp_path / "tf.json")
+    with qtbot.waitSignal(window.workspace.rangeChanged):
+        window.opening.open_transfer_function(tmp_path / "tf.json")
+    assert window.state.transfer_function == narrow
+    opened = window.workspace.opened
+    assert opened is not None and opened.volume.scalar_range == (120.0, 180.0)
+    assert opened.volume.data_range == (100.0, 200.0)
+    with qtbot.waitSignal(window.workspace.rangeChanged):
+        window.state.undo()
+    assert window.workspace.opened is not None
+    assert window.workspace.opened.volume.scalar_range == (100.0, 200.0)
+
+
+def test_a_tf_of_another_kind_of_data_is_stretched(window: MainWindow, tmp_path: Path) -> None:
+    unit = over(make_tf(0.25), 0.0, 1.0)
+    unit.save(tmp_path / "tf.json")
+    window.opening.open_transfer_function(tmp_path / "tf.json")
+    assert window.state.scalar_range == (100.0, 200.0)
+    assert window.state.transfer_function.opacity.modes[0].mean == 125.0
+    assert "fitted" in window.statusBar().currentMessage()
+
+
+def test_beside_a_model_a_tf_keeps_to_its_range(make_window: WindowMaker, tmp_path: Path) -> None:
+    window = make_window()
+    over(make_tf(150.0), 120.0, 180.0).save(tmp_path / "tf.json")
+    window.opening.open_transfer_function(tmp_path / "tf.json")
+    assert window.state.scalar_range == (100.0, 200.0)
+    assert window.state.transfer_function.opacity.modes[0].mean == 150.0
+
+
+def test_a_kept_tf_is_shown_over_its_own_range(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
+) -> None:
+    narrow = over(make_tf(150.0), 120.0, 180.0)
+    with qtbot.waitSignal(window.workspace.rangeChanged):
+        window.state.commit(narrow, "edit")
+    builders.volumes["other"] = make_volume("other", 300.0)
+    with qtbot.waitSignal(window.workspace.volumeStarted):
+        window.opening.open_volume(Path("other"))
+    assert window.state.scalar_range == (100.0, 300.0)
+    with qtbot.waitSignal(window.workspace.volumeStarted):
+        window.opening.open_volume(Path("ramp"))
+    assert window.state.scalar_range == (100.0, 200.0)  # nothing is stored in this window
+
+
+def test_a_range_without_voxels_is_refused_in_words(qtbot: QtBot, window: MainWindow) -> None:
+    with qtbot.waitSignal(window.workspace.problem):
+        window.state.commit(over(make_tf(), 900.0, 950.0), "edit")
+    assert "900" in window.notice.text
+    assert window.workspace.is_settled
+
+
+def test_a_wrong_folder_keeps_the_working_model(
+    make_window: WindowMaker, builders: FakeBuilders, tmp_path: Path
+) -> None:
+    window = make_window()
+    window.opening.open_model(tmp_path)
+    assert str(tmp_path) in window.notice.text
+    assert window.workspace.model == Path("model")
+    assert len(builders.generators) == 1
+
+
+def test_a_model_offers_its_volume(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders, tmp_path: Path
+) -> None:
+    other = make_volume("other", 300.0)
+    builders.volumes["other"], builders.scene = other, Scene.of(other, image_size=16)
+    place = tmp_path / "other.nrrd"
+    place.touch()
+    folder = make_model(tmp_path / "model", "other", 300.0)
+    window.opening.open_model(folder)
+    assert "'other'" in window.notice.text
+    with qtbot.waitSignal(window.workspace.volumeStarted):
+        buttons(window)["Open other.nrrd"].click()
+    assert window.workspace.model == folder
+    assert window.notice.text == ""
+    qtbot.waitUntil(lambda: window.preferences.recent("models") == [folder])
+    known = window.preferences.volume(other.fingerprint)
+    assert (known.path, known.models) == (str(place), (str(folder),))
+
+
+def test_a_model_comes_back_with_its_volume(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders, tmp_path: Path
+) -> None:
+    folder = make_model(tmp_path / "model")
+    window.opening.open_model(folder)
+    qtbot.waitUntil(lambda: window.preferences.recent("models") == [folder])
+    builders.volumes["other"] = make_volume("other", 300.0)
+    with qtbot.waitSignal(window.workspace.volumeStarted):
+        window.opening.open_volume(Path("other"))
+    assert window.workspace.model is None
+    assert not window.training_bar.isHidden()
+    with qtbot.waitSignal(window.workspace.volumeStarted):
+        window.opening.open_volume(Path("ramp"))
+    assert window.workspace.model == folder
+
+
+def test_what_is_gone_is_named(window: MainWindow, tmp_path: Path) -> None:
+    for kind in ("volumes", "models", "transfer_functions"):
+        window.opening.open_recent(kind, tmp_path / f"{kind}.gone")
+        assert f"{kind}.gone" in window.notice.text
+    assert window.workspace.is_settled
+
+
+def test_a_raw_file_is_asked_for_once(
+    qtbot: QtBot,
+    window: MainWindow,
+    builders: FakeBuilders,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    layout = RawLayout((4, 5, 6), "uint8", spacing=(1.0, 1.0, 2.5))
+    asked: list[Path] = []
+
+    class Dialog:
+        def __init__(self, path: Path, parent: object) -> None:
+            asked.append(path)
+
+        def exec(self) -> bool:
+            return True
+
+        def choice(self) -> RawLayout:
+            return layout
+
+        def deleteLater(self) -> None:  # noqa: N802 (Qt's name)
+            pass
+
+    monkeypatch.setattr(file_opening, "RawDialog", Dialog)
+    used: list[RawLayout | None] = []
+
+    def read(path: Path, raw: RawLayout | None = None) -> object:
+        used.append(raw)
+        return replace(make_volume(path.stem), spacing=(1.0, 1.0, 2.5))
+
+    monkeypatch.setattr(window.workspace._opening, "_read_volume", read)
+    scan = tmp_path / "scan.raw"
+    scan.write_bytes(bytes(120))
+    for _ in range(2):
+        with qtbot.waitSignal(window.workspace.volumeStarted):
+            window.opening.open(scan)
+    assert asked == [scan]
+    assert used == [layout, layout]
+
+
+def test_files_are_dropped(qtbot: QtBot, window: MainWindow, tmp_path: Path) -> None:
+    make_tf(123.0).save(tmp_path / "tf.json")
+    data = QMimeData()
+    data.setUrls([QUrl.fromLocalFile(str(tmp_path / "tf.json"))])
+    none, left = Qt.KeyboardModifier.NoModifier, Qt.MouseButton.LeftButton
+    copy = Qt.DropAction.CopyAction
+    entering = QDragEnterEvent(QPoint(9, 9), copy, data, left, none)
+    QApplication.sendEvent(window, entering)
+    assert entering.isAccepted()
+    QApplication.sendEvent(window, QDropEvent(QPointF(9, 9), copy, data, left, none))
+    assert window.state.transfer_function == make_tf(123.0)
+
+
+def test_the_histogram_follows_the_range(qtbot: QtBot, window: MainWindow) -> None:
+    visible = window.editor.area.axis.visible
+    with qtbot.waitSignal(window.workspace.rangeChanged):
+        window.state.commit(over(make_tf(), 120.0, 180.0), "edit")
+    histogram = window.editor.area.histogram
+    assert histogram.counts.sum() == 120
+    inside = histogram.edges[(histogram.edges > 120) & (histogram.edges < 180)]
+    assert np.ptp(np.diff(inside)) < 1e-9
+    assert window.editor.area.axis.visible == visible

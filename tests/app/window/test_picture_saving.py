@@ -1,0 +1,74 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from PySide6.QtGui import QGuiApplication, QImage
+from PySide6.QtWidgets import QFileDialog
+from pytestqt.qtbot import QtBot
+
+from app.window.main_window import MainWindow
+from app.window.picture_dialog import PictureChoice
+
+WindowMaker = Callable[..., MainWindow]
+
+
+@pytest.fixture
+def window(make_window: WindowMaker) -> MainWindow:
+    return make_window(model=None)
+
+
+@pytest.mark.parametrize(
+    ("background", "pixel"), [(None, (255, 255, 255, 255)), ((0, 0, 0), (255, 255, 255, 255))]
+)
+def test_a_picture_of_any_size_is_saved(
+    qtbot: QtBot,
+    window: MainWindow,
+    tmp_path: Path,
+    background: tuple[int, int, int] | None,
+    pixel: tuple[int, int, int, int],
+) -> None:
+    place = tmp_path / "picture.png"
+    window.pictures.draw(window.reference, PictureChoice(90, 40, background), place)
+    qtbot.waitUntil(place.exists)
+    qtbot.waitUntil(lambda: "Saved" in window.statusBar().currentMessage())
+    saved = QImage(str(place))
+    assert (saved.width(), saved.height()) == (90, 40)
+    assert saved.pixelColor(5, 5).getRgb() == pixel
+    assert saved.hasAlphaChannel() == (background is None)
+
+
+def test_a_picture_is_copied_with_its_legend(qtbot: QtBot, window: MainWindow) -> None:
+    choice = PictureChoice(300, 200, (0, 0, 0), legend=True)
+    window.pictures.draw(window.reference, choice, None)
+    qtbot.waitUntil(lambda: window.statusBar().currentMessage() == "Copied.")
+    copied = QGuiApplication.clipboard().image()
+    assert (copied.width(), copied.height()) == (300, 200)
+    colors = {copied.pixel(x, y) for x in range(200, 300, 3) for y in range(60, 200, 3)}
+    assert len(colors) > 5
+    assert len({copied.pixel(x, y) for x in range(0, 90, 3) for y in range(0, 60, 3)}) == 1
+
+
+def test_a_place_that_cannot_be_written_is_told(
+    qtbot: QtBot, window: MainWindow, tmp_path: Path
+) -> None:
+    place = tmp_path / "missing" / "picture.png"
+    window.pictures.draw(window.reference, PictureChoice(20, 20), place)
+    qtbot.waitUntil(lambda: "picture.png" in window.notice.text)
+
+
+def test_without_an_image_nothing_is_asked(window: MainWindow) -> None:
+    window.pictures.save(window.generator)
+    assert "no image" in window.notice.text
+
+
+def test_the_file_is_asked_for_after_the_size(
+    qtbot: QtBot, window: MainWindow, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    choice = PictureChoice(64, 32, (255, 255, 255))
+    monkeypatch.setattr(window.pictures, "_ask", lambda pane, button: choice)
+    place = str(tmp_path / "wide")
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (place, ""))
+    window.pictures.save(window.reference)
+    qtbot.waitUntil((tmp_path / "wide.png").exists)
