@@ -108,6 +108,11 @@ class FrameRequest(BatchRequest):
 
 
 @dataclass(frozen=True)
+class UpAxisRequest(BatchRequest):
+    """Request for images of a volume with each of its axes up."""
+
+
+@dataclass(frozen=True)
 class ErrorRequest(BatchRequest):
     """Request for images by which a model is compared with the ray caster."""
 

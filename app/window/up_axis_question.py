@@ -8,7 +8,7 @@ import numpy as np
 from PySide6.QtCore import QObject
 
 from app.engines.client import EngineClient
-from app.engines.messages import BatchRequest, Quality, Result
+from app.engines.messages import Quality, Result, UpAxisRequest
 from app.image_view.image_canvas import to_qimage
 from app.state.preferences import Preferences
 from app.state.viewer_state import ViewerState
@@ -69,11 +69,10 @@ class UpAxisQuestion(QObject):
         proportions = opened.volume.proportions
         views = [replace(self._state.inputs, view=home_view(proportions, axis)) for axis in AXES]
         quality = Quality(PICTURE, COARSENESS)
-        self._analyst.submit(BatchRequest(self._asked, views[0], quality, more=tuple(views[1:])))
+        self._analyst.submit(UpAxisRequest(self._asked, views[0], quality, more=tuple(views[1:])))
 
     def _take_pictures(self, result: Result) -> None:
-        # Its subclasses are the latent browser's.
-        if type(result.request) is not BatchRequest or result.value is None:
+        if not isinstance(result.request, UpAxisRequest) or result.value is None:
             return
         if result.request.sequence == self._asked and not self._bar.isHidden():
             images = [to_qimage(np.asarray(each)) for each in result.value]

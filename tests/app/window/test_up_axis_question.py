@@ -8,7 +8,7 @@ from pytestqt.qtbot import QtBot
 from ramp import make_volume
 from window_fakes import FakeBuilders
 
-from app.engines.messages import BatchRequest
+from app.engines.messages import UpAxisRequest
 from app.window.main_window import MainWindow
 from model.scene.orientation import AXES
 
@@ -27,7 +27,7 @@ def test_it_is_asked_once_with_pictures(
     bar = window.up_axis_bar
     assert bar.isVisible()
     qtbot.waitUntil(lambda: not bar.button("-y").icon().isNull())
-    asked = [r for r in builders.analysts[-1].others if type(r) is BatchRequest]
+    asked = [r for r in builders.analysts[-1].others if isinstance(r, UpAxisRequest)]
     assert 1 + len(asked[-1].more) == len(AXES)
     bar.button("-y").click()
     assert window.state.up_axis == "-y" and bar.isHidden()
