@@ -20,8 +20,10 @@ from numpy.typing import NDArray
 from app.engines.engine import Array, Engine, always
 from app.engines.messages import (
     BatchRequest,
+    ImageRequest,
     LatentRequest,
     PictureRequest,
+    Quality,
     RegionSensitivityRequest,
     Request,
     SupersededError,
@@ -29,10 +31,12 @@ from app.engines.messages import (
     VisibilityRequest,
 )
 from model.errors import NotOfferedError
+from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
 from model.scene.scene import Lighting, RendererName, Scene
 from model.scene.tf_perturbation import edit_over
-from model.scene.transfer_function import Range
+from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, Range
+from model.scene.view import View
 from model.scene.volume import Volume
 
 if TYPE_CHECKING:
@@ -50,6 +54,9 @@ BAND_S, MOST_BANDS = 0.25, 16
 
 A final image is given up between two bands.
 """
+
+LEAST_SIZE = 8
+"""Size of an image that nobody sees, in pixels."""
 
 TILE = 1024
 """Size of the tiles of pictures to save, in pixels: within what every OpenGL can draw."""
@@ -304,7 +311,18 @@ def _analyst_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
     # The window needs these to show the answers; loaded here, they do not hold it up.
     for library in ("cmap", "scipy.signal", "skimage.measure", "skimage.transform"):
         import_module(library)
-    return _reference_engine(volume, replace(settings, renderer="raycast"))
+    engine = _reference_engine(volume, replace(settings, renderer="raycast"))
+    # On the first start the ray caster is compiled here, while VTK draws: once this engine is
+    # there, its images take as long as they always do.
+    engine.image(ImageRequest(0, _some_inputs(volume), Quality(LEAST_SIZE, live=True)))
+    return engine
+
+
+def _some_inputs(volume: Volume) -> SceneInputs:
+    lo, hi = volume.scalar_range
+    mode = GaussianMode((lo + hi) / 2, (hi - lo) / 4, 0.5)
+    colors = ColorTF((lo, hi), ((lo, 0.0, 0.0, 0.0), (hi, 1.0, 1.0, 1.0)))
+    return SceneInputs(View(), OpacityTF((lo, hi), (mode,)), colors)
 
 
 def _generator_engine(folder: Path, settings: GeneratorSettings) -> Engine:
