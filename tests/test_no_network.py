@@ -1,17 +1,13 @@
-"""The window and the commands with connections forbidden and a new home folder."""
+"""The window and the commands with connections forbidden and an empty home folder."""
 
 from __future__ import annotations
 
 import os
-import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
-from numba.core import config
-
-from model import compilation
 
 ROOT = Path(__file__).parent.parent
 MODEL = ROOT / "resources" / "models" / "reacting_jet"
@@ -46,24 +42,15 @@ OURS = (
 """What may be found below the home folder; what a window keeps for its user comes with use."""
 
 
-@pytest.fixture
-def home(tmp_path: Path, request: pytest.FixtureRequest) -> Path:
-    """A home folder that is empty but for the kernels that are compiled already."""
-    home = tmp_path / "home"
-    home.mkdir()
-    kernels = Path(config.CACHE_DIR)
-    if compilation._CACHE and kernels.is_dir() and not request.node.get_closest_marker("slow"):
-        shutil.copytree(kernels, home / ".cache" / "tfscope" / "kernels" / kernels.name)
-    return home
-
-
 @pytest.mark.parametrize(
     "command",
     [
-        ["--model", str(MODEL), "--screenshot", "OUT/window.png"],
         ["--help"],
         ["info", str(MODEL)],
-        # Of the slow ones, kernels are compiled anew: nothing is in the cache.
+        # Kernels are compiled anew, as nothing is in the cache.
+        pytest.param(
+            ["--model", str(MODEL), "--screenshot", "OUT/window.png"], marks=pytest.mark.slow
+        ),
         pytest.param(
             [
                 *("render", "--renderer", "generator", "--model", str(MODEL)),
@@ -76,13 +63,13 @@ def home(tmp_path: Path, request: pytest.FixtureRequest) -> Path:
             marks=pytest.mark.slow,
         ),
     ],
-    ids=["window", "help", "info", "generator", "train"],
+    ids=["help", "info", "window", "generator", "train"],
 )
 def test_nothing_is_contacted_and_nothing_is_left_behind(
-    command: list[str], home: Path, tmp_path: Path
+    command: list[str], tmp_path: Path
 ) -> None:
-    site, out = (tmp_path / name for name in ("site", "out"))
-    for folder in (site, out):
+    site, home, out = (tmp_path / name for name in ("site", "home", "out"))
+    for folder in (site, home, out):
         folder.mkdir()
     (site / "sitecustomize.py").write_text(FORBID)
     connections = tmp_path / "connections"
