@@ -9,6 +9,8 @@ TORCH_INDEX ?=
 ARGS ?=
 
 BIN := .venv/bin
+# Two processes: a file's tests share what its fixtures have made.
+TESTS := QT_QPA_PLATFORM=offscreen $(BIN)/python -m pytest -n 2 --dist loadfile
 PIP := $(BIN)/python -m pip --disable-pip-version-check
 
 .PHONY: run test test-all test-slow setup lint clean
@@ -17,13 +19,13 @@ run: setup
 	@$(BIN)/python main.py $(ARGS)
 
 test: setup .venv/test-ready
-	@QT_QPA_PLATFORM=offscreen $(BIN)/python -m pytest
+	@$(TESTS)
 
 test-all: test test-slow
 
 # What is slow, and property tests on cases that no run has drawn before.
 test-slow: setup .venv/test-ready
-	@QT_QPA_PLATFORM=offscreen $(BIN)/python -m pytest -m "slow or hypothesis" --hypothesis-profile=fresh
+	@$(TESTS) -m "slow or hypothesis" --hypothesis-profile=fresh
 
 setup: .venv/ready
 	@$(BIN)/python app/system_libraries.py

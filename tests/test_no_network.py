@@ -45,10 +45,12 @@ OURS = (
 @pytest.mark.parametrize(
     "command",
     [
-        ["--model", str(MODEL), "--screenshot", "OUT/window.png"],
         ["--help"],
         ["info", str(MODEL)],
         # Kernels are compiled anew, as nothing is in the cache.
+        pytest.param(
+            ["--model", str(MODEL), "--screenshot", "OUT/window.png"], marks=pytest.mark.slow
+        ),
         pytest.param(
             [
                 *("render", "--renderer", "generator", "--model", str(MODEL)),
@@ -61,7 +63,7 @@ OURS = (
             marks=pytest.mark.slow,
         ),
     ],
-    ids=["window", "help", "info", "generator", "train"],
+    ids=["help", "info", "window", "generator", "train"],
 )
 def test_nothing_is_contacted_and_nothing_is_left_behind(
     command: list[str], tmp_path: Path

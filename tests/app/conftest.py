@@ -21,9 +21,14 @@ from app.window.main_window import MainWindow
 
 @pytest.fixture(autouse=True, scope="module")
 def garbage_of_the_module() -> Iterator[None]:
-    """Collect windows that wait in reference cycles while no other thread is there."""
+    """Collect windows that wait in reference cycles while no other thread is there.
+
+    What was there before, all of torch among it, is not looked through each time.
+    """
+    gc.freeze()
     yield
     gc.collect()
+    gc.unfreeze()
 
 
 @pytest.fixture(autouse=True)

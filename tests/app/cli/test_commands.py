@@ -52,6 +52,8 @@ def trained(raw_file: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     arguments = f"train --volume {raw_file} --preset draft --out {folder} --samples 160 --workers 1"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("model.training.monitor.PROBE_SAMPLES", 4)
+        patch.setattr("model.evaluation.alternatives.RECORDED", 4)
+        patch.setattr("model.evaluation.alternatives.RECORDED_SENSITIVITIES", 2)
         assert run(arguments.split()) == 0
     return folder
 

@@ -92,7 +92,7 @@ def test_an_answer_needs_nothing_heavy(tmp_path: Path) -> None:
         capture_output=True,
         env={"PYTHONPATH": str(ROOT), "PATH": "", "HOME": str(tmp_path)},
         cwd=tmp_path,
-        text=True,
+        encoding="utf-8",
     )
     printed = [line for line in process.stdout.splitlines() if line.startswith(("arg", "code"))]
     expected = [

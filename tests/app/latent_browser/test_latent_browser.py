@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 from collections.abc import Callable
 from dataclasses import replace
@@ -30,15 +31,26 @@ from model.scene.view import View
 WindowMaker = Callable[..., MainWindow]
 
 
-@pytest.fixture
-def places(tmp_path: Path, builders: FakeBuilders) -> np.ndarray:
-    """Places of a stored map: the plane of the toy's codes itself."""
-    builders.map_folder = tmp_path
-    space = toy_space(tmp_path, (100.0, 200.0), (100.0, 200.0))
+@pytest.fixture(scope="module")
+def stored_map(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, np.ndarray]:
+    """A stored map's folder, and its places: the plane of the toy's codes itself."""
+    folder = tmp_path_factory.mktemp("map")
+    space = toy_space(folder, (100.0, 200.0), (100.0, 200.0))
     codes = space.open_map().codes
     places = codes * 0.9
     space.keep_map(codes, places)
-    return places.astype(np.float32)
+    return folder, places.astype(np.float32)
+
+
+@pytest.fixture
+def places(
+    tmp_path: Path, builders: FakeBuilders, stored_map: tuple[Path, np.ndarray]
+) -> np.ndarray:
+    """Places of a stored map of this test alone."""
+    folder, places = stored_map
+    shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
+    builders.map_folder = tmp_path
+    return places.copy()
 
 
 @pytest.fixture

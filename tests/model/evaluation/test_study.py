@@ -31,13 +31,19 @@ STUDY = Study(
 )
 
 
-@pytest.fixture
-def plan(tmp_path: Path, volume: Volume) -> StudyPlan:
+@pytest.fixture(scope="module")
+def samples(volume: Volume, tmp_path_factory: pytest.TempPathFactory) -> SampleStore:
     scene = Scene.of(volume, 16)
-    store = SampleStore.create(tmp_path / "samples.zarr", scene, 0, {"train": 32, "holdout": 6})
+    path = tmp_path_factory.mktemp("stores") / "samples.zarr"
+    store = SampleStore.create(path, scene, 0, {"train": 32, "holdout": 6})
     render_store(store, volume, 1)
+    return store
+
+
+@pytest.fixture
+def plan(tmp_path: Path, volume: Volume, samples: SampleStore) -> StudyPlan:
     base = TrainingPlan(
-        source=StoredSource(store),
+        source=StoredSource(samples),
         preset="tiny",
         size=SMALL,
         options=TrainingOptions(joint=StageOptions(8, 1e-3, 1)),
@@ -45,7 +51,7 @@ def plan(tmp_path: Path, volume: Volume) -> StudyPlan:
         folder=tmp_path / "study",
         device=torch.device("cpu"),
     )
-    return StudyPlan(store, volume, base, count=6, sensitivities=1)
+    return StudyPlan(samples, volume, base, count=6, sensitivities=1)
 
 
 def test_each_variant_is_trained_as_it_says_and_measured_like_evaluate(plan: StudyPlan) -> None:

@@ -21,7 +21,7 @@ def few_probes() -> Iterator[None]:
 
 @pytest.fixture(scope="session")
 def finished(store: SampleStore, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A run of 640 samples: 16 steps of stage 1 and 24 of stage 2. Only to be looked at."""
+    """A run of 320 samples: 8 steps of stage 1 and 12 of stage 2. Only to be looked at."""
     folder = tmp_path_factory.mktemp("runs") / "finished"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("model.training.monitor.PROBE_SAMPLES", 8)

@@ -108,8 +108,8 @@ def job(store: SampleStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
         store=store.path,
         preset="draft",
         architecture="paper",
-        samples=48,
-        settings=("joint.batch_size=8", "unrendered_tfs=0"),
+        samples=24,
+        settings=("joint.batch_size=4", "unrendered_tfs=0"),
         device="cpu",
     )
 
@@ -144,8 +144,8 @@ def test_a_file_in_its_folder_stops_a_run(job: TrainingJob) -> None:
     assert not (job.out / STOP_FILE).exists()
     seen = reports[-1].samples
     run_job(replace(job, resume=True), reports.append)
-    assert reports[-1].samples == 48
-    assert reports[len(reports) - (48 - seen) // 8].samples == seen + 8
+    assert reports[-1].samples == 24
+    assert reports[len(reports) - (24 - seen) // 4].samples == seen + 4
 
 
 def test_a_finished_run_cannot_be_stopped(job: TrainingJob) -> None:

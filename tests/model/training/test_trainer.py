@@ -35,13 +35,13 @@ from model.training.trainer import train
 def test_a_run_leaves_a_model_a_curve_and_pictures(finished: Path, store: SampleStore) -> None:
     card, network = load_model(finished)
     assert card.scene == store.scene
-    assert card.training["samples_seen"] == 640
+    assert card.training["samples_seen"] == 320
     assert set(card.metrics["holdout"]) == {"tf_rmse", "opacity_rmse", "rmse", "emd"}
     assert card.versions["torch"].startswith("2.")
     assert not network.training
     with (finished / "log.csv").open() as file:
         rows = list(csv.DictReader(file))
-    assert [row["stage"] for row in rows] == ["opacity"] * 16 + ["translation"] * 24
+    assert [row["stage"] for row in rows] == ["opacity"] * 8 + ["translation"] * 12
     assert float(rows[-1]["rmse"]) == pytest.approx(card.metrics["holdout"]["rmse"], abs=1e-6)
     sheet = imread(sorted((finished / "sheets").glob("*.png"))[-1])
     assert sheet.shape == (4 * 64, 8 * 64, 3)
@@ -51,8 +51,8 @@ def test_a_run_leaves_a_model_a_curve_and_pictures(finished: Path, store: Sample
 
 def test_the_curve_in_the_card_is_the_logs(finished: Path) -> None:
     curve = load_card(finished).training["curve"]
-    assert len(curve) == 40
-    assert curve[-1]["samples"] == 640
+    assert len(curve) == 20
+    assert curve[-1]["samples"] == 320
 
 
 @pytest.mark.slow
@@ -180,7 +180,7 @@ def test_what_has_just_collapsed_never_replaces_what_was_good(
 ) -> None:
     monkeypatch.setattr("model.training.guard.WARM_UP", 0)
     monkeypatch.setattr("model.training.guard.LEAST_DIVERSITY", 0)
-    last = 16 if end == "of the stage" else 9
+    last = 8 if end == "of the stage" else 5
     encode = LatentCodec.encode
     seen: list[TrainingReport] = []
 
