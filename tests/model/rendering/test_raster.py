@@ -80,7 +80,7 @@ def test_a_crop_box_shows_what_a_cropped_volume_shows(renderer: Renderer, volume
     # One voxel beyond the planes stays, so that interpolation up to them is the same.
     scalars = transparent.copy()
     scalars[:, :, ix + 1 :] = scalars[:, : max(iy, 0), :] = 0.0
-    expected = renderer_of(renderer, replace(volume, scalars=scalars.astype(volume.scalars.dtype)))
+    expected = renderer_of(renderer, replace(volume, voxels=scalars.astype(volume.scalars.dtype)))
     other = expected.render(INPUTS, SIZE)
     expected.close()
     # Voxels set to 0 fade over one voxel behind the plane: the same but for that.
