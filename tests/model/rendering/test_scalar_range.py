@@ -166,3 +166,13 @@ def test_the_derivative_is_that_of_a_float64_ray_caster_over_any_range(chosen: R
     assert energies[0] == pytest.approx((image(0) ** 2).sum(), rel=1e-3)
     assert gradients[0] @ edit == pytest.approx((image(0) * expected).sum(), rel=5e-3)
     renderer.close()
+
+
+@pytest.mark.parametrize("chosen", RANGES)
+def test_preintegrated_segments_may_begin_and_end_beyond_the_range(chosen: Range) -> None:
+    # Steps of a voxel, in which the ramp rises by up to eight ranges.
+    volume, inputs = ramp().over(chosen), inputs_over(chosen)
+    opacity, color = inputs.opacity_tf.sample(), inputs.color_tf.sample()
+    expected = render(volume, VIEW, opacity, color, SIZE, 0.02)
+    image = drawn(RaycastRenderer, volume, inputs, sample_distance=1.0, preintegrated=True)
+    assert rms(image - expected) < 1e-3
