@@ -75,6 +75,8 @@ class VtkRenderer:
     Parameters
     ----------
     volume : Volume
+        TFs lie over its scalar range, that of the voxels or a chosen one; what is interpolated
+        beyond it looks as its ends do.
     lighting : {"none", "direct", "global"}
         Emission-absorption only, with gradient shading, or with shadows and scattering.
     light : LightDirection, optional
