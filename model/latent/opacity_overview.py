@@ -113,7 +113,7 @@ class RayLengths:
         along = near[ray] + (np.arange(len(ray)) - first + 0.5) * length[ray]
         places = eye + along[:, None] * directions[ray]
         voxels = map_coordinates(
-            volume.scalars, places.T[::-1], np.float32, order=1, mode="nearest", prefilter=False
+            volume.voxels, places.T[::-1], np.float32, order=1, mode="nearest", prefilter=False
         )
         lo, hi = volume.scalar_range
         bins = np.clip((voxels - lo) / (hi - lo), 0, 1) * (TF_SAMPLES - 1)

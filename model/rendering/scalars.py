@@ -20,6 +20,14 @@ At this ratio rounding errors are 1/256 of a TF bin.
 NARROWEST, WIDEST = 1e-30, 1e30
 """Limits of the range of values for which float32 can hold differences and reciprocals."""
 
+BEYOND = 256.0
+"""How far floats may lie beyond the scalar range, in widths of it; farther ones are clamped.
+
+Renderers interpolate first and clamp then, as values between two voxels on both sides of the
+range lie elsewhere otherwise. But next to an outlier of 1e30, float32 would lose all digits of
+what is interpolated; this far out, it rounds to 1/256 of a TF bin.
+"""
+
 
 def renderable_scalars(
     volume: Volume, native: tuple[type[np.generic], ...]
@@ -35,39 +43,57 @@ def renderable_scalars(
     Returns
     -------
     scalars : ndarray, shape (nz, ny, nx)
-        The volume's scalars unchanged if their type is native and can be clamped to the
-        scalar range exactly (and, for floats, is well conditioned); otherwise a float32 copy
-        mapped to [0, 1], so that a small range far from zero keeps its precision.
+        The volume's voxels, without a copy where that is possible, if their type is native and
+        the scalar range is well conditioned; otherwise a float32 copy with that range mapped to
+        [0, 1], so that a small range far from zero keeps its precision. Either may lie beyond
+        the range, floats by up to :data:`BEYOND`.
     scalar_range : tuple of float
-        The volume's scalar range in the units of these scalars, none of which lies beyond.
+        The volume's scalar range in the units of these scalars.
     """
     lo, hi = volume.scalar_range
-    well_conditioned = max(abs(lo), abs(hi)) / WELL_CONDITIONED <= hi - lo
-    fits_float32 = well_conditioned and NARROWEST <= hi - lo <= WIDEST
     kind = volume.voxels.dtype
-    fits = fits_float32 if kind.kind == "f" else _clamps_exactly(volume)
+    well_conditioned = max(abs(lo), abs(hi)) / WELL_CONDITIONED <= hi - lo
+    fits = NARROWEST <= hi - lo <= WIDEST and (
+        well_conditioned
+        # From an integer, an end of the range that float32 holds exactly is subtracted exactly.
+        or (kind.kind != "f" and float(np.float32(lo)) == lo)
+    )
     if kind in native and fits:
-        return np.ascontiguousarray(volume.scalars), (lo, hi)
+        voxels = volume.voxels if kind.kind != "f" else _clamped_far_out(volume)
+        return np.ascontiguousarray(voxels), (lo, hi)
     scaled = np.empty(volume.voxels.shape, dtype=np.float32)
-    for plane, out in zip(unit_planes(volume), scaled, strict=True):
+    for plane, out in zip(unit_planes(volume, BEYOND), scaled, strict=True):
         out[...] = plane
     return scaled, (0.0, 1.0)
 
 
-def unit_planes(volume: Volume) -> Iterator[NDArray[np.float64]]:
+def unit_planes(volume: Volume, beyond: float = 0.0) -> Iterator[NDArray[np.float64]]:
     """Yield a volume's planes along z with the scalar range mapped to [0, 1], one at a time.
 
-    Values beyond the scalar range become 0 or 1.
+    Parameters
+    ----------
+    volume : Volume
+    beyond : float
+        How far values may lie beyond the scalar range, in widths of it; they are clamped there.
     """
     lo, hi = volume.scalar_range
+    lowest, highest = _limits(volume, beyond)
     # The extremes of float64 would overflow in hi - lo: halve first.
     span = hi / 2 - lo / 2
     for plane in volume.voxels:
         values = plane.astype(np.float64)
-        yield (np.clip(values, lo, hi, out=values) / 2 - lo / 2) / span
+        yield (np.clip(values, lowest, highest, out=values) / 2 - lo / 2) / span
 
 
-def _clamps_exactly(volume: Volume) -> bool:
-    """Whether integers can be clamped to the scalar range: where it ends at whole numbers."""
+def _clamped_far_out(volume: Volume) -> NDArray[Any]:
+    """Clamp voxels :data:`BEYOND` the scalar range; without a copy where there are none."""
+    lowest, highest = _limits(volume, BEYOND)
+    if (lowest, highest) == volume.data_range:
+        return volume.voxels
+    return np.clip(volume.voxels, lowest, highest)
+
+
+def _limits(volume: Volume, beyond: float) -> Range:
+    """Smallest and largest voxel, or what voxels so many widths beyond the range become."""
     (lo, hi), (lowest, highest) = volume.scalar_range, volume.data_range
-    return (lo <= lowest or lo.is_integer()) and (highest <= hi or hi.is_integer())
+    return max(lo - beyond * (hi - lo), lowest), min(hi + beyond * (hi - lo), highest)

@@ -75,6 +75,8 @@ class VtkRenderer:
     Parameters
     ----------
     volume : Volume
+        TFs lie over its scalar range, that of the voxels or a chosen one; what is interpolated
+        beyond it looks as its ends do.
     lighting : {"none", "direct", "global"}
         Emission-absorption only, with gradient shading, or with shadows and scattering.
     light : LightDirection, optional
@@ -99,8 +101,9 @@ class VtkRenderer:
         self.sample_distance = sample_distance
         self._volume = volume
         self._crop: CropBox | None = None
-        self._scalars, texture_range = _texture_scalars(volume)
-        self._table_range = _table_range(texture_range)
+        self._scalars, tf_range = _texture_scalars(volume)
+        texture_range = float(self._scalars.min()), float(self._scalars.max())
+        self._table_range = _table_range(texture_range, tf_range)
         self._opacity = vtkPiecewiseFunction()
         self._color = vtkColorTransferFunction()
         self._mapper = vtkOpenGLGPUVolumeRayCastMapper()
@@ -116,6 +119,10 @@ class VtkRenderer:
         actor.SetMapper(self._mapper)
         actor.SetProperty(self._properties)
         self._renderer.AddVolume(actor)
+        if texture_range != tf_range:
+            actor.GetShaderProperty().AddFragmentShaderReplacement(
+                *_table_mapping(texture_range, tf_range)
+            )
         self._renderer.AutomaticLightCreationOff()
         self._light = light or LightDirection()
         self._lamp = _camera_light()
@@ -238,21 +245,40 @@ def _texture_scalars(volume: Volume) -> tuple[NDArray[Any], Range]:
     Bytes are widened to 16 bits: Mesa interpolates 8-bit textures with 8 bits,
     which shifts values by up to half a TF bin.
     """
-    if volume.scalars.dtype == np.uint8:
-        return volume.scalars.astype(np.uint16), volume.scalar_range
-    return renderable_scalars(volume, NATIVE_TYPES)
+    scalars, scalar_range = renderable_scalars(volume, (*NATIVE_TYPES, np.uint8))
+    return scalars.astype(np.uint16) if scalars.dtype == np.uint8 else scalars, scalar_range
 
 
-def _table_range(scalar_range: Range) -> Range:
+def _table_range(texture_range: Range, tf_range: Range) -> Range:
     """Return the range over which TFs are passed to VTK.
 
-    VTK samples a TF from end to end of the scalar range, but then reads entry i
+    VTK samples a TF from end to end of the texture's range, but then reads entry i
     at (i + 1/2) / TABLE_ENTRIES; widening the range by half an entry at each end
-    compensates for this.
+    compensates for this. Where the TFs' range is another one, :func:`_table_mapping` does.
     """
-    lo, hi = scalar_range
+    if texture_range != tf_range:
+        return texture_range
+    lo, hi = texture_range
     half_entry = (hi - lo) / (2 * (TABLE_ENTRIES - 1))
     return lo - half_entry, hi + half_entry
+
+
+def _table_mapping(texture_range: Range, tf_range: Range) -> tuple[str, bool, str, bool]:
+    """Return a shader replacement that spreads VTK's look-up tables over another range.
+
+    VTK spreads them over the range of the voxels: few entries, if any, would be left for TFs
+    over a small part of it. They are filled as if TFs lay over the voxels' range; with this
+    replacement, they are read as if they lay over the TFs' one, from the middle of the first
+    entry to that of the last. Beyond these, VTK reads the outermost entries, which are the TFs'
+    ends: half an entry of the range less, and all that lies beyond would look as 1/8 of a bin
+    further inside.
+    """
+    (first, last), (lo, hi) = texture_range, tf_range
+    share = (TABLE_ENTRIES - 1) / TABLE_ENTRIES
+    factor = share * (last - first) / (hi - lo)
+    offset = share * (first - lo) / (hi - lo) + 0.5 / TABLE_ENTRIES
+    mapped = f"vec2(scalar.w * {factor:.9e} + {offset:.9e}, 0"
+    return "vec2(scalar.w, 0", False, mapped, True
 
 
 def _image_data(volume: Volume, scalars: NDArray[Any]) -> vtkImageData:

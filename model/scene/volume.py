@@ -51,7 +51,7 @@ class Volume:
     ----------
     voxels : ndarray, shape (nz, ny, nx)
         Finite values of any real numeric type, x fastest, native byte order; as the file has
-        them. What is shown are the :attr:`scalars`.
+        them. Renderers interpolate between them, and clamp to the scalar range afterwards.
     spacing : tuple of float
         Distance between voxel centres along x, y and z, each > 0.
     origin : tuple of float
@@ -160,8 +160,9 @@ class Volume:
     def scalars(self) -> NDArray[np.generic]:
         """Voxels clamped to the scalar range, of the same type and shape (nz, ny, nx).
 
-        Integers are clamped to the whole numbers at or around the range's ends. The voxels
-        themselves, without a copy, where none lies beyond the range.
+        Not to be interpolated: between a voxel and one beyond the range, clamped before, values
+        would lie elsewhere. Integers are clamped to the whole numbers at or around the range's
+        ends. The voxels themselves, without a copy, where none lies beyond the range.
         """
         lo, hi = self.scalar_range
         lowest, highest = self.data_range
@@ -176,7 +177,7 @@ class Volume:
     @property
     def dimensions(self) -> tuple[int, int, int]:
         """Number of voxels along x, y and z."""
-        nz, ny, nx = self.scalars.shape
+        nz, ny, nx = self.voxels.shape
         return nx, ny, nz
 
     @property

@@ -66,7 +66,7 @@ def cast(volume: Volume, view: View, size: int, sample_distance: float) -> Rays:
     positions = eye + along[..., None] * towards[..., None, :]
     voxels = positions / np.array(volume.spacing)
     lo, hi = volume.scalar_range
-    scaled = (volume.scalars.astype(np.float64) - lo) / (hi - lo)
+    scaled = (volume.voxels.astype(np.float64) - lo) / (hi - lo)
     values = map_coordinates(
         scaled, np.moveaxis(voxels[..., ::-1], -1, 0), order=1, mode="nearest", prefilter=False
     )

@@ -16,7 +16,7 @@ from numba import carray, types
 from numba.extending import intrinsic
 
 from model.compilation import inlined
-from model.rendering.raycast.tables import LEVELS, NOTHING
+from model.rendering.raycast.tables import NOTHING
 from model.rendering.raycast.trilinear import (
     blend,
     halves,
@@ -29,7 +29,7 @@ from model.rendering.raycast.trilinear import (
 BATCH = 32
 """Samples of a ray that are interpolated together: two AVX-512 vectors, or four of AVX2."""
 
-ZERO, HALF = np.float32(0), np.float32(0.5)
+HALF = np.float32(0.5)
 
 
 class Staging(NamedTuple):
@@ -112,8 +112,8 @@ def fetch(voxels: Any, shape: Any, scale: Any, ray: Any, k: int, levels: Any, st
         x fastest.
     shape : tuple of 3 int
         Number of voxels along x, y and z.
-    scale : tuple of 2 float32
-        Lowest scalar value, and levels per unit of scalar value.
+    scale : tuple of 4 float32
+        Lowest scalar value, levels per unit of scalar value, and the lowest and highest level.
     ray : Ray
     k : int
     levels : ndarray of int32
@@ -159,6 +159,6 @@ def fetch(voxels: Any, shape: Any, scale: Any, ray: Any, k: int, levels: Any, st
 
 @inlined
 def level_of(value: Any, scale: Any) -> Any:
-    """Round a value to the nearest level, clamped to the tables."""
-    level = min(max((value - scale[0]) * scale[1], ZERO), np.float32(LEVELS - 1))
+    """Round a value to the nearest level, clamped to the lowest and highest one."""
+    level = min(max((value - scale[0]) * scale[1], scale[2]), scale[3])
     return np.int32(level + HALF)

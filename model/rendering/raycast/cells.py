@@ -18,9 +18,14 @@ SHIFT = 3
 FARTHEST = 127
 """Largest distance stored, in cells; larger ones are clipped to it."""
 
+ROUNDING = 3e-6
+"""Relative error allowed for interpolation in float32, by which it may exceed the voxels."""
+
 
 class MinMaxCells:
     """The lowest and highest TF bin in each cell of 8 x 8 x 8 voxels.
+
+    Voxels beyond the scalar range count for the bins at its ends.
 
     Parameters
     ----------
@@ -104,6 +109,8 @@ def _read_layer(scalars: Any, scale: tuple[float, float], layer: int, bins: Any)
                         high = max(high, scalars[z, y, x])
             first = (float(low) - offset) * factor
             last = (float(high) - offset) * factor
-            # Slightly wider: interpolation in float32 may exceed either end.
-            bins[j, i, 0] = max(int(np.floor(first - 1e-3)), 0)
-            bins[j, i, 1] = min(int(np.ceil(last + 1e-3)), TF_SAMPLES - 1)
+            # Slightly wider: interpolation in float32 may exceed either end, the more, the
+            # farther voxels lie from each other, which may be well beyond the scalar range.
+            excess = max(1e-3, ROUNDING * (last - first))
+            bins[j, i, 0] = int(min(max(np.floor(first - excess), 0.0), TF_SAMPLES - 1.0))
+            bins[j, i, 1] = int(min(max(np.ceil(last + excess), 0.0), TF_SAMPLES - 1.0))

@@ -22,6 +22,7 @@ from model.rendering.raycast.shading import Light, LightGrid
 from model.rendering.raycast.trilinear import interpolate
 from model.scene.crop import CropBox
 from model.scene.light import LightDirection
+from model.scene.transfer_function import TF_SAMPLES
 from model.scene.view import View
 from model.scene.volume import Geometry
 
@@ -213,7 +214,8 @@ def _look_around(scalars: Any, bins: Any, layer: int, out: Any) -> None:
                     y = _voxel(j, ny, scalars.shape[1], b)
                     for a in range(VOXELS):
                         x = _voxel(i, nx, scalars.shape[2], a)
-                        out[layer, j, i, n] = int((scalars[z, y, x] - offset) * factor + 0.5)
+                        level = (scalars[z, y, x] - offset) * factor + 0.5
+                        out[layer, j, i, n] = int(min(max(level, 0.0), TF_SAMPLES - 0.5))
                         n += 1
 
 

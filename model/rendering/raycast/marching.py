@@ -194,7 +194,8 @@ def march(
         x fastest.
     shape : tuple of 3 int
         Voxels along x, y and z.
-    scale : tuple of 2 float32
+    scale : tuple of 4 float32
+        See :func:`model.rendering.raycast.batch.fetch`.
     cells : ndarray of int8, 1-D
         Distance of each cell to the nearest visible one, in cells.
     cell_shape : tuple of 3 int

@@ -27,6 +27,8 @@ from model.rendering.raycast.differentiation import differentiate_windows
 from model.rendering.raycast.illumination import Illumination, gradient_light
 from model.rendering.raycast.shading import Light
 from model.rendering.raycast.tables import (
+    FARTHEST_LEVELS,
+    LEVELS,
     LEVELS_PER_BIN,
     color_table,
     level_table,
@@ -77,6 +79,8 @@ class RaycastRenderer:
     Parameters
     ----------
     volume : Volume
+        TFs lie over its scalar range, that of the voxels or a chosen one; what is interpolated
+        beyond it looks as its ends do.
     lighting : {"none", "direct", "global"}
         Emission-absorption only, with gradient shading, or with shadows and
         ambient occlusion.
@@ -132,7 +136,14 @@ class RaycastRenderer:
         scalars, (lo, hi) = renderable_scalars(volume, NATIVE_TYPES)
         self._voxels = scalars.reshape(-1)
         bins = (lo, (TF_SAMPLES - 1) / (hi - lo))
-        self._scale = (np.float32(lo), np.float32(bins[1] * LEVELS_PER_BIN))
+        # Samples are clamped to the tables, but segments between them may begin or end beyond.
+        beyond = FARTHEST_LEVELS if preintegrated else 0
+        self._scale = (
+            np.float32(lo),
+            np.float32(bins[1] * LEVELS_PER_BIN),
+            np.float32(-beyond),
+            np.float32(LEVELS - 1 + beyond),
+        )
         self.cells = MinMaxCells(scalars, bins, self._executor)
         self._opacities = lru_cache(maxsize=4)(self._opacities_of)
         self._distances = lru_cache(maxsize=4)(self._distances_of)
@@ -149,7 +160,7 @@ class RaycastRenderer:
 
     @property
     def scalar_range(self) -> Range:
-        """Smallest and largest scalar value of the volume."""
+        """Range over which TFs lie: that of the voxels, or one chosen by ``Volume.over``."""
         return self._volume.scalar_range
 
     def render(

@@ -12,6 +12,9 @@ LEVELS_PER_BIN = 16
 LEVELS = (TF_SAMPLES - 1) * LEVELS_PER_BIN + 1
 """Number of look-up table entries, several per bin of the TF; the nearest one is used."""
 
+FARTHEST_LEVELS = (LEVELS - 1) * 256
+"""How far beyond the tables pre-integration looks: as many ranges as voxels may lie beyond."""
+
 NOTHING = LEVELS
 """An additional, transparent entry for samples beyond the end of a ray."""
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from model.rendering.raycast.renderer import RaycastRenderer
-from model.rendering.scalars import renderable_scalars, unit_planes
+from model.rendering.scalars import BEYOND, renderable_scalars, unit_planes
 from model.rendering.vtk_renderer import VtkRenderer
 from model.scene.default_tf import default_transfer_function
 from model.scene.inputs import SceneInputs
@@ -67,12 +67,42 @@ def test_extremes_leave_room_for_differences(dtype: str, scale: float) -> None:
 
 @pytest.mark.parametrize("dtype", ["uint8", "int16", "int32", "float16", "float32", "float64"])
 @pytest.mark.parametrize("chosen", [(20.0, 60.0), (20.3, 59.6), (20.3, 1e9), (-10.0, 60.0)])
-def test_no_scalar_lies_beyond_the_range(dtype: str, chosen: tuple[float, float]) -> None:
+def test_voxels_beyond_the_range_stay_what_they_are(
+    dtype: str, chosen: tuple[float, float]
+) -> None:
     volume = Volume((100 * UNIT).astype(dtype)).over(chosen)
     scalars, (lo, hi) = renderable_scalars(volume, NATIVE)
-    exact = (volume.voxels.astype(float).clip(*chosen) - chosen[0]) / (chosen[1] - chosen[0])
+    width = chosen[1] - chosen[0]
+    exact = (volume.voxels.astype(float) - chosen[0]) / width
     np.testing.assert_allclose((scalars - np.float64(lo)) / (hi - lo), exact, atol=1e-6)
-    np.testing.assert_allclose(list(unit_planes(volume)), exact, atol=1e-12)
+    np.testing.assert_allclose(list(unit_planes(volume)), exact.clip(0, 1), atol=1e-12)
+
+
+@pytest.mark.parametrize("dtype", ["float32", "float64"])
+@pytest.mark.parametrize("outlier", [3e38, -1e30])
+def test_floats_are_clamped_far_beyond_the_range_only(dtype: str, outlier: float) -> None:
+    voxels = UNIT.astype(dtype)
+    voxels[1, 2, 3] = outlier
+    chosen = (0.25, 0.5)
+    scalars, (lo, hi) = renderable_scalars(Volume(voxels).over(chosen), NATIVE)
+    exact = (voxels.astype(float) - 0.25) / 0.25
+    np.testing.assert_allclose(
+        (scalars - np.float64(lo)) / (hi - lo), exact.clip(-BEYOND, 1 + BEYOND), rtol=1e-6
+    )
+    # What lies between the outlier and its neighbours has the digits that a TF's bins need.
+    share = np.float32(1e-3)
+    between = scalars[1, 2, 2] + share * (scalars[1, 2, 3] - scalars[1, 2, 2])
+    expected = float(scalars[1, 2, 2]) * (1 - 1e-3) + 1e-3 * float(scalars[1, 2, 3])
+    assert abs(between - expected) / (hi - lo) < 1 / 256 / 16
+
+
+def test_integers_over_a_range_that_float32_cannot_hold_are_rescaled() -> None:
+    volume = Volume(np.linspace(0, 60_000, 60).reshape(3, 4, 5).astype(np.uint16))
+    narrow = (50_000.3, 50_001.3)
+    scalars, scalar_range = renderable_scalars(volume.over(narrow), (np.uint16,))
+    assert (scalars.dtype, scalar_range) == (np.float32, (0.0, 1.0))
+    scalars, scalar_range = renderable_scalars(volume.over((50_000.0, 50_001.0)), (np.uint16,))
+    assert scalars is volume.voxels and scalar_range == (50_000.0, 50_001.0)
 
 
 @pytest.mark.parametrize("renderer", [RaycastRenderer, VtkRenderer])

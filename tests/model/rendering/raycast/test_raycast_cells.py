@@ -74,6 +74,24 @@ def test_bins_between_the_values_of_other_types(executor: ThreadPoolExecutor) ->
         assert not occupied[(low - 2 >= value) | (value >= high + 2)].any()
 
 
+@pytest.mark.parametrize("dtype", [np.int16, np.float32])
+def test_values_beyond_the_range_count_for_its_ends(
+    dtype: type, executor: ThreadPoolExecutor
+) -> None:
+    scalars = (1000.0 * random_bytes((25, 12, 9)).astype(float) / 255 - 400).astype(dtype)
+    scalars[:9] = scalars[:9].clip(-400, -150)
+    scalars[16:] = scalars[16:].clip(300, 600)
+    # TFs lie from -100 to 155, one bin for each whole number.
+    cells = MinMaxCells(scalars, (-100.0, 1.0), executor)
+    low, high = extremes(scalars)
+    low, high = (np.clip(np.rint(ends) + 100, 0, 255) for ends in (low, high))
+    assert (high[0] == 0).all() and (low[-1] == 255).all()
+    for value in (0, 17, 128, 255):
+        occupied = cells.distances(only(value)).reshape(low.shape) == 0
+        assert occupied[(low <= value) & (value <= high)].all()
+        assert not occupied[(low - 2 >= value) | (value >= high + 2)].any()
+
+
 @pytest.mark.parametrize("shape", SHAPES)
 def test_distances_count_cells_diagonals_too(
     shape: tuple[int, int, int], executor: ThreadPoolExecutor

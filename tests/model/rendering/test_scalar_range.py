@@ -1,0 +1,178 @@
+"""Volumes over a range other than their voxels': interpolated first, clamped afterwards."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from reference_raycaster import cast, composite, correct, render
+
+from model.rendering.raycast.renderer import RaycastRenderer
+from model.rendering.raycast.tables import LEVELS_PER_BIN
+from model.rendering.renderer import Renderer
+from model.rendering.vtk_renderer import VtkRenderer
+from model.scene.inputs import SceneInputs
+from model.scene.scene import Lighting
+from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, Range
+from model.scene.view import View
+from model.scene.volume import Volume
+
+SIZE = 64
+KINDS = RaycastRenderer, VtkRenderer
+VIEW = View(35.0, 25.0, 7.0, 0.9)
+RANGES = [
+    (40.0, 60.0),
+    (49.75, 51.0),
+    (-100.0, 45.0),
+    (90.0, 1090.0),
+    (-900.0, 1000.0),
+    (0.0, 100.0),
+]
+"""Narrow, between two voxels, cut off at one end, beyond one end, wide, and the voxels' own."""
+
+
+def ramp(dtype: str = "float32", count: int = 11) -> Volume:
+    """A volume that rises from 0 to 100 along x, in a few steps; linear between them."""
+    return Volume(np.broadcast_to(np.linspace(0, 100, count), (12, 14, count)).astype(dtype))
+
+
+def noise(dtype: str) -> Volume:
+    """Voxels without any relation to their neighbours, from 0 to 100."""
+    voxels = np.random.default_rng(5).integers(0, 101, (9, 10, 11))
+    voxels[0, 0, :2] = 0, 100
+    return Volume(voxels.astype(dtype))
+
+
+def inputs_over(scalar_range: Range, view: View = VIEW, opacity: float = 0.3) -> SceneInputs:
+    """A TF whose colour tells the value, and that shows all values, the ends' the most."""
+    lo, hi = scalar_range
+    middle = (lo + hi) / 2
+    points = ((lo, opacity), (middle, opacity / 4), (hi, opacity / 2))
+    return SceneInputs(
+        view,
+        OpacityTF(scalar_range, points=points),
+        ColorTF(scalar_range, ((lo, 0.0, 0.2, 1.0), (middle, 0.2, 1.0, 0.3), (hi, 1.0, 0.1, 0.0))),
+    )
+
+
+def drawn(kind: type[Renderer], volume: Volume, inputs: SceneInputs, **options) -> NDArray:
+    renderer = kind(volume, **options)
+    image = renderer.render(inputs, SIZE)
+    renderer.close()
+    return image
+
+
+def rms(difference: NDArray) -> float:
+    return float(np.sqrt(np.mean(difference**2)))
+
+
+@pytest.mark.parametrize("dtype", ["uint8", "int16", "int32", "float32", "float64"])
+@pytest.mark.parametrize("chosen", RANGES)
+@pytest.mark.parametrize("make", [ramp, noise])
+def test_what_lies_between_voxels_is_what_it_is_over_any_range(
+    dtype: str, chosen: Range, make
+) -> None:
+    volume = make(dtype).over(chosen)
+    inputs = inputs_over(chosen)
+    opacity, color = inputs.opacity_tf.sample(), inputs.color_tf.sample()
+    # VTK leaves out the last step of each ray, so it is to be a short one.
+    expected = render(volume, VIEW, opacity, color, SIZE, 0.1)
+    assert expected[..., 3].max() > 0.3
+    ours, vtk = (drawn(kind, volume, inputs, sample_distance=0.1) for kind in KINDS)
+    assert np.abs(ours - expected).max() < 1e-3
+    assert rms(vtk - expected) < 0.006
+
+
+@pytest.mark.parametrize("lighting", ["direct", "global"])
+@pytest.mark.parametrize("chosen", [(40.0, 60.0), (-900.0, 1000.0)])
+def test_a_range_decides_about_tfs_and_not_about_light(lighting: Lighting, chosen: Range) -> None:
+    # The same TF, once over the voxels' range and once over a chosen one, in 1, 2 or 50 bins.
+    volume = ramp("float32", 40)
+    lo, hi = max(chosen[0], 0.0), min(chosen[1], 100.0)
+    opacity = ((chosen[0], 0.1), (lo, 0.1), (hi, 0.3), (chosen[1], 0.3))
+    color = ((lo, 0.2, 0.4, 0.9), (hi, 0.9, 0.6, 0.1))
+    for kind in KINDS:
+        images = []
+        for each in (volume, volume.over(chosen)):
+            tf = OpacityTF(each.scalar_range, points=tuple(dict(opacity).items()))
+            inputs = SceneInputs(VIEW, tf, ColorTF(each.scalar_range, color))
+            images.append(drawn(kind, each, inputs, lighting=lighting))
+        assert images[0][..., :3].max() > 0.1
+        assert rms(images[0] - images[1]) < 0.006
+
+
+@pytest.mark.parametrize("lighting", ["none", "direct"])
+@pytest.mark.parametrize("chosen", RANGES)
+def test_renderers_agree_over_any_range(volume: Volume, lighting: Lighting, chosen: Range) -> None:
+    volume = volume.over(chosen)
+    inputs = inputs_over(chosen, opacity=0.2)
+    images = [drawn(kind, volume, inputs, lighting=lighting, sample_distance=0.1) for kind in KINDS]
+    assert rms(images[0] - images[1]) < 0.006
+
+
+@pytest.mark.parametrize("dtype", ["int16", "float32"])
+def test_a_thin_shell_in_a_cliff_is_found(dtype: str) -> None:
+    # From -1000 to 1000 within one voxel; the range is a tenth of that.
+    voxels = np.full((20, 20, 20), -1000, dtype)
+    voxels[6:14, 6:14, 6:14] = 1000
+    volume = Volume(voxels).over((-100.0, 100.0))
+    shell = OpacityTF((-100.0, 100.0), points=((-90.0, 0.0), (0.0, 0.99), (90.0, 0.0)))
+    white = ColorTF((-100.0, 100.0), ((0.0, 1.0, 1.0, 1.0),))
+    inputs = SceneInputs(VIEW, shell, white)
+    expected = render(volume, VIEW, shell.sample(), white.sample(), SIZE, 0.02)
+    for kind in KINDS:
+        image = drawn(kind, volume, inputs, sample_distance=0.02)
+        assert rms(image - expected) < 0.02
+    assert 0.01 < expected[..., 3].mean() < 0.2
+
+
+def test_skipping_leaves_nothing_out_over_a_narrow_range(volume: Volume) -> None:
+    chosen = (100.0, 130.0)
+    tf = OpacityTF(chosen, points=((110.0, 0.0), (115.0, 0.5), (120.0, 0.0)))
+    inputs = SceneInputs(VIEW, tf, ColorTF(chosen, ((115.0, 1.0, 1.0, 1.0),)))
+    renderer = RaycastRenderer(volume.over(chosen))
+    skipped = renderer.render(inputs, SIZE)
+    renderer.close()
+    renderer = RaycastRenderer(volume.over(chosen))
+    renderer.skip_empty = renderer.terminate_early = False
+    np.testing.assert_allclose(skipped, renderer.render(inputs, SIZE), atol=1 / 510)
+    renderer.close()
+    assert skipped[..., 3].max() > 0.1
+
+
+@pytest.mark.parametrize("chosen", [(40.0, 60.0), (49.75, 51.0), (-900.0, 1000.0)])
+def test_the_derivative_is_that_of_a_float64_ray_caster_over_any_range(chosen: Range) -> None:
+    volume, values = noise("float64").over(chosen), np.linspace(*chosen, TF_SAMPLES)
+    base = 0.3 + 0.1 * np.sin(np.linspace(0, 20, TF_SAMPLES))
+    edit = np.cos(np.linspace(0, 9, TF_SAMPLES))
+    color = inputs_over(chosen).color_tf
+    points = tuple(zip(values.tolist(), base.tolist(), strict=True))
+    inputs = SceneInputs(VIEW, OpacityTF(chosen, points=points), color)
+    rays = cast(volume, VIEW, SIZE, 0.5)
+    bins = np.rint(LEVELS_PER_BIN * rays.bins) / LEVELS_PER_BIN
+
+    def image(amount: float) -> NDArray:
+        per_sample = correct(base + amount * edit, 0.5)
+        return composite(bins, rays.shares, per_sample, color.sample())[..., :3]
+
+    expected = (image(1e-4) - image(-1e-4)) / 2e-4
+    renderer = RaycastRenderer(volume)
+    # Of all rays, a few have a sample so near the middle between two levels that either counts.
+    difference = np.abs(renderer.change(inputs, SIZE, edit) - expected).max(axis=-1)
+    assert np.abs(expected).max() > 0.1
+    assert np.quantile(difference, 0.99) < 2e-3 and difference.max() < 0.02
+    everything = np.array([[0, SIZE, 0, SIZE]])
+    gradients, energies = renderer.differentiate(inputs, SIZE, everything)
+    assert energies[0] == pytest.approx((image(0) ** 2).sum(), rel=1e-3)
+    assert gradients[0] @ edit == pytest.approx((image(0) * expected).sum(), rel=5e-3)
+    renderer.close()
+
+
+@pytest.mark.parametrize("chosen", RANGES)
+def test_preintegrated_segments_may_begin_and_end_beyond_the_range(chosen: Range) -> None:
+    # Steps of a voxel, in which the ramp rises by up to eight ranges.
+    volume, inputs = ramp().over(chosen), inputs_over(chosen)
+    opacity, color = inputs.opacity_tf.sample(), inputs.color_tf.sample()
+    expected = render(volume, VIEW, opacity, color, SIZE, 0.02)
+    image = drawn(RaycastRenderer, volume, inputs, sample_distance=1.0, preintegrated=True)
+    assert rms(image - expected) < 1e-3
