@@ -148,12 +148,18 @@ def _take_screenshot(application: QApplication, window: MainWindow, path: Path) 
     patience = QTimer(singleShot=True, interval=1000 * SCREENSHOT_PATIENCE_S)
     patience.timeout.connect(waiting.quit)
     patience.start()
-    with _interrupts_call(waiting.quit):
-        if not window.workspace.is_settled:
+
+    def give_up() -> None:
+        patience.stop()
+        waiting.quit()
+
+    with _interrupts_call(give_up):
+        # Pending layout and paint events may ask for other images.
+        application.processEvents()
+        while not window.workspace.is_settled and patience.isActive():
             waiting.exec()
+            application.processEvents()
     patience.stop()
-    # Process pending layout and paint events first.
-    application.processEvents()
     problems = window.errors
     if not window.workspace.is_settled:
         problems = [*problems, "The screenshot was taken before both images were there."]
