@@ -9,8 +9,8 @@ from PySide6.QtCore import QObject, Signal
 
 from app.engines.client import EngineClient
 from app.engines.engines import Builders, GeneratorSettings
-from app.engines.messages import EngineReady
 from app.state.dispatcher import Dispatcher
+from app.state.generator_work import NO_VOLUME, GeneratorWork
 from app.state.latent_state import LatentState
 from app.state.latent_work import LatentWork
 from app.state.library import Library
@@ -25,23 +25,10 @@ from app.state.transfer_function_store import TransferFunctionStore
 from app.state.viewer_state import ViewerState
 from app.state.volume_opening import VolumeOpening
 from model.errors import TfscopeError
-from model.networks.card import recorded_agreement, verdict_of
-from model.scene.inputs import outside_range
 from model.scene.range_choice import RangeChoice
 from model.scene.range_fitting import fit_to_range, fit_to_volume, range_of
-from model.scene.scene import Lighting, Scene
 from model.scene.transfer_function import Range, TransferFunction
 from model.volume_files.raw import RawLayout
-
-LIGHTS: dict[Lighting, str] = {
-    "none": "no light",
-    "direct": "direct light",
-    "global": "global light",
-}
-
-NO_VOLUME = "Waiting for a volume: open one with File > Open volume."
-
-NO_MODEL = "No model of this volume yet."
 
 
 class Workspace(QObject):
@@ -107,12 +94,11 @@ class Workspace(QObject):
         self._state = state
         self._clients = generator, reference
         self._generator, self._analyst = generator, analyst
-        self._builders = builders
         self._preferences = preferences
         self.library = Library(preferences)
         self._keeper = TransferFunctionKeeper(store, self)
         self._keeper.problem.connect(self.problem)
-        self._generator_settings = generator_settings
+        self._model = GeneratorWork(generator, builders, generator_settings, self)
         self._dispatcher = Dispatcher(state, generator, reference, analyst, self)
         self._sensitivity_state = sensitivity
         self.sensitivity = SensitivityDispatcher(state, sensitivity, analyst, generator, self)
@@ -123,8 +109,6 @@ class Workspace(QObject):
         self._opening = VolumeOpening(builders.read_volume, self)
         self._ranging = VolumeOpening(builders.read_volume, self)
         self._opened: OpenedVolume | None = None
-        self._scene: Scene | None = None
-        self._model: Path | None = None
         self._first_range: RangeChoice | None = None
         self._connect()
 
@@ -143,7 +127,7 @@ class Workspace(QObject):
         work.resized.connect(partial(setattr, self.sensitivity.chooser, "picture_size"))
         work.settingsChanged.connect(self._update_hint)
         work.analystStarted.connect(self._restart_questions)
-        self._generator.engineReady.connect(self._generator_ready)
+        self._model.ready.connect(self._generator_ready)
         for client in self._clients:
             client.settled.connect(self._report_settled)
 
@@ -155,17 +139,17 @@ class Workspace(QObject):
     @property
     def model(self) -> Path | None:
         """Folder of the open model, of this volume or of another one; None without one."""
-        return self._model
+        return self._model.folder
 
     @property
     def has_model(self) -> bool:
         """Whether a model is open, of this volume or of another one."""
-        return self._model is not None
+        return self._model.folder is not None
 
     @property
     def recorded_agreement(self) -> float | None:
         """Median cosine of the model's sensitivities, as its card has it; None if unknown."""
-        return None if self._model is None else recorded_agreement(self._model)
+        return self._model.recorded_agreement
 
     @property
     def is_settled(self) -> bool:
@@ -200,15 +184,8 @@ class Workspace(QObject):
 
     def open_model(self, folder: Path | None) -> None:
         """Load a generator in the background; None for no model."""
-        self._scene = None
-        self._model = folder
-        if folder is None:
-            self._generator.stop()
-            self._generator.pause(NO_MODEL)
-        else:
-            build = partial(self._builders.generator, folder, self._generator_settings)
-            self._generator.start(build, "Loading the model …")
-            self.news.emit(self._worth())
+        self._model.open(folder)
+        self.news.emit(self._model.verdict)
         self._follow_scene()
 
     def fitted(self, transfer_function: TransferFunction) -> TransferFunction:
@@ -217,9 +194,9 @@ class Workspace(QObject):
         With a model it is over the range that the model was trained on; else it keeps its own
         where that fits the volume.
         """
-        scene = self._fitting_scene()
         if self._opened is None:
             return fit_to_range(transfer_function, self._state.scalar_range)
+        scene = self._model.fitting_scene(self._opened)
         if scene is not None:
             return fit_to_range(transfer_function, scene.scalar_range)
         if self._first_range is not None:
@@ -279,7 +256,7 @@ class Workspace(QObject):
         if self._first_range is not None:
             return self._first_range.of(opened.volume)
         folder = self._model_for(opened)
-        scene = self._scene if folder == self._model else None
+        scene = self._model.scene if folder == self._model.folder else None
         if scene is None and folder is not None:
             scene = self.library.scene_of(folder)
         if scene is not None and scene.volume_fingerprint == opened.fingerprint:
@@ -291,11 +268,11 @@ class Workspace(QObject):
 
         A model gives way if it was of the volume before; one that waits for its own stays.
         """
-        model = self._model
+        model = self._model.folder
         if model is not None:
-            scene = self._scene or self.library.scene_of(model)
+            scene = self._model.scene or self.library.scene_of(model)
             fits = scene is None or scene.volume_fingerprint == opened.fingerprint
-            if fits or not self._matches():
+            if fits or self._model.scene_for(self._opened) is None:
                 return model
         known = self.library.models_of(opened.fingerprint)
         return known[0].folder if known else None
@@ -309,12 +286,11 @@ class Workspace(QObject):
         self._opened = opened
         self._sensitivity_state.start_volume()
         self.latent.session.start_volume(opened.volume, opened.window)
-        if folder != self._model:
+        if folder != self._model.folder:
             self.open_model(folder)
-        self.reference.start(opened.volume, self._matching_scene())
-        self._match_generator()
+        self.reference.start(opened.volume, self._model.scene_for(self._opened))
         self._follow_scene()
-        self.news.emit(" ".join(filter(None, [*opened.volume.notes, self._worth()])))
+        self.news.emit(" ".join(filter(None, [*opened.volume.notes, self._model.verdict])))
         volume, known = opened.volume, self._preferences.volume(opened.fingerprint)
         up = known.up_axis or volume.up
         self._state.start_view(volume.proportions, up, volume.axis_labels)
@@ -346,74 +322,33 @@ class Workspace(QObject):
     def _range_taken(self, opened: OpenedVolume) -> None:
         self._opened = opened
         self.latent.session.start_volume(opened.volume, opened.window)
-        self.reference.start(opened.volume, self._matching_scene())
+        self.reference.start(opened.volume, self._model.scene_for(self._opened))
         self._follow_scene()
         self.rangeChanged.emit(opened)
         self._dispatcher.send()
 
-    def _generator_ready(self, ready: EngineReady) -> None:
-        self._scene = ready.scene
-        self._match_generator()
+    def _generator_ready(self) -> None:
         self._follow_scene()
         self._note_model()
-        scene, tf = self._matching_scene(), self._state.transfer_function
+        scene, tf = self._model.scene_for(self._opened), self._state.transfer_function
         if scene is not None and tf.scalar_range != scene.scalar_range:
             self._state.commit(fit_to_range(tf, scene.scalar_range), "range of the model")
         self._dispatcher.send()
 
     def _note_model(self) -> None:
         """Remember a model that belongs to the volume."""
-        scene = self._matching_scene()
-        if scene is not None and self._model is not None:
-            self._preferences.note_model(self._model, scene.volume_fingerprint)
-
-    def _match_generator(self) -> None:
-        """Pause the generator unless it was trained on this volume."""
-        if self._model is None:
-            self._generator.pause(NO_MODEL)
-        elif self._scene is not None and self._opened is None:
-            if self._opening.is_busy:
-                self._generator.pause("Waiting for the volume …", settled=False)
-            else:
-                self._generator.pause(NO_VOLUME)
-        elif self._scene is not None and not self._matches():
-            self._generator.pause(
-                f"This model was trained on '{self._scene.volume_name}', not on this volume; "
-                "open that volume, or a model trained on this one."
-            )
-        else:
-            self._generator.resume()
-        self._update_hint()
-
-    def _worth(self) -> str:
-        """Verdict on the model, as its card has it; empty where that is not known."""
-        return "" if self._model is None else verdict_of(self._model)
-
-    def _matches(self) -> bool:
-        """Return True if the model was trained on the open volume."""
-        if self._scene is None or self._opened is None:
-            return False
-        return self._scene.volume_fingerprint == self._opened.fingerprint
-
-    def _matching_scene(self) -> Scene | None:
-        """Scene of the model if it was trained on the open volume."""
-        return self._scene if self._matches() else None
-
-    def _fitting_scene(self) -> Scene | None:
-        """The same, if the TF's range is the one that the model was trained on, too."""
-        scene = self._matching_scene()
-        if scene is None or self._opened is None:
-            return None
-        same = scene.scalar_range == self._opened.volume.scalar_range
-        return scene if same else None
+        scene = self._model.scene_for(self._opened)
+        if scene is not None and self._model.folder is not None:
+            self._preferences.note_model(self._model.folder, scene.volume_fingerprint)
 
     def _follow_scene(self) -> None:
-        """Adapt the reference and the panels to the generator."""
-        self.reference.follow(self._matching_scene())
-        scene = self._fitting_scene()
+        """Adapt the generator to the volume, and the reference and the panels to the generator."""
+        self._model.match(self._opened, self._opening.is_busy)
+        self.reference.follow(self._model.scene_for(self._opened))
+        scene = self._model.fitting_scene(self._opened)
         learned_size = None if scene is None else scene.image_size
         self.sensitivity.set_learned(learned_size)
-        self.latent.set_model(None if scene is None else self._model, learned_size)
+        self.latent.set_model(None if scene is None else self._model.folder, learned_size)
         self._update_hint()
         # Last, so that whoever listens finds all of them changed.
         self.modelChanged.emit()
@@ -433,17 +368,8 @@ class Workspace(QObject):
             self._keeper.keep(self._opened.fingerprint, self._state.transfer_function)
 
     def _update_hint(self) -> None:
-        hints = []
-        scene = self._matching_scene()
-        if scene is not None:
-            hints.append(outside_range(self._state.inputs, scene))
-            trained, drawn = scene.lighting, self.reference.settings.lighting
-            if trained != drawn:
-                hints.append(f"Trained with {LIGHTS[trained]}; the reference has {LIGHTS[drawn]}")
-            lo, hi = scene.scalar_range
-            if self._state.scalar_range != (lo, hi):
-                hints.append(f"Trained with values from {lo:.5g} to {hi:.5g}; the TF covers others")
-        self.hintChanged.emit(". ".join(filter(None, hints)))
+        drawn = self.reference.settings.lighting
+        self.hintChanged.emit(self._model.hint(self._opened, self._state.inputs, drawn))
 
     def _report_settled(self) -> None:
         if self.is_settled:

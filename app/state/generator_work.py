@@ -1,0 +1,147 @@
+"""The generator: which model is open, and whether it belongs to the open volume."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Signal
+
+from app.engines.client import EngineClient
+from app.engines.engines import Builders, GeneratorSettings
+from app.engines.messages import EngineReady
+from app.state.opened_volume import OpenedVolume
+from model.networks.card import recorded_agreement, verdict_of
+from model.scene.inputs import SceneInputs, outside_range
+from model.scene.scene import Lighting, Scene
+
+LIGHTS: dict[Lighting, str] = {
+    "none": "no light",
+    "direct": "direct light",
+    "global": "global light",
+}
+
+NO_VOLUME = "Waiting for a volume: open one with File > Open volume."
+
+NO_MODEL = "No model of this volume yet."
+
+
+class GeneratorWork(QObject):
+    """Loads a model in the background, and pauses it beside a volume that is not its own.
+
+    Parameters
+    ----------
+    client : EngineClient
+    builders : Builders
+    settings : GeneratorSettings
+
+    Attributes
+    ----------
+    folder : Path or None
+        Folder of the open model, of this volume or of another one; None without one.
+    scene : Scene or None
+        What the model was trained on; None until it is loaded.
+    """
+
+    ready = Signal()
+    """Emitted when the model is loaded."""
+
+    def __init__(
+        self,
+        client: EngineClient,
+        builders: Builders,
+        settings: GeneratorSettings,
+        parent: QObject,
+    ) -> None:
+        super().__init__(parent)
+        self._client = client
+        self._builders = builders
+        self._settings = settings
+        self.folder: Path | None = None
+        self.scene: Scene | None = None
+        client.engineReady.connect(self._take)
+
+    @property
+    def verdict(self) -> str:
+        """What the model is worth, as its card has it; empty where that is not known."""
+        return "" if self.folder is None else verdict_of(self.folder)
+
+    @property
+    def recorded_agreement(self) -> float | None:
+        """Median cosine of the model's sensitivities, as its card has it; None if unknown."""
+        return None if self.folder is None else recorded_agreement(self.folder)
+
+    def open(self, folder: Path | None) -> None:
+        """Load a model in the background; None for no model."""
+        self.scene = None
+        self.folder = folder
+        if folder is None:
+            self._client.stop()
+            self._client.pause(NO_MODEL)
+        else:
+            build = partial(self._builders.generator, folder, self._settings)
+            self._client.start(build, "Loading the model …")
+
+    def scene_for(self, opened: OpenedVolume | None) -> Scene | None:
+        """Return what the model was trained on, if that is this volume."""
+        if self.scene is None or opened is None:
+            return None
+        return self.scene if self.scene.volume_fingerprint == opened.fingerprint else None
+
+    def fitting_scene(self, opened: OpenedVolume | None) -> Scene | None:
+        """Return the same if the volume is shown over the range that the model knows, too."""
+        scene = self.scene_for(opened)
+        if scene is None or opened is None:
+            return None
+        return scene if scene.scalar_range == opened.volume.scalar_range else None
+
+    def match(self, opened: OpenedVolume | None, is_reading: bool) -> None:
+        """Pause the generator unless it was trained on the open volume.
+
+        Parameters
+        ----------
+        opened : OpenedVolume or None
+        is_reading : bool
+            Whether a volume is on its way.
+        """
+        if self.folder is None:
+            self._client.pause(NO_MODEL)
+        elif self.scene is not None and opened is None:
+            if is_reading:
+                self._client.pause("Waiting for the volume …", settled=False)
+            else:
+                self._client.pause(NO_VOLUME)
+        elif self.scene is not None and self.scene_for(opened) is None:
+            self._client.pause(
+                f"This model was trained on '{self.scene.volume_name}', not on this volume; "
+                "open that volume, or a model trained on this one."
+            )
+        else:
+            self._client.resume()
+
+    def hint(self, opened: OpenedVolume | None, inputs: SceneInputs, drawn: Lighting) -> str:
+        """Describe what is outside of what the model knows; empty if nothing is.
+
+        Parameters
+        ----------
+        opened : OpenedVolume or None
+        inputs : SceneInputs
+        drawn : {"none", "direct", "global"}
+            Lighting of the reference.
+        """
+        scene = self.scene_for(opened)
+        if scene is None:
+            return ""
+        hints = [outside_range(inputs, scene)]
+        if scene.lighting != drawn:
+            hints.append(
+                f"Trained with {LIGHTS[scene.lighting]}; the reference has {LIGHTS[drawn]}"
+            )
+        if inputs.opacity_tf.scalar_range != scene.scalar_range:
+            lo, hi = scene.scalar_range
+            hints.append(f"Trained with values from {lo:.5g} to {hi:.5g}; the TF covers others")
+        return ". ".join(filter(None, hints))
+
+    def _take(self, ready: EngineReady) -> None:
+        self.scene = ready.scene
+        self.ready.emit()
