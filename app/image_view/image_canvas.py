@@ -68,11 +68,16 @@ class ImageCanvas(QWidget):
     @property
     def image_rect(self) -> QRect:
         """Square in the middle of the image, which narrower and wider images share."""
-        whole = self.rect() if self._image is None else self._image_rect(self._image)
+        whole = self.picture_rect
         side = min(whole.width(), whole.height())
         rect = QRect(0, 0, side, side)
         rect.moveCenter(whole.center())
         return rect
+
+    @property
+    def picture_rect(self) -> QRect:
+        """Rectangle of the whole image; of the canvas while there is none."""
+        return self.rect() if self._image is None else self._image_rect(self._image)
 
     @property
     def pixels(self) -> tuple[int, int]:

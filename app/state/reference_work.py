@@ -85,7 +85,7 @@ class ReferenceWork(QObject):
         self._scene: Scene | None = None
         self.choices = _remembered(preferences)
         self.settings = ReferenceSettings()
-        self._light_is_slow = False
+        self._light_is_slow = self._light_is_judged = False
         self._pane_pixels = NO_MODEL_SIZE, NO_MODEL_SIZE
         self._pane_rest = QTimer(self, singleShot=True, interval=PANE_REST_MS)
         self._pane_rest.timeout.connect(self._take_pane_size)
@@ -126,7 +126,7 @@ class ReferenceWork(QObject):
             Scene of the model that is shown beside it, if there is one.
         """
         if self._volume is None or volume.voxels is not self._volume.voxels:
-            self._light_is_slow = False
+            self._light_is_slow = self._light_is_judged = False
         self._volume, self._scene = volume, scene
         self._take_settings()
         self._dispatcher.forget_times()
@@ -194,9 +194,13 @@ class ReferenceWork(QObject):
     def _judge_light(self, result: Result) -> None:
         """Turn off a light that nobody has chosen where it takes too long."""
         is_whole = isinstance(result.request, StandInRequest) and not result.request.quality.live
+        if not is_whole or self._light_is_judged:
+            return
+        # Once per volume: nobody wants the light to go out later because the machine is busy.
+        self._light_is_judged = True
         unasked = self.choices.lighting == "auto" and self._scene is None
         lit = self.settings.lighting != "none"
-        if is_whole and unasked and lit and result.seconds > SLOW_LIGHT_S:
+        if unasked and lit and result.seconds > SLOW_LIGHT_S:
             self._light_is_slow = True
             self.follow(None)
             self.news.emit(

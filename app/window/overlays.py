@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 from PySide6.QtCore import QObject, QRect, Signal
 from PySide6.QtGui import QPainter
@@ -42,7 +43,7 @@ class Overlays(QObject):
         self.units = ""
         self._cubes = [OrientationCube(state, canvas) for canvas in canvases]
         for canvas in canvases:
-            canvas.add_decoration(self._paint)
+            canvas.add_decoration(partial(self._paint, canvas))
         self._show_cubes()
 
     @property
@@ -72,6 +73,6 @@ class Overlays(QObject):
         for cube in self._cubes:
             cube.setVisible(self.has_cube)
 
-    def _paint(self, painter: QPainter, rect: QRect) -> None:
+    def _paint(self, canvas: ImageCanvas, painter: QPainter, _square: QRect) -> None:
         if self.has_legend:
-            paint_legend(painter, rect, self._state.transfer_function, self.units)
+            paint_legend(painter, canvas.picture_rect, self._state.transfer_function, self.units)

@@ -10,6 +10,7 @@ from pytestqt.qtbot import QtBot
 from ramp import make_volume
 from window_fakes import FakeBuilders
 
+from app.state.library import KnownModel, Library
 from app.window.main_window import MainWindow
 from model.scene.scene import Scene
 
@@ -17,18 +18,15 @@ WindowMaker = Callable[..., MainWindow]
 
 
 @pytest.fixture(autouse=True)
-def shipped(builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """The ramp has a shipped model, the hill has none; returns the fingerprints looked up."""
+def shipped(builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The ramp has a shipped model, the hill has none."""
     builders.volumes["hill"] = make_volume("hill", top=150.0)
     ramp = builders.volumes["ramp"].fingerprint
-    asked: list[str] = []
 
-    def model_for(fingerprint: str) -> Path | None:
-        asked.append(fingerprint)
-        return Path("shipped") if fingerprint == ramp else None
+    def models_of(_library: Library, fingerprint: str) -> list[KnownModel]:
+        return [KnownModel(Path("shipped"), "shipped", "", True)] if fingerprint == ramp else []
 
-    monkeypatch.setattr("app.state.workspace.model_for", model_for)
-    return asked
+    monkeypatch.setattr(Library, "models_of", models_of)
 
 
 def open_volume(qtbot: QtBot, window: MainWindow, name: str) -> None:
@@ -55,12 +53,23 @@ def test_a_volume_brings_its_shipped_model(
     qtbot.waitUntil(lambda: builders.generators[0].closed)
 
 
-def test_a_model_that_the_user_chose_stays(
+def test_a_chosen_model_gives_way_to_that_of_another_volume(
     qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
 ) -> None:
     builders.scene = Scene.of(builders.volumes["hill"], image_size=16)
     window = make_window(volume="hill", model=Path("mine"))
+    assert window.workspace.model == Path("mine")
     open_volume(qtbot, window, "ramp")
-    assert len(builders.generators) == 1
+    assert window.workspace.model == Path("shipped")
+
+
+def test_a_chosen_model_waits_for_its_volume(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
+) -> None:
+    builders.scene = Scene.of(builders.volumes["hill"], image_size=16)
+    window = make_window(volume="ramp", model=Path("mine"))
+    assert window.workspace.model == Path("mine")
+    assert "'hill'" in window.generator.canvas.message
     open_volume(qtbot, window, "hill")
+    assert window.workspace.model == Path("mine")
     assert window.generator.canvas.image is not None
