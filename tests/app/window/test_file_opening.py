@@ -93,7 +93,7 @@ def test_a_range_without_voxels_is_refused_in_words(qtbot: QtBot, window: MainWi
     with qtbot.waitSignal(window.workspace.problem):
         window.state.commit(over(make_tf(), 900.0, 950.0), "edit")
     assert "900" in window.notice.text
-    assert window.workspace.is_settled
+    qtbot.waitUntil(lambda: window.workspace.is_settled)
 
 
 def test_a_wrong_folder_keeps_the_working_model(
