@@ -75,6 +75,11 @@ class ViewNavigation(QObject):
         return self._axis_labels
 
     @property
+    def proportions(self) -> Triple:
+        """The volume's lengths along x, y and z, relative to its diagonal."""
+        return self._proportions
+
+    @property
     def trackball(self) -> bool:
         """True if dragging turns freely, False if it turns about the up axis."""
         return self._trackball

@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
 
 from app.engines.client import EngineClient
 from app.engines.engines import FASTEST, REAL_BUILDERS, Builders, GeneratorSettings
+from app.image_view.crop_handles import CropHandles
 from app.image_view.engine_pane import EnginePane
 from app.image_view.gestures import ViewGestures
 from app.image_view.reference_bar import ReferenceBar
@@ -33,6 +34,7 @@ from app.state.transfer_function_store import TransferFunctionStore
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
 from app.tf_editor.editor import TransferFunctionEditor
+from app.window.crop_bar import CropBar
 from app.window.emptiness_notice import EmptinessNotice
 from app.window.file_dialogs import FileDialogs
 from app.window.file_opening import FileOpening
@@ -104,6 +106,7 @@ class MainWindow(QMainWindow):
         self.training = TrainingRun(self)
         self.training_bar = TrainingBar(self.training)
         self.up_axis_bar = UpAxisBar()
+        self.crop_bar = CropBar(self.state)
         self.browse = QToolButton()
         self._view_label = QLabel()
         self._splitter = QSplitter(Qt.Orientation.Vertical)
@@ -124,6 +127,9 @@ class MainWindow(QMainWindow):
             self.editor,
             self,
         )
+        self.crop_handles = [
+            CropHandles(pane.canvas, self.state) for pane in (self.generator, self.reference)
+        ]
         self.opening = FileOpening(self, self.state, self.workspace, self.preferences, self.notice)
         self.files = FileDialogs(self, self.state, self.opening, self.preferences)
         self.pictures = PictureSaving(self, self.state, self.files)
@@ -146,6 +152,7 @@ class MainWindow(QMainWindow):
             bar=self.reference_bar,
             panes=self.panes,
             overlays=self.overlays,
+            crop=self.crop_bar,
             sensitivity=self.sensitivity_state,
             view=self.sensitivity,
             latent=self.latent_state,
@@ -164,6 +171,8 @@ class MainWindow(QMainWindow):
         self.state.viewChanged.connect(self._show_view)
         self.state.navigationChanged.connect(self._show_view)
         self.workspace.modelChanged.connect(self._show_model)
+        for handles in self.crop_handles:
+            self.crop_bar.shownChanged.connect(handles.set_active)
         self.panes.imagesShown.connect(self.workspace.show_images)
         self.reference.canvas.resized.connect(
             lambda: self.workspace.reference.set_pane_pixels(*self.reference.canvas.pixels)
@@ -271,6 +280,7 @@ class MainWindow(QMainWindow):
         column.setSpacing(8)
         column.addWidget(self.notice)
         column.addWidget(self.up_axis_bar)
+        column.addWidget(self.crop_bar)
         column.addWidget(self.training_bar)
         column.addWidget(splitter, 1)
         self.setCentralWidget(central)
@@ -332,4 +342,7 @@ class MainWindow(QMainWindow):
         self.setWindowTitle(f"{volume.name} ({shape}) – tfscope")
         self.browser.set_units(volume.units)
         self.pictures.units = self.overlays.units = volume.units
+        self.crop_bar.set_volume(volume.dimensions)
+        for handles in self.crop_handles:
+            handles.set_volume(volume.dimensions)
         self.editor.set_data(opened.counts, opened.edges, volume.data_range, volume.units)

@@ -20,6 +20,7 @@ from app.state.preferences import Preferences
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
+from app.window.crop_bar import CropBar
 from app.window.file_dialogs import FileDialogs
 from app.window.file_opening import FileOpening
 from app.window.overlays import Overlays
@@ -52,6 +53,7 @@ GESTURES = """<h3>Images</h3>
 <tr><td>Double click, or Home</td><td>return to the first view</td></tr>
 <tr><td>Alt and arrow keys</td><td>the view before, the view after</td></tr>
 <tr><td>Click a face of the cube</td><td>look from there; drag it to turn</td></tr>
+<tr><td>Drag a round handle of the crop box (Ctrl+K)</td><td>move that plane</td></tr>
 <tr><td>Drag in the ball above a lit image, or Ctrl, Shift and drag</td><td>move the light</td></tr>
 </table>
 <h3>Sensitivity</h3>
@@ -105,6 +107,7 @@ class WindowParts:
     bar : ReferenceBar
     panes : PaneLayout
     overlays : Overlays
+    crop : CropBar
     sensitivity : SensitivityState
     view : SensitivityView
     latent : LatentState
@@ -121,6 +124,7 @@ class WindowParts:
     bar: ReferenceBar
     panes: PaneLayout
     overlays: Overlays
+    crop: CropBar
     sensitivity: SensitivityState
     view: SensitivityView
     latent: LatentState
@@ -219,7 +223,12 @@ class Menus(QObject):
         bar.fill_quality(menu.addMenu("&Quality of the reference"))
         bar.fill_drawing(menu.addMenu("Reference &drawn by"))
         menu.addSeparator()
-        overlays = self._parts.overlays
+        crop, overlays = self._parts.crop, self._parts.overlays
+        cropping = add_action(
+            menu, "&Crop box", lambda: crop.set_shown(not crop.is_shown), "Ctrl+K"
+        )
+        cropping.setCheckable(True)
+        crop.shownChanged.connect(cropping.setChecked)
         cube = add_action(menu, "&Orientation cube", overlays.toggle_cube)
         legend = add_action(menu, "Colour l&egend", overlays.toggle_legend, "Ctrl+L")
 

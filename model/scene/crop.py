@@ -40,7 +40,8 @@ class CropBox:
                     f"The crop box's planes along {axis} are {low:g} and {high:g}; "
                     "give fractions of the volume from 0 to 1."
                 )
-            if high - low < LEAST_LENGTH:
+            # Rounding must not refuse 0.1 to 0.105.
+            if high - low < LEAST_LENGTH * (1 - 1e-9):
                 raise TfscopeError(
                     f"The crop box from {low:g} to {high:g} along {axis} is empty; "
                     f"make it at least {LEAST_LENGTH:g} long."
@@ -68,6 +69,40 @@ class CropBox:
     def is_whole(self) -> bool:
         """Whether the box leaves nothing out."""
         return self == CropBox()
+
+    def with_plane(
+        self, axis: int, side: int, place: float, least: float = LEAST_LENGTH
+    ) -> CropBox:
+        """Return the box with one plane moved, as far as the volume and its opposite allow.
+
+        Parameters
+        ----------
+        axis : int
+            0, 1 or 2 for a plane along x, y or z.
+        side : int
+            0 for the lower plane, 1 for the upper one.
+        place : float
+            As a fraction of the volume's extent.
+        least : float
+            Length that the side keeps.
+        """
+        low, high = self.low[axis], self.high[axis]
+        if side == 0:
+            return self.with_span(axis, min(max(place, 0.0), max(high - least, 0.0)), high)
+        return self.with_span(axis, low, max(min(place, 1.0), min(low + least, 1.0)))
+
+    def with_span(self, axis: int, low: float, high: float) -> CropBox:
+        """Return the box with both planes along an axis moved.
+
+        Raises
+        ------
+        TfscopeError
+            As for a new box.
+        """
+        lows, highs = list(self.low), list(self.high)
+        lows[axis], highs[axis] = low, high
+        (x0, y0, z0), (x1, y1, z1) = lows, highs
+        return CropBox((x0, y0, z0), (x1, y1, z1))
 
     def numbers(self) -> NDArray[np.float64]:
         """Return the planes as an array: low x, y and z, then high x, y and z."""

@@ -1,0 +1,153 @@
+"""One line with the planes of the crop box, as sliders and as voxels."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QSpinBox, QWidget
+
+from app.controls import text_button
+from app.state.crop_planes import (
+    WITHOUT_VOLUME,
+    axis_name,
+    least_length,
+    place_of,
+    voxel_at,
+)
+from app.state.viewer_state import ViewerState
+from app.window.span_slider import SpanSlider
+from model.scene.crop import CropBox
+
+HEIGHT = 34
+"""Of the line, in pixels."""
+
+PADDING = 22
+"""Width of a voxel's box beside its number, in pixels."""
+
+SLIDER_TIP = (
+    "Drag an end, or the middle to move the slab\n"
+    "Arrow keys move an end by a voxel, with Ctrl the slab; Tab goes to the other end"
+)
+
+
+class CropBar(QFrame):
+    """Shows the state's crop box and changes it; initially hidden.
+
+    Parameters
+    ----------
+    state : ViewerState
+    """
+
+    shownChanged = Signal(bool)
+    """Emitted when the line is shown or hidden, other than with its window."""
+
+    def __init__(self, state: ViewerState, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._state = state
+        self._dimensions = WITHOUT_VOLUME
+        self.setProperty("role", "panel")
+        self.setFixedHeight(HEIGHT)
+        self.names = [QLabel() for _ in range(3)]
+        self.sliders = [SpanSlider() for _ in range(3)]
+        self.planes = [(_voxel_box(), _voxel_box()) for _ in range(3)]
+        self.whole = QPushButton("Whole volume")
+        self.whole.setToolTip("Show all of the volume again")
+        # After a click, keys such as W are the window's again.
+        self.whole.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.whole.clicked.connect(lambda: state.set_crop(None))
+        self.dismiss = text_button("✕", "Hide this line; what is cropped stays so")
+        self.dismiss.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.dismiss.clicked.connect(lambda: self.set_shown(False))
+        self._lay_out()
+        state.cropChanged.connect(self._show)
+        state.navigationChanged.connect(self._name)
+        self.set_volume(WITHOUT_VOLUME)
+        self.hide()
+
+    @property
+    def is_shown(self) -> bool:
+        """Whether the line is there while its window is."""
+        return not self.isHidden()
+
+    def set_shown(self, shown: bool) -> None:
+        """Show or hide the line; the crop box stays as it is."""
+        if shown != self.is_shown:
+            self.setVisible(shown)
+            self.shownChanged.emit(shown)
+
+    def set_volume(self, dimensions: tuple[int, int, int]) -> None:
+        """Set the number of voxels along x, y and z."""
+        self._dimensions = dimensions
+        for axis, count in enumerate(dimensions):
+            self.sliders[axis].set_steps(place_of(1, count), least_length(count))
+            for box in self.planes[axis]:
+                box.blockSignals(True)
+                box.setRange(0, count - 1)
+                box.setFixedWidth(box.fontMetrics().horizontalAdvance(f"{count}") + PADDING)
+                box.blockSignals(False)
+        self._name()
+        self._show()
+
+    def _lay_out(self) -> None:
+        row = QHBoxLayout(self)
+        row.setContentsMargins(12, 0, 6, 0)
+        row.setSpacing(6)
+        title = QLabel("Crop")
+        title.setProperty("role", "title")
+        row.addWidget(title)
+        for axis, (first, last) in enumerate(self.planes):
+            slider = self.sliders[axis]
+            slider.setToolTip(SLIDER_TIP)
+            row.addSpacing(8)
+            row.addWidget(self.names[axis])
+            row.addWidget(first)
+            row.addWidget(slider, 1)
+            row.addWidget(last)
+            slider.moved.connect(partial(self._drag, axis))
+            slider.released.connect(self._state.finish_crop)
+            for side, box in enumerate((first, last)):
+                box.valueChanged.connect(partial(self._type, axis, side))
+        row.addSpacing(8)
+        row.addWidget(self.whole)
+        row.addWidget(self.dismiss)
+
+    def _name(self) -> None:
+        for axis, count in enumerate(self._dimensions):
+            name = axis_name(axis, self._state.axis_labels)
+            self.names[axis].setText(name)
+            self.sliders[axis].setAccessibleName(f"Shown part along {name}")
+            for end, box in zip(("First", "Last"), self.planes[axis], strict=True):
+                meaning = f"{end} voxel along {name}"
+                box.setAccessibleName(meaning)
+                box.setToolTip(f"{meaning}\nFrom 0 to {count - 1}")
+
+    def _show(self) -> None:
+        crop = self._state.crop or CropBox()
+        self.whole.setEnabled(self._state.crop is not None)
+        for axis, count in enumerate(self._dimensions):
+            span = crop.low[axis], crop.high[axis]
+            self.sliders[axis].set_span(*span)
+            for box, place in zip(self.planes[axis], span, strict=True):
+                box.blockSignals(True)
+                box.setValue(voxel_at(place, count))
+                box.blockSignals(False)
+
+    def _drag(self, axis: int, low: float, high: float) -> None:
+        crop = self._state.crop or CropBox()
+        self._state.move_crop(crop.with_span(axis, low, high))
+
+    def _type(self, axis: int, side: int, voxel: int) -> None:
+        crop, count = self._state.crop or CropBox(), self._dimensions[axis]
+        place, least = place_of(voxel, count), least_length(count)
+        self._state.set_crop(crop.with_plane(axis, side, place, least))
+        # Also where the opposite plane, or the volume's end, allowed no change.
+        self._show()
+
+
+def _voxel_box() -> QSpinBox:
+    """A box for the number of a voxel; typed numbers apply on Enter or focus loss."""
+    box = QSpinBox()
+    box.setKeyboardTracking(False)
+    box.setAlignment(Qt.AlignmentFlag.AlignRight)
+    return box
