@@ -87,6 +87,20 @@ def sensitivity(
 
 
 @bench.command()
+def start(
+    volume: options.VolumeFiles = None,
+    repeats: Annotated[
+        int, typer.Option("--repeats", min=1, help="Starts of which the median is told.")
+    ] = 3,
+    json: options.JsonFile = None,
+) -> None:
+    """The window: seconds from the program's start to its first pictures, and its memory."""
+    from app.cli.bench_start import bench_start
+
+    bench_start(volume, repeats, json)
+
+
+@bench.command()
 def sizes(
     volume: options.VolumeFile = None,
     raw: options.RawLayoutText = None,

@@ -18,6 +18,7 @@ from torch.nn.utils import clip_grad_norm_
 
 from model.errors import TrainingError
 from model.networks.blocks import kaiming_init, place
+from model.networks.refined.refined_generator import RefinedGenerator
 from model.training.batch import EncodedBatch
 from model.training.ema import EMA
 from model.training.execution import STANDARD, Execution
@@ -102,6 +103,8 @@ class Stage(ABC):
         self.execution = execution
         self.generator_optimizer = adam(self.generator, options.beta2, fused)
         if execution.compiled:
+            if isinstance(self.generator, RefinedGenerator):
+                self.generator.leave_features_uncompiled()
             self._generate = torch.compile(self._generate)  # type: ignore[method-assign]
 
     def start_from(self, generator: nn.Module) -> None:

@@ -101,7 +101,13 @@ class RefinedGenerator(GeneratorNetwork):
             self._renderer = CoarseRenderer(coarse, scene.lighting, scene.sample_distance)
         return self._renderer
 
-    @torch.compiler.disable  # type: ignore[untyped-decorator]
+    def leave_features_uncompiled(self) -> None:
+        """Let a ``torch.compile`` of whoever calls :meth:`features` leave it as it is.
+
+        It is no decorator, as that would load torch's compiler, for seconds, in every program.
+        """
+        self.features = torch.compiler.disable(self.features)  # type: ignore
+
     def features(self, inputs: EncodedInputs) -> tuple[Tensor, ...]:
         """Images (N, 4 or 8, S, S) of the coarse volume, in [0, 1]: unlit RGBA, then lit RGBA."""
         renderer = self.renderer
