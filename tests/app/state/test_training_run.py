@@ -19,7 +19,7 @@ from model.errors import TrainingError
 from model.generator.catalog import shipped_models
 from model.volume_files.shipped import DEFAULT_VOLUME
 
-PATIENCE_MS = 20_000
+PATIENCE_MS = 60_000
 
 Script = Callable[[str], TrainingRun]
 
@@ -147,6 +147,7 @@ def test_a_cancelled_run_is_saved_and_goes_on(qtbot: QtBot, script: Script, tmp_
     run = script(STOPPED)
     told: list[str] = []
     run.progressed.connect(lambda _fraction, words: told.append(words))
+    run.failed.connect(pytest.fail)
     run.start(tmp_path / "a.nrrd")
     qtbot.waitUntil(lambda: told[-1].startswith("training"), timeout=PATIENCE_MS)
     with qtbot.waitSignal(run.cancelled, timeout=PATIENCE_MS):
