@@ -70,7 +70,7 @@ class _Face:
 
 
 class OrientationCube(QWidget):
-    """Shows the view's direction in the lower left corner of its parent.
+    """Shows the view's direction in the upper right corner of its parent.
 
     Dragging turns the volume, a click on a face looks from there. Other mouse events, and
     all outside the cube, are its parent's.
@@ -220,7 +220,7 @@ class OrientationCube(QWidget):
         self.update()
 
     def _place(self) -> None:
-        self.move(PLACE, self._canvas.height() - SIZE - PLACE)
+        self.move(self._canvas.width() - SIZE - PLACE, PLACE)
 
     def _hover(self, name: str) -> None:
         if name != self._hovered:

@@ -111,7 +111,7 @@ def test_it_keeps_to_the_corner_and_takes_nothing_beside_it(
     state: ViewerState, canvas: QWidget, cube: OrientationCube
 ) -> None:
     canvas.resize(260, 400)
-    assert (cube.x(), cube.y()) == (PLACE, 400 - SIZE - PLACE)
+    assert (cube.x(), cube.y()) == (260 - SIZE - PLACE, PLACE)
     assert canvas.childAt(cube.geometry().center()) is cube
     assert canvas.childAt(cube.geometry().topLeft() + QPoint(2, 2)) is None
     before = state.view
