@@ -91,8 +91,6 @@ def run_window(
 def _open(window: MainWindow, start: WindowStart) -> None:
     """Open what a start says, and have it shown as the start says."""
     workspace = window.workspace
-    if start.model is not None:
-        workspace.open_model(start.model)
     looks = {"lighting": start.lighting, "drawing": start.renderer}
     chosen = {name: choice for name, choice in looks.items() if choice is not None}
     workspace.reference.choose(keep=False, **chosen)
@@ -101,6 +99,8 @@ def _open(window: MainWindow, start: WindowStart) -> None:
         partial(_show_as_asked, window, start), Qt.ConnectionType.SingleShotConnection
     )
     workspace.open_volume(start.volume, first_range=start.scalar_range)
+    if start.model is not None:
+        workspace.open_model(start.model)
 
 
 def _show_as_asked(window: MainWindow, start: WindowStart) -> None:

@@ -10,6 +10,7 @@ from PySide6.QtCore import QObject, Signal
 from app.engines.client import EngineClient
 from app.engines.engines import Builders, GeneratorSettings
 from app.engines.messages import EngineReady
+from app.engines.states import EngineState
 from app.state.opened_volume import OpenedVolume
 from model.networks.card import recorded_agreement, verdict_of
 from model.scene.inputs import SceneInputs, outside_range
@@ -24,6 +25,8 @@ LIGHTS: dict[Lighting, str] = {
 NO_VOLUME = "Waiting for a volume: open one with File > Open volume."
 
 NO_MODEL = "No model of this volume yet."
+
+LOADING = "Loading the model …"
 
 
 class GeneratorWork(QObject):
@@ -45,6 +48,8 @@ class GeneratorWork(QObject):
 
     ready = Signal()
     """Emitted when the model is loaded."""
+    failed = Signal()
+    """Emitted when it cannot be loaded."""
 
     def __init__(
         self,
@@ -59,7 +64,10 @@ class GeneratorWork(QObject):
         self._settings = settings
         self.folder: Path | None = None
         self.scene: Scene | None = None
+        self._promised: Scene | None = None
+        self._is_held = False
         client.engineReady.connect(self._take)
+        client.stateChanged.connect(self._note_failure)
 
     @property
     def verdict(self) -> str:
@@ -71,27 +79,47 @@ class GeneratorWork(QObject):
         """Median cosine of the model's sensitivities, as its card has it; None if unknown."""
         return None if self.folder is None else recorded_agreement(self.folder)
 
-    def open(self, folder: Path | None) -> None:
-        """Load a model in the background; None for no model."""
-        self.scene = None
+    def open(self, folder: Path | None, promised: Scene | None, held: bool) -> None:
+        """Load a model in the background.
+
+        Parameters
+        ----------
+        folder : Path or None
+            None for no model.
+        promised : Scene or None
+            What its card says that it was trained on; None if that is not known yet.
+        held : bool
+            Whether to wait for :meth:`begin`: what loads a model takes the processor from others.
+        """
+        self.scene, self._promised = None, promised
         self.folder = folder
+        self._is_held = folder is not None
         if folder is None:
             self._client.stop()
             self._client.pause(NO_MODEL)
+        elif held:
+            self._client.wait(LOADING)
         else:
-            build = partial(self._builders.generator, folder, self._settings)
-            self._client.start(build, "Loading the model …")
+            self.begin()
+
+    def begin(self) -> None:
+        """Load the model that was held back, if there is one."""
+        if self._is_held and self.folder is not None:
+            self._is_held = False
+            build = partial(self._builders.generator, self.folder, self._settings)
+            self._client.start(build, LOADING)
 
     def scene_for(self, opened: OpenedVolume | None) -> Scene | None:
-        """Return what the model was trained on, if that is this volume."""
-        if self.scene is None or opened is None:
+        """Return what the model was trained on, or will be found to be, if that is this volume."""
+        scene = self.scene or self._promised
+        if scene is None or opened is None:
             return None
-        return self.scene if self.scene.volume_fingerprint == opened.fingerprint else None
+        return scene if scene.volume_fingerprint == opened.fingerprint else None
 
     def fitting_scene(self, opened: OpenedVolume | None) -> Scene | None:
-        """Return the same if the volume is shown over the range that the model knows, too."""
+        """Return the same of a loaded model if the volume is shown over the model's range, too."""
         scene = self.scene_for(opened)
-        if scene is None or opened is None:
+        if scene is None or opened is None or self.scene is None:
             return None
         return scene if scene.scalar_range == opened.volume.scalar_range else None
 
@@ -141,6 +169,11 @@ class GeneratorWork(QObject):
             lo, hi = scene.scalar_range
             hints.append(f"Trained with values from {lo:.5g} to {hi:.5g}; the TF covers others")
         return ". ".join(filter(None, hints))
+
+    def _note_failure(self, state: EngineState) -> None:
+        if state is EngineState.FAILED and self.scene is None and self._promised is not None:
+            self._promised = None
+            self.failed.emit()
 
     def _take(self, ready: EngineReady) -> None:
         self.scene = ready.scene

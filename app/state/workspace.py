@@ -128,6 +128,10 @@ class Workspace(QObject):
         work.settingsChanged.connect(self._update_hint)
         work.analystStarted.connect(self._restart_questions)
         self._model.ready.connect(self._generator_ready)
+        self._model.failed.connect(self._follow_scene)
+        reference = self._clients[1]
+        reference.resultReady.connect(lambda _result: self._model.begin())
+        reference.settled.connect(self._model.begin)
         for client in self._clients:
             client.settled.connect(self._report_settled)
 
@@ -184,7 +188,8 @@ class Workspace(QObject):
 
     def open_model(self, folder: Path | None) -> None:
         """Load a generator in the background; None for no model."""
-        self._model.open(folder)
+        scene = None if folder is None else self.library.scene_of(folder)
+        self._model.open(folder, scene, held=self._reference_comes_first())
         self.news.emit(self._model.verdict)
         self._follow_scene()
 
@@ -288,7 +293,7 @@ class Workspace(QObject):
         self.latent.session.start_volume(opened.volume, opened.window)
         if folder != self._model.folder:
             self.open_model(folder)
-        self.reference.start(opened.volume, self._model.scene_for(self._opened))
+        self.reference.start(opened.volume, self._model.scene_for(opened))
         self._follow_scene()
         self.news.emit(" ".join(filter(None, [*opened.volume.notes, self._model.verdict])))
         volume, known = opened.volume, self._preferences.volume(opened.fingerprint)
@@ -338,7 +343,7 @@ class Workspace(QObject):
     def _note_model(self) -> None:
         """Remember a model that belongs to the volume."""
         scene = self._model.scene_for(self._opened)
-        if scene is not None and self._model.folder is not None:
+        if scene is not None and self._model.folder is not None and self._model.scene is not None:
             self._preferences.note_model(self._model.folder, scene.volume_fingerprint)
 
     def _follow_scene(self) -> None:
@@ -370,6 +375,13 @@ class Workspace(QObject):
     def _update_hint(self) -> None:
         drawn = self.reference.settings.lighting
         self.hintChanged.emit(self._model.hint(self._opened, self._state.inputs, drawn))
+
+    def _reference_comes_first(self) -> bool:
+        """Whether the reference is about to show a picture, which a model would hold up."""
+        reference = self._clients[1]
+        if reference in self._dispatcher.hidden:
+            return False
+        return self._opening.is_busy or (self._opened is not None and not reference.is_settled)
 
     def _report_settled(self) -> None:
         if self.is_settled:

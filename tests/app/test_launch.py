@@ -34,7 +34,7 @@ def test_a_screenshot_shows_both_images(builders: FakeBuilders, tmp_path: Path) 
     assert code == 0
     assert (image.width(), image.height()) == (1280, 860)
     # The fake engines paint plain red of a level that grows with each request.
-    last = [engine.requests[-1] for engine in (builders.generators[0], builders.references[0])]
+    last = [engine.requests[-1] for engine in (builders.generators[0], builders.references[-1])]
     assert last[0].sequence == last[1].sequence
     assert not last[0].quality.live
     for x in (320, 960):
