@@ -81,6 +81,10 @@ class CropHandles(QObject):
         voxel = voxel_at(place, self._dimensions[axis])
         return f"{axis_name(axis, self._state.axis_labels)}: {end} voxel {voxel}"
 
+    def position(self, handle: Handle) -> QPointF:
+        """Return where a handle is on the canvas."""
+        return self._on_canvas(handle.place)
+
     def set_volume(self, dimensions: tuple[int, int, int]) -> None:
         """Set the number of voxels along x, y and z."""
         self._dimensions = dimensions
@@ -129,7 +133,7 @@ class CropHandles(QObject):
             return False
         self._hover(handle)
         self._dragged = handle.axis, handle.side
-        self._offset = self._on_canvas(handle.place) - event.position()
+        self._offset = self.position(handle) - event.position()
         self._canvas.update()
         return True
 
@@ -183,7 +187,7 @@ class CropHandles(QObject):
     def _handle_at(self, position: QPointF) -> Handle | None:
         """The handle under the mouse, the nearer one of two."""
         for handle in self.handles:
-            away = self._on_canvas(handle.place) - position
+            away = self.position(handle) - position
             if math.hypot(away.x(), away.y()) <= REACH:
                 return handle
         return None
@@ -204,7 +208,7 @@ class CropHandles(QObject):
         plane = self._dragged or self._hovered
         for handle in handles:
             if (handle.axis, handle.side) == plane:
-                self._paint_label(painter, self._on_canvas(handle.place))
+                self._paint_label(painter, self.position(handle))
 
     def _paint_edges(self, painter: QPainter) -> None:
         for edge in edges_of(self._box, self._projection):
@@ -222,7 +226,7 @@ class CropHandles(QObject):
             fill = QColor(theme.ACCENT)
         painter.setPen(QPen(QColor(theme.BACKGROUND), 1.5))
         painter.setBrush(fill)
-        painter.drawEllipse(self._on_canvas(handle.place), RADIUS, RADIUS)
+        painter.drawEllipse(self.position(handle), RADIUS, RADIUS)
 
     def _paint_label(self, painter: QPainter, at: QPointF) -> None:
         size = painter.fontMetrics().size(0, self.label)

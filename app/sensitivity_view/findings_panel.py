@@ -257,6 +257,7 @@ class FindingsPanel(QWidget):
             self._state.viewChanged,
             self._state.transferFunctionChanged,
             self._state.lightChanged,
+            self._state.cropChanged,
         ):
             changed.connect(lambda _value: self._forget_rendered())
         sensitivity.regionsChanged.connect(self._forget_rendered)

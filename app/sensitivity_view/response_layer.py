@@ -143,6 +143,7 @@ class ResponseLayer(QObject):
         state.transferFunctionChanged.connect(lambda _tf: self._mark_stale())
         state.viewChanged.connect(lambda _view: self._mark_stale())
         state.lightChanged.connect(lambda _light: self._mark_stale())
+        state.cropChanged.connect(lambda _crop: self._mark_stale())
 
     @property
     def is_marked_stale(self) -> bool:

@@ -171,8 +171,8 @@ class MainWindow(QMainWindow):
         self.state.viewChanged.connect(self._show_view)
         self.state.navigationChanged.connect(self._show_view)
         self.workspace.modelChanged.connect(self._show_model)
-        for handles in self.crop_handles:
-            self.crop_bar.shownChanged.connect(handles.set_active)
+        self.crop_bar.shownChanged.connect(self._show_crop_handles)
+        self.sensitivity_state.toolChanged.connect(self._show_crop_handles)
         self.panes.imagesShown.connect(self.workspace.show_images)
         self.reference.canvas.resized.connect(
             lambda: self.workspace.reference.set_pane_pixels(*self.reference.canvas.pixels)
@@ -296,6 +296,12 @@ class MainWindow(QMainWindow):
         """Show the latent browser in the generator's place, or the generator again."""
         self.panes.set_browsing(choices.shown)
         self.browse.setChecked(choices.shown)
+
+    def _show_crop_handles(self, _change: object) -> None:
+        # While a region is drawn, the mouse is the drawing's.
+        shown = self.crop_bar.is_shown and self.sensitivity_state.tool is None
+        for handles in self.crop_handles:
+            handles.set_active(shown)
 
     def _show_model(self) -> None:
         """Make room for the generator's image, or give it to the reference."""

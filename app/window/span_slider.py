@@ -26,7 +26,7 @@ GROOVE = 4
 PAGE = 10
 """Steps of page up and page down."""
 
-LEAST_WIDTH = 48
+LEAST_WIDTH = 40
 
 Part = Literal["low", "high", "span"]
 

@@ -88,6 +88,7 @@ COMMANDS = (
     "bench renderers",
     "bench sensitivity",
     "bench sizes",
+    "bench start",
     "bench generator",
     "bench training",
     "bench codec",
@@ -271,6 +272,16 @@ def test_renderers_are_compared(
         assert rows[0]["error"][name] < rows[-1]["error"][name]
     assert imread(tmp_path / "r.png").shape[1] == 800
     assert "ball" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_the_start_of_the_window_is_timed(raw_file: Path, tmp_path: Path) -> None:
+    file = tmp_path / "start.json"
+    assert run(f"bench start --volume {raw_file} --repeats 1 --json {file}".split()) == 0
+    (found,) = json.loads(file.read_text())["volumes"]
+    assert 0 < found["window"] < found["reference"] <= found["settled"]
+    assert "generator" not in found
+    assert 50 < found["memory"] < 20_000
 
 
 @pytest.mark.slow

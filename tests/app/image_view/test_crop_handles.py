@@ -1,133 +1,291 @@
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QImage
+from PySide6.QtGui import QColor, QImage
 from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
-from ramp import make_tf
 
+from app import theme
 from app.image_view.crop_handles import CropHandles
-from app.image_view.crop_outline import Handle
 from app.image_view.gestures import ViewGestures
-from app.image_view.image_canvas import ImageCanvas
+from app.image_view.image_canvas import ImageCanvas, to_qimage
+from app.image_view.view_keys import ViewKeys
 from app.state.viewer_state import ViewerState
-from model.rendering.renderer import open_renderer
+from model.rendering.raster import Raster
+from model.rendering.renderer import RendererName, open_renderer
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
-from model.scene.projection import Projection
-from model.scene.transfer_function import OpacityTF, TransferFunction
+from model.scene.transfer_function import ColorTF, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume
 
-LEFT = Qt.MouseButton.LeftButton
-VIEW = View(azimuth=30.0, elevation=20.0, roll=10.0, distance=1.0, pan_x=0.1, pan_y=-0.05)
+LEFT, PLAIN = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
+DIMENSIONS = (41, 21, 31)
+BOX = CropBox((0.1, 0.2, 0.0), (0.8, 1.0, 0.6))
+VIEW = View(35.0, 25.0, 10.0, 0.9, 0.15, -0.1)
+
+
+def make_volume() -> Volume:
+    """Values from 0 to 1 that tell the middles of all faces apart."""
+    z, y, x = np.meshgrid(*(np.linspace(0, 1, n) for n in DIMENSIONS[::-1]), indexing="ij")
+    return Volume(((x + 2 * y + 4 * z) / 7).astype(np.float32), spacing=(1.0, 2.5, 1.5))
 
 
 @pytest.fixture
-def canvas(qtbot: QtBot, state: ViewerState) -> ImageCanvas:
-    canvas = ImageCanvas()
-    qtbot.addWidget(canvas)
-    canvas.resize(600, 400)
-    canvas.show()
-    image = QImage(60, 40, QImage.Format.Format_RGB888)
-    image.fill(0)
-    canvas.show_image(image)
-    state.start_view((0.6, 0.6, 0.5), view=VIEW)
-    ViewGestures(canvas, state)
-    return canvas
+def canvas(qtbot: QtBot, state: ViewerState) -> Iterator[ImageCanvas]:
+    """A wide canvas with a wide image, whose square is not the canvas."""
+    widget = ImageCanvas()
+    widget.resize(500, 320)
+    image = QImage(300, 200, QImage.Format.Format_RGB888)
+    image.fill(QColor("black"))
+    widget.show_image(image)
+    ViewGestures(widget, state)
+    qtbot.addWidget(widget)
+    state.start_view(make_volume().proportions, view=VIEW)
+    yield widget
+    state.finish_view()
+    state.finish_crop()
 
 
 @pytest.fixture
-def handles(canvas: ImageCanvas, state: ViewerState) -> CropHandles:
+def handles(state: ViewerState, canvas: ImageCanvas) -> CropHandles:
     handles = CropHandles(canvas, state)
-    handles.set_volume((61, 61, 51))
+    handles.set_volume(DIMENSIONS)
     handles.set_active(True)
+    canvas.show()
     return handles
 
 
-def pixel(canvas: ImageCanvas, handle: Handle) -> QPointF:
-    """A handle's place, by the canvas's own account of its square."""
-    rect, (x, y) = canvas.image_rect, handle.place
-    return QPointF(
-        rect.left() + rect.width() * (1 + x) / 2, rect.top() + rect.height() * (1 - y) / 2
+def pixel(handles: CropHandles, axis: int, side: int) -> QPointF:
+    """Middle of a handle that can be seen."""
+    return next(
+        handles.position(each) for each in handles.handles if (each.axis, each.side) == (axis, side)
     )
 
 
-def handle_of(handles: CropHandles, axis: int, side: int) -> Handle:
-    return next(h for h in handles.handles if (h.axis, h.side) == (axis, side))
+def color_at(canvas: ImageCanvas, at: QPointF) -> QColor:
+    return canvas.grab().toImage().pixelColor(at.toPoint())
 
 
-def test_projected_points_lie_where_the_renderer_draws_them() -> None:
-    """A single bright voxel of a dark volume is drawn at its projected place."""
-    scalars = np.zeros((21, 25, 31), np.float32)
-    scalars[4, 18, 24] = 1.0
-    volume = Volume(scalars, spacing=(1.0, 1.3, 0.8))
-    lo, hi = volume.scalar_range
-    opacity = OpacityTF((lo, hi), points=((lo, 0.0), (0.5, 0.0), (hi, 1.0)))
-    colors = make_tf().color
-    stops = tuple(((v - 100) / 100, r, g, b) for v, r, g, b in colors.stops)
-    tf = TransferFunction(opacity, type(colors)((lo, hi), stops))
-    with_renderer = open_renderer("raycast", volume, "none", None, 0.25)
-    alpha = with_renderer.render(SceneInputs.of(VIEW, tf), 200, 0.25)[..., 3].astype(float)
-    with_renderer.close()
-    rows, columns = np.indices(alpha.shape)
-    x = (alpha * (columns + 0.5)).sum() / alpha.sum() / 100 - 1
-    y = 1 - (alpha * (rows + 0.5)).sum() / alpha.sum() / 100
-    point = np.array([[24 / 30, 18 / 24, 4 / 20]])
-    places = Projection(VIEW, volume.proportions).places(point)
-    np.testing.assert_allclose(places[0], (x, y), atol=0.01)
+def drag(canvas: ImageCanvas, start: QPointF, by: QPointF) -> None:
+    QTest.mousePress(canvas, LEFT, PLAIN, start.toPoint())
+    # Half the way first, as a hand does.
+    for share in (0.5, 1.0):
+        QTest.mouseMove(canvas, (start + share * by).toPoint())
+    QTest.mouseRelease(canvas, LEFT, PLAIN, (start + by).toPoint())
 
 
-def test_a_drag_by_the_projected_length_moves_the_plane_as_far(
-    canvas: ImageCanvas, handles: CropHandles, state: ViewerState
+def draw(name: RendererName, inputs: SceneInputs, raster: Raster) -> NDArray[np.float32]:
+    renderer = open_renderer(name, make_volume(), threads=1, sample_distance=0.1)
+    image = renderer.render(inputs, raster)
+    renderer.close()
+    return image
+
+
+@pytest.mark.parametrize("name", ["vtk", "raycast"])
+def test_handles_are_where_the_middles_of_faces_are_drawn(
+    state: ViewerState, canvas: ImageCanvas, handles: CropHandles, name: RendererName
 ) -> None:
-    start = pixel(canvas, handle_of(handles, 0, 1)).toPoint()
-    state.set_crop(CropBox((0.0, 0.0, 0.0), (0.75, 1.0, 1.0)))
-    end = pixel(canvas, handle_of(handles, 0, 1)).toPoint()
+    state.set_crop(BOX)
+    opaque = OpacityTF((0.0, 1.0), points=((0.0, 1.0), (1.0, 1.0)))
+    gray = ColorTF((0.0, 1.0), ((0.0, 0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 1.0)))
+    image = draw(name, SceneInputs(VIEW, opaque, gray, crop=BOX), Raster(500, 320))
+    canvas.show_image(to_qimage(image))
+    in_front = [handle for handle in handles.handles if not handle.is_behind]
+    assert len(in_front) == 3
+    assert len(handles.handles) == 6
+    for handle in in_front:
+        x, y, z = [
+            (low + high) / 2 if axis != handle.axis else (low, high)[handle.side]
+            for axis, (low, high) in enumerate(zip(BOX.low, BOX.high, strict=True))
+        ]
+        at = handles.position(handle).toPoint()
+        assert image[at.y(), at.x(), 0] == pytest.approx((x + 2 * y + 4 * z) / 7, abs=0.02)
+
+
+def test_the_outline_is_the_silhouette_of_an_opaque_volume(
+    state: ViewerState, canvas: ImageCanvas, handles: CropHandles
+) -> None:
+    state.set_crop(BOX)
+    opaque = OpacityTF((0.0, 1.0), points=((0.0, 1.0), (1.0, 1.0)))
+    black = ColorTF((0.0, 1.0), ((0.0, 0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)))
+    image = draw("raycast", SceneInputs(VIEW, opaque, black, crop=BOX), Raster(500, 320))
+    rows, columns = np.nonzero(image[..., 3] > 0.5)
+    painted = canvas.grab().toImage()
+    light = QColor(theme.TEXT).lightness() - 40
+    # Without the canvas' round corners.
+    lines = [
+        (y, x)
+        for y in range(8, painted.height() - 8)
+        for x in range(8, painted.width() - 8)
+        if painted.pixelColor(x, y).lightness() > light
+    ]
+    ys, xs = np.array(lines).T
+    assert (xs.min(), xs.max()) == pytest.approx((columns.min(), columns.max()), abs=2)
+    assert (ys.min(), ys.max()) == pytest.approx((rows.min(), rows.max()), abs=2)
+
+
+@pytest.mark.parametrize(("axis", "side"), [(0, 0), (0, 1), (1, 0), (1, 1), (2, 0), (2, 1)])
+def test_a_plane_follows_the_mouse_to_where_it_would_be_drawn(
+    state: ViewerState, canvas: ImageCanvas, handles: CropHandles, axis: int, side: int
+) -> None:
+    target = CropBox().with_plane(axis, side, 0.75 if side else 0.25)
+    start = pixel(handles, axis, side)
+    state.set_crop(target)
+    end = pixel(handles, axis, side)
     state.set_crop(None)
-    QTest.mousePress(canvas, LEFT, pos=start)
-    QTest.mouseMove(canvas, end)
-    assert state.live
-    QTest.mouseRelease(canvas, LEFT, pos=end)
-    assert not state.live
+    # A handle is dragged by whole pixels.
+    near = 1.5 / math.hypot(end.x() - start.x(), end.y() - start.y()) * 0.25
+    drag(canvas, start, end - start)
     assert state.crop is not None
-    assert state.crop.high[0] == pytest.approx(0.75, abs=0.02)
-    assert state.crop.low == (0.0, 0.0, 0.0) and state.crop.high[1:] == (1.0, 1.0)
+    place = (state.crop.low, state.crop.high)[side][axis]
+    assert place == pytest.approx(0.75 if side else 0.25, abs=near)
+    # Nothing else moved.
+    assert state.crop.with_plane(axis, side, float(side)).is_whole
     assert state.view == VIEW
 
 
-def test_beside_the_handles_the_view_turns(
-    canvas: ImageCanvas, handles: CropHandles, state: ViewerState
+def test_dragging_is_live_until_the_release(
+    qtbot: QtBot, state: ViewerState, canvas: ImageCanvas, handles: CropHandles
 ) -> None:
-    QTest.mousePress(canvas, LEFT, pos=QPoint(20, 20))
-    QTest.mouseMove(canvas, QPoint(60, 40))
-    QTest.mouseRelease(canvas, LEFT, pos=QPoint(60, 40))
-    assert state.view != VIEW and state.crop is None
+    start, end = pixel(handles, 0, 1), pixel(handles, 0, 0)
+    QTest.mousePress(canvas, LEFT, PLAIN, start.toPoint())
+    QTest.mouseMove(canvas, (start + (end - start) / 3).toPoint())
+    assert state.live
+    # Another button changes nothing.
+    QTest.mousePress(canvas, Qt.MouseButton.MiddleButton, PLAIN, start.toPoint())
+    QTest.mouseRelease(canvas, Qt.MouseButton.MiddleButton, PLAIN, start.toPoint())
+    assert state.live
+    assert state.view == VIEW
+    with qtbot.waitSignal(state.cropChangeFinished):
+        QTest.mouseRelease(canvas, LEFT, PLAIN, end.toPoint())
+    assert not state.live
 
 
-def test_inactive_handles_leave_the_mouse_alone(
-    canvas: ImageCanvas, handles: CropHandles, state: ViewerState
+def test_a_plane_stops_a_voxel_before_its_opposite(
+    state: ViewerState, canvas: ImageCanvas, handles: CropHandles
 ) -> None:
-    at = pixel(canvas, handle_of(handles, 0, 1)).toPoint()
-    handles.set_active(False)
-    QTest.mousePress(canvas, LEFT, pos=at)
-    QTest.mouseMove(canvas, at + QPoint(40, 0))
-    QTest.mouseRelease(canvas, LEFT, pos=at + QPoint(40, 0))
-    assert state.crop is None and state.view != VIEW
+    start, end = pixel(handles, 0, 0), pixel(handles, 0, 1)
+    drag(canvas, start, 2 * (end - start))
+    assert state.crop is not None
+    assert state.crop.low[0] == pytest.approx(1 - 1 / 40)
+    # And at the volume's own face.
+    start = pixel(handles, 0, 0)
+    drag(canvas, start, 3 * (pixel(handles, 1, 0) - pixel(handles, 1, 1)))
+    state.set_crop(BOX)
+    start, other = pixel(handles, 0, 0), pixel(handles, 0, 1)
+    drag(canvas, start, 2 * (start - other))
+    assert state.crop.low[0] == 0.0
 
 
-def test_planes_along_the_line_of_sight_have_no_handle(
-    handles: CropHandles, state: ViewerState
+def test_planes_across_the_line_of_sight_have_no_handles(
+    state: ViewerState, handles: CropHandles
 ) -> None:
-    state.look_from("Front")
+    state.set_view(View(0.0, 0.0))
     assert {handle.axis for handle in handles.handles} == {0, 2}
+    state.set_view(View(0.0, 90.0))
+    assert {handle.axis for handle in handles.handles} == {0, 1}
 
 
-def test_a_handle_says_its_voxel(
-    canvas: ImageCanvas, handles: CropHandles, state: ViewerState
+def test_a_view_from_within_the_volume_draws_what_is_in_front(
+    state: ViewerState, canvas: ImageCanvas, handles: CropHandles
 ) -> None:
+    state.start_view((3**-0.5,) * 3, view=View(45.0, 35.0, distance=0.25))
+    canvas.grab()
+    for handle in handles.handles:
+        assert handle.depth > 0
+        assert handle.is_behind
+
+
+def test_beside_handles_and_when_inactive_the_mouse_turns_the_view(
+    state: ViewerState, canvas: ImageCanvas, handles: CropHandles
+) -> None:
+    at = pixel(handles, 0, 1)
+    drag(canvas, at + QPointF(0, 40), QPointF(20, 0))
+    assert state.view != VIEW
+    state.set_view(VIEW)
+    for keys in (Qt.KeyboardModifier.ShiftModifier, Qt.KeyboardModifier.ControlModifier):
+        QTest.mousePress(canvas, LEFT, keys, at.toPoint())
+        QTest.mouseMove(canvas, at.toPoint() + QPoint(15, 0))
+        QTest.mouseRelease(canvas, LEFT, keys, at.toPoint())
+        assert state.view != VIEW
+        state.set_view(VIEW)
+    handles.set_active(False)
+    drag(canvas, at, QPointF(20, 0))
+    assert state.view != VIEW
+    assert state.crop is None
+
+
+def test_a_double_click_on_a_handle_keeps_the_view(
+    state: ViewerState, canvas: ImageCanvas, handles: CropHandles
+) -> None:
+    state.set_view(replace(VIEW, pan_x=0.3))
+    at = pixel(handles, 0, 1).toPoint()
+    QTest.mouseDClick(canvas, LEFT, PLAIN, at)
+    QTest.mouseRelease(canvas, LEFT, PLAIN, at)
+    assert state.view == replace(VIEW, pan_x=0.3)
+    assert not state.live
+
+
+def test_leaving_while_dragging_ends_the_drag(
+    qtbot: QtBot, state: ViewerState, canvas: ImageCanvas, handles: CropHandles
+) -> None:
+    start, end = pixel(handles, 2, 1), pixel(handles, 2, 0)
+    for leave in (lambda: handles.set_active(False), canvas.hide):
+        handles.set_active(True)
+        canvas.show()
+        state.set_crop(None)
+        QTest.mousePress(canvas, LEFT, PLAIN, start.toPoint())
+        QTest.mouseMove(canvas, ((start + end) / 2).toPoint())
+        with qtbot.waitSignal(state.cropChangeFinished):
+            leave()
+        assert not state.live
+        QTest.mouseRelease(canvas, LEFT)
+
+
+def test_the_handle_under_the_mouse_tells_its_voxel(
+    state: ViewerState, canvas: ImageCanvas, handles: CropHandles
+) -> None:
+    assert handles.label == ""
+    usual = canvas.cursor().shape()
+    at = pixel(handles, 0, 1)
+    assert color_at(canvas, at) == QColor(theme.TEXT)
+    QTest.mouseMove(canvas, at.toPoint())
+    assert handles.label == "x: last voxel 40"
+    assert color_at(canvas, at) == QColor(theme.ACCENT)
+    assert canvas.cursor().shape() != usual
+    state.start_view(state.proportions, axis_labels=tuple("LRPASI"), view=VIEW)
     state.set_crop(CropBox((0.0, 0.0, 0.0), (0.5, 1.0, 1.0)))
-    QTest.mouseMove(canvas, pixel(canvas, handle_of(handles, 0, 1)).toPoint())
-    assert handles.label == "x: last voxel 30"
+    assert handles.label == "x (R–L): last voxel 20"
+    QTest.mouseMove(canvas, QPoint(1, 1))
+    assert handles.label == ""
+    assert canvas.cursor().shape() == usual
+
+
+def test_nothing_is_painted_or_dragged_without_an_image_or_when_inactive(
+    state: ViewerState, canvas: ImageCanvas, handles: CropHandles
+) -> None:
+    at = pixel(handles, 0, 1)
+    handles.set_active(False)
+    assert color_at(canvas, at) == QColor("black")
+    handles.set_active(True)
+    canvas.show_message("failed")
+    assert color_at(canvas, at).lightness() < 60
+    drag(canvas, at, QPointF(-40, 0))
+    assert state.crop is None
+
+
+def test_keys_still_turn_the_view(
+    qtbot: QtBot, state: ViewerState, canvas: ImageCanvas, handles: CropHandles
+) -> None:
+    ViewKeys(canvas, state)
+    canvas.setFocus()
+    QTest.keyClick(canvas, Qt.Key.Key_Right)
+    assert state.view != VIEW

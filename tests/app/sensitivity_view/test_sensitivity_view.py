@@ -418,9 +418,12 @@ def test_every_way_to_show_a_field(
     scale = window.sensitivity.exact.scale
     window.sensitivity_state.choose(locked=True)
     window.sensitivity_state.pin(199.0)
-    qtbot.waitUntil(
-        lambda: window.workspace.sensitivity.fields["exact"].request.values == (199.0, 199.0)
-    )
+
+    def is_answered() -> bool:
+        field = window.workspace.sensitivity.fields.get("exact")
+        return field is not None and field.request.values == (199.0, 199.0)
+
+    qtbot.waitUntil(is_answered)
     assert window.sensitivity.exact.scale == scale
 
 

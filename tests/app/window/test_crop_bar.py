@@ -5,95 +5,239 @@ from collections.abc import Callable
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QSpinBox
 from pytestqt.qtbot import QtBot
 
 from app.state.viewer_state import ViewerState
 from app.window.crop_bar import CropBar
 from app.window.main_window import MainWindow
-from app.window.span_slider import SpanSlider
+from app.window.span_slider import KNOB, SpanSlider
 from model.scene.crop import CropBox
 
-LEFT = Qt.MouseButton.LeftButton
+LEFT, PLAIN = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
 DIMENSIONS = (101, 51, 21)
+BOX = CropBox((0.2, 0.0, 0.5), (0.6, 1.0, 0.75))
 
 
 @pytest.fixture
 def bar(qtbot: QtBot, state: ViewerState) -> CropBar:
     bar = CropBar(state)
     qtbot.addWidget(bar)
-    bar.resize(1200, 34)
+    bar.resize(1200, bar.height())
     bar.set_volume(DIMENSIONS)
     bar.set_shown(True)
-    qtbot.waitExposed(bar)
+    qtbot.waitActive(bar)
     return bar
 
 
-def at(slider: SpanSlider, value: float) -> QPoint:
-    return QPoint(round(slider.x_of(value)), slider.height() // 2)
+def at(slider: SpanSlider, value: float, aside: float = 0.0) -> QPoint:
+    """Pixel of a value; `aside` is how far beside it."""
+    return QPoint(round(slider.x_of(value) + aside), slider.height() // 2)
 
 
 def drag(slider: SpanSlider, start: QPoint, end: QPoint) -> None:
-    QTest.mousePress(slider, LEFT, pos=start)
+    QTest.mousePress(slider, LEFT, PLAIN, start)
     QTest.mouseMove(slider, end)
-    QTest.mouseRelease(slider, LEFT, pos=end)
+    QTest.mouseRelease(slider, LEFT, PLAIN, end)
 
 
-def test_typed_voxels_are_planes_through_their_centers(bar: CropBar, state: ViewerState) -> None:
-    bar.planes[0][0].setValue(25)
-    bar.planes[2][1].setValue(15)
-    assert state.crop == CropBox((0.25, 0.0, 0.0), (1.0, 1.0, 0.75))
-    bar.whole.click()
-    assert state.crop is None and not bar.whole.isEnabled()
+def type_into(box: QSpinBox, text: str) -> None:
+    box.selectAll()
+    QTest.keyClicks(box, text)
+    QTest.keyClick(box, Qt.Key.Key_Return)
 
 
-def test_a_plane_stops_before_its_opposite(bar: CropBar, state: ViewerState) -> None:
-    bar.planes[1][0].setValue(30)
-    bar.planes[1][1].setValue(10)
-    assert state.crop is not None
-    assert (state.crop.low[1], state.crop.high[1]) == pytest.approx((30 / 50, 31 / 50))
-    assert bar.planes[1][1].value() == 31
+def shown(bar: CropBar) -> list[tuple[int, int]]:
+    return [(first.value(), last.value()) for first, last in bar.planes]
 
 
-def test_an_end_is_dragged_live_and_finished_once(
-    qtbot: QtBot, bar: CropBar, state: ViewerState
+def test_it_follows_the_state(state: ViewerState, bar: CropBar) -> None:
+    assert shown(bar) == [(0, 100), (0, 50), (0, 20)]
+    assert not bar.whole.isEnabled()
+    state.set_crop(BOX)
+    assert shown(bar) == [(20, 60), (0, 50), (10, 15)]
+    assert [slider.span for slider in bar.sliders] == [(0.2, 0.6), (0.0, 1.0), (0.5, 0.75)]
+    assert state.crop == BOX
+    QTest.mouseClick(bar.whole, LEFT)
+    assert state.crop is None
+    assert shown(bar) == [(0, 100), (0, 50), (0, 20)]
+    assert not bar.whole.isEnabled()
+
+
+def test_typed_voxels_are_planes_through_their_centers(
+    qtbot: QtBot, state: ViewerState, bar: CropBar
 ) -> None:
+    with qtbot.waitSignals([state.cropChanged, state.cropChangeFinished], order="strict"):
+        type_into(bar.planes[0][0], "25")
+    assert state.crop == CropBox((0.25, 0.0, 0.0), (1.0, 1.0, 1.0))
+    type_into(bar.planes[2][1], "10")
+    assert state.crop == CropBox((0.25, 0.0, 0.0), (1.0, 1.0, 0.5))
+    assert not state.live
+    type_into(bar.planes[0][0], "0")
+    type_into(bar.planes[2][1], "20")
+    assert state.crop is None
+
+
+def test_a_typed_voxel_beyond_the_opposite_plane_stops_before_it(
+    state: ViewerState, bar: CropBar
+) -> None:
+    state.set_crop(BOX)
+    type_into(bar.planes[0][0], "90")
+    assert shown(bar)[0] == (59, 60)
+    # Typed once more, it changes nothing, and the box shows what is.
+    type_into(bar.planes[0][0], "90")
+    assert shown(bar)[0] == (59, 60)
+    type_into(bar.planes[2][1], "3")
+    assert shown(bar)[2] == (10, 11)
+
+
+def test_planes_between_voxels_stay_until_their_own_number_is_typed(
+    state: ViewerState, bar: CropBar
+) -> None:
+    state.set_crop(CropBox((0.123, 0.0, 0.0), (0.9, 1.0, 1.0)))
+    assert shown(bar)[0] == (12, 90)
+    type_into(bar.planes[0][1], "80")
+    assert state.crop == CropBox((0.123, 0.0, 0.0), (0.8, 1.0, 1.0))
+
+
+def test_an_end_is_dragged_live(qtbot: QtBot, state: ViewerState, bar: CropBar) -> None:
+    slider = bar.sliders[1]
+    width = slider.x_of(1.0) - slider.x_of(0.0)
+    QTest.mousePress(slider, LEFT, PLAIN, at(slider, 1.0, KNOB / 2))
+    assert state.crop is None
+    QTest.mouseMove(slider, at(slider, 0.5, KNOB / 2))
+    assert state.live
+    assert state.crop is not None
+    assert state.crop.high[1] == pytest.approx(0.5, abs=1 / width)
+    assert shown(bar)[1] == (0, 25)
+    with qtbot.waitSignal(state.cropChangeFinished):
+        QTest.mouseRelease(slider, LEFT, PLAIN, at(slider, 0.5, KNOB / 2))
+    assert not state.live
+    # No nearer than a voxel.
+    drag(slider, at(slider, 0.0, -KNOB / 2), at(slider, 1.0))
+    assert state.crop.high[1] - state.crop.low[1] == pytest.approx(1 / 50)
+
+
+def test_a_slab_keeps_its_thickness_at_the_border(state: ViewerState, bar: CropBar) -> None:
+    state.set_crop(BOX)
     slider = bar.sliders[0]
-    live: list[bool] = []
-    state.cropChanged.connect(lambda _crop: live.append(state.live))
-    start, end = at(slider, 1.0) + QPoint(4, 0), at(slider, 0.5) + QPoint(4, 0)
-    with qtbot.waitSignal(state.cropChangeFinished) as finished:
-        drag(slider, start, end)
-    assert live == [True]
-    assert finished.args is not None
-    assert finished.args[0].high[0] == pytest.approx(0.5, abs=0.01)
+    drag(slider, at(slider, 0.4), at(slider, 0.5))
+    assert state.crop is not None
+    assert state.crop.high[0] - state.crop.low[0] == pytest.approx(0.4)
+    assert state.crop.low[0] == pytest.approx(0.3, abs=0.01)
+    QTest.mousePress(slider, LEFT, PLAIN, at(slider, 0.5))
+    QTest.mouseMove(slider, at(slider, 3.0))
+    assert (state.crop.low[0], state.crop.high[0]) == (pytest.approx(0.6), 1.0)
+    # Beyond the border, the mouse keeps hold of the same point of the slab.
+    QTest.mouseMove(slider, at(slider, 0.5))
+    assert state.crop.low[0] == pytest.approx(0.3, abs=0.01)
+    QTest.mouseMove(slider, at(slider, -3.0))
+    assert (state.crop.low[0], state.crop.high[0]) == (0.0, pytest.approx(0.4))
+    QTest.mouseRelease(slider, LEFT, PLAIN, at(slider, 0.5))
+
+
+def test_a_press_beside_the_span_brings_its_end_there(state: ViewerState, bar: CropBar) -> None:
+    state.set_crop(BOX)
+    slider = bar.sliders[0]
+    QTest.mouseClick(slider, LEFT, PLAIN, at(slider, 0.85))
+    assert state.crop is not None
+    assert state.crop.low[0] == 0.2
+    assert state.crop.high[0] == pytest.approx(0.85, abs=0.01)
     assert not state.live
 
 
-def test_the_middle_moves_the_slab_and_keeps_its_thickness(
-    bar: CropBar, state: ViewerState
-) -> None:
-    state.set_crop(CropBox((0.4, 0.0, 0.0), (0.6, 1.0, 1.0)))
-    slider = bar.sliders[0]
-    drag(slider, at(slider, 0.5), at(slider, 1.5))
-    assert state.crop is not None
-    assert (state.crop.low[0], state.crop.high[0]) == pytest.approx((0.8, 1.0))
-
-
-def test_keys_move_an_end_by_voxels(bar: CropBar, state: ViewerState) -> None:
+def test_arrow_keys_move_an_end_by_a_voxel(qtbot: QtBot, state: ViewerState, bar: CropBar) -> None:
+    state.set_crop(BOX)
     slider = bar.sliders[0]
     slider.setFocus(Qt.FocusReason.TabFocusReason)
-    for _ in range(3):
-        QTest.keyClick(slider, Qt.Key.Key_Right)
-    assert state.crop is not None and state.crop.low[0] == pytest.approx(0.03)
-    QTest.keyClick(slider, Qt.Key.Key_Tab)
+    QTest.keyPress(slider, Qt.Key.Key_Right)
+    assert state.live
+    with qtbot.waitSignal(state.cropChangeFinished):
+        QTest.keyRelease(slider, Qt.Key.Key_Right)
+    assert shown(bar)[0] == (21, 60)
     QTest.keyClick(slider, Qt.Key.Key_PageDown)
-    assert state.crop.high[0] == pytest.approx(0.9)
+    assert shown(bar)[0] == (11, 60)
+    QTest.keyClick(slider, Qt.Key.Key_Home)
+    assert shown(bar)[0] == (0, 60)
+    QTest.keyClick(slider, Qt.Key.Key_End)
+    assert shown(bar)[0] == (59, 60)
+    QTest.keyClick(slider, Qt.Key.Key_Tab)
+    assert slider.hasFocus()
+    QTest.keyClick(slider, Qt.Key.Key_Up)
+    assert shown(bar)[0] == (59, 61)
+    QTest.keyClick(slider, Qt.Key.Key_Left, Qt.KeyboardModifier.ControlModifier)
+    assert shown(bar)[0] == (58, 60)
+    QTest.keyClick(slider, Qt.Key.Key_Tab)
+    assert not slider.hasFocus()
+    assert bar.planes[0][1].hasFocus()
 
 
-def test_it_follows_what_is_cropped_elsewhere(bar: CropBar, state: ViewerState) -> None:
-    state.set_crop(CropBox((0.0, 0.2, 0.0), (1.0, 0.6, 1.0)))
-    assert [box.value() for box in bar.planes[1]] == [10, 30]
-    assert bar.sliders[1].span == (0.2, 0.6)
+def test_all_of_the_line_is_reached_by_tab(bar: CropBar) -> None:
+    bar.planes[0][0].setFocus()
+    reached = []
+    for _ in range(14):
+        widget = bar.focusWidget()
+        reached.append(widget)
+        QTest.keyClick(widget, Qt.Key.Key_Tab)
+    for slider in bar.sliders:
+        assert reached.count(slider) == 2
+    assert {*bar.sliders, bar.dismiss, *(box for pair in bar.planes for box in pair)} <= {*reached}
+    # And back, beginning at the upper end.
+    bar.planes[0][1].setFocus()
+    QTest.keyClick(bar.planes[0][1], Qt.Key.Key_Backtab)
+    assert bar.sliders[0].hasFocus()
+    assert bar.sliders[0].part == "high"
+    QTest.keyClick(bar.sliders[0], Qt.Key.Key_Backtab)
+    assert bar.sliders[0].part == "low"
+    QTest.keyClick(bar.sliders[0], Qt.Key.Key_Backtab)
+    assert bar.planes[0][0].hasFocus()
+
+
+def test_the_part_that_the_keys_move_is_seen(bar: CropBar) -> None:
+    slider = bar.sliders[1]
+    bar.whole.setFocus()
+    without = slider.grab().toImage()
+    slider.setFocus(Qt.FocusReason.TabFocusReason)
+    low = slider.grab().toImage()
+    QTest.keyClick(slider, Qt.Key.Key_Tab)
+    high = slider.grab().toImage()
+    assert without != low and low != high and without != high
+
+
+def test_hiding_ends_a_drag_and_keeps_the_box(
+    qtbot: QtBot, state: ViewerState, bar: CropBar
+) -> None:
+    told: list[bool] = []
+    bar.shownChanged.connect(told.append)
+    slider = bar.sliders[0]
+    QTest.mousePress(slider, LEFT, PLAIN, at(slider, 0.0, -KNOB / 2))
+    QTest.mouseMove(slider, at(slider, 0.5))
+    with qtbot.waitSignal(state.cropChangeFinished):
+        QTest.mouseClick(bar.dismiss, LEFT)
+    QTest.mouseRelease(slider, LEFT)
+    assert told == [False]
+    assert not bar.isVisible() and not bar.is_shown
+    assert state.crop is not None
+    bar.set_shown(True)
+    bar.set_shown(True)
+    assert told == [False, True]
+
+
+def test_another_volume_has_other_voxels_and_names(state: ViewerState, bar: CropBar) -> None:
+    assert [name.text() for name in bar.names] == ["x", "y", "z"]
+    state.set_crop(BOX)
+    state.start_view((0.5, 0.5, 0.5**0.5), axis_labels=tuple("LRPASI"))
+    state.start_volume(state.transfer_function, None)
+    bar.set_volume((6, 5, 4000))
+    assert [name.text() for name in bar.names] == ["x (R–L)", "y (A–P)", "z (I–S)"]
+    assert shown(bar) == [(0, 5), (0, 4), (0, 3999)]
+    assert state.crop is None
+
+
+def test_it_has_room_in_a_narrow_window(state: ViewerState, bar: CropBar) -> None:
+    state.start_view((0.5, 0.5, 0.5**0.5), axis_labels=tuple("LRPASI"))
+    bar.set_volume((1024, 1024, 2048))
+    assert bar.minimumSizeHint().width() <= 860
 
 
 def test_the_window_shows_it_with_its_handles(

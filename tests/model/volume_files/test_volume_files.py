@@ -445,6 +445,17 @@ def test_layout_and_name_from_the_file_name(tmp_path, name, layout, readable):
     assert read_volume(path).name == readable
 
 
+@pytest.mark.parametrize(
+    "layout",
+    [
+        RawLayout((7, 5, 6), "int16", "big"),
+        RawLayout((7, 5, 6), "float32", spacing=(0.1, 1e-7, 2.5)),
+    ],
+)
+def test_a_layout_comes_back_from_its_text(layout):
+    assert RawLayout.parse(layout.text) == layout
+
+
 def test_raw_by_its_name(tmp_path):
     path = tmp_path / "flow_7x5x6_int16_be.raw"
     path.write_bytes(voxels("int16").astype(">i2").tobytes())
