@@ -28,7 +28,8 @@ import json, os, signal, sys, time
 from pathlib import Path
 out = Path(sys.argv[sys.argv.index("--out") + 1])
 def say(kind, **data):
-    print(json.dumps({"kind": kind, **data}), flush=True)
+    # Not by print: a signal's handler may interrupt one, and must not begin another.
+    os.write(1, (json.dumps({"kind": kind, **data}) + chr(10)).encode())
 def wait_for_ever():
     while True:
         time.sleep(.01)
