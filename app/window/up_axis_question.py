@@ -55,6 +55,8 @@ class UpAxisQuestion(QObject):
         bar.dismissed.connect(self._remember)
         state.navigationChanged.connect(self._follow)
         analyst.resultReady.connect(self._take_pictures)
+        # An analyst that was started anew knows of no question.
+        workspace.reference.analystStarted.connect(self._ask_for_pictures)
 
     def _consider(self) -> None:
         opened = self._workspace.opened
@@ -65,6 +67,12 @@ class UpAxisQuestion(QObject):
             self._bar.hide()
             return
         self._bar.ask(self._state.up_axis)
+        self._ask_for_pictures()
+
+    def _ask_for_pictures(self) -> None:
+        opened = self._workspace.opened
+        if opened is None or self._bar.isHidden():
+            return
         self._asked += 1
         proportions = opened.volume.proportions
         views = [replace(self._state.inputs, view=home_view(proportions, axis)) for axis in AXES]
