@@ -31,6 +31,9 @@ def probe(volume: Path, began: float) -> dict[str, float]:
     if sys.platform == "linux":
         os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
+    from app.quick_imports import leave_sources_unread
+
+    leave_sources_unread()
     from PySide6.QtCore import QCoreApplication, QEventLoop
     from PySide6.QtWidgets import QApplication
 

@@ -24,6 +24,9 @@ def open_window(
     """Open the window and return its exit code."""
     from app.cli.outputs import make_room_for
     from app.engines.engines import GeneratorSettings
+    from app.quick_imports import leave_sources_unread
+
+    leave_sources_unread()
     from app.launch import run_window
 
     if screenshot is not None:

@@ -309,7 +309,7 @@ def _reference_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
 
 def _analyst_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
     # The window needs these to show the answers; loaded here, they do not hold it up.
-    for library in ("cmap", "scipy.signal", "skimage.measure", "skimage.transform"):
+    for library in ("cmap", "scipy.ndimage", "skimage.measure", "skimage.transform"):
         import_module(library)
     engine = _reference_engine(volume, replace(settings, renderer="raycast"))
     # On the first start the ray caster is compiled here, while VTK draws: once this engine is

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.scene.transfer_function import TF_SAMPLES, Range
+from model.sensitivity.peaks import find_peaks
 
 SMOOTHING = 3.0
 """Standard deviation of the smoothing, in bins, so that noise is not many values."""
@@ -57,10 +58,9 @@ def contributions(
         return ()
     # Imported here: the window starts without it.
     from scipy.ndimage import gaussian_filter1d
-    from scipy.signal import find_peaks
 
     smooth = np.pad(gaussian_filter1d(visibility.astype(np.float64), SMOOTHING, mode="nearest"), 1)
-    peaks, _ = find_peaks(smooth, prominence=0.02 * smooth.max(), plateau_size=1)
+    peaks = [peak.place for peak in find_peaks(smooth, 0.02 * float(smooth.max()))]
     valleys = [int(np.argmin(smooth[a : b + 1])) + a for a, b in pairwise(peaks)]
     edges = [0, *(valley - 1 for valley in valleys), TF_SAMPLES]
     values = np.linspace(*scalar_range, TF_SAMPLES)

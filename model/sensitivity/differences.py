@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from model.rendering.renderer import Renderer
 from model.scene.inputs import SceneInputs
@@ -101,6 +100,9 @@ def region_responses(
         else:
             # Not by the two norms: pixels that are black now would count by their square.
             responses.append((image * change).sum() / norm)
+    # Imported here: the window, which asks for exact derivatives first, does without it.
+    from scipy.interpolate import CubicSpline
+
     between = CubicSpline(bins, responses)(np.arange(TF_SAMPLES))
     if measure == "change":
         between = np.maximum(between, 0)

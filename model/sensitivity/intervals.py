@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from model.scene.transfer_function import TF_SAMPLES, Range
 from model.sensitivity.display import FLOOR, SMALL_EDIT
+from model.sensitivity.peaks import find_peaks
 
 LEAST_SHARE = 0.05
 """Prominence of a peak, as a share of the highest value, from which it counts."""
@@ -70,19 +71,14 @@ def promising_intervals(
     # Values outside the window count as the nearest one inside.
     places = np.clip(np.arange(TF_SAMPLES), inside[0], inside[-1])
     responses = np.nan_to_num(responses)[places]
-    # Imported here: the window starts without it.
-    from scipy.signal import find_peaks, peak_widths
-
     # Zeros at either end make a response that rises up to an end a peak, too.
     strength = np.pad(np.abs(responses), 1)
     highest = float(strength.max())
     if highest < FLOOR * SMALL_EDIT:
         return ()
-    peaks, found = find_peaks(strength, prominence=LEAST_SHARE * highest, plateau_size=1)
-    own = np.flatnonzero(places[peaks - 1] == peaks - 1)
-    order = own[np.argsort(-strength[peaks[own]], kind="stable")][:count]
-    prominences = found["prominences"], found["left_bases"], found["right_bases"]
-    _, _, lefts, rights = peak_widths(strength, peaks, 0.5, prominences)
+    peaks = find_peaks(strength, LEAST_SHARE * highest)
+    own = [peak for peak in peaks if places[peak.place - 1] == peak.place - 1]
+    strongest = sorted(own, key=lambda peak: -strength[peak.place])[:count]
     bins = np.arange(TF_SAMPLES)
 
     def value_at(place: float) -> float:
@@ -90,10 +86,10 @@ def promising_intervals(
 
     return tuple(
         Interval(
-            float(values[peaks[i] - 1]),
-            value_at(lefts[i]),
-            value_at(rights[i]),
-            float(responses[peaks[i] - 1]),
+            float(values[peak.place - 1]),
+            value_at(peak.left),
+            value_at(peak.right),
+            float(responses[peak.place - 1]),
         )
-        for i in order
+        for peak in strongest
     )
