@@ -34,6 +34,11 @@ def first_line(error: Exception) -> str:
     return next(iter(str(error).splitlines()), "") or type(error).__name__
 
 
+def reason(error: OSError) -> str:
+    """Return why the system, or a library in its place, could not read or write."""
+    return error.strerror or first_line(error)
+
+
 class VolumeError(TfscopeError):
     """A volume file cannot be read, or holds no usable volume."""
 

@@ -15,6 +15,7 @@ from typing import Any
 import torch
 
 from model.files import cache_folder, write_atomically
+from model.json_files import read_json
 
 FILE = "measurements.json"
 
@@ -43,7 +44,7 @@ def keep(name: str, about: Mapping[str, Any], result: Any) -> None:
 
 def _read() -> dict[str, Any]:
     try:
-        found = json.loads((cache_folder() / FILE).read_text(encoding="utf-8"))
+        found = read_json(cache_folder() / FILE)
     except (OSError, ValueError):
         return {}
     return found if isinstance(found, dict) else {}

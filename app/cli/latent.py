@@ -16,7 +16,7 @@ from app.cli.console import console
 from app.cli.latent_order import Brush, LatentOrder, Place
 from app.cli.outputs import make_room_for
 from app.cli.render import load_fitted
-from model.errors import LatentError, RenderError
+from model.errors import LatentError, RenderError, reason
 from model.latent.embedding import EmbeddingProcess
 from model.latent.latent_map import LatentMap
 from model.latent.latent_space import LatentSpace
@@ -284,7 +284,7 @@ def _write(out: Path, map_: LatentMap, found: _Found, colors: TransferFunction) 
                     **found.arrays,  # type: ignore[arg-type]
                 )
     except OSError as error:
-        raise RenderError(f"{out}: the result cannot be written ({error.strerror}).") from error
+        raise RenderError(f"{out}: the result cannot be written ({reason(error)}).") from error
 
 
 def _tell(map_: LatentMap) -> None:

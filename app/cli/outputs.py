@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from model.errors import TfscopeError
+from model.errors import TfscopeError, reason
 
 
 def check_output(path: Path) -> None:
@@ -50,7 +50,7 @@ def make_room_for(path: Path) -> None:
         path.absolute().parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise TfscopeError(
-            f"{path}: its folder cannot be made ({error.strerror}); choose another place."
+            f"{path}: its folder cannot be made ({reason(error)}); choose another place."
         ) from error
 
 
@@ -71,7 +71,7 @@ def write_text(path: Path, text: str) -> None:
     try:
         path.write_text(text, encoding="utf-8")
     except OSError as error:
-        raise TfscopeError(f"{path}: the result cannot be written ({error.strerror}).") from error
+        raise TfscopeError(f"{path}: the result cannot be written ({reason(error)}).") from error
 
 
 def _check_place(path: Path) -> None:

@@ -14,7 +14,7 @@ from app.cli import choices
 from app.cli.captions import range_text, view_text
 from app.cli.console import console, warn
 from app.cli.outputs import make_room_for
-from model.errors import RenderError
+from model.errors import RenderError, reason
 from model.generator.catalog import model_for, shipped_models
 from model.networks.card import load_card
 from model.scene.crop import CropBox
@@ -111,7 +111,7 @@ def render_to_file(order: RenderOrder) -> None:
                 np.save(file, rendered.rgba)
         except OSError as error:
             raise RenderError(
-                f"{order.out}: the image cannot be written ({error.strerror})."
+                f"{order.out}: the image cannot be written ({reason(error)})."
             ) from error
     else:
         from app.figures.picture import save_picture

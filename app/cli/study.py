@@ -10,7 +10,7 @@ from app.cli.console import console, counting
 from app.cli.outputs import write_json, write_text
 from app.cli.train import TrainingDisplay
 from model.devices import choose_device
-from model.errors import TfscopeError
+from model.errors import TfscopeError, reason
 from model.evaluation.study import STUDIES, Study, StudyPlan, run_study
 from model.evaluation.study_table import markdown, study_table
 from model.networks.size import NetworkSize
@@ -81,7 +81,7 @@ def _store(order: StudyOrder, volume: Volume, size: NetworkSize) -> SampleStore:
         order.job.out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise TfscopeError(
-            f"{order.job.out}: the folder cannot be made ({error.strerror}); choose another place."
+            f"{order.job.out}: the folder cannot be made ({reason(error)}); choose another place."
         ) from error
     path = order.job.out / "samples.zarr"
     if path.exists():

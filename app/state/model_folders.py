@@ -9,7 +9,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QStandardPaths
 
-from model.errors import TrainingError
+from model.errors import TrainingError, reason
 from model.training.stopping import LOCK_FILE, STOP_FILE
 
 
@@ -40,7 +40,7 @@ def new_model_folder(volume_name: str, place: Path | None = None) -> Path:
                 return folder
     except OSError as error:
         raise TrainingError(
-            f"{place}: a folder for the model cannot be made ({error.strerror}); make room there."
+            f"{place}: a folder for the model cannot be made ({reason(error)}); make room there."
         ) from error
     raise AssertionError
 

@@ -14,8 +14,9 @@ from PySide6.QtCore import QObject, QStandardPaths, Signal
 
 from app.state.delayed_writer import DelayedWriter
 from app.state.remembered import MOST_VOLUMES, KnownVolume, Remembered, changed_volume
-from model.errors import TfscopeError
+from model.errors import TfscopeError, reason
 from model.files import write_atomically
+from model.json_files import read_json
 
 RecentKind = Literal["volumes", "models", "transfer_functions"]
 
@@ -54,13 +55,13 @@ class PreferencesStore:
         if not self.path.exists():
             return Remembered()
         try:
-            return Remembered.from_json(json.loads(self.path.read_text(encoding="utf-8")))
+            return Remembered.from_json(read_json(self.path))
         except OSError as error:
             raise PreferencesError(
-                f"{self.path}: the window's settings cannot be read ({error.strerror}), so it "
+                f"{self.path}: the window's settings cannot be read ({reason(error)}), so it "
                 "starts with the usual ones and keeps none; check your permissions."
             ) from error
-        except (ValueError, RecursionError) as error:
+        except ValueError as error:
             raise PreferencesError(
                 f"{self.path}: the window's settings are damaged ({error}), so it starts with the "
                 f"usual ones; {self._set_aside()}."
@@ -80,7 +81,7 @@ class PreferencesStore:
             write_atomically(self.path, content)
         except OSError as error:
             raise PreferencesError(
-                f"{self.path}: the window's settings cannot be written ({error.strerror}); "
+                f"{self.path}: the window's settings cannot be written ({reason(error)}); "
                 "they are not kept for the next start."
             ) from error
 

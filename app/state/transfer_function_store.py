@@ -8,7 +8,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QStandardPaths
 
-from model.errors import TransferFunctionError
+from model.errors import TransferFunctionError, reason
 from model.scene.transfer_function import TransferFunction
 
 
@@ -46,7 +46,7 @@ class TransferFunctionStore:
             self._folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise TransferFunctionError(
-                f"{self._folder}: the folder cannot be made ({error.strerror}); "
+                f"{self._folder}: the folder cannot be made ({reason(error)}); "
                 "transfer functions are not kept between runs."
             ) from error
         transfer_function.save(self.path(fingerprint))

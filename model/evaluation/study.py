@@ -22,6 +22,7 @@ from model.errors import CollapseError, TrainingError
 from model.evaluation.holdout import generator_errors, neighbor_errors
 from model.files import write_atomically
 from model.generator.generator import Generator
+from model.json_files import read_json
 from model.networks.card import MODEL_FILE
 from model.samples.sample_store import SampleBatch, SampleStore
 from model.samples.sampling import draw_sample
@@ -223,7 +224,7 @@ def _row(
     path = training.folder / RESULT_FILE
     asked = {"count": plan.count, "sensitivities": plan.sensitivities}
     if path.is_file():
-        row: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        row: dict[str, Any] = read_json(path)
         if row["asked"] == asked:
             return row
     row = {"asked": asked, **outcome}
@@ -240,7 +241,7 @@ def _trained(training: TrainingPlan, on_report: Callable[[TrainingReport], None]
     path = training.folder / OUTCOME_FILE
     outcome: dict[str, Any] = {"budget": asdict(training.budget), "recipe": training.recipe()}
     if path.is_file():
-        found = json.loads(path.read_text(encoding="utf-8"))
+        found = read_json(path)
         if found["budget"] != outcome["budget"]:
             raise TrainingError(
                 f"{training.folder}: this model is trained with another budget; "

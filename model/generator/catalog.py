@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
+from model.json_files import read_json
 from model.volume_files import read_volume
 from model.volume_files.shipped import RESOURCES, shipped_volumes
 
@@ -35,7 +35,7 @@ def _fingerprint(model: Path) -> str | None:
     The description is read as plain JSON, to avoid importing torch, which takes seconds.
     """
     try:
-        description = json.loads((model / "model.json").read_text(encoding="utf-8"))
+        description = read_json(model / "model.json")
         return str(description["scene"]["volume_fingerprint"])
     except (OSError, ValueError, KeyError, TypeError):
         return None

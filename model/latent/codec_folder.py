@@ -12,8 +12,9 @@ import safetensors
 import safetensors.torch
 import torch
 
-from model.errors import CheckpointError
+from model.errors import CheckpointError, reason
 from model.files import write_atomically
+from model.json_files import build, read_json
 from model.networks.codec import BrowserCodec
 from model.volume_files.shipped import RESOURCES
 
@@ -68,7 +69,7 @@ def save_codec(folder: Path, card: CodecCard, codec: BrowserCodec) -> None:
         write_atomically(folder / CODEC_FILE, (json.dumps(described, indent=2) + "\n").encode())
     except OSError as error:
         raise CheckpointError(
-            f"{folder}: the codec cannot be written ({error.strerror}); choose another folder."
+            f"{folder}: the codec cannot be written ({reason(error)}); choose another folder."
         ) from error
 
 
@@ -87,18 +88,18 @@ def load_codec(folder: Path = SHIPPED_CODEC) -> tuple[CodecCard, BrowserCodec]:
         When the folder holds no codec, or one that is damaged or of another version.
     """
     try:
-        described = json.loads((folder / CODEC_FILE).read_text(encoding="utf-8"))
+        described = read_json(folder / CODEC_FILE)
         content = (folder / WEIGHTS_FILE).read_bytes()
     except OSError as error:
         raise CheckpointError(
-            f"{folder}: the folder holds no codec ({error.strerror}); "
+            f"{folder}: the folder holds no codec ({reason(error)}); "
             "install tfscope again, or train one."
         ) from error
     except ValueError as error:
         raise CheckpointError(f"{folder / CODEC_FILE}: the file is not JSON ({error}).") from error
     try:
         version = described.pop("tfscope_codec")
-        card = CodecCard(**described)
+        card = build(CodecCard, described, exact=True)
         codec = BrowserCodec(card.latent_dim, card.width)
     except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise CheckpointError(

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from model.errors import LatentError
+from model.errors import LatentError, reason
 from model.files import write_atomically
 from model.latent.codes import SAMPLES, Codes
 from model.latent.embedding import ITERATIONS, PERPLEXITY, Places
@@ -57,7 +57,7 @@ def save_map(path: Path, key: str, codes: Codes, places: Places) -> None:
         write_atomically(path, content.getvalue())
     except OSError as error:
         raise LatentError(
-            f"{path}: the map cannot be written ({error.strerror}); "
+            f"{path}: the map cannot be written ({reason(error)}); "
             "it will be computed again next time."
         ) from error
 
@@ -76,7 +76,7 @@ def load_map(path: Path, key: str) -> tuple[Codes, Places]:
             codes = stored["codes"].astype(np.float32)
             places = stored["places"].astype(np.float32)
     except OSError as error:
-        raise LatentError(f"{path}: the map cannot be read ({error.strerror}).") from error
+        raise LatentError(f"{path}: the map cannot be read ({reason(error)}).") from error
     except (ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
         raise LatentError(f"{path}: the file is no map, or damaged ({error}).") from error
     if found != key:

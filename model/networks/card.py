@@ -7,8 +7,9 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from model.errors import CheckpointError, TfscopeError
+from model.errors import CheckpointError, TfscopeError, reason
 from model.files import write_atomically
+from model.json_files import MalformedError, build, read_json
 from model.networks.size import NetworkSize
 from model.scene.migration import FORMAT_VERSION, migrate_scene
 from model.scene.scene import Scene
@@ -84,8 +85,10 @@ def read_header(folder: Path) -> dict[str, Any]:
             "give the folder of a trained model."
         )
     try:
-        header = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
+        header = read_json(path)
+    except OSError as error:
+        raise CheckpointError(f"{path}: the file cannot be read ({reason(error)}).") from error
+    except MalformedError as error:
         raise CheckpointError(
             f"{path}: the file is damaged ({error}); copy the model folder again."
         ) from error
@@ -152,14 +155,12 @@ def add_metrics(folder: Path, **metrics: Any) -> None:
         When the folder holds no model, or cannot be written.
     """
     header = read_header(folder)
-    header["metrics"] = {**header["metrics"], **metrics}
+    header["metrics"] = {**card_of(folder, header).metrics, **metrics}
     header["tfscope_model"] = FORMAT_VERSION
     try:
         write_header(folder, header)
     except OSError as error:
-        raise CheckpointError(
-            f"{folder}: the card cannot be written ({error.strerror})."
-        ) from error
+        raise CheckpointError(f"{folder}: the card cannot be written ({reason(error)}).") from error
 
 
 def card_of(folder: Path, header: dict[str, Any]) -> ModelCard:
@@ -171,15 +172,8 @@ def card_of(folder: Path, header: dict[str, Any]) -> ModelCard:
         When the data is no card.
     """
     try:
-        card = ModelCard(
-            scene=Scene.from_json(header["scene"]),
-            preset=str(header["preset"]),
-            size=NetworkSize(**header["size"]),
-            training=dict(header["training"]),
-            metrics=dict(header["metrics"]),
-            versions=dict(header["versions"]),
-        )
-    except (KeyError, TypeError, ValueError, TfscopeError) as error:
+        card = build(ModelCard, header)
+    except (MalformedError, TfscopeError) as error:
         raise CheckpointError(
             f"{folder / MODEL_FILE}: the description is malformed near {_clause(error)}; "
             "copy the model folder again."

@@ -15,7 +15,7 @@ import safetensors.torch
 import torch
 from torch import Tensor
 
-from model.errors import CheckpointError
+from model.errors import CheckpointError, reason
 from model.files import write_atomically
 from model.networks.build import build_generator
 from model.networks.card import ModelCard, card_of, read_header, write_header
@@ -59,7 +59,7 @@ def save_model(folder: Path, card: ModelCard, network: GeneratorNetwork) -> None
                 old.unlink()
     except OSError as error:
         raise CheckpointError(
-            f"{folder}: the model cannot be written ({error.strerror}); choose another folder."
+            f"{folder}: the model cannot be written ({reason(error)}); choose another folder."
         ) from error
 
 

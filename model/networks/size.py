@@ -55,8 +55,8 @@ class NetworkSize:
     def __post_init__(self) -> None:
         for name in ("opacity_size", "image_size"):
             size = getattr(self, name)
-            if not isinstance(size, int) or size < 16 or size & (size - 1):
-                raise TfscopeError(f"The {name} {size} is not a power of two of at least 16.")
+            if not (isinstance(size, int) and 16 <= size <= 4096) or size & (size - 1):
+                raise TfscopeError(f"The {name} {size} is not a power of two from 16 to 4096.")
         if self.image_size < self.opacity_size:
             raise TfscopeError(
                 f"The colour image ({self.image_size} pixels) must not be smaller than "
@@ -67,10 +67,12 @@ class NetworkSize:
                 f"The architecture '{self.architecture}' is unknown; "
                 f"choose {', '.join(get_args(Architecture))}."
             )
-        for name in ("latent_dim", "nodes"):
+        for name, most in (("latent_dim", 4096), ("nodes", 1 << 30)):
             number = getattr(self, name)
-            if not isinstance(number, int) or number < 1:
-                raise TfscopeError(f"The network's {name} is {number}; give a number from 1.")
+            if not (isinstance(number, int) and 1 <= number <= most):
+                raise TfscopeError(
+                    f"The network's {name} is {number}; give a number from 1 to {most}."
+                )
         if not 0 < self.width <= 4:
             raise TfscopeError(f"The network's width {self.width} is not in 0..4.")
 

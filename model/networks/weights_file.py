@@ -6,7 +6,7 @@ import hashlib
 from pathlib import Path
 from typing import Any
 
-from model.errors import CheckpointError
+from model.errors import CheckpointError, reason
 from model.networks.card import MODEL_FILE
 
 
@@ -31,7 +31,7 @@ def read_weights(folder: Path, header: dict[str, Any]) -> bytes:
     try:
         content = path.read_bytes()
     except OSError as error:
-        raise CheckpointError(f"{path}: the weights cannot be read ({error.strerror}).") from error
+        raise CheckpointError(f"{path}: the weights cannot be read ({reason(error)}).") from error
     if hashlib.sha256(content).hexdigest() != header.get("sha256"):
         raise CheckpointError(
             f"{path}: the weights are truncated or altered (their SHA-256 differs from "

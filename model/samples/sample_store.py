@@ -26,7 +26,7 @@ import numpy as np
 import zarr
 from numpy.typing import NDArray
 
-from model.errors import DatasetError, TfscopeError
+from model.errors import DatasetError, TfscopeError, reason
 from model.samples.sampling import Split
 from model.scene.inputs import Arrays, varying
 from model.scene.migration import FORMAT_VERSION, migrate_scene
@@ -203,7 +203,7 @@ class SampleStore:
             )
         except OSError as error:
             raise DatasetError(
-                f"{self.path}: samples cannot be read ({error.strerror}); "
+                f"{self.path}: samples cannot be read ({reason(error)}); "
                 "make the data set available again, or make it anew."
             ) from error
 
@@ -222,7 +222,7 @@ class SampleStore:
             self._array(split, "complete")[block.start // BLOCK] = len(block)
         except OSError as error:
             raise DatasetError(
-                f"{self.path}: samples cannot be written ({error.strerror}); "
+                f"{self.path}: samples cannot be written ({reason(error)}); "
                 "make room and start again to go on."
             ) from error
 
@@ -299,7 +299,7 @@ def _create_store(path: Path, scene: Scene, seed: int) -> None:
         partial.rename(path)
     except OSError as error:
         raise DatasetError(
-            f"{path}: the data set cannot be written ({error.strerror}); choose another place."
+            f"{path}: the data set cannot be written ({reason(error)}); choose another place."
         ) from error
 
 

@@ -11,6 +11,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any, Literal, get_args
 
 from model.errors import TfscopeError
+from model.json_files import MalformedError, build
 from model.scene.light import LightDirection, LightRange
 from model.scene.transfer_function import TF_SAMPLES, Range
 from model.scene.view import ViewRange
@@ -186,20 +187,8 @@ class Scene:
             When the data is not a scene.
         """
         try:
-            values = dict(data)
-            values["scalar_range"] = _pair(values["scalar_range"])
-            values["scalar_window"] = _pair(values["scalar_window"])
-            if "proportions" in values:
-                values["proportions"] = tuple(float(v) for v in values["proportions"])
-            if values.get("dimensions") is not None:
-                values["dimensions"] = tuple(values["dimensions"])
-            values["view_range"] = ViewRange(**values["view_range"])
-            if values["light"] is not None:
-                values["light"] = LightDirection(**values["light"])
-            if values["light_range"] is not None:
-                values["light_range"] = LightRange(**values["light_range"])
-            return cls(**values)
-        except (KeyError, TypeError, ValueError, AttributeError) as error:
+            return build(cls, data, exact=True)
+        except MalformedError as error:
             raise TfscopeError(f"The scene is malformed near {error}.") from error
 
 
@@ -220,8 +209,3 @@ def default_scalar_window(volume: Volume) -> Range:
     background = (int(counts.argmax()) + 1) / len(counts) + 3 / 256
     bottom = min(max(background, 0.125), 0.25)
     return lo + bottom * (hi - lo), hi - 0.125 * (hi - lo)
-
-
-def _pair(values: Any) -> Range:
-    lo, hi = values
-    return float(lo), float(hi)

@@ -13,13 +13,15 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+from msgspec import Meta
 from numpy.typing import ArrayLike, NDArray
 
-from model.errors import TransferFunctionError
+from model.errors import TransferFunctionError, reason
 from model.files import write_atomically
+from model.json_files import MalformedError, build, read_json
 
 TF_SAMPLES = 256
 """Resolution at which TFs are sampled, the paper's n_t."""
@@ -27,6 +29,8 @@ TF_SAMPLES = 256
 FILE_VERSION = 1
 
 Range = tuple[float, float]
+Point = tuple[float, float]
+Stop = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True)
@@ -82,7 +86,7 @@ class OpacityTF:
 
     scalar_range: Range
     modes: tuple[GaussianMode, ...] = ()
-    points: tuple[tuple[float, float], ...] = ()
+    points: tuple[Point, ...] = ()
 
     def __post_init__(self) -> None:
         check_range(self.scalar_range)
@@ -148,7 +152,7 @@ class ColorTF:
     """
 
     scalar_range: Range
-    stops: tuple[tuple[float, float, float, float], ...]
+    stops: tuple[Stop, ...]
 
     def __post_init__(self) -> None:
         check_range(self.scalar_range)
@@ -254,24 +258,16 @@ class TransferFunction:
                 f"Its format version is {data['tfscope_tf']!r}; this tfscope reads {FILE_VERSION}."
             )
         try:
-            is_relative = "range" not in data
-            lo, hi = (0.0, 1.0) if is_relative else (float(v) for v in data["range"])
-            opacity = data["opacity"]
-            modes = tuple(
-                GaussianMode(float(m["mean"]), float(m["width"]), float(m["amplitude"]))
-                for m in opacity.get("modes", ())
-            )
-            points = tuple((float(v), float(a)) for v, a in opacity.get("points", ()))
-            stops = tuple(
-                (float(v), float(r), float(g), float(b)) for v, r, g, b in data["color"]["stops"]
-            )
-        except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
+            content = build(_Content, data)
+        except MalformedError as error:
             raise TransferFunctionError(
                 f"Its content is malformed near {error}; it needs opacity with "
                 "modes {mean, width, amplitude} or points [value, opacity], "
                 "color stops [value, r, g, b], and range [lo, hi] unless the values are fractions."
             ) from error
-        return cls(OpacityTF((lo, hi), modes, points), ColorTF((lo, hi), stops), is_relative)
+        scalar_range = content.range or (0.0, 1.0)
+        opacity = OpacityTF(scalar_range, content.opacity.modes, content.opacity.points)
+        return cls(opacity, ColorTF(scalar_range, content.color.stops), content.range is None)
 
     def save(self, path: Path) -> None:
         """Write the file; an existing one is replaced only once the new one is complete."""
@@ -279,7 +275,7 @@ class TransferFunction:
             write_atomically(path, (json.dumps(self.to_json(), indent=2) + "\n").encode())
         except OSError as error:
             raise TransferFunctionError(
-                f"{path}: the TF cannot be written ({error.strerror}); choose another place."
+                f"{path}: the TF cannot be written ({reason(error)}); choose another place."
             ) from error
 
     @classmethod
@@ -292,15 +288,40 @@ class TransferFunction:
             When the file is missing or does not hold a valid TF.
         """
         try:
-            return cls.from_json(json.loads(path.read_text(encoding="utf-8")))
+            return cls.from_json(read_json(path))
         except OSError as error:
             raise TransferFunctionError(
-                f"{path}: the TF file cannot be read ({error.strerror})."
+                f"{path}: the TF file cannot be read ({reason(error)})."
             ) from error
-        except (UnicodeDecodeError, json.JSONDecodeError) as error:
+        except MalformedError as error:
             raise TransferFunctionError(f"{path}: the file is not valid JSON ({error}).") from error
         except TransferFunctionError as error:
             raise TransferFunctionError(f"{path}: {error}") from error
+
+
+MOST_HANDLES = 10_000
+"""Largest number of modes, points or stops of a file."""
+
+
+@dataclass(frozen=True)
+class _OpacityContent:
+    modes: Annotated[tuple[GaussianMode, ...], Meta(max_length=MOST_HANDLES)] = ()
+    points: Annotated[tuple[Point, ...], Meta(max_length=MOST_HANDLES)] = ()
+
+
+@dataclass(frozen=True)
+class _ColorContent:
+    stops: Annotated[tuple[Stop, ...], Meta(max_length=MOST_HANDLES)]
+
+
+@dataclass(frozen=True)
+class _Content:
+    """What a TF file holds; without a range, values are fractions of one."""
+
+    tfscope_tf: int
+    opacity: _OpacityContent
+    color: _ColorContent
+    range: Range | None = None
 
 
 def check_range(scalar_range: Range) -> None:

@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from model.errors import RenderError
+from model.errors import RenderError, reason
 from model.files import write_atomically
 from model.scene.transfer_function import TF_SAMPLES, Range
 from model.sensitivity.measure import Measure
@@ -101,7 +101,7 @@ def save_numbers(path: Path, result: SensitivityResult) -> None:
     try:
         write_atomically(path, content)
     except OSError as error:
-        raise RenderError(f"{path}: it cannot be written ({error.strerror}).") from error
+        raise RenderError(f"{path}: it cannot be written ({reason(error)}).") from error
 
 
 def _npz(result: SensitivityResult) -> bytes:

@@ -12,8 +12,9 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, get_args
 
-from model.errors import TrainingError
+from model.errors import TrainingError, reason
 from model.files import write_atomically
+from model.json_files import MalformedError, build, read_json
 from model.networks.size import Architecture, NetworkSize
 from model.scene.scene import Lighting, RendererName, TFFamily
 from model.scene.transfer_function import Range
@@ -186,19 +187,8 @@ class TrainingJob:
             # Jobs of format 1 know the paper's TFs only.
             values = {"tf_family": "paper", **data}
             del values["tfscope_job"]
-            values["volume"] = VolumeSource(
-                **{**values["volume"], "path": _path(values["volume"]["path"])}
-            )
-            for name in ("out", "store", "start"):
-                values[name] = _path(values[name])
-            if not isinstance(values["settings"], list):
-                raise TypeError("settings")
-            values["settings"] = tuple(map(str, values["settings"]))
-            if values["window"] is not None:
-                lo, hi = values["window"]
-                values["window"] = (float(lo), float(hi))
-            return cls(**values)
-        except (KeyError, TypeError, ValueError) as error:
+            return build(cls, values, exact=True)
+        except MalformedError as error:
             raise TrainingError(f"The training job is malformed near {error}.") from error
 
     def save(self, path: Path) -> None:
@@ -213,7 +203,7 @@ class TrainingJob:
             write_atomically(path, (json.dumps(self.to_json(), indent=2) + "\n").encode())
         except OSError as error:
             raise TrainingError(
-                f"{path}: the job cannot be written ({error.strerror}); choose another place."
+                f"{path}: the job cannot be written ({reason(error)}); choose another place."
             ) from error
 
     @classmethod
@@ -226,15 +216,11 @@ class TrainingJob:
             When the file cannot be read or holds no valid job.
         """
         try:
-            return cls.from_json(json.loads(path.read_text(encoding="utf-8")))
+            return cls.from_json(read_json(path))
         except (OSError, ValueError) as error:
             raise TrainingError(f"{path}: the job cannot be read ({error}).") from error
         except TrainingError as error:
             raise TrainingError(f"{path}: {error}") from error
-
-
-def _path(value: Any) -> Path | None:
-    return None if value is None else Path(value)
 
 
 def _plain(value: Any) -> Any:

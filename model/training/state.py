@@ -18,6 +18,7 @@ from torch import Tensor
 
 from model.errors import TrainingError
 from model.files import write_atomically
+from model.json_files import read_json
 from model.scene.migration import migrate_scene
 from model.training.stage import Stage
 
@@ -156,7 +157,7 @@ def _header(folder: Path) -> dict[str, Any]:
             "start one instead."
         )
     try:
-        header: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        header: dict[str, Any] = read_json(path)
         if header["tfscope_training"] == 2:
             _migrate(header["recipe"])
         elif header["tfscope_training"] != FORMAT_VERSION:

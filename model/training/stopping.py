@@ -16,7 +16,7 @@ from types import FrameType
 
 from filelock import FileLock, Timeout
 
-from model.errors import TrainingError
+from model.errors import TrainingError, reason
 
 STOP_FILE = "training.stop"
 LOCK_FILE = "training.lock"
@@ -52,7 +52,7 @@ def training_in(folder: Path) -> Iterator[None]:
 def unwritable(folder: Path, error: OSError) -> TrainingError:
     """Return the error for a run's folder that cannot be written."""
     return TrainingError(
-        f"{folder}: the run cannot be written ({error.strerror}); "
+        f"{folder}: the run cannot be written ({reason(error)}); "
         "make room or choose another folder."
     )
 
@@ -71,7 +71,7 @@ def ask_to_stop(folder: Path) -> None:
         (folder / STOP_FILE).touch()
     except OSError as error:
         raise TrainingError(
-            f"{folder}: the run cannot be asked to stop ({error.strerror})."
+            f"{folder}: the run cannot be asked to stop ({reason(error)})."
         ) from error
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from model.errors import VolumeError
+from model.errors import VolumeError, reason
 from model.scene.volume import Triple
 
 AXES = "xyz"
@@ -111,9 +111,8 @@ def damaged(path: Path, how: str) -> VolumeError:
 
 def unreadable(path: Path, error: OSError) -> VolumeError:
     """Return the error for a file that the system does not let be read."""
-    reason = error.strerror or str(error)
     return VolumeError(
-        f"{error.filename or path}: the file cannot be read ({reason}); "
+        f"{error.filename or path}: the file cannot be read ({reason(error)}); "
         "check the path and your permissions."
     )
 

@@ -120,7 +120,7 @@ def test_a_file_that_cannot_be_read_is_not_overwritten(
         raise PermissionError(13, "Permission denied")
 
     with monkeypatch.context() as patch:
-        patch.setattr(Path, "read_text", locked)
+        patch.setattr(Path, "open", locked)
         preferences = Preferences(store)
     assert "Permission denied" in preferences.start_problem
     preferences.set(cube=False)

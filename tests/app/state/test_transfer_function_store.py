@@ -43,7 +43,7 @@ def test_what_cannot_be_read_is_not_damaged(
         raise PermissionError(13, "Permission denied")
 
     with monkeypatch.context() as patch:
-        patch.setattr(Path, "read_text", locked)
+        patch.setattr(Path, "open", locked)
         with pytest.raises(TransferFunctionError, match="Permission denied"):
             store.load("a" * 64)
     assert store.load("a" * 64) == make_tf(120.0)

@@ -1,0 +1,96 @@
+"""JSON from files that anybody may have written: read within bounds, checked against a schema."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import fields
+from pathlib import Path
+from typing import Any, TypeVar
+
+import msgspec
+
+MOST_BYTES = 64 << 20
+"""Length of the longest file that is read; the longest that tfscope writes has a hundredth."""
+
+T = TypeVar("T")
+
+
+class MalformedError(ValueError):
+    """Data is not JSON, or not what it should describe; the message says where."""
+
+
+def read_json(path: Path) -> Any:
+    """Read a JSON file as plain data.
+
+    Raises
+    ------
+    OSError
+        When it cannot be read.
+    MalformedError
+        When it is not JSON, or longer than :data:`MOST_BYTES`.
+    """
+    # Not by its size on disk: a pipe or a device has none.
+    with path.open("rb") as file:
+        content = file.read(MOST_BYTES + 1)
+    if len(content) > MOST_BYTES:
+        raise MalformedError(f"it is longer than {MOST_BYTES >> 20} MB")
+    return parse_json(content)
+
+
+def parse_json(content: bytes) -> Any:
+    """Parse JSON as plain data; raise :class:`MalformedError` if it is none."""
+    # Python's own parser: it also reads names of files that are not valid UTF-8, as it writes them.
+    try:
+        return json.loads(content.decode("utf-8-sig"))
+    except RecursionError:
+        raise MalformedError("its brackets are nested too deeply") from None
+    except ValueError as error:
+        raise MalformedError(str(error)) from None
+
+
+def build(kind: type[T], data: Any, exact: bool = False) -> T:
+    """Build a dataclass from plain data, checking the names and types of its fields.
+
+    Parameters
+    ----------
+    kind : type
+        A dataclass; its fields may be numbers, texts, paths, literals, tuples, lists, dicts
+        and dataclasses. What its own checks raise passes through.
+    data
+        As :func:`read_json` returns it.
+    exact : bool
+        Whether to refuse names that are no fields; otherwise they are left out.
+
+    Raises
+    ------
+    MalformedError
+        For a field that is missing, unknown or of another type.
+    """
+    if exact and isinstance(data, dict):
+        unknown = data.keys() - {field.name for field in fields(kind)}  # type: ignore[arg-type]
+        if unknown:
+            raise MalformedError(f"'{min(map(str, unknown))}', which is not known")
+    try:
+        return msgspec.convert(data, kind, dec_hook=_path)
+    except RecursionError:
+        raise MalformedError("its brackets are nested too deeply") from None
+    except msgspec.ValidationError as error:
+        raise MalformedError(_told(str(error))) from error
+
+
+def _path(kind: type, value: Any) -> Any:
+    if kind is Path and isinstance(value, str):
+        return Path(value)
+    raise TypeError(f"Expected {kind.__name__}, got {value!r}"[:200])
+
+
+def _told(text: str) -> str:
+    """Word an error of msgspec as the others are: first where, then what."""
+    what, _, where = text.partition(" - at ")
+    place = where.strip("`").removeprefix("$").removeprefix(".")
+    missing = re.fullmatch(r"Object missing required field `(.*)`", what)
+    if missing:
+        place, what = ".".join(filter(None, (place, missing[1]))), "it is missing"
+    what = what.replace("`", "")
+    return f"'{place}' ({what})" if place else what
