@@ -86,8 +86,10 @@ def load_model(folder: Path) -> tuple[ModelCard, GeneratorNetwork]:
         weights = safetensors.torch.load(content)
     except safetensors.SafetensorError as error:
         raise CheckpointError(f"{path}: the file is not safetensors ({error}).") from error
+    # First without memory: a card may claim a network of many gigabytes.
+    with torch.device("meta"):
+        _check_weights(path, weights, build_generator(card.size, card.scene).state_dict())
     network = build_generator(card.size, card.scene)
-    _check_weights(path, weights, network.state_dict())
     network.load_state_dict({name: value.float() for name, value in weights.items()})
     return card, network.eval().requires_grad_(False)
 

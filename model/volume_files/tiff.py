@@ -1,15 +1,21 @@
-"""TIFF stacks, as one file of several pages or a folder of slices, read by VTK."""
+"""TIFF stacks, as one file of several pages or a folder of slices, read by tifffile."""
 
 from __future__ import annotations
 
+import logging
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
-from model.errors import VolumeError
-from model.volume_files.checks import check_grid, unsupported, usable_spacing
+import numpy as np
+from numpy.typing import NDArray
+
+from model.errors import VolumeError, first_line
+from model.volume_files.checks import check_grid, damaged, unsupported, usable_spacing
 from model.volume_files.grid import Grid
 from model.volume_files.tiff_pages import Page, read_pages
-from model.volume_files.vtk_session import run_quietly, to_numpy
 
 SUFFIXES = (".tif", ".tiff")
 READABLE_TYPES = ("u1", "i1", "u2", "i2", "u4", "i4", "f4")
@@ -55,9 +61,6 @@ def read_tiff_folder(folder: Path, slices: list[Path]) -> Grid:
 
 
 def _read(path: Path, files: list[Path], pages: list[Page]) -> Grid:
-    from vtkmodules.vtkCommonCore import vtkStringArray
-    from vtkmodules.vtkIOImage import vtkTIFFReader
-
     first = pages[0]
     if any(page.layout != first.layout for page in pages):
         raise VolumeError(
@@ -65,23 +68,59 @@ def _read(path: Path, files: list[Path], pages: list[Page]) -> Grid:
             "keep those of one volume together."
         )
     _check_kind(path, first)
-    dimensions = (first.width, first.height, len(pages))
-    check_grid(path, dimensions, first.scalar_type, first.samples)
-    reader = vtkTIFFReader()
-    if len(files) == 1:
-        reader.SetFileName(str(files[0]))
-    else:
-        names = vtkStringArray()
-        for file in files:
-            names.InsertNextValue(str(file))
-        reader.SetFileNames(names)
-    run_quietly(path, reader.Update)
-    image = reader.GetOutput()
-    values = to_numpy(image.GetPointData().GetScalars(), image.GetDimensions())
-    if image.GetDimensions() != dimensions or values.dtype != first.scalar_type:
-        raise unsupported(path, "this layout of TIFF pages", "save it as a plain grey-scale stack")
+    check_grid(path, (first.width, first.height, len(pages)), first.scalar_type, first.samples)
+    shape = (len(pages), first.height, first.width, first.samples)
+    values = np.empty(shape, dtype=first.scalar_type)
+    slices = iter(values)
+    for file in files:
+        _read_into(file, slices)
+    if next(slices, None) is not None:
+        raise damaged(path, "some of its pages cannot be found")
     spacing, notes = usable_spacing(first.calibration)
-    return Grid(values, spacing, notes=notes)
+    return Grid(values[..., 0] if first.samples == 1 else values, spacing, notes=notes)
+
+
+def _read_into(file: Path, slices: Iterator[NDArray[Any]]) -> None:
+    """Read all pages of a file, each into the next of the slices.
+
+    What the library only warns of, such as pixels that it takes for 0, is damage here.
+    """
+    import tifffile
+
+    with _warnings_of("tifffile") as warnings:
+        try:
+            with tifffile.TiffFile(file) as tiff:
+                for page in tiff.pages:
+                    assert isinstance(page, tifffile.TiffPage)
+                    pixels = page.asarray(maxworkers=1)
+                    if page.planarconfig == 2 and page.samplesperpixel > 1:
+                        pixels = np.moveaxis(pixels, 0, -1)
+                    target = next(slices)
+                    if pixels.dtype != target.dtype or pixels.size != target.size:
+                        raise ValueError(f"a page of {pixels.dtype} {pixels.shape}")
+                    target[...] = pixels.reshape(target.shape)
+        except (OSError, MemoryError):
+            raise
+        except Exception as error:
+            # Decoders raise errors of many kinds.
+            raise damaged(file, f"its pixels cannot be unpacked: {first_line(error)}") from error
+    if warnings:
+        raise damaged(file, warnings[0])
+
+
+@contextmanager
+def _warnings_of(name: str) -> Iterator[list[str]]:
+    """Collect what a library logs, instead of printing it."""
+    logger, found = logging.getLogger(name), list[str]()
+    handler = logging.Handler(logging.WARNING)
+    handler.emit = lambda record: found.append(record.getMessage())  # type: ignore[method-assign]
+    propagated, logger.propagate = logger.propagate, False
+    logger.addHandler(handler)
+    try:
+        yield found
+    finally:
+        logger.removeHandler(handler)
+        logger.propagate = propagated
 
 
 def _check_kind(path: Path, page: Page) -> None:

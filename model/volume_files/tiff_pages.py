@@ -1,7 +1,6 @@
 """The pages of a TIFF file, from their directories, checked against the file's size.
 
-VTK's TIFF reader drops pages after a damaged directory, takes half floats for
-integers and returns noise for tiles and 64-bit voxels, all without an error;
+Libraries drop pages after a damaged directory, and fill in pixels that are missing;
 the directories are therefore checked first.
 """
 

@@ -125,7 +125,11 @@ def _bytes_per_voxel(header: _Header) -> int:
 
 def _compressed_arrays(path: Path, header: _Header) -> list[tuple[int, bool]]:
     """Return the first byte of each compressed array, and True if it is in base64."""
-    appended = re.search(r"<AppendedData\b[^>]*>\s*_", header.text)
+    # VTK takes the first one of its raw text, even within a comment.
+    first = header.text.find("<AppendedData")
+    appended = re.compile(r"<AppendedData\b[^>]*>\s*_").match(header.text, max(first, 0))
+    if first >= 0 and appended is None:
+        raise damaged(path, "its appended data does not begin with an underscore")
     starts = []
     for array in header.arrays:
         offset = header.attribute("offset", array.group())

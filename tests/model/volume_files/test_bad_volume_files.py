@@ -9,6 +9,7 @@ import zlib
 
 import numpy as np
 import pytest
+import tifffile
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from volume_writers import (
@@ -545,3 +546,31 @@ def test_tiff_directories_in_a_circle(tmp_path):
     path = write_tiff(tmp_path / "a.tif", ARRAY)
     first = struct.unpack("<I", path.read_bytes()[4:8])[0]
     assert "form a circle" in refusal(patched(path, path.stat().st_size - 4, "<u4", first))
+
+
+def test_appended_data_is_looked_for_where_vtk_finds_it(tmp_path):
+    path = write_vti(tmp_path / "a.vti", voxels(), compressor="LZ4")
+    line = b"  <AppendedData encoding="
+    path.write_bytes(path.read_bytes().replace(line, b'  <AppendedData encoding="raw">\n' + line))
+    with pytest.raises(VolumeError, match="underscore"):
+        read_volume(path)
+
+
+def test_pixels_that_cannot_be_unpacked(tmp_path):
+    array = np.arange(256 * 64, dtype=np.uint16).reshape(4, 64, 64)
+    path = tmp_path / "a.tif"
+    tifffile.imwrite(path, array, compression="zlib", photometric="minisblack")
+    content = bytearray(path.read_bytes())
+    content[40:80] = b"\xff" * 40
+    path.write_bytes(content)
+    with pytest.raises(VolumeError, match=r"unpacked|damaged"):
+        read_volume(path)
+
+
+def test_a_tiff_that_made_vtk_crash(tmp_path):
+    """One flipped bit makes another field of the resolution, of a type that it must not have."""
+    array = voxels("uint8")
+    path = write_tiff(tmp_path / "a.tif", list(array), resolution=(1, 1))
+    resolution, least = (struct.pack("<HHI", tag, 5, 1) for tag in (282, 280))
+    path.write_bytes(path.read_bytes().replace(resolution, least))
+    np.testing.assert_array_equal(read_volume(path).voxels, array)
