@@ -7,6 +7,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from rich.filesize import decimal
+
 from app.cli.console import console, counting
 from app.cli.outputs import make_room_for
 from model.errors import DatasetError, TfscopeError
@@ -58,6 +60,9 @@ def make_dataset(
     _check_room(out, (count + holdout - _rendered(out)) * 4 * size**2)
     make_room_for(out)
     store = SampleStore.create(out, scene, seed, {"train": count, "holdout": holdout})
+    damaged = store.reopen_damaged()
+    if damaged:
+        console.print(f"{out}: {damaged} samples are lost or altered; they are rendered again.")
     rendered = store.rendered_samples()
     total = rendered + store.missing_samples()
     try:
@@ -88,8 +93,8 @@ def _check_room(out: Path, image_bytes: int) -> None:
     free = shutil.disk_usage(folder).free
     if image_bytes / 10 > free:
         raise TfscopeError(
-            f"{out}: these samples take at least {image_bytes / 10e9:.0f} GB, and "
-            f"{free / 1e9:.0f} GB are free; lower --count or --size, or choose another place."
+            f"{out}: these samples take at least {decimal(image_bytes // 10)}, and "
+            f"{decimal(free)} are free; lower --count or --size, or choose another place."
         )
 
 

@@ -11,13 +11,18 @@ of equal length N:
 Sample i of a split depends only on the scene, the seed and i, so that a store does
 not depend on the number of processes. Samples are written in blocks of one Zarr
 chunk; a block is marked in ``complete`` once all of its arrays are on disk. A
-killed run loses unfinished blocks, which the next run renders again.
+killed run loses unfinished blocks, which the next run renders again. Every chunk
+has a checksum and is written even if it is all zero, so that lost or altered
+samples are found out: Zarr would take a lost chunk for zeros.
+
+The module is long because all that touches the folder is here.
 """
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -25,8 +30,9 @@ from typing import Any
 import numpy as np
 import zarr
 from numpy.typing import NDArray
+from zarr.codecs import Crc32cCodec, ZstdCodec
 
-from model.errors import DatasetError, TfscopeError, reason
+from model.errors import DatasetError, first_line, reason
 from model.samples.sampling import Split
 from model.scene.inputs import Arrays, varying
 from model.scene.migration import FORMAT_VERSION, migrate_scene
@@ -85,6 +91,9 @@ IMAGES = "rgba"
 COUNTED = "view"
 """Array whose length is the intended number of samples."""
 
+MOST_SAMPLES = 100_000_000
+"""Largest number of samples of a split."""
+
 
 class SampleStore:
     """A sample store on disk.
@@ -117,10 +126,13 @@ class SampleStore:
             self.scene = Scene.from_json(migrate_scene(header["scene"], version))
         except DatasetError:
             raise
-        except (OSError, KeyError, TypeError, ValueError, TfscopeError) as error:
+        except Exception as error:
+            # Of many kinds: Zarr does not check what it finds.
             raise DatasetError(
-                f"{path}: the folder is not a tfscope data set ({error})."
+                f"{path}: the folder is not a tfscope data set ({first_line(error)})."
             ) from error
+        for split in SPLITS:
+            self._check_arrays(split)
 
     @classmethod
     def create(cls, path: Path, scene: Scene, seed: int, counts: dict[Split, int]) -> SampleStore:
@@ -162,8 +174,33 @@ class SampleStore:
     def missing_blocks(self, split: Split) -> list[range]:
         """Return the incomplete blocks, as ranges of sample indices."""
         blocks = _blocks(self.count(split))
-        complete = np.asarray(self._array(split, "complete")[: len(blocks)])
-        return [b for b, flag in zip(blocks, complete, strict=True) if flag != len(b)]
+        complete = self._flags(split, len(blocks))
+        return [
+            block
+            for block, flag in zip(blocks, complete, strict=True)
+            if flag != len(block) or self._lost(split, block)
+        ]
+
+    def reopen_damaged(self) -> int:
+        """Have samples that are lost or altered count as not rendered yet; return their number.
+
+        Everything is read for this.
+        """
+        found = 0
+        for split in SPLITS:
+            missing = self.missing_blocks(split)
+            flags = self._flags(split, len(_blocks(self.count(split))))
+            # Not those that no run has come to yet.
+            found += sum(len(block) for block in missing if flags[block.start // BLOCK])
+            for block in _blocks(self.count(split)):
+                if block in missing:
+                    continue
+                try:
+                    self.read(split, block)
+                except DatasetError:
+                    self._array(split, "complete")[block.start // BLOCK] = 0
+                    found += len(block)
+        return found
 
     def missing_samples(self) -> int:
         """Return the number of samples, in both splits, not rendered yet."""
@@ -197,6 +234,9 @@ class SampleStore:
             When they cannot be read.
         """
         span = slice(indices.start, indices.stop)
+        for block in _blocks(self.count(split))[span.start // BLOCK : -(-span.stop // BLOCK)]:
+            if lost := self._lost(split, block):
+                raise self._damaged(split, block, f"{lost} is missing")
         try:
             return SampleBatch.of(
                 {n: np.asarray(self._array(split, n)[span]) for n in _shapes(self.scene)}
@@ -206,6 +246,11 @@ class SampleStore:
                 f"{self.path}: samples cannot be read ({reason(error)}); "
                 "make the data set available again, or make it anew."
             ) from error
+        except DatasetError:
+            raise
+        except Exception as error:
+            # Of many kinds: checksums and decoders.
+            raise self._damaged(split, indices, first_line(error)) from error
 
     def write_block(self, split: Split, block: range, batch: SampleBatch) -> None:
         """Write one block and then mark it complete.
@@ -225,6 +270,23 @@ class SampleStore:
                 f"{self.path}: samples cannot be written ({reason(error)}); "
                 "make room and start again to go on."
             ) from error
+
+    def _lost(self, split: Split, block: range) -> str:
+        """Return the file that a block lacks; empty if it is whole."""
+        for name, (shape, _) in _shapes(self.scene).items():
+            file = self.path.joinpath(
+                split, name, "c", str(block.start // BLOCK), *"0" * len(shape)
+            )
+            if not file.is_file():
+                return str(file.relative_to(self.path))
+        return ""
+
+    def _damaged(self, split: Split, samples: range, how: str) -> DatasetError:
+        return DatasetError(
+            f"{self.path}: the {split} samples {samples.start} to {samples.stop - 1} are lost or "
+            f"altered ({how}); make the data set again with the same options, which renders what "
+            "is damaged anew and keeps the rest."
+        )
 
     def shuffled(
         self, split: Split, seed: list[int], batch_size: int, skip: int = 0
@@ -263,12 +325,52 @@ class SampleStore:
                 skip = 0
 
     def _array(self, split: Split, name: str) -> zarr.Array[Any]:
-        array = self._root.get(f"{split}/{name}")
+        try:
+            array = self._root.get(f"{split}/{name}")
+        except Exception:
+            # Of many kinds, for an array's damaged description.
+            array = None
         if not isinstance(array, zarr.Array):
             raise DatasetError(
-                f"{self.path}: the array {split}/{name} is missing; make the data set anew."
+                f"{self.path}: the array {split}/{name} is missing or damaged; "
+                "make the data set anew."
             )
-        return array
+        return array.with_config({"write_empty_chunks": True})
+
+    def _check_arrays(self, split: Split) -> None:
+        """Refuse arrays that are not as :func:`_create_arrays` makes them."""
+        count = self.count(split)
+        if count > MOST_SAMPLES:
+            raise DatasetError(f"{self.path}: {count} {split} samples are more than there can be.")
+        expected = {n: ((count, *s), (BLOCK, *s), t) for n, (s, t) in _shapes(self.scene).items()}
+        expected["complete"] = (len(_blocks(count)),), (1,), "uint8"
+        for name, (shape, chunks, dtype) in expected.items():
+            array = self._array(split, name)
+            # A resize that was killed leaves the others longer than the counted one.
+            length, *sample = array.shape
+            if (
+                length < shape[0]
+                or tuple(sample) != shape[1:]
+                or array.chunks != chunks
+                or array.dtype != dtype
+            ):
+                raise DatasetError(
+                    f"{self.path}: the array {split}/{name} is not as it should be "
+                    f"({array.shape} {array.dtype}); make the data set anew."
+                )
+
+    def _flags(self, split: Split, count: int) -> NDArray[np.uint8]:
+        """Read the flags of the first blocks; those that cannot be read are 0."""
+        array = self._array(split, "complete")
+        try:
+            return np.asarray(array[:count], dtype=np.uint8)
+        except Exception:
+            # Of many kinds: see which it is.
+            flags = np.zeros(count, dtype=np.uint8)
+            for index in range(count):
+                with suppress(Exception):
+                    flags[index] = array[index]
+            return flags
 
     def _resize(self, split: Split, count: int) -> None:
         # If killed in between, the counted array must not be longer than the others.
@@ -311,6 +413,14 @@ def _shapes(scene: Scene) -> dict[str, tuple[tuple[int, ...], str]]:
 
 def _create_arrays(group: zarr.Group, scene: Scene) -> None:
     for name, (shape, dtype) in _shapes(scene).items():
-        group.create_array(name, shape=(0, *shape), chunks=(BLOCK, *shape), dtype=dtype)
+        _create_array(group, name, (0, *shape), (BLOCK, *shape), dtype)
     # One flag per chunk, so that two processes never write the same file.
-    group.create_array("complete", shape=(0,), chunks=(1,), dtype="uint8")
+    _create_array(group, "complete", (0,), (1,), "uint8")
+
+
+def _create_array(
+    group: zarr.Group, name: str, shape: tuple[int, ...], chunks: tuple[int, ...], dtype: str
+) -> None:
+    group.create_array(
+        name, shape=shape, chunks=chunks, dtype=dtype, compressors=(ZstdCodec(), Crc32cCodec())
+    )

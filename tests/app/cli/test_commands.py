@@ -494,7 +494,7 @@ def test_what_is_rendered_already_needs_no_more_room(
     monkeypatch.setattr("shutil.disk_usage", lambda path: usage)
     assert run([*arguments.split(), "--count", "40"]) == 0
     assert run([*arguments.split(), "--count", "400"]) == 2
-    assert "0 GB are free" in one_line(capsys)
+    assert "1.0 kB are free" in one_line(capsys)
 
 
 def test_a_study_says_where_it_cannot_write(

@@ -1,6 +1,8 @@
 from __future__ import annotations
 
+import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -210,3 +212,82 @@ def test_another_scene_or_volume_is_refused(
     other = Volume(volume.scalars[::-1], volume.spacing)
     with pytest.raises(DatasetError, match="is not the one"):
         make_renderer(other, scene)
+
+
+def copied(store: SampleStore, to: Path) -> Path:
+    return Path(shutil.copytree(store.path, to))
+
+
+def chunk_files(path: Path, split: str = "train", name: str = "rgba") -> list[Path]:
+    return sorted(file for file in (path / split / name / "c").rglob("*") if file.is_file())
+
+
+def test_a_lost_chunk_is_found_and_rendered_again(
+    store: SampleStore, volume: Volume, tmp_path: Path
+) -> None:
+    path = copied(store, tmp_path / "lost.zarr")
+    chunk_files(path)[1].unlink()
+    lost = SampleStore(path)
+    assert lost.missing_blocks("train") == [range(BLOCK, 2 * BLOCK)]
+    with pytest.raises(DatasetError, match="not rendered yet"):
+        lost.require_complete()
+    with pytest.raises(DatasetError, match=r"samples 32 to 63 are lost .*rgba"):
+        lost.read("train", range(40, 41))
+    assert lost.reopen_damaged() == BLOCK
+    render_store(lost, volume, workers=1)
+    assert_equal(content(lost, "train"), content(store, "train"))
+
+
+@pytest.mark.parametrize("name", ["rgba", "opacity_tf", "view"])
+def test_a_flipped_bit_is_found_and_rendered_again(
+    store: SampleStore, volume: Volume, tmp_path: Path, name: str
+) -> None:
+    path = copied(store, tmp_path / "flipped.zarr")
+    file = chunk_files(path, name=name)[0]
+    data = bytearray(file.read_bytes())
+    data[len(data) // 2] ^= 4
+    file.write_bytes(data)
+    flipped = SampleStore(path)
+    assert flipped.missing_samples() == 0
+    with pytest.raises(DatasetError, match="samples 0 to 31 are lost or altered"):
+        flipped.read("train", range(BLOCK))
+    assert flipped.reopen_damaged() == BLOCK
+    render_store(flipped, volume, workers=1)
+    assert_equal(content(flipped, "train"), content(store, "train"))
+
+
+def test_black_samples_are_written(scene: Scene, tmp_path: Path) -> None:
+    store = SampleStore.create(tmp_path / "black.zarr", scene, 7, {"train": BLOCK, "holdout": 0})
+    shapes = {n: a.shape[1:] for n, a in store.read("train", range(0)).arrays.items()}
+    zeros = {n: np.zeros((BLOCK, *shape), dtype=np.uint8) for n, shape in shapes.items()}
+    store.write_block("train", range(BLOCK), SampleBatch.of(zeros))
+    assert store.missing_samples() == 0
+    assert not store.read("train", range(BLOCK)).rgba.any()
+
+
+@pytest.mark.parametrize("what", ["shape", "type", "text", "huge"])
+def test_a_damaged_description_is_one_sentence(
+    store: SampleStore, tmp_path: Path, what: str
+) -> None:
+    path = copied(store, tmp_path / "described.zarr")
+    file = path / "train" / "rgba" / "zarr.json"
+    described = json.loads(file.read_text())
+    if what == "shape":
+        described["shape"][1] += 1
+    elif what == "type":
+        described["data_type"] = "float64"
+    elif what == "huge":
+        file = path / "train" / "view" / "zarr.json"
+        described = json.loads(file.read_text())
+        described["shape"][0] = 10**18
+    file.write_text("{" if what == "text" else json.dumps(described))
+    with pytest.raises(DatasetError):
+        SampleStore(path)
+
+
+def test_a_flag_that_cannot_be_read_is_a_block_to_render(
+    store: SampleStore, tmp_path: Path
+) -> None:
+    path = copied(store, tmp_path / "flag.zarr")
+    chunk_files(path, name="complete")[0].write_bytes(b"?")
+    assert SampleStore(path).missing_blocks("train") == [range(BLOCK)]
