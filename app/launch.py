@@ -17,11 +17,13 @@ from PySide6.QtGui import QFontDatabase, QIcon
 from PySide6.QtWidgets import QApplication
 
 from app.engines.engines import REAL_BUILDERS, Builders, GeneratorSettings
+from app.figures.picture import save_image
 from app.state.preferences import Preferences, PreferencesStore
 from app.state.transfer_function_store import TransferFunctionStore
 from app.state.window_start import WindowStart
 from app.theme import apply_theme
 from app.window.main_window import MainWindow
+from model.errors import RenderError
 
 ICON = Path(__file__).parent.parent / "resources" / "icons" / "tfscope.png"
 
@@ -164,8 +166,10 @@ def _take_screenshot(application: QApplication, window: MainWindow, path: Path) 
     problems = window.errors
     if not window.workspace.is_settled:
         problems = [*problems, "The screenshot was taken before both images were there."]
-    if not window.grab().save(str(path), "PNG"):
-        problems = [*problems, f"{path}: the screenshot cannot be written; choose another place."]
+    try:
+        save_image(path, window.grab().toImage())
+    except RenderError as error:
+        problems = [*problems, str(error)]
     for problem in problems:
         print(problem, file=sys.stderr)
     return 2 if problems else 0

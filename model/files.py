@@ -4,17 +4,57 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import BinaryIO
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[BinaryIO]:
+    """Open a file for writing that takes a path's place once it is complete and on the disk.
+
+    If anything goes wrong before that, what was there stays, and nothing else is left. A link is
+    followed; a device or a pipe is written to directly.
+
+    Raises
+    ------
+    OSError
+        When the file cannot be written.
+    """
+    place = Path(os.path.realpath(path))
+    if place.exists() and not place.is_file():
+        with place.open("wb") as file:
+            yield file
+        return
+    partial = place.with_name(place.name + ".partial")
+    try:
+        with partial.open("wb") as file:
+            yield file
+            file.flush()
+            os.fsync(file.fileno())
+        partial.replace(place)
+    except BaseException:
+        with suppress(OSError):
+            partial.unlink(missing_ok=True)
+        raise
+    _sync_folder(place.parent)
 
 
 def write_atomically(path: Path, content: bytes) -> None:
-    """Write a file completely or not at all, even across a power failure."""
-    partial = path.with_name(path.name + ".partial")
-    with partial.open("wb") as file:
+    """Write a file completely or not at all, even across a power failure; see :func:`writing`."""
+    with writing(path) as file:
         file.write(content)
-        file.flush()
-        os.fsync(file.fileno())
-    partial.replace(path)
+
+
+def _sync_folder(folder: Path) -> None:
+    """Have a new name in a folder survive a power failure, where the system can do so."""
+    with suppress(OSError):
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
 
 
 def cache_folder() -> Path:

@@ -17,6 +17,7 @@ from app.cli.latent_order import Brush, LatentOrder, Place
 from app.cli.outputs import make_room_for
 from app.cli.render import load_fitted
 from model.errors import LatentError, RenderError, reason
+from model.files import writing
 from model.latent.embedding import EmbeddingProcess
 from model.latent.latent_map import LatentMap
 from model.latent.latent_space import LatentSpace
@@ -274,7 +275,7 @@ def _write(out: Path, map_: LatentMap, found: _Found, colors: TransferFunction) 
         else:
             samples = map_.samples
             # An open file, as numpy appends a suffix to names in capitals.
-            with out.open("wb") as file:
+            with writing(out) as file:
                 np.savez_compressed(
                     file,
                     codes=samples.codes,

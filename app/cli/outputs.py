@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from model.errors import TfscopeError, reason
+from model.files import write_atomically
 
 
 def check_output(path: Path) -> None:
@@ -69,7 +70,7 @@ def write_text(path: Path, text: str) -> None:
     """
     make_room_for(path)
     try:
-        path.write_text(text, encoding="utf-8")
+        write_atomically(path, text.encode())
     except OSError as error:
         raise TfscopeError(f"{path}: the result cannot be written ({reason(error)}).") from error
 

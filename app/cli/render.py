@@ -15,6 +15,7 @@ from app.cli.captions import range_text, view_text
 from app.cli.console import console, warn
 from app.cli.outputs import make_room_for
 from model.errors import RenderError, reason
+from model.files import writing
 from model.generator.catalog import model_for, shipped_models
 from model.networks.card import load_card
 from model.scene.crop import CropBox
@@ -107,7 +108,7 @@ def render_to_file(order: RenderOrder) -> None:
     if order.out.suffix.lower() == ".npy":
         try:
             # An open file, as numpy appends a suffix to names in capitals.
-            with order.out.open("wb") as file:
+            with writing(order.out) as file:
                 np.save(file, rendered.rgba)
         except OSError as error:
             raise RenderError(

@@ -5,11 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from model.errors import RenderError
+from model.errors import RenderError, reason
+from model.files import write_atomically
+
+if TYPE_CHECKING:
+    from PySide6.QtGui import QImage
 
 
 def save_picture(path: Path, image: NDArray[np.floating], facts: Mapping[str, str]) -> None:
@@ -35,8 +40,32 @@ def save_picture(path: Path, image: NDArray[np.floating], facts: Mapping[str, st
     picture = QImage(pixels.data, width, height, 3 * width, QImage.Format.Format_RGB888)
     for keyword, text in {**facts, "Software": software()}.items():
         picture.setText(keyword, text)
-    if not picture.save(str(path)):
-        raise RenderError(f"{path}: the picture cannot be written; choose another place.")
+    save_image(path, picture)
+
+
+def save_image(path: Path, picture: QImage) -> None:
+    """Write a picture in the format of the file's suffix, whole or not at all.
+
+    Raises
+    ------
+    RenderError
+        When the file cannot be written, or there is no such format.
+    """
+    from PySide6.QtCore import QBuffer, QIODevice
+
+    buffer = QBuffer()
+    buffer.open(QIODevice.OpenModeFlag.WriteOnly)
+    if not picture.save(buffer, path.suffix.lstrip(".").upper()):  # type: ignore[call-overload]
+        raise RenderError(
+            f"{path}: pictures cannot be written as '{path.suffix}' of this size; choose .png."
+        )
+    try:
+        write_atomically(path, bytes(buffer.data().data()))
+    except OSError as error:
+        raise RenderError(
+            f"{path}: the picture cannot be written ({reason(error)}); make room, or choose "
+            "another place."
+        ) from error
 
 
 def software() -> str:

@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from app.figures.picture import software
-from model.errors import RenderError
+from app.figures.picture import save_image, software
 
 COLORS = ((0, 114, 178), (213, 94, 0), (0, 158, 115), (204, 121, 167))
 """Colours distinguishable with colour blindness (Okabe and Ito)."""
@@ -169,8 +168,7 @@ def save_layout(path: Path, layout: Any, description: str = "") -> None:
     picture.setText("Software", software())
     if description:
         picture.setText("Description", description)
-    if not picture.save(str(path), "PNG"):
-        raise RenderError(f"{path}: the picture cannot be written; choose another place.")
+    save_image(path, picture)
 
 
 def _ticks(values: NDArray[np.floating]) -> list[tuple[float, str]]:

@@ -9,6 +9,7 @@ from PySide6.QtGui import QGuiApplication, QImage, QImageWriter
 from PySide6.QtWidgets import QDialog, QWidget
 
 from app.engines.messages import PictureRequest, Quality, Result
+from app.figures.picture import save_image
 from app.image_view.engine_pane import EnginePane
 from app.image_view.picture import compose
 from app.state.viewer_state import ViewerState
@@ -116,10 +117,13 @@ class PictureSaving(QObject):
         if place is None:
             QGuiApplication.clipboard().setImage(image)
             self.news.emit("Copied.")
-        elif image.save(str(place)):
-            self.news.emit(f"Saved {place.name}.")
+            return
+        try:
+            save_image(place, image)
+        except RenderError as error:
+            self.problem.emit(str(error))
         else:
-            self.problem.emit(f"{place}: the picture cannot be written; choose another place.")
+            self.news.emit(f"Saved {place.name}.")
 
 
 def _enlarged(image: QImage, choice: PictureChoice) -> QImage:

@@ -15,7 +15,7 @@ from torch import Tensor
 from torch.nn.functional import interpolate
 
 from model.devices import choose_device
-from model.errors import DeviceError, first_line
+from model.errors import DeviceError, LatentError, first_line
 from model.generator.backends import EAGER, Backend, choose_backends, library_version, make_decode
 from model.generator.panning import panned
 from model.measurements import keep, kept
@@ -206,7 +206,7 @@ class Generator:
         -------
         ndarray of float32, shape (S, S, 4) or (N, S, S, 4)
         """
-        codes = torch.from_numpy(np.atleast_2d(latent).astype(np.float32)).to(self.device)
+        codes = self._codes(latent)
         conditions, _, color_tf = self.encoded([inputs])
         count = len(codes)
         images = self._render(
@@ -241,6 +241,13 @@ class Generator:
         return codes if np.ndim(opacities) == 2 else codes[0]
 
     @torch.inference_mode()
+    def _codes(self, latent: NDArray[np.float32]) -> Tensor:
+        """Check latent codes and pass them to the network's device."""
+        codes = np.atleast_2d(latent).astype(np.float32)
+        if not np.isfinite(codes).all():
+            raise LatentError("A latent code holds NaN or infinite numbers; give finite ones.")
+        return torch.from_numpy(codes).to(self.device)
+
     def decode(self, latent: NDArray[np.float32]) -> NDArray[np.float32]:
         """Decode latent codes into opacity TFs.
 
@@ -253,7 +260,7 @@ class Generator:
         ndarray of float32, shape (256,) or (N, 256)
             Opacities in [0, 1] over the scene's scalar range.
         """
-        codes = torch.from_numpy(np.atleast_2d(latent).astype(np.float32)).to(self.device)
+        codes = self._codes(latent)
         tfs = decode_unit(self.network.codec.decode(codes)).cpu().numpy()
         return tfs if np.ndim(latent) == 2 else tfs[0]
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import RenderError
+from model.files import write_atomically
 from model.scene.transfer_function import ColorTF, OpacityTF
 
 SUFFIXES = (".mp4", ".gif")
@@ -45,10 +46,11 @@ def write_movie(path: Path, frames: Sequence[NDArray[np.uint8]], frames_per_seco
             )
         else:
             iio.imwrite(partial, np.stack(frames), duration=1000 / frames_per_second, loop=0)
-        partial.replace(path)
+        write_atomically(path, partial.read_bytes())
     except (OSError, ValueError, RuntimeError) as error:
-        partial.unlink(missing_ok=True)
         raise RenderError(f"{path}: the movie cannot be written ({error}).") from error
+    finally:
+        partial.unlink(missing_ok=True)
     return path
 
 

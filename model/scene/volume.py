@@ -43,6 +43,10 @@ class Geometry(Protocol):
     def voxel_size(self) -> float: ...  # noqa: D102
 
 
+LEAST_BIN = 1e-290
+"""Width of a TF's bin from which on the squares and quotients of values are normal numbers."""
+
+
 @dataclass(frozen=True, eq=False)
 class Volume:
     """A scalar field sampled on a regular, axis-aligned grid.
@@ -113,10 +117,16 @@ class Volume:
                 f"{self.name}: the values from {lo:g} to {hi:g} span more than a floating-point "
                 "number can hold; scale them down."
             )
-        if lo == hi:
+        if lo == hi and self.voxels.min() == self.voxels.max():
             raise VolumeError(
                 f"{self.name}: every voxel has the value {lo:g}; "
                 "a constant volume shows nothing, so choose another file or component."
+            )
+        if not is_resolved((lo, hi)):
+            raise VolumeError(
+                f"{self.name}: the values from {lo:.17g} to {hi:.17g} are too close to one another "
+                "for floating-point numbers to tell them apart; subtract an offset from them, or "
+                "scale them up."
             )
         if self.chosen_range is not None:
             self._check_overlap(self.chosen_range)
@@ -248,6 +258,11 @@ class Volume:
                 f"{self.name}: the scalar range [{lo:g}, {hi:g}] is not increasing; "
                 "give [lowest, highest]."
             )
+        if not is_resolved(scalar_range):
+            raise VolumeError(
+                f"{self.name}: the scalar range [{lo:.17g}, {hi:.17g}] is too narrow for "
+                "floating-point numbers; give a wider one."
+            )
         if hi <= lowest or highest <= lo:
             raise VolumeError(
                 f"{self.name}: the scalar range [{lo:g}, {hi:g}] has no value in common with the "
@@ -263,3 +278,13 @@ class Volume:
         digest.update(f"{little.str} {self.dimensions} {spacing}".encode())
         digest.update(np.ascontiguousarray(self.voxels.astype(little, copy=False)).data)
         return digest.hexdigest()
+
+
+def is_resolved(scalar_range: Range) -> bool:
+    """Return True if a TF's 256 bins over a range are different floating-point numbers.
+
+    They are not where the range is narrow and far from 0, nor close to the smallest numbers.
+    """
+    lo, hi = scalar_range
+    bin_width = (hi - lo) / 256
+    return bin_width > LEAST_BIN and bin_width > 16 * np.spacing(max(abs(lo), abs(hi)))

@@ -9,6 +9,7 @@ during training.
 from __future__ import annotations
 
 import platform
+import shutil
 import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
@@ -41,6 +42,9 @@ from model.training.state import (
     save_state,
 )
 from model.training.stopping import Interruption, training_in, unwritable
+
+FIRST_SAVE_S = 10.0
+"""Seconds of a run after which it is first saved, so that a kill does not lose more."""
 
 
 def train(
@@ -121,8 +125,10 @@ class _Run:
                 load_stage(plan.folder, stage)
         self._started = time.monotonic() - self.progress.seconds
         self._saved = time.monotonic()
+        self._is_on_disk = resume
 
     def train(self) -> None:
+        self._check_room()
         names = self.schedule.names
         with self.interruption:
             for name in names[names.index(self.progress.stage) :]:
@@ -171,6 +177,9 @@ class _Run:
                 self._report(losses, notice)
             except KeyboardInterrupt:
                 stop = True
+            if self._is_unsaved() and self.guard.healthy:
+                # Only saved: what is measured after seconds tells nothing yet.
+                self._checkpoint(is_first=True)
             if due:
                 if parallel.rank() == 0:
                     self._take_stock(stage, recent, last=share >= 1)
@@ -200,6 +209,30 @@ class _Run:
         share, *flags = parallel.from_first(mine, self.plan.device)
         due, stop = map(bool, flags)
         return share, due, stop
+
+    def _is_unsaved(self) -> bool:
+        """Whether a kill would now lose a run of more than a few seconds."""
+        if parallel.rank() or self._is_on_disk:
+            return False
+        return time.monotonic() - self._saved > FIRST_SAVE_S
+
+    def _check_room(self) -> None:
+        """Refuse to start where not even the first checkpoint would fit."""
+        if parallel.rank():
+            return
+        stages = self.schedule.stages.values()
+        weights = sum(t.nbytes for s in stages for t in s.generator.state_dict().values())
+        # Weights, their average and two moments of the optimizer, the old file beside the new.
+        need = 8 * weights
+        folder = next(
+            p for p in (self.plan.folder, *self.plan.folder.absolute().parents) if p.exists()
+        )
+        free = shutil.disk_usage(folder).free
+        if free < need:
+            raise TrainingError(
+                f"{self.plan.folder}: a checkpoint takes about {need / 1e6:.0f} MB, and "
+                f"{free / 1e6:.0f} MB are free; make room, or choose another place."
+            )
 
     def _stage_share(self) -> float:
         """Fraction of the current stage's part of the budget used."""
@@ -242,7 +275,7 @@ class _Run:
             measured["diversity"] = measured["opacity_diversity"]
         return measured
 
-    def _checkpoint(self) -> None:
+    def _checkpoint(self, is_first: bool = False) -> None:
         if parallel.rank():
             return
         self.progress.seconds = time.monotonic() - self._started
@@ -252,7 +285,9 @@ class _Run:
             save_state(self.plan.folder, self.progress, self.plan.recipe(), begun)
             if self.schedule.draws_color(name) and begun[-1].steps:
                 save_model(self.plan.folder, self._card(), self._generator())
-        self._saved = time.monotonic()
+        self._is_on_disk = True
+        if not is_first:
+            self._saved = time.monotonic()
 
     def _generator(self) -> GeneratorNetwork:
         """Return the averaged generator for evaluation and saving, after recalibration."""

@@ -15,6 +15,7 @@ from model.scene.volume import Triple
 
 AXES = "xyz"
 SMALLEST_SPACING, LARGEST_SPACING = 1e-15, 1e15
+MOST_UNLIKE_SPACING = 1e4
 
 
 def readable_size(count: int) -> str:
@@ -126,7 +127,8 @@ def usable_spacing(spacing: Sequence[float] | None) -> tuple[Triple, tuple[str, 
     """Convert a header's spacing to a valid one.
 
     A sign only gives the direction of an axis and is dropped. Numbers that are
-    missing, zero, not finite or extreme are replaced by 1.
+    missing, zero, not finite or extreme are replaced by 1; all, if they are so unlike one
+    another that the volume would be a line without any thickness.
 
     Returns
     -------
@@ -142,6 +144,10 @@ def usable_spacing(spacing: Sequence[float] | None) -> tuple[Triple, tuple[str, 
     unknown = ", ".join(axis for axis, s in zip(AXES, fixed, strict=True) if s is None)
     notes = (f"The file's voxel spacing along {unknown} is unusable; 1 is assumed.",)
     x, y, z = (1.0 if s is None else s for s in fixed)
+    if max(x, y, z) > MOST_UNLIKE_SPACING * min(x, y, z):
+        return (1.0, 1.0, 1.0), (
+            f"The file's voxel spacing of {x:g} x {y:g} x {z:g} is unusable; 1 is assumed.",
+        )
     return (x, y, z), notes if unknown else ()
 
 
@@ -174,7 +180,13 @@ def frame_notes(directions: NDArray[np.float64], handedness: int = 1) -> tuple[s
     aligned = np.allclose(np.abs(unit).max(axis=1), 1.0, atol=1e-4)
     mirrored = np.linalg.det(unit) * handedness < 0
     notes = []
-    if not aligned:
+    sheared = not np.allclose(unit @ unit.T, np.eye(3), atol=1e-2)
+    if sheared:
+        notes.append(
+            "The grid's axes are not at right angles in the file's space; it is shown as if they "
+            "were, so its shape is wrong: resample it in the program that made it."
+        )
+    elif not aligned:
         notes.append("The grid lies oblique in the file's space; it is shown along its own axes.")
     elif not np.allclose(unit, np.eye(3), atol=1e-2) and not mirrored:
         notes.append("The grid is turned in the file's space; it is shown along its own axes.")

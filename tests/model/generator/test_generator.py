@@ -9,7 +9,7 @@ import torch
 from lively import SIZE, lively_network
 from skimage.transform import resize
 
-from model.errors import DeviceError
+from model.errors import DeviceError, LatentError
 from model.generator.generator import Generator
 from model.networks.card import ModelCard
 from model.networks.checkpoint import save_model
@@ -95,6 +95,9 @@ def test_rendering_the_code_equals_rendering_the_tf(generator: Generator, sample
     np.testing.assert_allclose(generator.decode(codes)[1], generator.decode(code), atol=1e-6)
     expected = generator.render(SceneInputs(s.view, opacity, color))
     np.testing.assert_allclose(generator.render_latent(code, s), expected, atol=1e-5)
+    for draw in (generator.decode, lambda wrong: generator.render_latent(wrong, s)):
+        with pytest.raises(LatentError, match="NaN"):
+            draw(np.nan * code)
     several = generator.render_latent(np.stack([code, 0 * code]), s)
     assert several.shape == (2, 64, 64, 4)
     np.testing.assert_allclose(several[0], expected, atol=1e-5)

@@ -138,3 +138,24 @@ def test_fingerprint_tells_voxels_type_and_spacing_apart():
     prints = {v.fingerprint for v in [volume, *different]}
     assert len(prints) == 5
     assert all(len(p) == len(hashlib.sha256().hexdigest()) for p in prints)
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        2**60 + np.arange(8, dtype=np.int64).reshape(2, 2, 2),
+        2**60 + 29 * np.arange(8, dtype=np.int64).reshape(2, 2, 2),
+        np.linspace(0, 1e-320, 8).reshape(2, 2, 2),
+        1e20 + 1e5 * np.arange(8).reshape(2, 2, 2),
+    ],
+)
+def test_values_that_cannot_be_told_apart_are_refused(values):
+    with pytest.raises(VolumeError, match="too close to one another"):
+        Volume(values)
+
+
+def test_a_narrow_range_far_from_zero_is_kept():
+    values = 1e6 + np.linspace(0, 1e-3, 8).reshape(2, 2, 2)
+    assert Volume(values).scalar_range == (1e6, 1e6 + 1e-3)
+    with pytest.raises(VolumeError, match="too narrow"):
+        Volume(values).over((1e6, 1e6 + 1e-8))

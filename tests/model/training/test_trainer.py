@@ -23,12 +23,13 @@ from model.networks.codec import LatentCodec
 from model.samples.sample_store import SampleStore
 from model.samples.sampling import Split
 from model.scene.scene import Scene
+from model.training import trainer
 from model.training.batch import EncodedBatch
 from model.training.options import Budget
 from model.training.plan import TrainingReport
 from model.training.stage import StepResult
 from model.training.stages import OpacityStage
-from model.training.state import load_progress
+from model.training.state import STATE_FILE, load_progress
 from model.training.trainer import train
 
 
@@ -234,3 +235,27 @@ def test_a_full_memory_is_said_once(
     (notice,) = filter(None, notices)
     assert notice.startswith("The memory is too small for 16 samples at once")
     assert "opacity stage is learned from in 2 parts" in notice
+
+
+def test_a_run_is_saved_soon_after_it_has_begun(
+    store: SampleStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(trainer, "FIRST_SAVE_S", 0.0)
+    saved: list[bool] = []
+
+    def note(_report: TrainingReport) -> None:
+        saved.append((tmp_path / "run" / STATE_FILE).exists())
+
+    train(plan(store, tmp_path / "run", samples=160, interval=1e9), on_report=note)
+    # A report comes before the save of its own step.
+    assert saved[:2] == [False, True]
+
+
+def test_a_full_disk_is_said_at_the_start(
+    store: SampleStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(trainer.shutil, "disk_usage", lambda _: SimpleNamespace(free=1000))
+    reports: list[TrainingReport] = []
+    with pytest.raises(TrainingError, match="0 MB are free; make room"):
+        train(plan(store, tmp_path / "run"), on_report=reports.append)
+    assert not reports

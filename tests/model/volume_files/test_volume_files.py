@@ -541,3 +541,26 @@ def test_description(tmp_path):
 def test_suffixes_are_those_that_can_be_read():
     assert {".nrrd", ".nii.gz", ".dcm", ".raw", ".vti", ".tif"} < set(SUFFIXES)
     assert len(INTEGER_TYPES) == 8
+
+
+def test_a_sheared_grid_says_that_its_shape_is_wrong(tmp_path):
+    directions = "space directions: (1,0,0) (0.5,1,0) (0,0,1)"
+    path = write_nrrd(
+        tmp_path / "a.nrrd",
+        voxels(),
+        "space dimension: 3",
+        directions,
+        "endian: little",
+        "encoding: raw",
+    )
+    (note,) = read_volume(path).notes
+    assert "not at right angles" in note
+
+
+def test_a_spacing_that_would_make_a_line_of_the_volume(tmp_path):
+    path = write_nrrd(
+        tmp_path / "a.nrrd", voxels(), "spacings: 1e-14 1 1", "endian: little", "encoding: raw"
+    )
+    volume = read_volume(path)
+    assert volume.spacing == (1.0, 1.0, 1.0)
+    assert "1e-14 x 1 x 1 is unusable" in volume.notes[0]
