@@ -77,6 +77,8 @@ def build(kind: type[T], data: Any, exact: bool = False) -> T:
         raise MalformedError("its brackets are nested too deeply") from None
     except msgspec.ValidationError as error:
         raise MalformedError(_told(str(error))) from error
+    except UnicodeEncodeError:
+        raise MalformedError("a text that is not valid Unicode") from None
 
 
 def _path(kind: type, value: Any) -> Any:

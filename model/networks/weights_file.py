@@ -9,6 +9,9 @@ from typing import Any
 from model.errors import CheckpointError, reason
 from model.networks.card import MODEL_FILE
 
+LONGEST_NAME = 100
+"""Longest name of a weights' file; that of others is cut off, so that it is not found."""
+
 
 def read_weights(folder: Path, header: dict[str, Any]) -> bytes:
     """Read a model's weights as they are in the file.
@@ -25,7 +28,7 @@ def read_weights(folder: Path, header: dict[str, Any]) -> bytes:
         When the file is missing, cannot be read, or is not the one that the description
         was written for.
     """
-    path = folder / str(header.get("weights", ""))
+    path = folder / str(header.get("weights", ""))[:LONGEST_NAME]
     if path.parent != folder or not path.is_file():
         raise CheckpointError(f"{folder}: the weights '{path.name}' are missing; copy them too.")
     try:

@@ -144,6 +144,8 @@ class _Directories:
         if length > MOST_VALUES:
             raise damaged(self.path, "a directory field is impossibly long")
         code = FIELD_TYPES[kind]
+        if length * struct.calcsize(self.order + code) > self.size:
+            raise truncated(self.path, "a directory field is longer than the file")
         form = f"{length}s" if code == "s" else code * length if code == "II" else f"{length}{code}"
         inline = 8 if self.big else 4
         if struct.calcsize(self.order + form) > inline:

@@ -72,6 +72,7 @@ def test_dataclasses_are_built_from_plain_data():
         ({"part": {"value": 1}, "place": 3}, "'place'"),
         ({"part": {"value": 1}, "pair": [1]}, "'pair'"),
         ({"part": {"value": 1}, "count": 1.5}, "'count'"),
+        ({"part": {"value": 1}, "kind": "\udce9"}, "valid Unicode"),
     ],
 )
 def test_wrong_data_is_named(data, told):

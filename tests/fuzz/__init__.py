@@ -1,0 +1,1 @@
+"""A fuzz job: mutated files of every format that tfscope reads, each in a child process."""

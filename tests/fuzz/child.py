@@ -1,0 +1,79 @@
+"""The child process: reads one file after the other, and tells what became of each."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import sys
+import traceback
+from pathlib import Path
+
+MEMORY_FACTOR, MEMORY_MARGIN = 3, 200e6
+"""A file may take so many times its size, and so many bytes more."""
+
+MOST_MEMORY = 4 << 30
+"""Bytes of address space beyond those of the libraries."""
+
+
+def main(name: str) -> None:
+    """Read the paths on standard input; write a line of JSON for each."""
+    # What libraries print must not come among the answers.
+    answers = os.fdopen(os.dup(1), "w", buffering=1)
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    from model.errors import TfscopeError
+    from tests.fuzz.formats import FORMATS
+
+    kind = FORMATS[name]
+    is_limited = False
+    for line in sys.stdin:
+        path = Path(line.rstrip("\n"))
+        before = _reset_peak()
+        try:
+            answer = {"outcome": "read", "digest": kind.read(path)}
+        except TfscopeError as error:
+            answer = {"outcome": "refused", "told": str(error)}
+        except BaseException:
+            answer = {"outcome": "error", "told": traceback.format_exc()}
+        used = _status("VmHWM") - before
+        if is_limited and used > MEMORY_FACTOR * _size(path) + MEMORY_MARGIN:
+            answer = {"outcome": "memory", "told": f"{used / 1e6:.0f} MB; {answer}"}
+        if not is_limited:
+            # The first file is whole, and has all libraries loaded.
+            _limit_memory()
+            is_limited = True
+        answers.write(json.dumps(answer) + "\n")
+
+
+def _size(path: Path) -> int:
+    files = [path] if path.is_file() else [f for f in path.rglob("*") if f.is_file()]
+    return sum(file.stat().st_size for file in files)
+
+
+def _reset_peak() -> int:
+    try:
+        Path("/proc/self/clear_refs").write_text("5")
+    except OSError:
+        return 0
+    return _status("VmRSS")
+
+
+def _status(name: str) -> int:
+    """Bytes that the system tells of this process; 0 where it tells nothing."""
+    try:
+        found = re.search(rf"{name}:\s+(\d+)", Path("/proc/self/status").read_text())
+    except OSError:
+        return 0
+    return int(found[1]) * 1024 if found else 0
+
+
+def _limit_memory() -> None:
+    if sys.platform == "linux":
+        import resource
+
+        limit = _status("VmSize") + MOST_MEMORY
+        resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

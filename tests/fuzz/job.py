@@ -1,0 +1,205 @@
+"""The fuzz job: mutates examples of a format, has children read them, and counts."""
+
+from __future__ import annotations
+
+import json
+import queue
+import random
+import shutil
+import subprocess
+import sys
+import threading
+from collections import Counter
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from tests.fuzz.formats import FORMATS, Format
+
+ROOT = Path(__file__).parents[2]
+START_S = 120.0
+
+GOOD = ("read", "refused")
+"""Outcomes that are no defects; the others are error, crash, hang, memory and altered."""
+
+
+@dataclass
+class Outcomes:
+    """How many mutations ended how, and what was told of those that should not.
+
+    Attributes
+    ----------
+    counts : Counter
+        By outcome.
+    failures : list of str
+    """
+
+    counts: Counter[str] = field(default_factory=Counter)
+    failures: list[str] = field(default_factory=list)
+
+
+def fuzz(
+    name: str, count: int, seed: int, keep: Path | None = None, jobs: int = 2, limit_s: float = 20.0
+) -> Outcomes:
+    """Read a number of mutated files of a format.
+
+    Parameters
+    ----------
+    name : str
+        Of :data:`tests.fuzz.formats.FORMATS`.
+    count : int
+    seed : int
+        With the same one the mutations are the same, whatever the number of jobs.
+    keep : Path or None
+        Folder for files that fail, each with what was told of it.
+    jobs : int
+        Number of children.
+    limit_s : float
+        Time after which a file counts as a hang.
+    """
+    outcomes, lock = Outcomes(), threading.Lock()
+    left = iter(range(count))
+
+    def work() -> None:
+        with TemporaryDirectory() as folder:
+            reader = _Reader(name, Path(folder), seed, limit_s)
+            try:
+                while True:
+                    with lock:
+                        index = next(left, None)
+                    if index is None:
+                        return
+                    path, outcome, told = reader.read_mutated(index)
+                    with lock:
+                        outcomes.counts[outcome] += 1
+                        if outcome not in GOOD:
+                            outcomes.failures.append(f"{name} {index}: {outcome}: {told}")
+                            _keep(keep, name, index, path, f"{outcome}\n{told}")
+            finally:
+                reader.end()
+
+    threads = [threading.Thread(target=work) for _ in range(jobs)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    return outcomes
+
+
+def _keep(keep: Path | None, name: str, index: int, path: Path, told: str) -> None:
+    if keep is None:
+        return
+    place = keep / f"{name}-{index}"
+    place.mkdir(parents=True, exist_ok=True)
+    (place / "told.txt").write_text(told)
+    if path.is_dir():
+        shutil.copytree(path, place / path.name, dirs_exist_ok=True)
+    else:
+        shutil.copy(path, place / path.name)
+
+
+class _Reader:
+    """Makes mutated files in a folder, and has a child read them."""
+
+    def __init__(self, name: str, folder: Path, seed: int, limit_s: float) -> None:
+        self._name, self._seed, self._limit_s = name, seed, limit_s
+        self._format: Format = FORMATS[name]
+        whole = folder / "whole"
+        whole.mkdir()
+        self._examples = sorted(self._format.make(whole))
+        self._folder = folder / "mutated"
+        self._child: subprocess.Popen[str] | None = None
+        self._answers: queue.Queue[str] = queue.Queue()
+        self._digests = {path: self._asked(path).get("digest") for path in self._examples}
+
+    def read_mutated(self, index: int) -> tuple[Path, str, str]:
+        """Return a mutated file or folder, its outcome, and what was told of it."""
+        rng = random.Random(f"{self._name} {self._seed} {index}")
+        example = rng.choice(self._examples)
+        path = self._mutated(example, rng)
+        answer = self._asked(path)
+        outcome, told = answer["outcome"], answer.get("told", "")
+        if outcome == "read" and answer["digest"] != self._digests[example]:
+            outcome, told = "altered", "it is read, but what it holds is another"
+        return path, outcome, told
+
+    def end(self) -> None:
+        if self._child is not None:
+            self._child.kill()
+            self._child.wait()
+            self._listener.join()
+            assert self._child.stdin is not None
+            with suppress(OSError):
+                self._child.stdin.close()
+            self._child = None
+
+    def _mutated(self, example: Path, rng: random.Random) -> Path:
+        shutil.rmtree(self._folder, ignore_errors=True)
+        self._folder.mkdir()
+        path = self._folder / example.name
+        if example.is_file():
+            path.write_bytes(self._format.mutate(example.read_bytes(), rng))
+            return path
+        shutil.copytree(example, path)
+        files = sorted(f for f in path.rglob("*") if f.is_file())
+        suffixes = self._format.suffixes
+        file = rng.choice([f for f in files if not suffixes or f.suffix in suffixes])
+        if not suffixes and rng.random() < 0.1:
+            file.unlink()
+        else:
+            file.write_bytes(self._format.mutate(file.read_bytes(), rng))
+        return path
+
+    def _asked(self, path: Path) -> dict[str, Any]:
+        if self._child is None:
+            self._start()
+        assert self._child is not None
+        assert self._child.stdin is not None
+        try:
+            self._child.stdin.write(f"{path}\n")
+            self._child.stdin.flush()
+            line = self._answers.get(timeout=self._limit_s)
+        except queue.Empty:
+            self.end()
+            return {"outcome": "hang", "told": f"no answer within {self._limit_s:g} s"}
+        except OSError:
+            line = ""
+        if line:
+            answer: dict[str, Any] = json.loads(line)
+            return answer
+        code = self._child.wait()
+        self.end()
+        return {"outcome": "crash", "told": f"the child ended with {code}"}
+
+    def _start(self) -> None:
+        child = subprocess.Popen(
+            [sys.executable, "-m", "tests.fuzz.child", self._name],
+            cwd=ROOT,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+        )
+        self._child, answers = child, queue.Queue[str]()
+        self._answers = answers
+        stdout = child.stdout
+        assert stdout is not None
+
+        def listen() -> None:
+            with stdout:
+                for line in stdout:
+                    answers.put(line)
+            # The end of the child.
+            answers.put("")
+
+        self._listener = threading.Thread(target=listen, daemon=True)
+        self._listener.start()
+        # A whole file first: it has all libraries loaded, which takes seconds.
+        assert child.stdin is not None
+        child.stdin.write(f"{self._examples[0]}\n")
+        child.stdin.flush()
+        line = answers.get(timeout=START_S)
+        if not line or json.loads(line)["outcome"] != "read":
+            raise RuntimeError(f"{self._name}: a whole file cannot be read: {line}")

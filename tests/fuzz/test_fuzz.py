@@ -1,0 +1,37 @@
+"""The fuzz job finds what it should, and finds nothing in the readers."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.fuzz import formats
+from tests.fuzz.formats import FORMATS
+from tests.fuzz.job import GOOD, fuzz
+
+READ = [name for name in FORMATS if name != "planted"]
+
+
+@pytest.mark.parametrize(
+    "outcome", ["read", "refused", "error", "crash", "hang", "memory", "altered"]
+)
+def test_every_outcome_is_told_from_the_others(
+    outcome: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    planted = formats.Format(
+        formats._make_planted, formats._read_planted, mutate=lambda *_: outcome.encode()
+    )
+    monkeypatch.setitem(FORMATS, "planted", planted)
+    found = fuzz("planted", 2, 0, tmp_path / "kept", jobs=1, limit_s=3.0)
+    assert found.counts == {outcome: 2}
+    kept = sorted((tmp_path / "kept").glob("*/planted"))
+    assert len(kept) == (0 if outcome in GOOD else 2)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", READ)
+def test_mutated_files_are_read_or_refused(name: str) -> None:
+    found = fuzz(name, 200, 19)
+    assert not found.failures, json.dumps(found.failures[:3], indent=1)[:4000]
