@@ -10,7 +10,7 @@ from app.engines.background import BackgroundCall
 from app.engines.messages import error_sentence
 
 PAUSE_MS = 300
-"""Time after a change before it is written: changes in a row make one file."""
+"""Time after the first of some changes in a row before they are written, as one file."""
 
 
 class DelayedWriter(QObject):
@@ -50,7 +50,8 @@ class DelayedWriter(QObject):
 
     def note(self) -> None:
         """Have a change written soon; returns at once."""
-        if not self._has_failed:
+        # Not anew at every change: a long drag would then be written at its end only.
+        if not (self._has_failed or self._pause.isActive()):
             self._pause.start()
 
     def finish(self) -> None:

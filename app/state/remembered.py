@@ -18,7 +18,9 @@ from app.state.value_checks import (
     valid_values,
     whole_number,
 )
+from model.errors import TfscopeError
 from model.scene.scene import Lighting, RendererName
+from model.scene.view import View
 
 FORMAT_VERSION = 1
 """Version of the data, in case the meaning of a value ever changes."""
@@ -51,6 +53,8 @@ class KnownVolume:
         Axis that the user has turned up, such as "-y"; empty for the file's own.
     raw_layout : str
         Layout to read a headerless file with, see :meth:`RawLayout.parse`; empty for none.
+    view : tuple of float
+        Values of the last :class:`~model.scene.view.View`; empty if unknown.
     models : tuple of str
         Folders of models that were opened with it, the newest first.
     others : dict
@@ -61,6 +65,7 @@ class KnownVolume:
     up_axis: str = ""
     raw_layout: str = ""
     models: tuple[str, ...] = ()
+    view: tuple[float, ...] = ()
     others: dict[str, Any] = field(default_factory=dict)
 
 
@@ -172,11 +177,24 @@ def _known_volumes(value: Any) -> dict[str, KnownVolume]:
 _flag = one_of(False, True)
 _recent = list_of(text, MOST_RECENT)
 
+
+def _view(value: Any) -> tuple[float, ...]:
+    """Check that a value is empty or has the numbers of a view."""
+    numbers = list_of(number(-1e9, 1e9), 6)(value)
+    if numbers:
+        try:
+            View(*numbers)
+        except (TfscopeError, TypeError) as error:
+            raise ValueError(str(error)) from None
+    return numbers
+
+
 _VOLUME_CHECKS: Checks = {
     "path": text,
     "up_axis": one_of("", "+x", "-x", "+y", "-y", "+z", "-z"),
     "raw_layout": text,
     "models": _recent,
+    "view": _view,
 }
 
 _CHECKS: Checks = {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import astuple
 from functools import partial
 from pathlib import Path
 
@@ -28,6 +29,7 @@ from model.errors import TfscopeError
 from model.scene.range_choice import RangeChoice
 from model.scene.range_fitting import fit_to_range, fit_to_volume, range_of
 from model.scene.transfer_function import Range, TransferFunction
+from model.scene.view import View
 from model.volume_files.raw import RawLayout
 
 
@@ -123,6 +125,7 @@ class Workspace(QObject):
             changed.connect(self._update_hint)
         state.transferFunctionChangeFinished.connect(self._follow_range)
         state.edited.connect(self._keep)
+        state.viewChangeFinished.connect(self._keep_view)
         work.news.connect(self.news)
         work.resized.connect(partial(setattr, self.sensitivity.chooser, "picture_size"))
         work.settingsChanged.connect(self._update_hint)
@@ -298,7 +301,8 @@ class Workspace(QObject):
         self.news.emit(" ".join(filter(None, [*opened.volume.notes, self._model.verdict])))
         volume, known = opened.volume, self._preferences.volume(opened.fingerprint)
         up = known.up_axis or volume.up
-        self._state.start_view(volume.proportions, up, volume.axis_labels)
+        view = View(*known.view) if known.view else None
+        self._state.start_view(volume.proportions, up, volume.axis_labels, view)
         self.volumeOpened.emit(opened)
         self._preferences.note_volume(opened.fingerprint, opened.path)
         self._note_model()
@@ -371,6 +375,10 @@ class Workspace(QObject):
         """Keep the TF for the next run after every edit, undo and redo."""
         if self._opened is not None:
             self._keeper.keep(self._opened.fingerprint, self._state.transfer_function)
+
+    def _keep_view(self, view: View) -> None:
+        if self._opened is not None:
+            self._preferences.note_volume(self._opened.fingerprint, view=astuple(view))
 
     def _update_hint(self) -> None:
         drawn = self.reference.settings.lighting

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QByteArray, QObject
+from PySide6.QtCore import QByteArray, QEvent, QObject
 from PySide6.QtWidgets import QMainWindow, QSplitter
 
 from app.state.preferences import Preferences
@@ -48,6 +48,14 @@ class WindowMemory(QObject):
         self._restore()
         state.navigationChanged.connect(lambda: preferences.set(trackball=state.trackball))
         panes.wanted.connect(lambda _shown: self._note_panes())
+        splitter.splitterMoved.connect(lambda *_: self.note())
+        window.installEventFilter(self)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Remember the window's place as soon as it is moved: it may never be closed in order."""
+        if event.type() in (QEvent.Type.Resize, QEvent.Type.Move) and self._window.isVisible():
+            self.note()
+        return False
 
     def note(self) -> None:
         """Remember the size of the window and of its parts."""

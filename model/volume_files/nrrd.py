@@ -230,7 +230,7 @@ def _directions(header: _Header, axes: list[int]) -> NDArray[np.float64] | None:
 def _space(header: _Header) -> str:
     """Initials of the anatomical space, such as ``"LPS"``; empty for others."""
     name = header.fields.get("space", "").upper()
-    initials = "".join(word[0] for word in name.split("-")) if "-" in name else name
+    initials = "".join(word[:1] for word in name.split("-")) if "-" in name else name
     return initials if is_space(initials) else ""
 
 

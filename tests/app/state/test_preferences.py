@@ -215,3 +215,11 @@ def test_the_volume_opened_longest_ago_gives_way() -> None:
     assert preferences.volume("0") == KnownVolume("0", "+x")
     assert preferences.volume("1") == KnownVolume()
     assert len(preferences.value("volumes")) == MOST_VOLUMES
+
+
+@pytest.mark.parametrize("view", [(1.0,), (0.0, 91.0), (0.0, 0.0, 0.0, -1.0), (1e300,)])
+def test_a_view_that_cannot_be_is_not_remembered(view: tuple[float, ...]) -> None:
+    data = Remembered(volumes={"f": KnownVolume("/a")}).to_json()
+    data["volumes"]["f"]["view"] = list(view)
+    expected = view if view == (1.0,) else ()
+    assert Remembered.from_json(data).volumes["f"].view == expected

@@ -1,0 +1,70 @@
+"""What the user made is there after a kill: the TF, the view and the window."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from app.state.preferences import PreferencesStore
+from app.state.transfer_function_store import TransferFunctionStore
+
+SCRIPT = Path(__file__).with_name("killed_window.py")
+
+KILLS = int(os.environ.get("TFSCOPE_KILLS", "12"))
+"""Number of kills; a job gives more."""
+
+LOST_S = 1.0
+"""Edits older than this are kept."""
+
+
+def killed(folder: Path, seed: int) -> tuple[list[dict], float]:
+    """Have a window edit for a random time, kill it, and return its edits and when it ended."""
+    window = subprocess.Popen(
+        [sys.executable, str(SCRIPT), str(folder), str(seed)],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(map(str, SCRIPT.parents[:3]))},
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    assert window.stdout is not None
+    lines = [window.stdout.readline()]
+    assert lines[0], "the window has ended by itself"
+    time.sleep(random.Random(seed).uniform(0.0, 2.5))
+    end = time.time()
+    window.kill()
+    lines += window.stdout.readlines()
+    window.stdout.close()
+    window.wait()
+    whole = [line for line in lines if line.endswith("\n")]
+    return [json.loads(line) for line in whole], end
+
+
+def kept_after(folder: Path, edits: list[dict], end: float) -> None:
+    fingerprint = edits[0]["fingerprint"]
+    settled = [edit for edit in edits if edit["made"] < end - LOST_S]
+    tf = TransferFunctionStore(folder / "transfer_functions").load(fingerprint)
+    remembered = PreferencesStore(folder / "preferences.json").load()
+    assert not list(folder.rglob("*.damaged"))
+    if not settled:
+        return
+    # One of the last second's edits, or the last before it.
+    newest = [edit for edit in edits if edit["made"] >= settled[-1]["made"]]
+    assert tf is not None
+    assert tf.opacity.modes[0].amplitude in [edit["amplitude"] for edit in newest]
+    view = remembered.volumes[fingerprint].view
+    assert list(view) in [edit["view"] for edit in newest]
+    assert remembered.window_geometry
+
+
+@pytest.mark.slow
+def test_kills_lose_less_than_a_second(tmp_path: Path) -> None:
+    # All in one folder: each start reads what the one before has left.
+    for seed in range(KILLS):
+        edits, end = killed(tmp_path, seed)
+        kept_after(tmp_path, edits, end)
