@@ -145,7 +145,8 @@ class EngineWorker(QObject):
         try:
             engine = self._factory()
             ready = EngineReady(engine.description, engine.scene)
-        except Exception as error:
+        except BaseException as error:
+            # Whatever it is: a thread that ended without a word would be waited for, for ever.
             self._message.emit(EngineFailed(error_sentence(error)))
             return
         try:
@@ -182,6 +183,6 @@ def _result(engine: Engine, request: Request, is_wanted: Callable[[], bool]) -> 
         value = answer(engine, request, is_wanted)
     except SupersededError:
         return None
-    except Exception as exception:
+    except BaseException as exception:
         error = error_sentence(exception)
     return Result(request, value, error, time.perf_counter() - start)

@@ -43,7 +43,7 @@ class Geometry(Protocol):
     def voxel_size(self) -> float: ...  # noqa: D102
 
 
-LEAST_BIN = 1e-290
+LEAST_BIN = 1e-305
 """Width of a TF's bin from which on the squares and quotients of values are normal numbers."""
 
 

@@ -1,0 +1,373 @@
+"""A monkey at the window: random events, and engines that raise, hang and die at random.
+
+``QT_QPA_PLATFORM=offscreen PYTHONPATH=tests/app:tests:. python -m tests.app.monkey --events 5000``
+prints memory, threads and times; :mod:`test_monkey` has a short run.
+"""
+
+from __future__ import annotations
+
+import argparse
+import gc
+import random
+import re
+import sys
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PySide6.QtCore import QCoreApplication, QEvent, QEventLoop, QPoint, Qt, QTimer
+from PySide6.QtGui import QAction
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import (
+    QApplication,
+    QDialog,
+    QFileDialog,
+    QInputDialog,
+    QMenu,
+    QMessageBox,
+    QWidget,
+)
+from ramp import make_volume
+from window_fakes import FakeBuilders, FakeEngine
+
+from app.engines.engine import always
+from app.engines.messages import ImageRequest
+from app.engines.worker import THREAD_PREFIX
+from app.window.main_window import MainWindow
+from model.errors import RenderError
+
+KEYS = "RLWFGTPVMCKXYZ123456789[]+-"
+SPECIAL = [
+    Qt.Key.Key_Left,
+    Qt.Key.Key_Right,
+    Qt.Key.Key_Up,
+    Qt.Key.Key_Down,
+    Qt.Key.Key_Delete,
+    Qt.Key.Key_Escape,
+    Qt.Key.Key_Return,
+    Qt.Key.Key_Tab,
+    Qt.Key.Key_Home,
+    Qt.Key.Key_Space,
+]
+BUTTONS = [Qt.MouseButton.LeftButton] * 4 + [Qt.MouseButton.MiddleButton]
+MODIFIERS = [Qt.KeyboardModifier.NoModifier] * 3 + [
+    Qt.KeyboardModifier.ShiftModifier,
+    Qt.KeyboardModifier.ControlModifier,
+]
+SETTLE_S = 20.0
+SKIPPED = re.compile(r"quit|close|train|export\.\.\.", re.IGNORECASE)
+
+
+class UnreliableEngine(FakeEngine):
+    """Raises errors of its own and of others, hangs for a while and dies, all at random."""
+
+    rng = random.Random(0)
+    calm = False
+
+    def image(self, request: ImageRequest, is_wanted: Callable[[], bool] = always) -> Any:
+        self._misbehave()
+        # Nothing is kept of what was asked: memory is watched.
+        self.requests.clear()
+        self.threads.clear()
+        return super().image(request, is_wanted)
+
+    def _wait_or_fail(self) -> None:
+        self.others.clear()
+        self._misbehave()
+
+    def _misbehave(self) -> None:
+        if self.calm:
+            return
+        chance = self.rng.random()
+        if chance < 0.05:
+            raise RenderError("The engine does not feel like it; try again.")
+        if chance < 0.08:
+            raise KeyError("a defect")
+        if chance < 0.09:
+            raise MemoryError
+        if chance < 0.10:
+            raise SystemExit("the thread dies")
+        if chance < 0.16:
+            time.sleep(0.2 * self.rng.random())
+
+
+class UnreliableBuilders(FakeBuilders):
+    """Builds such engines, or fails at that."""
+
+    def reference(self, volume: Any, settings: Any) -> Any:
+        self.settings.clear()
+        return self._engine(None)
+
+    def analyst(self, volume: Any, settings: Any) -> Any:
+        return self._engine(None)
+
+    def generator(self, folder: Path, settings: Any) -> Any:
+        engine = super().generator(folder, settings)
+        self.generators.clear()
+        return self._engine(engine.scene)
+
+    def _engine(self, scene: Any) -> UnreliableEngine:
+        if not UnreliableEngine.calm and UnreliableEngine.rng.random() < 0.1:
+            raise RenderError("The engine cannot be built; try again.")
+        return UnreliableEngine(scene)
+
+
+@dataclass
+class Findings:
+    """What became of a monkey's events.
+
+    Attributes
+    ----------
+    errors : list of str
+        Exceptions that nobody caught, pictures of another state, windows that never settled.
+    memory : list of float
+        Resident memory in MB, at each rest.
+    event_s : list of float
+        Time that the window took for each event.
+    threads : list of str
+        Threads alive after the window was closed.
+    """
+
+    errors: list[str] = field(default_factory=list)
+    memory: list[float] = field(default_factory=list)
+    event_s: list[float] = field(default_factory=list)
+    threads: list[str] = field(default_factory=list)
+
+
+class Monkey:
+    """Makes random events in a window, and rests from time to time to look at it."""
+
+    def __init__(self, window: MainWindow, seed: int) -> None:
+        self.window = window
+        self.rng = random.Random(seed)
+        self.found = Findings()
+        self.shown: dict[str, Any] = {}
+        self.last = ""
+        # Menus of buttons wait for an answer in loops of their own.
+        self._closing = QTimer(window, interval=20)
+        self._closing.timeout.connect(close_popup)
+        self._closing.start()
+        for name in ("generator", "reference"):
+            pane = getattr(window, name)
+            pane.imageShown.connect(lambda inputs, _i, name=name: self.shown.update({name: inputs}))
+
+    def play(self, events: int, rest_every: int = 250) -> None:
+        """Make events; rest after each so many, and at the end."""
+        choices = [self._press] * 6 + [self._drag] * 6 + [self._wheel] * 2 + [self._key] * 5
+        choices += [self._act] * 4 + [self._open] * 1 + [self._resize] * 1
+        for number in range(1, events + 1):
+            event = self.rng.choice(choices)
+            self.last = event.__name__
+            start = time.perf_counter()
+            event()
+            self._process(0.004 * self.rng.random())
+            self.found.event_s.append(time.perf_counter() - start)
+            if number % rest_every == 0 or number == events:
+                self._rest(number)
+
+    def _process(self, seconds: float) -> None:
+        end = time.perf_counter() + seconds
+        QCoreApplication.processEvents(QEventLoop.ProcessEventsFlag.AllEvents, 20)
+        while time.perf_counter() < end:
+            QCoreApplication.processEvents(QEventLoop.ProcessEventsFlag.AllEvents, 5)
+
+    def _rest(self, number: int) -> None:
+        """Ask for new pictures of engines that behave, and compare them with the state."""
+        UnreliableEngine.calm = True
+        state, workspace = self.window.state, self.window.workspace
+        state.finish_view()
+        self.window.show()
+        self.shown.clear()
+        # Engines that could not be built are built again.
+        workspace.open_volume(Path("ramp"))
+        end = time.perf_counter() + SETTLE_S
+        self._process(0.3)
+        while not workspace.is_settled and time.perf_counter() < end:
+            self._process(0.02)
+        if not workspace.is_settled:
+            self.found.errors.append(f"{number}: it did not settle")
+        for name, inputs in self.shown.items():
+            pane = getattr(self.window, name)
+            if pane.isVisible() and replace(inputs, crop=None) != replace(state.inputs, crop=None):
+                self.found.errors.append(f"{number}: the {name} shows another state")
+        QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+        gc.collect()
+        self.found.memory.append(resident_mb())
+        UnreliableEngine.calm = False
+
+    def _widget(self) -> QWidget | None:
+        seen = [w for w in self.window.findChildren(QWidget) if w.isVisible() and w.isEnabled()]
+        seen = [w for w in seen if not isinstance(w, QMenu) and w.width() > 1 and w.height() > 1]
+        return self.rng.choice(seen) if seen else None
+
+    def _point(self, widget: QWidget) -> QPoint:
+        return QPoint(self.rng.randrange(widget.width()), self.rng.randrange(widget.height()))
+
+    def _press(self) -> None:
+        widget = self._widget()
+        if widget is None or SKIPPED.search(label(widget)):
+            return
+        click = self.rng.choice([QTest.mouseClick, QTest.mouseClick, QTest.mouseDClick])
+        click(widget, self.rng.choice(BUTTONS), self.rng.choice(MODIFIERS), self._point(widget))
+
+    def _drag(self) -> None:
+        widgets = [self.window.reference.canvas, self.window.generator.canvas, self._widget()]
+        widget = self.rng.choice([w for w in widgets if w is not None and w.isVisible()] or [None])
+        if widget is None or SKIPPED.search(label(widget)):
+            return
+        button, modifier = self.rng.choice(BUTTONS), self.rng.choice(MODIFIERS)
+        QTest.mousePress(widget, button, modifier, self._point(widget))
+        for _ in range(self.rng.randrange(6)):
+            QTest.mouseMove(widget, self._point(widget))
+            self._process(0.0)
+        if self.rng.random() < 0.95:
+            QTest.mouseRelease(widget, button, modifier, self._point(widget))
+
+    def _wheel(self) -> None:
+        from PySide6.QtCore import QPointF
+        from PySide6.QtGui import QWheelEvent
+
+        widget = self._widget()
+        if widget is None:
+            return
+        place = QPointF(self._point(widget))
+        turn = QPoint(0, self.rng.choice([-240, -120, 120, 240]))
+        event = QWheelEvent(
+            place,
+            QPointF(widget.mapToGlobal(place.toPoint())),
+            QPoint(),
+            turn,
+            Qt.MouseButton.NoButton,
+            self.rng.choice(MODIFIERS),
+            Qt.ScrollPhase.NoScrollPhase,
+            False,
+        )
+        QApplication.sendEvent(widget, event)
+
+    def _key(self) -> None:
+        widget = QApplication.focusWidget() or self.window
+        key: Any = self.rng.choice([*KEYS, *SPECIAL])
+        modifier = self.rng.choice(MODIFIERS)
+        if isinstance(key, str) and modifier == Qt.KeyboardModifier.ControlModifier:
+            key = self.rng.choice("ZYKC")
+        QTest.keyClick(widget, key, modifier)
+
+    def _act(self) -> None:
+        actions = [
+            action
+            for action in self.window.findChildren(QAction)
+            if action.isEnabled() and action.menu() is None and not SKIPPED.search(action.text())
+        ]
+        if actions:
+            self.rng.choice(actions).trigger()
+
+    def _open(self) -> None:
+        workspace = self.window.workspace
+        if self.rng.random() < 0.6:
+            workspace.open_volume(Path(self.rng.choice(["ramp", "other", "missing"])))
+        else:
+            workspace.open_model(self.rng.choice([None, Path("model"), Path("model2")]))
+
+    def _resize(self) -> None:
+        self.window.resize(self.rng.randrange(400, 2000), self.rng.randrange(300, 1300))
+
+
+def label(widget: QWidget) -> str:
+    """Text of a button; empty for what has none."""
+    text = getattr(widget, "text", None)
+    return str(text()) if callable(text) else ""
+
+
+def close_popup() -> None:
+    """Close a menu or list that is open."""
+    popup = QApplication.activePopupWidget()
+    if popup is not None:
+        popup.close()
+
+
+def resident_mb() -> float:
+    """Resident memory of this process, in MB; 0 where the system does not tell."""
+    try:
+        found = re.search(r"VmRSS:\s+(\d+)", Path("/proc/self/status").read_text())
+    except OSError:
+        return 0.0
+    return int(found[1]) / 1024 if found else 0.0
+
+
+def monkey_at_work(events: int, seed: int, rest_every: int = 250) -> Findings:
+    """Open a window on unreliable engines, let a monkey at it, and close it."""
+    QApplication.instance() or QApplication([])
+    _answer_dialogs()
+    UnreliableEngine.rng = random.Random(seed)
+    volumes = {"ramp": make_volume(), "other": make_volume()}
+    window = MainWindow(UnreliableBuilders(volumes=volumes).make(), None)
+    monkey = Monkey(window, seed)
+    caught = sys.excepthook
+    sys.excepthook = lambda kind, error, _trace: monkey.found.errors.append(
+        f"after {monkey.last}: {kind.__name__}: {error}; {_where(_trace)}"
+    )
+    try:
+        UnreliableEngine.calm = True
+        window.workspace.open_volume(Path("ramp"))
+        window.workspace.open_model(Path("model"))
+        window.show()
+        monkey._process(1.0)
+        UnreliableEngine.calm = False
+        monkey.play(events, rest_every)
+    finally:
+        UnreliableEngine.calm = True
+        window.close()
+        window.deleteLater()
+        monkey._process(0.2)
+        QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+        sys.excepthook = caught
+    alive = [t.name for t in threading.enumerate() if t.name.startswith(THREAD_PREFIX)]
+    monkey.found.threads.extend(alive)
+    return monkey.found
+
+
+def _where(trace: Any) -> str:
+    while trace is not None and trace.tb_next is not None:
+        trace = trace.tb_next
+    return "" if trace is None else f"{trace.tb_frame.f_code.co_filename}:{trace.tb_lineno}"
+
+
+def _answer_dialogs() -> None:
+    """Have dialogs that wait for an answer be cancelled at once."""
+    QDialog.exec = lambda *_: 0  # type: ignore[method-assign,assignment]
+    QMessageBox.exec = lambda *_: 0  # type: ignore[method-assign,assignment]
+    QMessageBox.question = lambda *_, **__: QMessageBox.StandardButton.No  # type: ignore[assignment]
+    for name in ("getOpenFileName", "getSaveFileName"):
+        setattr(QFileDialog, name, staticmethod(lambda *_, **__: ("", "")))
+    QFileDialog.getExistingDirectory = staticmethod(lambda *_, **__: "")  # type: ignore[assignment]
+    for name in ("getText", "getItem", "getDouble", "getInt"):
+        setattr(QInputDialog, name, staticmethod(lambda *_, **__: ("", False)))
+
+
+def main() -> int:
+    """Run the job; return 1 if anything was found."""
+    parser = argparse.ArgumentParser(prog="python -m tests.app.monkey", description=__doc__)
+    parser.add_argument("--events", type=int, default=5000)
+    parser.add_argument("--seed", type=int, default=0)
+    asked = parser.parse_args()
+    start = time.perf_counter()
+    found = monkey_at_work(asked.events, asked.seed)
+    times = 1000 * np.array(found.event_s)
+    print(f"{asked.events} events in {time.perf_counter() - start:.0f} s, seed {asked.seed}")
+    print(
+        f"an event: median {np.median(times):.1f} ms, 99th percentile "
+        f"{np.percentile(times, 99):.0f} ms, longest {times.max():.0f} ms"
+    )
+    print("memory at each rest, MB: " + " ".join(f"{m:.0f}" for m in found.memory))
+    print(f"threads left: {found.threads}; errors: {len(found.errors)}")
+    for error in list(dict.fromkeys(found.errors))[:20]:
+        print(" ", error)
+    return min(len(found.errors) + len(found.threads), 1)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
