@@ -302,6 +302,8 @@ def monkey_at_work(events: int, seed: int, rest_every: int = 250) -> Findings:
     """Open a window on unreliable engines, let a monkey at it, and close it."""
     QApplication.instance() or QApplication([])
     _answer_dialogs()
+    # As app/launch.py does: Qt's objects must not be collected in an engine's thread.
+    gc.disable()
     UnreliableEngine.rng = random.Random(seed)
     volumes = {"ramp": make_volume(), "other": make_volume()}
     window = MainWindow(UnreliableBuilders(volumes=volumes).make(), None)
@@ -325,6 +327,7 @@ def monkey_at_work(events: int, seed: int, rest_every: int = 250) -> Findings:
         monkey._process(0.2)
         QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
         sys.excepthook = caught
+        gc.enable()
     alive = [t.name for t in threading.enumerate() if t.name.startswith(THREAD_PREFIX)]
     monkey.found.threads.extend(alive)
     return monkey.found
