@@ -105,6 +105,34 @@ def truncated(path: Path, how: str) -> VolumeError:
     return VolumeError(f"{path}: the file is truncated ({how}); copy or download it again.")
 
 
+def file_beside(header: Path, name: str) -> Path:
+    """Return a file that a header names, in the header's folder or below it.
+
+    Raises
+    ------
+    VolumeError
+        When it is missing, or the name leads out of the folder: a stranger's header must not
+        have another file of the user's read, and perhaps saved as a picture.
+    """
+    folder = header.parent.resolve()
+    try:
+        path = (folder / name).resolve()
+        is_there = path.is_file()
+    except (OSError, ValueError):
+        # A name that no file can have.
+        path, is_there = folder, False
+    if not path.is_relative_to(folder):
+        raise VolumeError(
+            f"{header}: its data file {name[:100]!r} lies outside the header's folder, from which "
+            "nothing is read; put it beside the header, and write its name alone into it."
+        )
+    if not is_there:
+        raise VolumeError(
+            f"{header}: its data file {name[:100]} is missing; put it beside the header."
+        )
+    return path
+
+
 def damaged(path: Path, how: str) -> VolumeError:
     """Return the error for an invalid header or stream; `how` describes the defect."""
     return VolumeError(f"{path}: the file is damaged or foreign: {how}; check where it came from.")

@@ -18,6 +18,7 @@ from model.volume_files.blocks import Block, read_block
 from model.volume_files.checks import (
     check_grid,
     damaged,
+    file_beside,
     frame_notes,
     truncated,
     unsupported,
@@ -193,9 +194,4 @@ def _data_file(header: _Header) -> tuple[Path, int]:
         raise unsupported(
             header.path, "a MetaImage header over several data files", "save it as one .mha file"
         )
-    path = header.path.parent / name
-    if not path.is_file():
-        raise VolumeError(
-            f"{header.path}: its data file {name} is missing; put it beside the header."
-        )
-    return path, 0
+    return file_beside(header.path, name), 0

@@ -21,6 +21,7 @@ from model.volume_files.blocks import Block, Encoding, read_block
 from model.volume_files.checks import (
     check_grid,
     damaged,
+    file_beside,
     frame_notes,
     truncated,
     unsupported,
@@ -209,12 +210,7 @@ def _data_file(header: _Header) -> tuple[Path, int]:
         raise unsupported(
             header.path, "a NRRD header over several data files", "save it as one .nrrd file"
         )
-    path = header.path.parent / name
-    if not path.is_file():
-        raise VolumeError(
-            f"{header.path}: its data file {name} is missing; put it beside the header."
-        )
-    return path, 0
+    return file_beside(header.path, name), 0
 
 
 def _directions(header: _Header, axes: list[int]) -> NDArray[np.float64] | None:

@@ -574,3 +574,29 @@ def test_a_tiff_that_made_vtk_crash(tmp_path):
     resolution, least = (struct.pack("<HHI", tag, 5, 1) for tag in (282, 280))
     path.write_bytes(path.read_bytes().replace(resolution, least))
     np.testing.assert_array_equal(read_volume(path).voxels, array)
+
+
+@pytest.mark.parametrize(
+    "name", ["../secret.raw", "{tmp}/secret.raw", "sub/../../secret.raw", "link"]
+)
+@pytest.mark.parametrize("kind", ["nhdr", "mhd"])
+def test_no_header_leads_out_of_its_folder(tmp_path, kind, name):
+    array = voxels()
+    (tmp_path / "secret.raw").write_bytes(array.tobytes())
+    folder = tmp_path / "data"
+    (folder / "sub").mkdir(parents=True)
+    (folder / "link").symlink_to(tmp_path / "secret.raw")
+    name, path = name.format(tmp=tmp_path), folder / f"a.{kind}"
+    if kind == "nhdr":
+        write_nrrd(path, array, "endian: little", "encoding: raw", f"data file: {name}", data=b"")
+    else:
+        write_metaimage(path, array, data=b"", file=name)
+    with pytest.raises(VolumeError, match="outside the header's folder"):
+        read_volume(path)
+    name = "sub/inside.raw"
+    (folder / name).write_bytes(array.tobytes())
+    if kind == "nhdr":
+        write_nrrd(path, array, "endian: little", "encoding: raw", f"data file: {name}", data=b"")
+    else:
+        write_metaimage(path, array, data=b"", file=name)
+    np.testing.assert_array_equal(read_volume(path).voxels, array)
