@@ -495,8 +495,10 @@ class RaycastRenderer:
             return np.zeros(np.prod(self.cells.shape), dtype=np.int8)
         volume = self._volume
         samples = 2 * volume.radius / (sample_distance * volume.voxel_size)
-        # All skipped samples of a ray together must stay below the largest error.
-        shown = opacity > LARGEST_ERROR / 2 / samples
+        # All skipped samples of a ray together must stay below the largest error, or that share
+        # of the brightest pixel that a nearly transparent TF can make.
+        brightest = min(1.0, samples * float(opacity.max()))
+        shown = opacity > brightest * LARGEST_ERROR / 2 / samples
         in_bin = np.zeros(TF_SAMPLES, dtype=bool)
         # Levels between two bins count for both.
         level = np.flatnonzero(shown)
