@@ -116,9 +116,11 @@ class ReferenceBar(QWidget):
             for action in actions.get(getattr(choices, name), ()):
                 action.setChecked(True)
         self.drawing.setText(f"By {SHORT_DRAWINGS[choices.drawing]}")
+        self._show_settings(self._work.settings)
 
     def _show_settings(self, settings: ReferenceSettings) -> None:
-        self.light.setText(f"Light: {SHORT_LIGHTINGS[settings.lighting]}")
+        by_itself = " (automatic)" if self._work.choices.lighting == "auto" else ""
+        self.light.setText(f"Light: {SHORT_LIGHTINGS[settings.lighting]}{by_itself}")
 
     def _button(self, tip: str) -> QToolButton:
         button = QToolButton()

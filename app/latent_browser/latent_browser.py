@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
     QLabel,
     QMenu,
     QPushButton,
+    QSizePolicy,
     QVBoxLayout,
     QWidget,
 )
@@ -99,6 +100,8 @@ class LatentBrowser(QWidget):
         self.preview = Preview(reference, editor.area)
         self.status = QLabel()
         self.status.setProperty("role", "dim")
+        # Facts come and go: they must not make the window wider.
+        self.status.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.cancel = QPushButton("Cancel")
         self.cancel.hide()
         self.map.show_message(NO_VOLUME)
@@ -476,3 +479,4 @@ class LatentBrowser(QWidget):
             x, y = self._latent.hover
             facts.append(f"({x:.2f}, {y:.2f})")
         self.status.setText("    ".join(facts))
+        self.status.setToolTip("\n".join(facts))

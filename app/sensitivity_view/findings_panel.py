@@ -172,7 +172,10 @@ class FindingsPanel(QWidget):
 
     def _nothing_text(self, picked: bool, fresh: bool) -> str:
         if fresh:
-            return "nothing: this place is black" if picked else "no edit shows here"
+            if picked:
+                return "nothing: this place is black"
+            # Or it only rises towards values that hardly any voxel has: see the curve.
+            return "no edit shows here" if self._layer.is_flat else "no peak: see the curve"
         waiting = (
             bool(self._dispatcher.chooser.available) if picked else self._dispatcher.is_waiting
         )

@@ -25,7 +25,7 @@ from app.tf_editor.handle import DragHandle
 from app.tf_editor.plot_area import PlotArea
 from model.scene.tf_perturbation import edit_over
 from model.scene.transfer_function import TF_SAMPLES
-from model.sensitivity.display import FLOOR, shown_responses
+from model.sensitivity.display import FLOOR, SMALL_EDIT, shown_responses
 from model.sensitivity.intervals import Interval, promising_intervals
 
 EXACT, LEARNED, BAND = "#56b4e9", "#e69f00", "#e05c5c"
@@ -111,6 +111,7 @@ class ResponseLayer(QObject):
         self._limit = FLOOR
         self._pressed: QPointF | None = None
         self.intervals: tuple[Interval, ...] = ()
+        self.is_flat = True
         self._visible = _filled(VISIBLE, 70)
         self._visible_region = pg.PlotCurveItem(pen=pg.mkPen(VISIBLE, width=1.2), antialias=True)
         self._curves = {
@@ -179,6 +180,7 @@ class ResponseLayer(QObject):
         intervals: tuple[Interval, ...] = ()
         if values is not None and answer is not None and choices.shown:
             scalar_range = answer.request.inputs.opacity_tf.scalar_range
+            self.is_flat = bool(np.abs(values).max() < FLOOR * SMALL_EDIT)
             intervals = promising_intervals(values, scalar_range, window=self._dispatcher.window)
         if intervals != self.intervals:
             self.intervals = intervals

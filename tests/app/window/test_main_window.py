@@ -286,7 +286,8 @@ def test_the_reference_renderer_can_be_chosen(
     qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
 ) -> None:
     window = make_window()
-    assert [s.renderer for s in builders.settings] == ["vtk"]
+    # Built once more if the model, whose light is another, comes after the volume.
+    assert {s.renderer for s in builders.settings} == {"vtk"}
     window.workspace.reference.choose(drawing="raycast")
     settle(qtbot, window)
     assert builders.settings[-1].renderer == "raycast"
@@ -445,3 +446,12 @@ def test_under_global_light_vtk_draws_coarser_itself(
     window.state.finish_view()
     settle(qtbot, window)
     assert "Trained with no light" in window.generator.canvas.hint
+
+
+def test_the_light_says_whether_anybody_chose_it(make_window: WindowMaker) -> None:
+    window = make_window(model=None)
+    work, bar = window.workspace.reference, window.reference_bar
+    work.choose(lighting="none")
+    assert bar.light.text() == "Light: none"
+    work.choose(lighting="auto")
+    assert bar.light.text().endswith("(automatic)")
