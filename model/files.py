@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -45,6 +46,12 @@ def write_atomically(path: Path, content: bytes) -> None:
     """Write a file completely or not at all, even across a power failure; see :func:`writing`."""
     with writing(path) as file:
         file.write(content)
+
+
+def free_space(path: Path) -> int:
+    """Bytes that are free where a file or folder is, or would be made."""
+    place = path.absolute()
+    return shutil.disk_usage(next(p for p in (place, *place.parents) if p.exists())).free
 
 
 def _sync_folder(folder: Path) -> None:

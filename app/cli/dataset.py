@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -12,6 +11,7 @@ from rich.filesize import decimal
 from app.cli.console import console, counting
 from app.cli.outputs import make_room_for
 from model.errors import DatasetError, TfscopeError
+from model.files import free_space
 from model.scene.scene import Lighting, RendererName, Scene, TFFamily
 from model.scene.transfer_function import Range
 from model.scene.volume import Volume
@@ -89,8 +89,7 @@ def _rendered(out: Path) -> int:
 
 def _check_room(out: Path, image_bytes: int) -> None:
     """Check the free disk space, assuming that compression is at most tenfold."""
-    folder = next(p for p in out.absolute().parents if p.exists())
-    free = shutil.disk_usage(folder).free
+    free = free_space(out)
     if image_bytes / 10 > free:
         raise TfscopeError(
             f"{out}: these samples take at least {decimal(image_bytes // 10)}, and "

@@ -178,7 +178,7 @@ class SampleStore:
         return [
             block
             for block, flag in zip(blocks, complete, strict=True)
-            if flag != len(block) or self._lost(split, block)
+            if flag != len(block) or self._lost(split, block.start // BLOCK)
         ]
 
     def reopen_damaged(self) -> int:
@@ -188,7 +188,7 @@ class SampleStore:
         """
         found = 0
         for split in SPLITS:
-            missing = self.missing_blocks(split)
+            missing = set(self.missing_blocks(split))
             flags = self._flags(split, len(_blocks(self.count(split))))
             # Not those that no run has come to yet.
             found += sum(len(block) for block in missing if flags[block.start // BLOCK])
@@ -234,8 +234,9 @@ class SampleStore:
             When they cannot be read.
         """
         span = slice(indices.start, indices.stop)
-        for block in _blocks(self.count(split))[span.start // BLOCK : -(-span.stop // BLOCK)]:
-            if lost := self._lost(split, block):
+        for number in range(span.start // BLOCK, -(-span.stop // BLOCK)):
+            if lost := self._lost(split, number):
+                block = _blocks(self.count(split))[number]
                 raise self._damaged(split, block, f"{lost} is missing")
         try:
             return SampleBatch.of(
@@ -271,12 +272,10 @@ class SampleStore:
                 "make room and start again to go on."
             ) from error
 
-    def _lost(self, split: Split, block: range) -> str:
-        """Return the file that a block lacks; empty if it is whole."""
+    def _lost(self, split: Split, number: int) -> str:
+        """Return the file that a block lacks, by its number; empty if it is whole."""
         for name, (shape, _) in _shapes(self.scene).items():
-            file = self.path.joinpath(
-                split, name, "c", str(block.start // BLOCK), *"0" * len(shape)
-            )
+            file = self.path.joinpath(split, name, "c", str(number), *"0" * len(shape))
             if not file.is_file():
                 return str(file.relative_to(self.path))
         return ""

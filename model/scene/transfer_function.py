@@ -316,7 +316,7 @@ class _ColorContent:
 
 @dataclass(frozen=True)
 class _Content:
-    """What a TF file holds; without a range, values are fractions of one."""
+    """Content of a TF file; without a range, values are fractions of one."""
 
     tfscope_tf: int
     opacity: _OpacityContent

@@ -9,7 +9,6 @@ during training.
 from __future__ import annotations
 
 import platform
-import shutil
 import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
@@ -21,6 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from model.errors import CollapseError, TrainingError
+from model.files import free_space
 from model.networks.card import ModelCard
 from model.networks.checkpoint import save_model
 from model.networks.generator_network import GeneratorNetwork
@@ -224,10 +224,7 @@ class _Run:
         weights = sum(t.nbytes for s in stages for t in s.generator.state_dict().values())
         # Weights, their average and two moments of the optimizer, the old file beside the new.
         need = 8 * weights
-        folder = next(
-            p for p in (self.plan.folder, *self.plan.folder.absolute().parents) if p.exists()
-        )
-        free = shutil.disk_usage(folder).free
+        free = free_space(self.plan.folder)
         if free < need:
             raise TrainingError(
                 f"{self.plan.folder}: a checkpoint takes about {need / 1e6:.0f} MB, and "

@@ -118,7 +118,7 @@ class UnreliableBuilders(FakeBuilders):
 
 @dataclass
 class Findings:
-    """What became of a monkey's events.
+    """Outcome of a monkey's events.
 
     Attributes
     ----------

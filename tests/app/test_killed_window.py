@@ -1,4 +1,4 @@
-"""What the user made is there after a kill: the TF, the view and the window."""
+"""Kills of the window, which the TF, the view and the window's place survive."""
 
 from __future__ import annotations
 

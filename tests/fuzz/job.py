@@ -27,7 +27,7 @@ GOOD = ("read", "refused")
 
 @dataclass
 class Outcomes:
-    """How many mutations ended how, and what was told of those that should not.
+    """Numbers of mutations by how they ended, and words on those that failed.
 
     Attributes
     ----------

@@ -254,7 +254,7 @@ def test_a_run_is_saved_soon_after_it_has_begun(
 def test_a_full_disk_is_said_at_the_start(
     store: SampleStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(trainer.shutil, "disk_usage", lambda _: SimpleNamespace(free=1000))
+    monkeypatch.setattr("shutil.disk_usage", lambda _: SimpleNamespace(free=1000))
     reports: list[TrainingReport] = []
     with pytest.raises(TrainingError, match="0 MB are free; make room"):
         train(plan(store, tmp_path / "run"), on_report=reports.append)
