@@ -39,6 +39,7 @@ from app.engines.messages import ImageRequest
 from app.engines.worker import THREAD_PREFIX
 from app.window.main_window import MainWindow
 from model.errors import RenderError
+from tests.app.process_size import resident_mb
 
 KEYS = "RLWFGTPVMCKXYZ123456789[]+-"
 SPECIAL = [
@@ -287,15 +288,6 @@ def close_popup() -> None:
     popup = QApplication.activePopupWidget()
     if popup is not None:
         popup.close()
-
-
-def resident_mb() -> float:
-    """Resident memory of this process, in MB; 0 where the system does not tell."""
-    try:
-        found = re.search(r"VmRSS:\s+(\d+)", Path("/proc/self/status").read_text())
-    except OSError:
-        return 0.0
-    return int(found[1]) / 1024 if found else 0.0
 
 
 def monkey_at_work(events: int, seed: int, rest_every: int = 250) -> Findings:
