@@ -69,7 +69,14 @@ class EngineClient(QObject):
         return self.text if self.state is EngineState.FAILED else None
 
     def start(self, factory: Callable[[], Engine], busy_text: str) -> None:
-        """Replace the engine by one built by `factory` in a new worker thread."""
+        """Replace the engine by one built by `factory` in a new worker thread.
+
+        Parameters
+        ----------
+        factory : callable
+        busy_text : str
+            What is said meanwhile; empty to leave the last image as it is.
+        """
         self.stop()
         self._takes_requests = True
         self._is_built = False

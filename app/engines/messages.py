@@ -113,6 +113,11 @@ class UpAxisRequest(BatchRequest):
 
 
 @dataclass(frozen=True)
+class PresetRequest(BatchRequest):
+    """Request for images of a volume under each preset."""
+
+
+@dataclass(frozen=True)
 class ErrorRequest(BatchRequest):
     """Request for images by which a model is compared with the ray caster."""
 

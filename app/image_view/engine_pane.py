@@ -97,6 +97,9 @@ class EnginePane(QWidget):
         return self._detail.text()
 
     def _show_state(self, state: EngineState) -> None:
+        if state is EngineState.LOADING and not self.client.text:
+            # Another engine for the same volume: the last image stays until there is a new one.
+            return
         if state in WITHOUT_IMAGE:
             self._newest = (-1, False)
             self._detail.clear()

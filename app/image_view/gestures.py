@@ -15,6 +15,9 @@ from app.image_view.view_steps import notches_of, pan, roll, turn, zoom
 from app.state.viewer_state import ViewerState
 from model.scene.light import LightRange
 
+CLICK_REACH = 4.0
+"""Largest movement of a click, in pixels; a drag turns the view only beyond it."""
+
 WHEEL_REST_MS = 200
 """Pause after a wheel event that ends a zoom gesture."""
 
@@ -39,7 +42,8 @@ class ViewGestures(QObject):
         super().__init__(widget)
         self._widget = widget
         self._state = state
-        self._last = QPointF()
+        self._last = self._pressed = QPointF()
+        self._is_click = False
         self._gesture: Gesture | None = None
         self._button = Qt.MouseButton.NoButton
         self._limits = LightRange()
@@ -81,7 +85,8 @@ class ViewGestures(QObject):
         # What the wheel did is a gesture of its own.
         self._end_zoom()
         self._button = event.button()
-        self._last = event.position()
+        self._last = self._pressed = event.position()
+        self._is_click = self._gesture == "turn"
         if self._gesture == "light":
             self._drag(self._last)
         return True
@@ -113,6 +118,10 @@ class ViewGestures(QObject):
             # The release was kept from this widget.
             self._end_drag()
             return False
+        if self._is_click:
+            if (event.position() - self._pressed).manhattanLength() <= CLICK_REACH:
+                return True
+            self._is_click = False
         self._drag(event.position())
         return True
 

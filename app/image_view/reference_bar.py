@@ -119,7 +119,10 @@ class ReferenceBar(QWidget):
         self._show_settings(self._work.settings)
 
     def _show_settings(self, settings: ReferenceSettings) -> None:
-        by_itself = " (automatic)" if self._work.choices.lighting == "auto" else ""
+        by_itself = ""
+        if self._work.choices.lighting == "auto":
+            unlit = settings.lighting == "none" and self._work.light_is_slow
+            by_itself = " (too slow)" if unlit else " (automatic)"
         self.light.setText(f"Light: {SHORT_LIGHTINGS[settings.lighting]}{by_itself}")
 
     def _button(self, tip: str) -> QToolButton:

@@ -11,6 +11,7 @@ from PySide6.QtCore import QObject, QRect, QRectF, Qt
 from PySide6.QtGui import QColor, QImage, QPainter, QPen
 
 from app import theme
+from app.engines.states import EngineState
 from app.image_view.engine_pane import EnginePane
 from app.image_view.image_canvas import to_qimage
 from app.state.sensitivity_answers import SOURCE_NAMES, FieldAnswer, WhatIfAnswer
@@ -80,7 +81,7 @@ class FieldCover(QObject):
         self._what_if: WhatIfAnswer | None = None
         self._bar: Measure | None = None
         pane.imageShown.connect(self._take_image)
-        pane.client.stateChanged.connect(lambda _state: self._check_stop())
+        pane.client.stateChanged.connect(self._check_stop)
         dispatcher.fieldAnswered.connect(self.refresh)
         sensitivity.bandChanged.connect(lambda _band: self.refresh())
         sensitivity.choicesChanged.connect(lambda _choices: self.refresh())
@@ -146,9 +147,9 @@ class FieldCover(QObject):
             self._images.popitem(last=False)
         self.refresh()
 
-    def _check_stop(self) -> None:
-        """Uncover a pane that has lost its image."""
-        if self._pane.canvas.image is None:
+    def _check_stop(self, state: EngineState) -> None:
+        """Uncover a pane that has lost its image, or whose image is another engine's."""
+        if self._pane.canvas.image is None or state is EngineState.LOADING:
             self._images.clear()
             self._what_if = None
             self._uncover()

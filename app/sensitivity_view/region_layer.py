@@ -8,15 +8,13 @@ from PySide6.QtCore import QEvent, QObject, QPointF, QRect, QRectF, Qt
 from PySide6.QtGui import QColor, QCursor, QMouseEvent, QPainter, QPen, QPolygonF
 
 from app import theme
+from app.image_view.gestures import CLICK_REACH
 from app.image_view.image_canvas import ImageCanvas
 from app.state.sensitivity_state import Choices, SensitivityState
 from model.scene.region import Outline
 
 REACH = 8.0
 """Distance in pixels from which a corner or an edge reacts to the mouse."""
-
-CLICK_REACH = 4.0
-"""Largest movement of a click, in pixels."""
 
 LASSO_STEP = 3.0
 """Least distance of a lasso's points, in pixels."""
@@ -204,12 +202,20 @@ class RegionLayer(QObject):
         painter.setBrush(Qt.BrushStyle.NoBrush)
 
     def _paint_name(self, painter: QPainter, name: str, polygon: QPolygonF, active: bool) -> None:
-        corner = polygon.boundingRect().topLeft() + QPointF(2, -5)
-        if corner.y() < 12:
-            corner = polygon.boundingRect().bottomLeft() + QPointF(2, 14)
-        for color, shift in ((theme.BACKGROUND, 1.0), (_color(active), 0.0)):
-            painter.setPen(QColor(color))
-            painter.drawText(corner + QPointF(shift, shift), name)
+        corner = polygon.boundingRect().topLeft() + QPointF(6, -7)
+        if corner.y() < 18:
+            corner = polygon.boundingRect().bottomLeft() + QPointF(6, 18)
+        metrics = painter.fontMetrics()
+        box = QRectF(metrics.boundingRect(name)).translated(corner).adjusted(-5, -2, 5, 2)
+        # On a plate of its own, as images are of any colour.
+        plate = QColor(theme.PANEL)
+        plate.setAlpha(220)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(plate)
+        painter.drawRoundedRect(box, 3, 3)
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.setPen(QColor(_color(active)))
+        painter.drawText(corner, name)
 
     def _paint_place(self, painter: QPainter, rect: QRect) -> None:
         if self._state.place is None:

@@ -24,7 +24,7 @@ from app.state.viewer_state import ViewerState
 from app.tf_editor.handle import DragHandle
 from app.tf_editor.plot_area import PlotArea
 from model.scene.tf_perturbation import edit_over
-from model.scene.transfer_function import TF_SAMPLES
+from model.scene.transfer_function import TF_SAMPLES, Range
 from model.sensitivity.display import FLOOR, SMALL_EDIT, shown_responses
 from model.sensitivity.intervals import Interval, promising_intervals
 
@@ -110,6 +110,8 @@ class ResponseLayer(QObject):
         self._axis.setWidth(AXIS_WIDTH)
         self._limit = FLOOR
         self._pressed: QPointF | None = None
+        self._edits = False
+        """Whether a handle was moved since the mouse came to the plot."""
         self.intervals: tuple[Interval, ...] = ()
         self.is_flat = True
         self._visible = _filled(VISIBLE, 70)
@@ -125,7 +127,9 @@ class ResponseLayer(QObject):
         area.opacity.addItem(self._band, ignoreBounds=True)
         self._visible.setZValue(-5)
         self._visible_region.setZValue(-4)
-        for item in (self._zero, *self._curves.values()):
+        self._cut = pg.ScatterPlotItem(size=9, pen=None)
+        self._shown: dict[str, tuple[NDArray[np.float64], Range]] = {}
+        for item in (self._zero, self._cut, *self._curves.values()):
             self._view.addItem(item, ignoreBounds=True)
         self._flags = [PeakFlag(number) for number in (1, 2, 3)]
         for number, flag in enumerate(self._flags):
@@ -136,6 +140,7 @@ class ResponseLayer(QObject):
         viewport.setMouseTracking(True)
         viewport.installEventFilter(self)
         area.axisChanged.connect(self._place_flags)
+        area.axisChanged.connect(self._mark_cut)
         dispatcher.regionAnswered.connect(self.refresh)
         dispatcher.visibilityAnswered.connect(self._show_visibility)
         sensitivity.bandChanged.connect(lambda _band: self._show_band())
@@ -150,6 +155,11 @@ class ResponseLayer(QObject):
     def is_marked_stale(self) -> bool:
         """Whether the responses shown are known not to be of the present image."""
         return bool(self._curves["exact"].opacity() < 1)
+
+    @property
+    def arrows(self) -> list[float]:
+        """Scalar values at which arrows say that a curve leaves the plot."""
+        return [self._area.axis.value(place) for place in self._cut.getData()[0]]
 
     def curve(self, name: str) -> NDArray[np.float64]:
         """Return the responses shown as a curve, "exact" or "learned"; empty if hidden."""
@@ -174,6 +184,12 @@ class ResponseLayer(QObject):
                 # The TF's range may have changed since it was asked.
                 self._area.draw(curve, values, of.request.inputs.opacity_tf.scalar_range)
         self._scale_axis([values for values in shown.values() if values is not None])
+        self._shown = {
+            name: (values, of.request.inputs.opacity_tf.scalar_range)
+            for name, values in shown.items()
+            if values is not None and (of := answers[name]) is not None and choices.shown
+        }
+        self._mark_cut()
         self._mark_stale()
         answer = self._dispatcher.region_answer
         values = self._displayed(answer)
@@ -194,6 +210,7 @@ class ResponseLayer(QObject):
         if not self._sensitivity.choices.shown:
             return False
         if kind == QEvent.Type.Leave:
+            self._edits = False
             self._sensitivity.hover(None)
         elif kind == QEvent.Type.Wheel:
             wheel = cast(QWheelEvent, event)
@@ -208,8 +225,11 @@ class ResponseLayer(QObject):
             left = mouse.button() == Qt.MouseButton.LeftButton
             # With Shift, a drag selects handles.
             plain = left and not mouse.modifiers() & Qt.KeyboardModifier.ShiftModifier
-            free = plain and not self._handle_at(mouse.position())
+            self._edits = self._handle_at(mouse.position(), DragHandle)
+            free = plain and not self._handle_at(mouse.position(), DragHandle | PeakFlag)
             self._pressed = mouse.position() if free else None
+            if self._edits:
+                self._sensitivity.hover(None)
         elif kind == QEvent.Type.MouseMove:
             self._move(cast(QMouseEvent, event))
         elif kind == QEvent.Type.MouseButtonRelease:
@@ -221,7 +241,9 @@ class ResponseLayer(QObject):
     def _move(self, event: QMouseEvent) -> None:
         value = self._value_at(event.position())
         if not event.buttons():
-            self._sensitivity.hover(value)
+            # Who has just moved a handle, or is about to, looks at the picture.
+            edits = self._edits or self._handle_at(event.position(), DragHandle)
+            self._sensitivity.hover(None if edits else value)
         elif self._pressed is not None:
             start = self._value_at(self._pressed)
             moved = abs(event.position().x() - self._pressed.x()) > CLICK_REACH
@@ -237,9 +259,9 @@ class ResponseLayer(QObject):
         lo, hi = self._state.scalar_range
         return min(max(self._area.axis.value(min(max(place, 0.0), 1.0)), lo), hi)
 
-    def _handle_at(self, position: QPointF) -> bool:
+    def _handle_at(self, position: QPointF, kinds: Any) -> bool:
         items = self._area.widget.items(position.toPoint())
-        return any(isinstance(item, DragHandle | PeakFlag) and item.isVisible() for item in items)
+        return any(isinstance(item, kinds) and item.isVisible() for item in items)
 
     def _displayed(self, answer: RegionAnswer | None) -> NDArray[np.float64] | None:
         """Responses in the displayed unit; None for those of another measure."""
@@ -274,6 +296,25 @@ class ResponseLayer(QObject):
             "Change of the region's pixel values (0 to 1) by an edit that adds .01 of opacity "
             f"where it is highest: {what}"
         )
+
+    def _mark_cut(self) -> None:
+        """Put an arrow where a curve leaves the plot: once for each part outside."""
+        spots = []
+        for name, (values, (low, high)) in self._shown.items():
+            places = self._area.axis.places(np.linspace(low, high, len(values)))
+            beyond = (np.abs(values) > self._limit) & (places >= 0) & (places <= 1)
+            starts = np.flatnonzero(np.diff(np.concatenate([[0], beyond, [0]])))
+            for first, end in starts.reshape(-1, 2):
+                at = first + int(np.argmax(np.abs(values[first:end])))
+                up = values[at] > 0
+                spots.append(
+                    {
+                        "pos": (places[at], (0.94 if up else -0.94) * self._limit),
+                        "symbol": "t1" if up else "t",
+                        "brush": EXACT if name == "exact" else LEARNED,
+                    }
+                )
+        self._cut.setData(spots)
 
     def _mark_stale(self) -> None:
         """Dim the curves that are not of the present image."""

@@ -8,7 +8,7 @@ from PySide6.QtCore import QObject
 
 from app.engines.client import EngineClient
 from app.engines.messages import ImageRequest, Quality, Request, Result, StandInRequest
-from app.state.pace import LIVE_SECONDS, Pace
+from app.state.pace import LIVE_SECONDS, SCALES, Pace
 from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
 
@@ -25,7 +25,10 @@ STAND_IN_COARSENESS = 2.0
 """The same for the ray caster's."""
 
 REST_SECONDS = 3.0
-"""Time that the image at rest may take; larger ones are drawn with fewer pixels."""
+"""Time that the first image at rest may take; where all pixels take longer, they follow it."""
+
+LONGEST_SECONDS = 120.0
+"""Time that an image of all pixels may take, unless their number is the user's choice."""
 
 SOON_SECONDS = 0.3
 """Time of VTK's image at rest from which the ray caster's is shown until then."""
@@ -55,6 +58,8 @@ class Dispatcher(QObject):
         Whether the number of pixels at rest is the user's choice, however long they take.
     may_stand_in : bool
         Whether the ray caster may draw in VTK's place.
+    begins_coarse : bool
+        Whether the first image at rest follows a coarse one, as it takes long.
     hidden : set of EngineClient
         Clients whose images nobody sees: they are asked for none.
     """
@@ -71,12 +76,13 @@ class Dispatcher(QObject):
         self.raster = Raster(NO_MODEL_SIZE, NO_MODEL_SIZE)
         self.is_fixed = False
         self.may_stand_in = False
+        self.begins_coarse = False
         self.hidden: set[EngineClient] = set()
         self._state = state
         self._generator, self._reference, self._stand_in = generator, reference, stand_in
         self._pace = Pace()
         self._sequence = 0
-        self._sent: Raster | None = None
+        self._sent: Quality | None = None
         for changed, finished in (
             (state.viewChanged, state.viewChangeFinished),
             (state.transferFunctionChanged, state.transferFunctionChangeFinished),
@@ -98,24 +104,35 @@ class Dispatcher(QObject):
         self._pace.forget()
 
     def send(self) -> None:
-        """Request the final images of the present state."""
+        """Request the final images of the present state.
+
+        Where the reference takes long, coarser images come first; see :meth:`_note`.
+        """
         self._sequence += 1
         raster = self._final_raster()
-        self._sent = raster
-        self._submit(self._generator, ImageRequest, Quality(raster.shorter, raster=raster))
+        final = Quality(raster.shorter, raster=raster)
+        self._submit(self._generator, ImageRequest, final)
         if self._reference in self.hidden:
             return
-        final = Quality(raster.shorter, raster=raster)
         expected = self._pace.expected((ImageRequest, False), _size(raster))
-        if self._stands_in() and (expected is None or expected > SOON_SECONDS):
+        is_slow = expected is None or expected > SOON_SECONDS
+        if self._stands_in() and is_slow:
             self._submit(self._stand_in, StandInRequest, final)
-        self._submit(self._reference, ImageRequest, final)
+        if self.begins_coarse and is_slow:
+            self._ask_reference(self._live(ImageRequest))
+        else:
+            self._ask_reference(final)
+
+    def _ask_reference(self, quality: Quality) -> None:
+        self._sent = quality
+        self._submit(self._reference, ImageRequest, quality)
 
     def _send_live(self) -> None:
         # A change outside a drag is immediately followed by its final request.
         if not self._state.live:
             return
         self._sequence += 1
+        self._sent = None
         size = min(self._final_raster().shorter, NO_MODEL_SIZE)
         self._submit(self._generator, ImageRequest, Quality(size, LIVE_COARSENESS, live=True))
         if self._reference in self.hidden:
@@ -143,22 +160,35 @@ class Dispatcher(QObject):
         if self.is_fixed:
             return self.raster
         # The larger picture follows, once the time of a smaller one is known.
-        first = min(1.0, FIRST_SIZE / _size(self.raster))
+        first = SCALES[-1] if self.begins_coarse else min(1.0, FIRST_SIZE / _size(self.raster))
         kind = (ImageRequest, False)
         scale = self._pace.scale(kind, _size(self.raster), REST_SECONDS, first)
         return _scaled(self.raster, scale)
 
     def _note(self, result: Result) -> None:
-        """Note how long an image took; draw it larger if it turns out that time allows."""
+        """Note how long an image took, and have the next finer one of the same state drawn."""
         request = result.request
         if result.value is None or type(request) not in (ImageRequest, StandInRequest):
             return
         kind, raster = type(request), request.quality.pixels
         self._pace.note((kind, request.quality.live), _size(raster), result.seconds)
         newest = request.sequence == self._sequence and not self._state.live
-        allows_more = self._final_raster().width > raster.width
-        if kind is ImageRequest and newest and raster == self._sent and allows_more:
-            self.send()
+        if kind is not ImageRequest or not newest or request.quality != self._sent:
+            return
+        finer = self._finer(request.quality)
+        if finer is not None:
+            self._sequence += 1
+            self._ask_reference(finer)
+
+    def _finer(self, drawn: Quality) -> Quality | None:
+        """Quality of the image that follows one of the reference; None if it was the last."""
+        raster = self._final_raster()
+        if not drawn.live and raster.width <= drawn.pixels.width:
+            raster = self.raster
+            whole = self._pace.expected((ImageRequest, False), _size(raster)) or 0.0
+            if raster.width <= drawn.pixels.width or whole > LONGEST_SECONDS:
+                return None
+        return Quality(raster.shorter, raster=raster)
 
 
 def _size(raster: Raster) -> float:

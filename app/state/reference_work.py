@@ -25,7 +25,7 @@ PANE_REST_MS = 150
 LEAST_PANE = 64
 """Fewest pixels of an image's sides, while a pane is not laid out yet."""
 
-SLOW_LIGHT_S = 1.0
+SLOW_LIGHT_S = 3.0
 """Time of the ray caster's image from which nobody is given light who has not asked for it."""
 
 PREPARING = "Preparing the volume …"
@@ -62,8 +62,10 @@ class ReferenceWork(QObject):
     """Emitted when the analyst has been started anew: its answers no longer hold."""
     resized = Signal(int)
     """Emitted with the size of the square that both images share, in pixels."""
-    news = Signal(str)
-    """Emitted with a sentence for the status bar."""
+    lightWentOut = Signal(float)
+    """Emitted with the seconds of a lit image when no light is shown as it takes too long."""
+    volumeStarted = Signal()
+    """Emitted when another volume, or its values over another range, are drawn."""
 
     def __init__(
         self,
@@ -90,6 +92,11 @@ class ReferenceWork(QObject):
         self._pane_rest = QTimer(self, singleShot=True, interval=PANE_REST_MS)
         self._pane_rest.timeout.connect(self._take_pane_size)
         analyst.resultReady.connect(self._judge_light)
+
+    @property
+    def light_is_slow(self) -> bool:
+        """Whether lit images turned out to take too long here."""
+        return self._light_is_slow
 
     def choose(self, keep: bool = True, **changes: Any) -> None:
         """Change some of the :class:`ReferenceChoices`, by name.
@@ -130,6 +137,7 @@ class ReferenceWork(QObject):
         self._volume, self._scene = volume, scene
         self._take_settings()
         self._dispatcher.forget_times()
+        self.volumeStarted.emit()
         self._start_reference()
         self._start_analyst()
 
@@ -140,7 +148,8 @@ class ReferenceWork(QObject):
         self._take_settings()
         if self.settings != before and self._volume is not None:
             self._dispatcher.forget_times()
-            self._start_reference()
+            # Of the same volume: its last image stays until the first new one.
+            self._start_reference("")
             if replace(self.settings, renderer=before.renderer) != before:
                 self._start_analyst()
             self._dispatcher.send()
@@ -173,9 +182,10 @@ class ReferenceWork(QObject):
         dispatcher.raster = (
             Raster(size, size) if isinstance(size, int) else Raster(*self._pane_pixels)
         )
-        dispatcher.may_stand_in = (
-            self.choices.drawing == "auto" and self.settings.lighting != "global"
-        )
+        # Under global light the ray caster's images differ visibly from VTK's.
+        is_global = self.settings.lighting == "global"
+        dispatcher.may_stand_in = self.choices.drawing == "auto" and not is_global
+        dispatcher.begins_coarse = is_global
         self.resized.emit(dispatcher.size)
 
     def _take_pane_size(self) -> None:
@@ -203,15 +213,12 @@ class ReferenceWork(QObject):
         if unasked and lit and result.seconds > SLOW_LIGHT_S:
             self._light_is_slow = True
             self.follow(None)
-            self.news.emit(
-                f"Drawn without light, which takes {result.seconds:.1f} s an image here; "
-                "choose Light above the image to have it."
-            )
+            self.lightWentOut.emit(result.seconds)
 
-    def _start_reference(self) -> None:
+    def _start_reference(self, busy_text: str = PREPARING) -> None:
         assert self._volume is not None
         build = partial(self._builders.reference, self._volume, self.settings)
-        self._reference.start(build, PREPARING)
+        self._reference.start(build, busy_text)
 
     def _start_analyst(self) -> None:
         assert self._volume is not None

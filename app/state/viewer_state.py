@@ -197,6 +197,11 @@ class ViewerState(ViewNavigation):
         self.undo_stack.redo()
         self.edited.emit()
 
+    @property
+    def default_transfer_function(self) -> TransferFunction:
+        """TF that :meth:`reset_transfer_function` returns to."""
+        return self._default
+
     def reset_transfer_function(self) -> None:
         """Restore the volume's default TF, as an edit that can be undone."""
         self.commit(self._default, "reset")

@@ -32,6 +32,8 @@ from model.scene.transfer_function import Range, TransferFunction
 from model.scene.view import View
 from model.volume_files.raw import RawLayout
 
+RESTORED = "TF and view are as you left them; Presets > Default begins anew."
+
 
 class Workspace(QObject):
     """Opens volumes and models, and keeps the engines of both images up to date.
@@ -126,7 +128,6 @@ class Workspace(QObject):
         state.transferFunctionChangeFinished.connect(self._follow_range)
         state.edited.connect(self._keep)
         state.viewChangeFinished.connect(self._keep_view)
-        work.news.connect(self.news)
         work.resized.connect(partial(setattr, self.sensitivity.chooser, "picture_size"))
         work.settingsChanged.connect(self._update_hint)
         work.analystStarted.connect(self._restart_questions)
@@ -298,7 +299,9 @@ class Workspace(QObject):
             self.open_model(folder)
         self.reference.start(opened.volume, self._model.scene_for(opened))
         self._follow_scene()
-        self.news.emit(" ".join(filter(None, [*opened.volume.notes, self._model.verdict])))
+        restored = RESTORED if kept is not None else ""
+        notes = [*opened.volume.notes, self._model.verdict, restored]
+        self.news.emit(" ".join(filter(None, notes)))
         volume, known = opened.volume, self._preferences.volume(opened.fingerprint)
         up = known.up_axis or volume.up
         view = View(*known.view) if known.view else None

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QPoint
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QToolButton, QVBoxLayout, QWidget
 
 from app.state.viewer_state import ViewerState
 from app.tf_editor.axis_gestures import AxisGestures
@@ -70,6 +70,13 @@ class TransferFunctionEditor(QFrame):
         self.menu.show_all.connect(self.gestures.show_all)
         self.menu.replaced.connect(self.selection.clear)
         self.menu.range_shown.connect(self.show_range)
+        self.presets = QToolButton()
+        self.presets.setText("Presets ▾")
+        self.presets.setToolTip("Transfer functions to begin with, and how the volume looks then")
+        self.presets.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        # After a click, keys such as W are the window's again.
+        self.presets.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.presets.setMenu(self.menu.presets)
         self._is_new = False
         self._lay_out()
         self._connect()
@@ -96,7 +103,7 @@ class TransferFunctionEditor(QFrame):
             Unit of the scalars; may be empty.
         """
         self.area.set_data(counts, edges, data_range, units)
-        self.menu.units = units
+        self.menu.presets.units = units
         # The volume's TF follows.
         self._is_new = True
         self.setEnabled(True)
@@ -134,6 +141,7 @@ class TransferFunctionEditor(QFrame):
         self._header = QHBoxLayout()
         self._header.setSpacing(10)
         self._header.addWidget(self.menu.button)
+        self._header.addWidget(self.presets)
         self._header.addStretch()
         plots = QVBoxLayout()
         plots.setSpacing(6)

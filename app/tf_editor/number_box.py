@@ -9,6 +9,9 @@ from PySide6.QtWidgets import QDoubleSpinBox, QToolTip, QWidget
 
 _MAX_DECIMALS = 320
 
+SHOWN_DIGITS = 4
+"""Digits of a number that are shown, beside those that both limits share."""
+
 
 class NumberBox(QDoubleSpinBox):
     """Spin box for numbers such as 1e-9, 0.5 and 3e12; typed numbers apply on Enter or focus loss.
@@ -36,7 +39,7 @@ class NumberBox(QDoubleSpinBox):
         self.setDecimals(min(max(digits, 0), _MAX_DECIMALS))
         # Leading digits shared by both limits, as in 1,000,000 and 1,000,001, do not count.
         common = math.log10(max(abs(lo), abs(hi), hi - lo) / (hi - lo))
-        self._digits = min(6 + math.ceil(common), 17)
+        self._digits = min(SHOWN_DIGITS + math.ceil(common), 17)
         self.setRange(lo, hi)
         self.setSingleStep((hi - lo) / 200)
         limits = f"From {self.textFromValue(lo)} to {self.textFromValue(hi)}"
@@ -50,7 +53,7 @@ class NumberBox(QDoubleSpinBox):
         self.blockSignals(False)
 
     def textFromValue(self, value: float) -> str:
-        """Format a value with six relevant digits, and never as "-0"."""
+        """Format a value with its relevant digits, and never as "-0"."""
         return f"{value + 0.0:.{self._digits}g}"
 
     def valueFromText(self, text: str) -> float:

@@ -13,7 +13,7 @@ from app import theme
 from app.state.viewer_state import ViewerState
 from app.tf_editor.handle import DragHandle
 from app.tf_editor.plot_area import PlotArea
-from model.scene.range_fitting import fit_to_range
+from model.scene.range_fitting import fit_to_range, stretch_to_range
 from model.scene.transfer_function import Range, TransferFunction
 
 LEAST_DISTANCE = 0.004
@@ -21,7 +21,10 @@ LEAST_DISTANCE = 0.004
 
 _REACH = 5.0
 _GRIP_HEIGHT = 22.0
-_TIP = "Drag to set the range that the TF covers; values beyond look like those at its ends"
+_TIP = (
+    "Drag to set the range that the TF covers; values beyond look like those at its ends.\n"
+    "With Ctrl, the TF is stretched to the range, as by window and level."
+)
 
 
 class RangeLine(DragHandle):
@@ -74,6 +77,7 @@ class RangeLayer(QObject):
         self._area = area
         self._state = state
         self._before: TransferFunction | None = None
+        self._stretches = False
         self.lines = (self._add_line(0), self._add_line(1))
         self._shades = [
             (_add_shade(area.opacity, 1.08), _add_shade(area.strip, 1.0)) for _ in range(2)
@@ -102,7 +106,7 @@ class RangeLayer(QObject):
 
     def _add_line(self, end: int) -> RangeLine:
         line = RangeLine()
-        line.pressed.connect(self._begin)
+        line.pressed.connect(partial(self._begin, line))
         line.dragged.connect(partial(self._drag, end))
         line.released.connect(self._finish)
         self._area.opacity.addItem(line, ignoreBounds=True)
@@ -114,8 +118,9 @@ class RangeLayer(QObject):
         for line in self.lines:
             line.set_height(height)
 
-    def _begin(self) -> None:
+    def _begin(self, line: RangeLine) -> None:
         self._before = self._state.transfer_function
+        self._stretches = line.adds
 
     def _drag(self, end: int, place: float, _height: float) -> None:
         if self._before is None:
@@ -133,8 +138,10 @@ class RangeLayer(QObject):
         if scalar_range[0] >= scalar_range[1]:
             return
         # From the TF before the drag, so that what a line passes over comes back with it.
-        self._state.preview(fit_to_range(self._before, scalar_range))
-        text = f"range {scalar_range[0]:.5g} to {scalar_range[1]:.5g}"
+        change = stretch_to_range if self._stretches else fit_to_range
+        self._state.preview(change(self._before, scalar_range))
+        how = "stretched" if self._stretches else "Ctrl: stretch"
+        text = f"range {scalar_range[0]:.4g} to {scalar_range[1]:.4g}   {how}"
         self._area.show_readout(self._area.opacity, value, 0.8, text)
 
     def _finish(self) -> None:

@@ -16,12 +16,13 @@ from app.state.viewer_state import ViewerState
 from app.tf_editor.histogram import percentile_range
 from app.tf_editor.moves import HandleMoves
 from app.tf_editor.plot_area import PlotArea
+from app.tf_editor.preset_menu import PresetMenu
 from app.tf_editor.range_layer import RangeLayer
 from app.tf_editor.range_popup import RangePopup
 from app.tf_editor.unit_axis import ScalarAxis
 from model.scene.color_maps import COLOR_MAPS, color_tf_of_map, map_colors, reversed_colors
 from model.scene.tf_fitting import fitted_curve, fitted_modes
-from model.scene.tf_presets import presets
+from model.scene.tf_presets import Preset
 from model.scene.transfer_function import TF_SAMPLES, OpacityTF, Range, TransferFunction
 
 SWATCH = QSize(30, 14)
@@ -47,8 +48,7 @@ class TransferFunctionMenu(QObject):
     ----------
     button : QToolButton
     menu : QMenu
-    units : str
-        Unit of the volume's scalars; may be empty.
+    presets : PresetMenu
     """
 
     show_all = Signal()
@@ -71,7 +71,6 @@ class TransferFunctionMenu(QObject):
         self._area = area
         self._layer = layer
         self._moves = moves
-        self.units = ""
         self.button = QToolButton(parent)
         self.button.setText("TF ▾")
         self.button.setProperty("role", "title")
@@ -81,13 +80,14 @@ class TransferFunctionMenu(QObject):
         self.menu = QMenu(self.button)
         self.menu.setToolTipsVisible(True)
         self.button.setMenu(self.menu)
+        self.presets = PresetMenu(state, area, self.menu)
+        self.presets.chosen.connect(self._use_preset)
         self.popup = RangePopup(state, layer, parent)
         self._fill()
         self.menu.aboutToShow.connect(self._refresh)
 
     def _fill(self) -> None:
-        self.presets_menu = self.menu.addMenu("Presets")
-        self.presets_menu.setToolTipsVisible(True)
+        self.menu.addMenu(self.presets)
         self.colors_menu = self.menu.addMenu("Colours")
         self.colors_menu.setStyleSheet(f"QMenu {{ icon-size: {SWATCH.width()}px; }}")
         # Filled when first opened: colour maps take time to import.
@@ -131,13 +131,6 @@ class TransferFunctionMenu(QObject):
         opacity = self._state.transfer_function.opacity
         self._as_curve.setEnabled(not opacity.points)
         self._as_modes.setEnabled(bool(opacity.points))
-        self.presets_menu.clear()
-        histogram = self._area.histogram
-        for preset in presets(
-            self._state.scalar_range, histogram.counts, histogram.edges, self.units
-        ):
-            commit = partial(self._commit, preset.tf, f"preset {preset.name}")
-            add_action(self.presets_menu, preset.name, commit).setToolTip(preset.explanation)
 
     def _fill_colors(self) -> None:
         if not self.colors_menu.isEmpty():
@@ -147,6 +140,9 @@ class TransferFunctionMenu(QObject):
             action.setIcon(_swatch(name))
         self.colors_menu.addSeparator()
         add_action(self.colors_menu, "Reverse the colours", self.reverse_colors)
+
+    def _use_preset(self, preset: Preset) -> None:
+        self._commit(preset.tf, f"preset {preset.name}")
 
     def use_color_map(self, name: str) -> None:
         """Replace the colours by a map's: one undo step."""

@@ -38,11 +38,13 @@ from app.window.crop_bar import CropBar
 from app.window.emptiness_notice import EmptinessNotice
 from app.window.file_dialogs import FileDialogs
 from app.window.file_opening import FileOpening
+from app.window.light_notice import LightNotice
 from app.window.menus import Menus, WindowParts
 from app.window.notice_bar import NoticeBar
 from app.window.overlays import Overlays
 from app.window.pane_layout import PaneLayout
 from app.window.picture_saving import PictureSaving
+from app.window.preset_pictures import PresetPictures
 from app.window.training_bar import TrainingBar
 from app.window.up_axis_bar import UpAxisBar
 from app.window.up_axis_question import UpAxisQuestion
@@ -136,6 +138,8 @@ class MainWindow(QMainWindow):
         self._question = UpAxisQuestion(
             self.up_axis_bar, self.state, self.workspace, analyst, self.preferences
         )
+        PresetPictures(self.editor.menu.presets, self.state, analyst)
+        self.light_notice = LightNotice(self.reference, self.workspace.reference)
         self.emptiness = [
             EmptinessNotice(pane, self.state, self.workspace)
             for pane in (self.generator, self.reference)
@@ -285,6 +289,9 @@ class MainWindow(QMainWindow):
         column.addWidget(splitter, 1)
         self.setCentralWidget(central)
         self._view_label.setProperty("role", "dim")
+        self._view_label.setToolTip(
+            "The view: azimuth / elevation / roll, the distance from the volume, and the pan"
+        )
         self._view_label.setContentsMargins(0, 0, 14, 0)
         self.statusBar().addPermanentWidget(self._view_label)
         self.statusBar().setSizeGripEnabled(False)
@@ -313,12 +320,9 @@ class MainWindow(QMainWindow):
     def _show_view(self) -> None:
         view = self.state.view
         azimuth, elevation, roll = self.state.angles
-        text = (
-            f"Azimuth {azimuth:.0f}°    Elevation {elevation:.0f}°    "
-            f"Roll {roll:.0f}°    Distance {view.distance:.2f}"
-        )
+        text = f"{azimuth:.0f}° / {elevation:.0f}° / {roll:.0f}°   {view.distance:.2f}"
         if view.pan_x or view.pan_y:
-            text += f"    Pan {view.pan_x:.2f}, {view.pan_y:.2f}"
+            text += f"   {view.pan_x:+.2f}, {view.pan_y:+.2f}"
         self._view_label.setText(text)
 
     def _tell(self, text: str) -> None:
@@ -348,6 +352,7 @@ class MainWindow(QMainWindow):
         self.setWindowTitle(f"{volume.name} ({shape}) – tfscope")
         self.browser.set_units(volume.units)
         self.pictures.units = self.overlays.units = volume.units
+        self.pictures.name = volume.name
         self.crop_bar.set_volume(volume.dimensions)
         for handles in self.crop_handles:
             handles.set_volume(volume.dimensions)

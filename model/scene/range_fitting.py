@@ -46,7 +46,7 @@ def fit_to_volume(transfer_function: TransferFunction, volume: Volume) -> Transf
         or _overlap(own, robust_range(volume))
     ):
         return transfer_function
-    return _stretched(transfer_function, volume.scalar_range)
+    return stretch_to_range(transfer_function, volume.scalar_range)
 
 
 def range_of(transfer_function: TransferFunction, volume: Volume) -> Range:
@@ -66,7 +66,7 @@ def fit_to_range(transfer_function: TransferFunction, scalar_range: Range) -> Tr
     lo, hi = scalar_range
     own_lo, own_hi = transfer_function.scalar_range
     if transfer_function.is_relative or own_hi <= lo or hi <= own_lo:
-        transfer_function = _stretched(transfer_function, scalar_range)
+        transfer_function = stretch_to_range(transfer_function, scalar_range)
     opacity, color = transfer_function.opacity, transfer_function.color
     points = opacity.points
     if points:
@@ -91,8 +91,8 @@ def _stop(color: ColorTF, value: float) -> tuple[float, float, float, float]:
     return value, float(red), float(green), float(blue)
 
 
-def _stretched(transfer_function: TransferFunction, scalar_range: Range) -> TransferFunction:
-    """Map every value linearly from the TF's own range to another."""
+def stretch_to_range(transfer_function: TransferFunction, scalar_range: Range) -> TransferFunction:
+    """Map every value of a TF linearly from its own range to another."""
     lo, hi = scalar_range
     own_lo, own_hi = transfer_function.scalar_range
 

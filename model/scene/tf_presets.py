@@ -125,6 +125,17 @@ _OTHERS = (
         ),
     ),
     _Recipe(
+        "Dense parts",
+        "The densest parts as opaque grains in a faint haze of the rest",
+        ((0.45, 0.0), (0.6, 0.008), (0.95, 0.02), (1.0, 0.5), (1.06, 0.9)),
+        (
+            (0.45, 0.40, 0.55, 0.72),
+            (0.95, 0.62, 0.74, 0.85),
+            (1.0, 0.98, 0.75, 0.35),
+            (1.1, 1.0, 0.90, 0.62),
+        ),
+    ),
+    _Recipe(
         "Simulation",
         "Translucent layers all over the range, from blue over white to red",
         (
@@ -173,6 +184,8 @@ def presets(
     bone = min(marks.peak + slope * (BONE_HU - AIR_HU), max(marks.highest, marks.tissue + slope))
 
     def placed(value: float) -> float:
+        if value > 1.0:
+            return marks.high + (value - 1.0) * (marks.high - marks.middle) / 0.5
         return float(np.interp(value, (0.0, 0.5, 1.0), (marks.low, marks.middle, marks.high)))
 
     def of_hu(value: float) -> float:

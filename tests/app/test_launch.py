@@ -35,10 +35,10 @@ def test_a_screenshot_shows_both_images(builders: FakeBuilders, tmp_path: Path) 
     assert (image.width(), image.height()) == (1280, 860)
     # The fake engines paint plain red of a level that grows with each request.
     last = [engine.requests[-1] for engine in (builders.generators[0], builders.references[-1])]
-    assert last[0].sequence == last[1].sequence
-    assert not last[0].quality.live
-    for x in (320, 960):
-        assert image.pixelColor(x, 300).getRgb() == (last[0].sequence, 0, 0, 255)
+    assert last[0].inputs == last[1].inputs
+    for x, request in zip((320, 960), last, strict=True):
+        assert not request.quality.live
+        assert image.pixelColor(x, 300).getRgb() == (request.sequence, 0, 0, 255)
 
 
 def test_the_window_starts_as_it_is_told(builders: FakeBuilders, tmp_path: Path) -> None:

@@ -276,3 +276,12 @@ def test_the_second_of_two_quick_pans_resets_nothing(state: ViewerState, canvas:
     QTest.mouseRelease(canvas, Qt.MouseButton.MiddleButton, pos=QPoint(120, 100))
     assert state.view.azimuth == 200.0
     assert state.view.pan_x == pytest.approx(0.2)
+
+
+def test_a_click_that_trembles_turns_nothing(state: ViewerState, canvas: QWidget) -> None:
+    drag(canvas, [(100, 100), (102, 101), (101, 102)])
+    assert state.view == HOME_VIEW
+    assert not state.live
+    # A drag turns by all of its way, also by its first pixels.
+    drag(canvas, [(100, 100), (103, 100), (110, 100)])
+    assert state.view == orbit(HOME_VIEW, 10, 0)

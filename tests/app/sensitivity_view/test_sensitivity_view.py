@@ -207,6 +207,33 @@ def test_hovering_shows_the_field_with_its_image(
     assert window.sensitivity.exact.caption == ""
 
 
+def test_who_moves_a_handle_sees_the_picture(qtbot: QtBot, window: MainWindow) -> None:
+    viewport, state = window.editor.area.widget.viewport(), window.state
+    (mode, *_) = state.transfer_function.opacity.modes
+    hover(window, 110.0)
+    assert window.sensitivity_state.band is not None
+    top = over_plot(window, mode.mean, mode.amplitude)
+    QTest.mouseMove(viewport, top)
+    assert window.sensitivity_state.band is None
+    drag(viewport, top, over_plot(window, mode.mean + 5, mode.amplitude))
+    assert state.transfer_function.opacity.modes[0] != mode
+    hover(window, 110.0)
+    assert window.sensitivity_state.band is None
+    # Whoever comes back, or clicks beside the handles, asks again.
+    QApplication.sendEvent(viewport, QEvent(QEvent.Type.Leave))
+    hover(window, 112.0)
+    assert window.sensitivity_state.band is not None
+
+
+def test_an_arrow_says_where_a_curve_leaves_the_plot(window: MainWindow) -> None:
+    responses = window.sensitivity.responses
+    assert not responses.arrows
+    responses._limit /= 2
+    responses._mark_cut()
+    # The fake's only peak, of both engines.
+    assert responses.arrows == pytest.approx([139.2, 139.2], abs=0.5)
+
+
 def test_the_wheel_widens_and_a_drag_pins_a_band(qtbot: QtBot, window: MainWindow) -> None:
     viewport, state = window.editor.area.widget.viewport(), window.sensitivity_state
     width = state.choices.width

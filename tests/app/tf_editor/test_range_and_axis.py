@@ -200,3 +200,26 @@ def test_the_range_fills_the_plots_when_asked(editor: TransferFunctionEditor) ->
     assert editor.area.axis.visible == (100.0, 300.0)
     editor.menu.range_shown.emit(True)
     assert editor.area.axis.visible == pytest.approx((100.0, 225.0))
+
+
+def test_with_ctrl_a_dragged_line_stretches_the_tf(
+    editor: TransferFunctionEditor, state: ViewerState
+) -> None:
+    before = state.transfer_function
+    viewport, ctrl = editor.area.widget.viewport(), Qt.KeyboardModifier.ControlModifier
+    start, end = pixel(editor, 200.0, 0.9), pixel(editor, 150.0, 0.9)
+    QTest.mousePress(viewport, LEFT, ctrl, start)
+    QTest.mouseMove(viewport, (start + end) / 2)
+    QTest.mouseMove(viewport, end)
+    assert "stretched" in editor.area.readout
+    QTest.mouseRelease(viewport, LEFT, ctrl, end)
+    lo, hi = state.scalar_range
+    assert lo == 100.0
+    assert hi == pytest.approx(150.0, abs=0.5)
+    # The same curve and colours, closer together.
+    np.testing.assert_allclose(
+        state.transfer_function.opacity.sample(), before.opacity.sample(), atol=1e-6
+    )
+    np.testing.assert_allclose(
+        state.transfer_function.color.sample(), before.color.sample(), atol=1e-6
+    )

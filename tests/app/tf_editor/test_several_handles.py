@@ -209,7 +209,8 @@ def test_the_menu_converts_and_replaces_in_one_step_each(
     menu.reverse_colors()
     np.testing.assert_allclose(state.transfer_function.color.sample(), greys[::-1], atol=1e-6)
     menu.menu.aboutToShow.emit()
-    preset = menu.presets_menu.actions()[0]
+    menu.presets.aboutToShow.emit()
+    preset = menu.presets.actions()[1]
     preset.trigger()
     assert state.undo_stack.undoText() == f"preset {preset.text()}"
     assert state.undo_stack.count() == 5

@@ -10,6 +10,7 @@ from pytestqt.qtbot import QtBot
 
 from app.window.main_window import MainWindow
 from app.window.picture_dialog import PictureChoice
+from app.window.picture_saving import file_name
 
 WindowMaker = Callable[..., MainWindow]
 
@@ -72,3 +73,11 @@ def test_the_file_is_asked_for_after_the_size(
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (place, ""))
     window.pictures.save(window.reference)
     qtbot.waitUntil((tmp_path / "wide.png").exists)
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [("engine", "engine"), ("CT: head/neck (2)", "CT_head_neck_2"), ("../..", ""), ("", "")],
+)
+def test_the_volumes_name_becomes_a_files(name: str, expected: str) -> None:
+    assert file_name(name) == expected

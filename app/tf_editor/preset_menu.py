@@ -1,0 +1,79 @@
+"""The menu of TFs to begin with, each with a picture of the open volume."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QIcon, QImage, QPixmap
+from PySide6.QtWidgets import QMenu, QWidget
+
+from app import theme
+from app.controls import add_action
+from app.state.viewer_state import ViewerState
+from app.tf_editor.plot_area import PlotArea
+from model.scene.tf_presets import Preset, presets
+
+PICTURE = 80
+"""Sides of a picture, in pixels."""
+
+DEFAULT = "Default"
+
+
+class PresetMenu(QMenu):
+    """Lists presets over the volume's scalar range, and says which one is chosen.
+
+    Parameters
+    ----------
+    state : ViewerState
+    area : PlotArea
+        Has the histogram.
+    """
+
+    chosen = Signal(object)
+    """Emitted with the chosen :class:`~model.scene.tf_presets.Preset`."""
+    picturesWanted = Signal(object)
+    """Emitted with a tuple of the presets listed, each time that the menu opens."""
+
+    def __init__(self, state: ViewerState, area: PlotArea, parent: QWidget | None = None) -> None:
+        super().__init__("Presets", parent)
+        self._state = state
+        self._area = area
+        self.units = ""
+        """Unit of the volume's scalars; may be empty."""
+        self.setToolTipsVisible(True)
+        self.setStyleSheet(f"QMenu {{ icon-size: {PICTURE}px; }}")
+        self.aboutToShow.connect(self._fill)
+
+    def _fill(self) -> None:
+        self.clear()
+        histogram = self._area.histogram
+        default = Preset(
+            DEFAULT, "Three modes, by the volume's histogram", self._state.default_transfer_function
+        )
+        listed = (
+            default,
+            *presets(self._state.scalar_range, histogram.counts, histogram.edges, self.units),
+        )
+        empty = QPixmap(PICTURE, PICTURE)
+        empty.fill(theme.CANVAS)
+        for preset in listed:
+            action = add_action(self, preset.name, partial(self.chosen.emit, preset))
+            action.setToolTip(preset.explanation)
+            # As large as the picture that follows, so that no entry moves under the mouse.
+            action.setIcon(QIcon(empty))
+        self.picturesWanted.emit(listed)
+
+    def set_pictures(self, pictures: Mapping[str, QImage]) -> None:
+        """Show how the volume looks under each preset, by name."""
+        for action in self.actions():
+            picture = pictures.get(action.text())
+            if picture is not None:
+                fitted = picture.scaled(
+                    PICTURE,
+                    PICTURE,
+                    Qt.AspectRatioMode.KeepAspectRatio,
+                    Qt.TransformationMode.SmoothTransformation,
+                )
+                action.setIcon(QIcon(QPixmap.fromImage(fitted)))

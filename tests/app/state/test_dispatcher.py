@@ -1,0 +1,128 @@
+"""What the engines are asked for, by the times that their images take."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtCore import QObject, Signal
+from ramp import make_tf
+
+from app.engines.messages import ImageRequest, Request, Result, StandInRequest
+from app.state.dispatcher import LONGEST_SECONDS, REST_SECONDS, Dispatcher
+from app.state.viewer_state import ViewerState
+from model.rendering.raster import Raster
+from model.scene.view import View
+
+PANE = Raster(1000, 400)
+
+
+class Client(QObject):
+    """Keeps what it is asked for, and answers when the test says so."""
+
+    resultReady = Signal(object)  # noqa: N815
+    is_ready = True
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.asked: list[Request] = []
+        self.abandoned: list[type[Request]] = []
+
+    def submit(self, request: Request) -> None:
+        self.asked.append(request)
+
+    def abandon(self, kind: type[Request]) -> None:
+        self.abandoned.append(kind)
+
+    def answer(self, seconds_per_pixel: float) -> Request:
+        """Answer the newest request, at a speed."""
+        request = self.asked[-1]
+        pixels = request.quality.pixels
+        coarse = request.quality.coarseness
+        seconds = seconds_per_pixel * pixels.width * pixels.height / coarse
+        self.resultReady.emit(Result(request, object(), None, seconds))  # type: ignore[arg-type]
+        return request
+
+
+@pytest.fixture
+def state() -> ViewerState:
+    state = ViewerState()
+    state.start_volume(make_tf(), None)
+    return state
+
+
+@pytest.fixture
+def clients() -> list[Client]:
+    return [Client(), Client(), Client()]
+
+
+@pytest.fixture
+def dispatcher(state: ViewerState, clients: list[Client]) -> Dispatcher:
+    dispatcher = Dispatcher(state, *clients, parent=state)  # type: ignore[arg-type]
+    dispatcher.raster = PANE
+    return dispatcher
+
+
+def test_every_pixel_of_the_pane_is_drawn_in_the_end(
+    dispatcher: Dispatcher, clients: list[Client]
+) -> None:
+    generator, reference, _ = clients
+    # Twice as long as an image at rest may take.
+    slow = 2 * REST_SECONDS / (PANE.width * PANE.height)
+    dispatcher.send()
+    first = reference.answer(slow)
+    assert first.quality.pixels.width < PANE.width
+    while reference.asked[-1] is not first:
+        first = reference.answer(slow)
+    assert first.quality.pixels == PANE
+    assert not first.quality.live
+    # The generator has one size: it is asked once.
+    assert len(generator.asked) == 1
+    # The next image begins with what can be drawn in time.
+    dispatcher.send()
+    pixels = reference.asked[-1].quality.pixels
+    assert slow * pixels.width * pixels.height <= REST_SECONDS
+
+
+def test_what_takes_minutes_is_left_coarse(dispatcher: Dispatcher, clients: list[Client]) -> None:
+    reference = clients[1]
+    slow = 2 * LONGEST_SECONDS / (PANE.width * PANE.height)
+    dispatcher.send()
+    for _ in range(10):
+        newest = reference.answer(slow)
+    assert newest.quality.pixels.width < PANE.width
+    # Unless the user has chosen the number of pixels.
+    dispatcher.is_fixed = True
+    dispatcher.send()
+    assert reference.asked[-1].quality.pixels == PANE
+
+
+def test_an_image_that_takes_long_begins_coarse(
+    dispatcher: Dispatcher, clients: list[Client]
+) -> None:
+    reference, stand_in = clients[1:]
+    dispatcher.begins_coarse = True
+    dispatcher.send()
+    first = reference.answer(1e-4)
+    assert first.quality.live
+    assert first.quality.coarseness > 1
+    second = reference.answer(1e-4)
+    assert not second.quality.live
+    assert second.quality.pixels.width < PANE.width
+    assert reference.asked[-1].quality.pixels == PANE
+    assert not stand_in.asked
+
+
+def test_a_drag_calls_off_what_is_being_refined(
+    state: ViewerState, dispatcher: Dispatcher, clients: list[Client]
+) -> None:
+    _, reference, stand_in = clients
+    dispatcher.may_stand_in = True
+    dispatcher.send()
+    count = len(reference.asked)
+    state.move_view(View(azimuth=10.0))
+    assert ImageRequest in reference.abandoned
+    assert isinstance(stand_in.asked[-1], StandInRequest)
+    # The image that was under way comes late: nothing finer of the old view is asked for.
+    reference.answer(1e-5)
+    assert len(reference.asked) == count
+    state.finish_view()
+    assert len(reference.asked) == count + 1

@@ -1,0 +1,72 @@
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PySide6.QtWidgets import QPushButton
+from pytestqt.qtbot import QtBot
+from ramp import make_volume
+from window_fakes import FakeBuilders, FakeEngine
+
+from app.engines.engine import always
+from app.engines.messages import ImageRequest, StandInRequest
+from app.state import dispatcher, reference_work
+from app.window.main_window import MainWindow
+from model.scene.view import View
+
+
+def draw_slowly(
+    self: FakeEngine, request: ImageRequest, is_wanted: Callable[[], bool] = always
+) -> NDArray[np.float32]:
+    """As the fake draws, and the ray caster slowly."""
+    if isinstance(request, StandInRequest):
+        time.sleep(0.1)
+    pixels = request.quality.pixels
+    return np.full((pixels.height, pixels.width, 4), 0.5, np.float32)
+
+
+def test_a_light_that_goes_out_is_told_and_offered(
+    qtbot: QtBot,
+    make_window: Callable[..., MainWindow],
+    builders: FakeBuilders,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(FakeEngine, "image", draw_slowly)
+    monkeypatch.setattr(reference_work, "SLOW_LIGHT_S", 0.05)
+    monkeypatch.setattr(dispatcher, "SOON_SECONDS", -1.0)
+    window = make_window(model=None)
+    builders.volumes["other"] = make_volume()
+    banner, work = window.light_notice.banner, window.workspace.reference
+    window.workspace.open_volume(Path("other"))
+    qtbot.waitUntil(lambda: window.workspace.is_settled and window.workspace.opened is not None)
+    qtbot.waitUntil(lambda: window.workspace._clients[2].is_ready)
+    window.state.set_view(View(azimuth=50.0))
+    qtbot.waitUntil(lambda: "without light" in banner.text)
+    assert work.settings.lighting == "none"
+    assert window.reference_bar.light.text() == "Light: none (too slow)"
+    buttons: dict[str, Any] = {b.text(): b for b in banner.findChildren(QPushButton)}
+    buttons["Light it"].click()
+    assert work.settings.lighting == "direct"
+    assert banner.text == ""
+
+
+def test_the_last_image_stays_while_another_light_is_prepared(
+    qtbot: QtBot, make_window: Callable[..., MainWindow], builders: FakeBuilders
+) -> None:
+    window = make_window(model=None)
+    pane, before = window.reference, window.reference.canvas.image
+    assert before is not None
+    shown: list[Any] = []
+    pane.client.stateChanged.connect(
+        lambda _s: shown.append((pane.canvas.image, pane.canvas.message))
+    )
+    window.workspace.reference.choose(lighting="global")
+    qtbot.waitUntil(lambda: window.workspace.is_settled)
+    assert builders.settings[-1].lighting == "global"
+    assert len(shown) > 1
+    assert all(image is not None and not message for image, message in shown)

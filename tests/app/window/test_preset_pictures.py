@@ -1,0 +1,42 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+from pytestqt.qtbot import QtBot
+from window_fakes import FakeBuilders
+
+from app.engines.messages import PresetRequest
+from app.tf_editor.preset_menu import PICTURE
+from app.window.main_window import MainWindow
+
+
+def test_each_preset_shows_the_volume_and_can_be_taken(
+    qtbot: QtBot, make_window: Callable[..., MainWindow], builders: FakeBuilders
+) -> None:
+    window = make_window(model=None)
+    menu, state = window.editor.menu.presets, window.state
+    qtbot.waitUntil(lambda: window.workspace.is_settled)
+    menu.aboutToShow.emit()
+
+    def asked() -> list[PresetRequest]:
+        return [r for r in builders.analysts[-1].others if isinstance(r, PresetRequest)]
+
+    qtbot.waitUntil(lambda: bool(asked()))
+    request, entries = asked()[-1], menu.actions()
+    assert len(entries) == 1 + len(request.more)
+    assert request.inputs.view == state.view
+
+    def level(number: int) -> int:
+        image = entries[number].icon().pixmap(PICTURE, PICTURE).toImage()
+        return image.pixelColor(PICTURE // 2, PICTURE // 2).red()
+
+    # The fake's pictures are each .1 brighter than the one before.
+    qtbot.waitUntil(lambda: level(3) > 0)
+    assert [level(n) for n in (0, 1, 3)] == pytest.approx([0, 26, 76], abs=1)
+    entries[2].trigger()
+    assert state.transfer_function.opacity == request.more[1].opacity_tf
+    assert state.undo_stack.undoText() == f"preset {entries[2].text()}"
+    menu.aboutToShow.emit()
+    menu.actions()[0].trigger()
+    assert state.transfer_function == state.default_transfer_function
