@@ -19,15 +19,27 @@ from app.engines.messages import (
     SupersededError,
     error_sentence,
 )
+from app.engines.spare_memory import give_back_memory
 
 THREAD_PREFIX = "tfscope-"
 
+REST_S = 2.0
+"""Time without requests after which an engine tidies up."""
+
 
 class Mailbox:
-    """Thread-safe mailbox with one slot per kind of request, which a newer request replaces."""
+    """Thread-safe mailbox with one slot per kind of request, which a newer request replaces.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    rest : callable
+        Called by whoever takes the requests, once none has come for a while.
+    """
+
+    def __init__(self, rest: Callable[[], None] = lambda: None) -> None:
         self._changed = threading.Condition()
+        self._rest = rest
+        self._worked = False
         self._slots: dict[type[Request], Request] = {}
         self._abandoned: set[type[Request]] = set()
         self._closed = False
@@ -47,13 +59,23 @@ class Mailbox:
         Request or None
             None once the mailbox is closed.
         """
+        if self._worked and not self._comes_within(REST_S):
+            self._worked = False
+            self._rest()
         with self._changed:
             self._changed.wait_for(lambda: self._closed or self._slots)
             if self._closed:
                 return None
+            self._worked = True
             kind = next(iter(self._slots))
             self._abandoned.discard(kind)
             return self._slots.pop(kind)
+
+    def _comes_within(self, seconds: float) -> bool:
+        with self._changed:
+            return bool(
+                self._changed.wait_for(lambda: self._closed or self._slots, timeout=seconds)
+            )
 
     def abandon(self, kind: type[Request]) -> None:
         """Drop the waiting request of a kind, and call off the one that was taken last."""
@@ -109,7 +131,7 @@ class EngineWorker(QObject):
     ) -> None:
         super().__init__(parent)
         self._factory = factory
-        self._mailbox = Mailbox()
+        self._mailbox = Mailbox(give_back_memory)
         self._delivered: dict[type[Request], int] = {}
         self._thread = threading.Thread(target=self._run, name=THREAD_PREFIX + name, daemon=True)
         self._message.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
@@ -159,6 +181,8 @@ class EngineWorker(QObject):
                 del request, result
         finally:
             engine.close()
+            del engine
+            give_back_memory()
 
     @Slot(object)
     def _deliver(self, message: Message) -> None:

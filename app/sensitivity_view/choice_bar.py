@@ -65,7 +65,7 @@ class ChoiceBar(QWidget):
         self.region = QComboBox()
         # After a click, keys such as W are the window's again.
         self.region.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        self.region.setMinimumWidth(96)
+        self.region.setMinimumWidth(84)
         self.region.setToolTip("The part of the picture whose reaction is plotted")
         self.rectangle = _tool_button("rectangle", "Draw a rectangle in either image (R)")
         self.lasso = _tool_button("lasso", "Draw around something in either image (L)")
@@ -73,6 +73,9 @@ class ChoiceBar(QWidget):
         self.remove = text_button("✕", "Remove the region")
         self.measure = combo({name: tip for name, (_, tip) in MEASURES.items()})
         self.engine = combo({name: tip for name, (_, tip) in ENGINES.items()})
+        for box in (self.measure, self.engine):
+            # Narrower than its longest entry where the window is small.
+            box.setMinimumWidth(84)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(6)

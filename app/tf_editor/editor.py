@@ -71,7 +71,7 @@ class TransferFunctionEditor(QFrame):
         self.menu.replaced.connect(self.selection.clear)
         self.menu.range_shown.connect(self.show_range)
         self.presets = QToolButton()
-        self.presets.setText("Presets ▾")
+        self.presets.setText("Presets")
         self.presets.setToolTip("Transfer functions to begin with, and how the volume looks then")
         self.presets.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         # After a click, keys such as W are the window's again.

@@ -7,6 +7,7 @@ from pathlib import Path
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
 from PySide6.QtWidgets import (
+    QHBoxLayout,
     QLabel,
     QMainWindow,
     QMessageBox,
@@ -277,15 +278,18 @@ class MainWindow(QMainWindow):
         splitter.addWidget(self.editor)
         splitter.setStretchFactor(0, 3)
         splitter.setStretchFactor(1, 1)
-        splitter.setSizes([500, 290])
+        splitter.setSizes([560, 230])
         central = QWidget()
         column = QVBoxLayout(central)
         column.setContentsMargins(14, 8, 14, 4)
         column.setSpacing(8)
         column.addWidget(self.notice)
-        column.addWidget(self.up_axis_bar)
+        # In one row, as whatever stands above the images takes of their height.
+        offers = QHBoxLayout()
+        offers.addWidget(self.up_axis_bar)
+        offers.addWidget(self.training_bar, 1)
+        column.addLayout(offers)
         column.addWidget(self.crop_bar)
-        column.addWidget(self.training_bar)
         column.addWidget(splitter, 1)
         self.setCentralWidget(central)
         self._view_label.setProperty("role", "dim")

@@ -244,7 +244,7 @@ def test_the_wheel_widens_and_a_drag_pins_a_band(qtbot: QtBot, window: MainWindo
     )  # fmt: skip
     QApplication.sendEvent(viewport, wheel)
     assert state.choices.width == pytest.approx(width * 1.15**2)
-    drag(viewport, over_plot(window, 140.0), over_plot(window, 150.0), over_plot(window, 160.0))
+    drag(viewport, *(over_plot(window, value, 0.5) for value in (140.0, 150.0, 160.0)))
     assert state.band is not None and state.band.pinned
     assert state.band.values == pytest.approx((140.0, 160.0), abs=0.5)
     QApplication.sendEvent(viewport, QEvent(QEvent.Type.Leave))

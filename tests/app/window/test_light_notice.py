@@ -44,7 +44,7 @@ def test_a_light_that_goes_out_is_told_and_offered(
     banner, work = window.light_notice.banner, window.workspace.reference
     window.workspace.open_volume(Path("other"))
     qtbot.waitUntil(lambda: window.workspace.is_settled and window.workspace.opened is not None)
-    qtbot.waitUntil(lambda: window.workspace._clients[2].is_ready)
+    qtbot.waitUntil(lambda: window.workspace._analyst.is_ready)
     window.state.set_view(View(azimuth=50.0))
     qtbot.waitUntil(lambda: "without light" in banner.text)
     assert work.settings.lighting == "none"

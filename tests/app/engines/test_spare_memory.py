@@ -1,0 +1,48 @@
+from __future__ import annotations
+
+import sys
+import threading
+import time
+
+import pytest
+
+from app.engines import spare_memory, worker
+from app.engines.worker import Mailbox
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="of glibc only")
+def test_memory_is_given_back() -> None:
+    from tests.app.process_size import resident_mb
+
+    # Small blocks, of which every hundredth stays: free() alone returns none of them.
+    blocks = [bytearray(20_000) for _ in range(10_000)]
+    kept = blocks[::100]
+    full = resident_mb()
+    del blocks
+    spare_memory.give_back_memory()
+    assert len(kept) == 100
+    assert resident_mb() < full - 100
+
+
+def test_it_rests_once_after_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(worker, "REST_S", 0.05)
+    rests: list[float] = []
+    box = Mailbox(lambda: rests.append(time.monotonic()))
+    taken: list[object] = []
+
+    def take() -> None:
+        while (request := box.take()) is not None:
+            taken.append(request)
+
+    thread = threading.Thread(target=take)
+    thread.start()
+    time.sleep(0.2)
+    assert not rests  # nothing was done yet
+    for number in range(3):
+        box.put(number)  # type: ignore[arg-type]
+    time.sleep(0.4)
+    # The newest of its kind was taken, and a single rest followed.
+    assert (taken[-1], len(rests)) == (2, 1)
+    box.close()
+    thread.join(5)
+    assert not thread.is_alive()
