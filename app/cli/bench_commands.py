@@ -89,6 +89,14 @@ def sensitivity(
 @bench.command()
 def start(
     volume: options.VolumeFiles = None,
+    model: Annotated[
+        Path | None,
+        typer.Option(
+            "--model",
+            help="Folder of a model to open beside, instead of the volume's own.",
+            callback=values.model,
+        ),
+    ] = None,
     repeats: Annotated[
         int, typer.Option("--repeats", min=1, help="Starts of which the median is told.")
     ] = 3,
@@ -97,7 +105,7 @@ def start(
     """The window: seconds from the program's start to its first pictures, and its memory."""
     from app.cli.bench_start import bench_start
 
-    bench_start(volume, repeats, json)
+    bench_start(volume, model, repeats, json)
 
 
 @bench.command()

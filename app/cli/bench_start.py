@@ -26,12 +26,15 @@ NAMES = {
     "reference": "reference, s",
     "generator": "generator, s",
     "settled": "both final, s",
-    "memory": "memory, MB",
+    "memory": "most memory, MB",
+    "rest": "at rest, MB",
 }
 """Columns, by what the probe measures."""
 
 
-def bench_start(paths: list[Path] | None, repeats: int, json_path: Path | None) -> None:
+def bench_start(
+    paths: list[Path] | None, model: Path | None, repeats: int, json_path: Path | None
+) -> None:
     """Start the window anew for each volume; print the medians."""
     machine = print_machine()
     table = Table(title="From the start of the program", title_justify="left")
@@ -41,8 +44,8 @@ def bench_start(paths: list[Path] | None, repeats: int, json_path: Path | None) 
     results: list[dict[str, Any]] = []
     for path in paths or shipped_volumes():
         # The first start compiles kernels, and fills the system's file cache.
-        _measured(path)
-        runs = [_measured(path) for _ in range(repeats)]
+        _measured(path, model)
+        runs = [_measured(path, model) for _ in range(repeats)]
         medians = {n: statistics.median(r[n] for r in runs) for n in NAMES if n in runs[0]}
         cells = [_cell(name, medians.get(name)) for name in NAMES]
         table.add_row(path.name, *cells)
@@ -52,8 +55,10 @@ def bench_start(paths: list[Path] | None, repeats: int, json_path: Path | None) 
         write_json(json_path, {"machine": machine, "repeats": repeats, "volumes": results})
 
 
-def _measured(path: Path) -> dict[str, float]:
+def _measured(path: Path, model: Path | None) -> dict[str, float]:
     command = [sys.executable, "-m", "app.cli.start_probe", str(path.absolute()), str(time.time())]
+    if model is not None:
+        command.append(str(model.absolute()))
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     done = subprocess.run(
         command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False
@@ -69,4 +74,4 @@ def _measured(path: Path) -> dict[str, float]:
 def _cell(name: str, value: float | None) -> str:
     if value is None:
         return "–"
-    return f"{value:.0f}" if name == "memory" else f"{value:.1f}"
+    return f"{value:.0f}" if name in ("memory", "rest") else f"{value:.1f}"

@@ -1,4 +1,4 @@
-"""The window's start in a process of its own: ``python -m app.cli.start_probe FILE TIME``."""
+"""The window's start in its own process: ``python -m app.cli.start_probe FILE TIME [MODEL]``."""
 
 from __future__ import annotations
 
@@ -6,13 +6,15 @@ import json
 import os
 import sys
 import time
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
 PATIENCE_S = 120.0
+REST_S = 4.0
 
 
-def probe(volume: Path, began: float) -> dict[str, float]:
+def probe(volume: Path, began: float, model: Path | None = None) -> dict[str, float]:
     """Open a volume in the window, off screen, and wait for its images.
 
     Parameters
@@ -20,13 +22,15 @@ def probe(volume: Path, began: float) -> dict[str, float]:
     volume : Path
     began : float
         Time at which the process was started, in seconds since 1970.
+    model : Path or None
+        Folder of a model; None for a shipped one of the volume, if there is one.
 
     Returns
     -------
     dict of float
         Seconds from the start to the ``window``, to the first picture of the ``reference`` and of
-        the ``generator``, if there is one, and to the last of both (``settled``); and the largest
-        ``memory`` of the process, in MB.
+        the ``generator``, if there is one, and to the last of both (``settled``); the largest
+        ``memory`` of the process until then, and that at ``rest`` some seconds later, in MB.
     """
     if sys.platform == "linux":
         os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
@@ -51,14 +55,25 @@ def probe(volume: Path, began: float) -> dict[str, float]:
     window.reference.imageShown.connect(partial(note, "reference"))
     window.generator.imageShown.connect(partial(note, "generator"))
     window.workspace.open_volume(volume)
+    if model is not None:
+        window.workspace.open_model(model)
     window.show()
     note("window")
-    end = time.time() + PATIENCE_S
-    while time.time() < end and not ("reference" in found and window.workspace.is_settled):
-        QCoreApplication.processEvents(QEventLoop.ProcessEventsFlag.AllEvents, 5)
-        time.sleep(0.001)
+
+    def pass_time(seconds: float, until: Callable[[], bool]) -> None:
+        end = time.time() + seconds
+        while time.time() < end and not until():
+            QCoreApplication.processEvents(QEventLoop.ProcessEventsFlag.AllEvents, 5)
+            time.sleep(0.001)
+
+    pass_time(PATIENCE_S, lambda: "reference" in found and window.workspace.is_settled)
     note("settled")
     found["memory"] = _largest_memory()
+    # Engines that rest give spare memory back.
+    pass_time(REST_S, lambda: False)
+    resident = _resident_memory()
+    if resident is not None:
+        found["rest"] = resident
     window.close()
     return found
 
@@ -71,5 +86,15 @@ def _largest_memory() -> float:
     return largest / 1e6 if sys.platform == "darwin" else largest * 1024 / 1e6
 
 
+def _resident_memory() -> float | None:
+    """Resident memory of this process now, in MB; None where the system does not tell."""
+    try:
+        pages = int(Path("/proc/self/statm").read_text().split()[1])
+    except OSError:
+        return None
+    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
 if __name__ == "__main__":
-    print(json.dumps(probe(Path(sys.argv[1]), float(sys.argv[2]))))
+    folder = Path(sys.argv[3]) if len(sys.argv) > 3 else None
+    print(json.dumps(probe(Path(sys.argv[1]), float(sys.argv[2]), folder)))

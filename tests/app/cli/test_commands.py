@@ -282,6 +282,8 @@ def test_the_start_of_the_window_is_timed(raw_file: Path, tmp_path: Path) -> Non
     assert 0 < found["window"] < found["reference"] <= found["settled"]
     assert "generator" not in found
     assert 50 < found["memory"] < 20_000
+    # Not told on every system.
+    assert 50 < found.get("rest", found["memory"]) <= found["memory"]
 
 
 @pytest.mark.slow
