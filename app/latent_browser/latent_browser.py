@@ -469,7 +469,7 @@ class LatentBrowser(QWidget):
             facts.append("principal components only")
         if session.place is not None:
             near = "" if session.is_exact else ", about here"
-            facts.append(f"present TF{near}: its code is off by {session.place_error:.3f}")
+            facts.append(f"present TF{near}, {session.place_error:.3f} beside what can be browsed")
         grid = pictures.grid
         if grid is not None and grid.images:
             size = next(iter(grid.images.values())).shape[0]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -131,6 +131,31 @@ def file_beside(header: Path, name: str) -> Path:
             f"{header}: its data file {name[:100]} is missing; put it beside the header."
         )
     return path
+
+
+def slices_in(folder: Path, suffixes: tuple[str, ...]) -> Iterator[Path]:
+    """Yield the files of a folder that may be slices.
+
+    Links that lead out of the folder are no slices of it.
+
+    Raises
+    ------
+    VolumeError
+        When such a link has one of the suffixes: a stranger's folder must not have other files
+        of the user's read, and a volume must not lack slices without a word.
+    """
+    own = folder.resolve()
+    for path in folder.iterdir():
+        if not path.is_file():
+            continue
+        if not path.resolve().is_relative_to(own):
+            if path.suffix.lower() in suffixes:
+                raise VolumeError(
+                    f"{path}: it is a link that leads out of its folder, from which nothing is "
+                    "read; open the folder that it leads to, or put the files themselves here."
+                )
+            continue
+        yield path
 
 
 def damaged(path: Path, how: str) -> VolumeError:

@@ -20,6 +20,7 @@ from model.volume_files.checks import (
     check_present,
     damaged,
     frame_notes,
+    slices_in,
     truncated,
     unsupported,
     usable_origin,
@@ -43,8 +44,14 @@ EVEN = 0.02
 
 
 def dicom_slices(folder: Path) -> list[Path]:
-    """Return the files of a folder that have a DICOM suffix or DICOM content, sorted by name."""
-    files = sorted(path for path in folder.iterdir() if path.is_file())
+    """Return the files of a folder that have a DICOM suffix or DICOM content, sorted by name.
+
+    Raises
+    ------
+    VolumeError
+        As for :func:`~model.volume_files.checks.slices_in`.
+    """
+    files = sorted(slices_in(folder, SUFFIXES))
     return [path for path in files if path.suffix.lower() in SUFFIXES or is_dicom(path)]
 
 

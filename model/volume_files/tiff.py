@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError, first_line
-from model.volume_files.checks import check_grid, damaged, unsupported, usable_spacing
+from model.volume_files.checks import check_grid, damaged, slices_in, unsupported, usable_spacing
 from model.volume_files.grid import Grid
 from model.volume_files.tiff_pages import Page, read_pages
 
@@ -22,10 +22,15 @@ READABLE_TYPES = ("u1", "i1", "u2", "i2", "u4", "i4", "f4")
 
 
 def tiff_slices(folder: Path) -> list[Path]:
-    """Return the TIFF files of a folder, with numbers in their names in numeric order."""
-    return sorted(
-        (path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES), key=_natural
-    )
+    """Return the TIFF files of a folder, with numbers in their names in numeric order.
+
+    Raises
+    ------
+    VolumeError
+        As for :func:`~model.volume_files.checks.slices_in`.
+    """
+    files = slices_in(folder, SUFFIXES)
+    return sorted((path for path in files if path.suffix.lower() in SUFFIXES), key=_natural)
 
 
 def read_tiff(path: Path) -> Grid:

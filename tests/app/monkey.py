@@ -36,8 +36,9 @@ from window_fakes import FakeBuilders, FakeEngine
 
 from app.engines.engine import always
 from app.engines.messages import ImageRequest
+from app.engines.spare_memory import give_back_memory
 from app.engines.worker import THREAD_PREFIX
-from app.window.main_window import MainWindow
+from app.window.main_window import WINDOW_SIZE, MainWindow
 from model.errors import RenderError
 from tests.app.process_size import resident_mb
 
@@ -182,6 +183,8 @@ class Monkey:
         state, workspace = self.window.state, self.window.workspace
         state.finish_view()
         self.window.show()
+        # Always the same, so that memory can be compared.
+        self.window.resize(*WINDOW_SIZE)
         self.shown.clear()
         # Engines that could not be built are built again.
         workspace.open_volume(Path("ramp"))
@@ -197,6 +200,7 @@ class Monkey:
                 self.found.errors.append(f"{number}: the {name} shows another state")
         QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
         gc.collect()
+        give_back_memory()
         self.found.memory.append(resident_mb())
         UnreliableEngine.calm = False
 

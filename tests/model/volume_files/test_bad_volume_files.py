@@ -600,3 +600,28 @@ def test_no_header_leads_out_of_its_folder(tmp_path, kind, name):
     else:
         write_metaimage(path, array, data=b"", file=name)
     np.testing.assert_array_equal(read_volume(path).voxels, array)
+
+
+@pytest.mark.parametrize("kind", ["dicom", "tiff"])
+def test_no_folder_of_slices_leads_elsewhere(tmp_path, kind):
+    elsewhere, folder = tmp_path / "elsewhere", tmp_path / "data"
+    elsewhere.mkdir()
+    folder.mkdir()
+    if kind == "dicom":
+        write_dicom(folder, voxels())
+        write_dicom(elsewhere, voxels())
+    else:
+        for place in (folder, elsewhere):
+            for number in range(3):
+                write_tiff(place / f"{number}.tif", [FLAT])
+    expected = read_volume(folder).voxels
+    # A link inside the folder, and one without a slice's name, harm nobody.
+    (first, *_) = sorted(folder.iterdir())
+    (folder / "sub").mkdir()
+    first.rename(folder / "sub/kept")
+    first.symlink_to("sub/kept")
+    (folder / "notes").symlink_to(sorted(elsewhere.iterdir())[0])
+    np.testing.assert_array_equal(read_volume(folder).voxels, expected)
+    stranger = sorted(elsewhere.iterdir())[0]
+    (folder / f"z{stranger.suffix}").symlink_to(stranger)
+    assert "a link that leads out of its folder" in refusal(folder)
