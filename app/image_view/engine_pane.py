@@ -23,6 +23,9 @@ WITH_IMAGE = (EngineState.WORKING, EngineState.SETTLED)
 
 HEADER_HEIGHT = 30
 
+FINER = "   finer next"
+"""What is said of an image until its engine has settled."""
+
 
 class EnginePane(QWidget):
     """Shows one engine's image and its computation time.
@@ -109,9 +112,15 @@ class EnginePane(QWidget):
         elif state is EngineState.FAILED:
             self.canvas.show_message(self.client.text, theme.ERROR)
 
+        elif state is EngineState.SETTLED:
+            # Nothing follows.
+            self._detail.setText(self._detail.text().removesuffix(FINER))
+
     def _show_result(self, result: Result) -> None:
         if isinstance(result.request, ImageRequest) and result.value is not None:
             self._show(result, self.client.description)
+            if not result.request.quality.live:
+                self._detail.setText(self._detail.text() + FINER)
 
     def _show_stand_in(self, stand_in: EngineClient, result: Result) -> None:
         wanted = isinstance(result.request, StandInRequest) and result.value is not None

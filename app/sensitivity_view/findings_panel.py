@@ -106,11 +106,11 @@ class FindingsPanel(QWidget):
         self.pin = _small("Pin", "Keep the red band when the mouse leaves (P)")
         self.pin.setCheckable(True)
         self.add_band = _small(
-            "Add mode", "Add a mode over the red band, in a colour that stands out"
+            "+ mode", "Add a mode over the red band, in a colour that stands out"
         )
         self.style_box = QComboBox()
         self.style_box.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        self.style_box.addItems(["Colours", "Lines"])
+        self.style_box.addItems(["Area", "Lines"])
         self.style_box.setToolTip("How the field of the red band is drawn over the images")
         self.fade = QCheckBox("Fade")
         self.fade.setToolTip("Fade the field to grey where learned and exact differ")

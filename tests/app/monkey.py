@@ -35,7 +35,7 @@ from ramp import make_volume
 from window_fakes import FakeBuilders, FakeEngine
 
 from app.engines.engine import always
-from app.engines.messages import ImageRequest
+from app.engines.messages import BatchRequest, ImageRequest, VisibilityRequest
 from app.engines.spare_memory import give_back_memory
 from app.engines.worker import THREAD_PREFIX
 from app.window.main_window import WINDOW_SIZE, MainWindow
@@ -76,6 +76,14 @@ class UnreliableEngine(FakeEngine):
         self.requests.clear()
         self.threads.clear()
         return super().image(request, is_wanted)
+
+    def images(self, request: BatchRequest) -> Any:
+        self._wait_or_fail()
+        return super().images(request)
+
+    def visibility(self, request: VisibilityRequest) -> Any:
+        self._wait_or_fail()
+        return super().visibility(request)
 
     def _wait_or_fail(self) -> None:
         self.others.clear()
@@ -185,6 +193,7 @@ class Monkey:
         self.window.show()
         # Always the same, so that memory can be compared.
         self.window.resize(*WINDOW_SIZE)
+        self.window.latent_state.choose(shown=False)
         self.shown.clear()
         # Engines that could not be built are built again.
         workspace.open_volume(Path("ramp"))
