@@ -122,7 +122,7 @@ class ReferenceBar(QWidget):
         by_itself = ""
         if self._work.choices.lighting == "auto":
             unlit = settings.lighting == "none" and self._work.light_is_slow
-            by_itself = " (too slow)" if unlit else " (automatic)"
+            by_itself = " (too slow)" if unlit else " (auto)"
         self.light.setText(f"Light: {SHORT_LIGHTINGS[settings.lighting]}{by_itself}")
 
     def _button(self, tip: str) -> QToolButton:

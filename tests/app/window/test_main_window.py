@@ -454,4 +454,4 @@ def test_the_light_says_whether_anybody_chose_it(make_window: WindowMaker) -> No
     work.choose(lighting="none")
     assert bar.light.text() == "Light: none"
     work.choose(lighting="auto")
-    assert bar.light.text().endswith("(automatic)")
+    assert bar.light.text().endswith("(auto)")
