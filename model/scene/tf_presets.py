@@ -125,17 +125,6 @@ _OTHERS = (
         ),
     ),
     _Recipe(
-        "Dense parts",
-        "The densest parts as opaque grains in a faint haze of the rest",
-        ((0.45, 0.0), (0.6, 0.008), (0.95, 0.02), (1.0, 0.5), (1.06, 0.9)),
-        (
-            (0.45, 0.40, 0.55, 0.72),
-            (0.95, 0.62, 0.74, 0.85),
-            (1.0, 0.98, 0.75, 0.35),
-            (1.1, 1.0, 0.90, 0.62),
-        ),
-    ),
-    _Recipe(
         "Simulation",
         "Translucent layers all over the range, from blue over white to red",
         (
@@ -153,6 +142,22 @@ _OTHERS = (
         ),
     ),
 )  # fmt: skip
+
+_DENSE_PARTS = _Recipe(
+    "Dense parts",
+    "The densest voxels as opaque grains in a faint haze of the rest",
+    ((0.45, 0.0), (0.6, 0.005), (0.9, 0.012), (1.0, 0.4), (1.15, 0.9)),
+    (
+        (0.45, 0.40, 0.55, 0.72),
+        (0.9, 0.62, 0.74, 0.85),
+        (1.0, 0.98, 0.75, 0.35),
+        (1.3, 1.0, 0.90, 0.62),
+    ),
+)
+"""Over places from 0, the background's most frequent value, to 1, of the densest voxels."""
+
+DENSE_SHARE = 0.004
+"""Fraction of all voxels that count as the densest."""
 
 AIR_HU, TISSUE_HU, BONE_HU = -1000.0, 40.0, 1200.0
 """What background, soft tissue and dense bone of a CT have."""
@@ -184,8 +189,6 @@ def presets(
     bone = min(marks.peak + slope * (BONE_HU - AIR_HU), max(marks.highest, marks.tissue + slope))
 
     def placed(value: float) -> float:
-        if value > 1.0:
-            return marks.high + (value - 1.0) * (marks.high - marks.middle) / 0.5
         return float(np.interp(value, (0.0, 0.5, 1.0), (marks.low, marks.middle, marks.high)))
 
     def of_hu(value: float) -> float:
@@ -195,9 +198,17 @@ def presets(
             return marks.peak + slope * (value - AIR_HU)
         return marks.tissue + (bone - marks.tissue) * (value - TISSUE_HU) / (BONE_HU - TISSUE_HU)
 
+    def of_dense(value: float) -> float:
+        return marks.peak + value * (marks.dense - marks.peak)
+
     return [
         *(Preset(r.name, r.explanation, _tf(r, scalar_range, of_hu)) for r in _CT),
         *(Preset(r.name, r.explanation, _tf(r, scalar_range, placed)) for r in _OTHERS),
+        Preset(
+            _DENSE_PARTS.name,
+            _DENSE_PARTS.explanation,
+            _tf(_DENSE_PARTS, scalar_range, of_dense),
+        ),
     ]
 
 
@@ -218,6 +229,8 @@ class _Landmarks:
         Middle and almost largest value of the voxels above the background.
     tissue : float
         The highest value of those that are frequent above the background.
+    dense : float
+        The least value of the densest voxels: a fraction :data:`DENSE_SHARE` of all.
     highest : float
         The largest value of all.
     """
@@ -227,6 +240,7 @@ class _Landmarks:
     middle: float
     high: float
     tissue: float
+    dense: float
     highest: float
 
 
@@ -244,7 +258,7 @@ def _landmarks(counts: NDArray[np.int64], edges: NDArray[np.float64]) -> _Landma
     rest = counts[end + 1 :]
     if rest.sum() == 0:
         middle = (first + last) / 2
-        return _Landmarks(first, first, middle, last, middle, last)
+        return _Landmarks(first, first, middle, last, middle, last, last)
     shares = np.cumsum(rest) / rest.sum()
     low = float(edges[end + 1])
     high = float(edges[end + 2 + int(np.searchsorted(shares, 0.995))])
@@ -260,7 +274,11 @@ def _landmarks(counts: NDArray[np.int64], edges: NDArray[np.float64]) -> _Landma
     tissue = float(centers[end + 1 + int(peaks[-1])]) if len(peaks) else middle
     # Anything else would turn the scale of HU around.
     tissue = max(tissue, float(centers[start]) + 0.05 * (last - first))
-    return _Landmarks(float(centers[start]), low, middle, high, tissue, last)
+    # A bin or more above the background, as places must not coincide.
+    whole = np.cumsum(counts) / counts.sum()
+    dense = float(edges[min(int(np.searchsorted(whole, 1 - DENSE_SHARE)), len(counts) - 1)])
+    dense = max(dense, float(centers[start]) + 0.02 * (last - first))
+    return _Landmarks(float(centers[start]), low, middle, high, tissue, dense, last)
 
 
 def _tf(

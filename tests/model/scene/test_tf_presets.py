@@ -36,6 +36,16 @@ def test_those_of_ct_show_what_their_names_say() -> None:
     assert red > 2 * green > 2 * blue / 1.5
 
 
+def test_dense_parts_are_grains_in_a_haze() -> None:
+    rng = np.random.default_rng(2)
+    # A paste without any air, and one voxel in 300 of something denser, as in cement.
+    values = np.concatenate([rng.normal(100, 12, 100_000), rng.normal(190, 8, 330)])
+    opacity = named(values)["Dense parts"].opacity
+    assert opacity(190.0) > 0.5
+    assert opacity(np.quantile(values, [0.5, 0.9, 0.99])).max() < 0.05
+    assert opacity(np.quantile(values, 0.97)) > 0
+
+
 def test_a_ct_on_another_scale_has_the_same_presets() -> None:
     # As stored with 8 bits: -1000 to 1500 HU on 0 to 255.
     scale, shift = 255 / 2500, 1000 * 255 / 2500
@@ -53,7 +63,7 @@ def test_all_span_the_range_asked_for_and_differ() -> None:
     counts, edges = np.histogram(values, bins=256)
     for scalar_range in ((-1000.0, 1500.0), (0.0, 300.0), (-5000.0, 9000.0)):
         found = [p.tf for p in presets(scalar_range, counts, edges)]
-        assert len(found) == 6
+        assert len(found) == 7
         assert {tf.scalar_range for tf in found} == {scalar_range}
         assert {(tf.color.stops[0][0], tf.color.stops[-1][0]) for tf in found} == {scalar_range}
     found = list(named(values).values())
