@@ -166,6 +166,7 @@ class EngineWorker(QObject):
     def _serve(self) -> None:
         try:
             engine = self._factory()
+            give_back_memory()
             ready = EngineReady(engine.description, engine.scene)
         except BaseException as error:
             # Whatever it is: a thread that ended without a word would be waited for, for ever.

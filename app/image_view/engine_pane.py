@@ -23,6 +23,8 @@ WITH_IMAGE = (EngineState.WORKING, EngineState.SETTLED)
 
 HEADER_HEIGHT = 30
 
+PREPARING = "Preparing …"
+
 FINER = "   finer next"
 """What is said of an image until its engine has settled."""
 
@@ -100,7 +102,8 @@ class EnginePane(QWidget):
         return self._detail.text()
 
     def _show_state(self, state: EngineState) -> None:
-        if state is EngineState.LOADING and not self.client.text:
+        has_image = self.canvas.image is not None and not self.canvas.message
+        if state is EngineState.LOADING and not self.client.text and has_image:
             # Another engine for the same volume: the last image stays until there is a new one.
             return
         if state in WITHOUT_IMAGE:
@@ -108,10 +111,9 @@ class EnginePane(QWidget):
             self._detail.clear()
             self.canvas.set_hint("")
             self.canvas.show_image(None)
-            self.canvas.show_message(self.client.text)
+            self.canvas.show_message(self.client.text or PREPARING)
         elif state is EngineState.FAILED:
             self.canvas.show_message(self.client.text, theme.ERROR)
-
         elif state is EngineState.SETTLED:
             # Nothing follows.
             self._detail.setText(self._detail.text().removesuffix(FINER))
