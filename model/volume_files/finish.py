@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from model.errors import VolumeError
 from model.scene.orientation import axis_labelled
-from model.scene.volume import Volume
+from model.scene.volume import Volume, is_resolved
 from model.volume_files.grid import Grid
 
 Component = int | Literal["magnitude"]
@@ -38,6 +38,7 @@ def make_volume(path: Path, grid: Grid, component: Component | None) -> Volume:
     """
     scalars = _one_component(path, grid.values, component)
     bad_notes = _replace_bad_voxels(path, scalars)
+    scalars, offset_notes = _without_offset(scalars)
     try:
         return Volume(
             scalars,
@@ -45,7 +46,7 @@ def make_volume(path: Path, grid: Grid, component: Component | None) -> Volume:
             grid.origin,
             readable_name(path),
             grid.units,
-            grid.notes + bad_notes,
+            grid.notes + bad_notes + offset_notes,
             axis_labelled("S", grid.axis_labels),
             grid.axis_labels,
         )
@@ -53,6 +54,23 @@ def make_volume(path: Path, grid: Grid, component: Component | None) -> Volume:
         raise VolumeError(
             f"{path}: {str(error).removeprefix(readable_name(path) + ': ')}"
         ) from None
+
+
+def _without_offset(
+    scalars: NDArray[np.generic],
+) -> tuple[NDArray[np.generic], tuple[str, ...]]:
+    """Subtract the smallest voxel from integers that floating-point numbers would mix up."""
+    if scalars.dtype.kind not in "iu" or scalars.dtype.itemsize < 8:
+        return scalars, ()
+    low, high = int(scalars.min()), int(scalars.max())
+    if low == high or is_resolved((float(low), float(high))):
+        return scalars, ()
+    note = (
+        f"All values are shown less {low}: so far from 0, floating-point numbers could not tell "
+        "them apart."
+    )
+    less: NDArray[np.generic] = np.subtract(scalars, scalars.dtype.type(low))
+    return less, (note,)
 
 
 def readable_name(path: Path) -> str:

@@ -564,3 +564,21 @@ def test_a_spacing_that_would_make_a_line_of_the_volume(tmp_path):
     volume = read_volume(path)
     assert volume.spacing == (1.0, 1.0, 1.0)
     assert "1e-14 x 1 x 1 is unusable" in volume.notes[0]
+
+
+@pytest.mark.parametrize(
+    ("dtype", "low"), [("int64", 2**60), ("int64", -(2**62)), ("uint64", 2**64 - 1000)]
+)
+@pytest.mark.parametrize("step", [1, 3])
+def test_integers_far_from_0_are_told_apart(tmp_path, dtype, low, step):
+    """As counters and times in nanoseconds are: floats are 256 apart at 2^60."""
+    steps = step * np.arange(4 * 5 * 6).reshape(4, 5, 6)
+    voxels = np.array([low + int(s) for s in steps.ravel()], dtype).reshape(steps.shape)
+    path = tmp_path / f"a_6x5x4_{dtype}_little.raw"
+    path.write_bytes(voxels.astype(f"<{np.dtype(dtype).str[1:]}").tobytes())
+    volume = read_volume(path)
+    np.testing.assert_array_equal(volume.scalars, steps)
+    assert f"less {low}" in volume.notes[-1]
+    # Where floats can, nothing is changed.
+    path.write_bytes((1000 * steps).astype(f"<{np.dtype(dtype).str[1:]}").tobytes())
+    assert read_volume(path).data_range == (0.0, 1000.0 * steps.max())
