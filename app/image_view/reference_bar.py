@@ -16,7 +16,7 @@ from app.state.reference_work import ReferenceWork
 from app.state.viewer_state import ViewerState
 
 LIGHTINGS = {
-    "auto": "As the model, or direct",
+    "auto": "Automatic: as the model, else direct",
     "none": "None",
     "direct": "Direct: shaded surfaces",
     "global": "Global: with shadows",
@@ -25,7 +25,7 @@ LIGHTINGS = {
 SHORT_LIGHTINGS = {"none": "none", "direct": "direct", "global": "global"}
 
 DISTANCES = {
-    None: "As the model, or 0.5 voxels",
+    None: "Automatic: as the model, else 0.5 voxels",
     1.0: "1 voxel: fast",
     0.5: "0.5 voxels",
     0.25: "0.25 voxels: fine",

@@ -99,7 +99,7 @@ class FindingsPanel(QWidget):
         self.height_box.setToolTip("Opacity of the modes whose effect is predicted")
         self.render_button = QPushButton("Render")
         self.render_button.setToolTip("Render a mode in each interval, and measure the change")
-        self.what_if_button = QPushButton("What if…")
+        self.what_if_button = QPushButton("What if")
         self.what_if_button.setToolTip(
             "Hold to see what a mode at the band (or the best interval) would change (W)"
         )
@@ -200,7 +200,11 @@ class FindingsPanel(QWidget):
             self.whatIfEnded.emit()
 
     def _lay_out(self, source: QWidget) -> None:
+        # As high with any of the buttons, so that the images above keep their size.
+        some = self.adds[0], self.raises[0], self.isolates[0], self.back
+        tallest = max(button.sizeHint().height() for button in some)
         head = QHBoxLayout()
+        self.heading.setMinimumHeight(tallest)
         head.addWidget(self.heading)
         head.addStretch()
         head.addWidget(self.back)
@@ -210,7 +214,7 @@ class FindingsPanel(QWidget):
         grid.setHorizontalSpacing(4)
         grid.setColumnStretch(0, 1)
         for index, row in enumerate(self.rows):
-            row.setMinimumHeight(24)
+            row.setMinimumHeight(tallest)
             grid.addWidget(row, index, 0)
             row_buttons = (
                 self.adds[index],

@@ -241,9 +241,8 @@ class ResponseLayer(QObject):
     def _move(self, event: QMouseEvent) -> None:
         value = self._value_at(event.position())
         if not event.buttons():
-            # Who has just moved a handle, or is about to, looks at the picture.
-            edits = self._edits or self._handle_at(event.position(), DragHandle)
-            self._sensitivity.hover(None if edits else value)
+            # Who has just moved a handle looks at the picture.
+            self._sensitivity.hover(None if self._edits else value)
         elif self._pressed is not None:
             start = self._value_at(self._pressed)
             moved = abs(event.position().x() - self._pressed.x()) > CLICK_REACH
@@ -290,7 +289,7 @@ class ResponseLayer(QObject):
         self._limit = limit
         signed = choices.measure == "signed"
         self._view.setYRange(-limit if signed else -0.02 * limit, limit, padding=0)
-        self._axis.setLabel("Δ value / +.01")
+        self._axis.setLabel("Δ / +.01")
         what = "brighter (above 0) or darker" if signed else "size of the change"
         self._axis.setToolTip(
             "Change of the region's pixel values (0 to 1) by an edit that adds .01 of opacity "

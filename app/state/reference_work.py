@@ -132,13 +132,15 @@ class ReferenceWork(QObject):
         scene : Scene or None
             Scene of the model that is shown beside it, if there is one.
         """
-        if self._volume is None or volume.voxels is not self._volume.voxels:
+        is_new = self._volume is None or volume.voxels is not self._volume.voxels
+        if is_new:
             self._light_is_slow = self._light_is_judged = False
         self._volume, self._scene = volume, scene
         self._take_settings()
         self._dispatcher.forget_times()
         self.volumeStarted.emit()
-        self._start_reference()
+        # Over another range, the last image stays until the first new one.
+        self._start_reference(PREPARING if is_new else "")
         self._start_analyst()
 
     def follow(self, scene: Scene | None) -> None:

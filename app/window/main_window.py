@@ -269,6 +269,8 @@ class MainWindow(QMainWindow):
         self.reference.add_to_header(self.reference_bar)
         self.browse.setText("Browse TFs")
         self.browse.setCheckable(True)
+        # Otherwise it has the first focus, and looks pressed.
+        self.browse.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.browse.setToolTip("Show a map of the TFs, with a picture of each (Ctrl+B)")
         self.menuBar().setCornerWidget(self.browse)
         splitter = self._splitter
@@ -278,7 +280,7 @@ class MainWindow(QMainWindow):
         splitter.addWidget(self.editor)
         splitter.setStretchFactor(0, 3)
         splitter.setStretchFactor(1, 1)
-        splitter.setSizes([560, 230])
+        splitter.setSizes([530, 260])
         central = QWidget()
         column = QVBoxLayout(central)
         column.setContentsMargins(14, 8, 14, 4)

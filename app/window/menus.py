@@ -9,7 +9,14 @@ from typing import Any
 
 from PySide6.QtCore import QObject
 from PySide6.QtGui import QActionGroup, QKeySequence
-from PySide6.QtWidgets import QMainWindow, QMenu, QMessageBox
+from PySide6.QtWidgets import (
+    QDialog,
+    QDialogButtonBox,
+    QMainWindow,
+    QMenu,
+    QTextBrowser,
+    QVBoxLayout,
+)
 
 from app.controls import add_action
 from app.image_view.engine_pane import EnginePane
@@ -28,6 +35,11 @@ from app.window.pane_layout import PaneLayout, Shown
 from app.window.picture_saving import PictureSaving
 from app.window.recent_menu import RecentMenus
 from model.scene.orientation import AXES, STANDARD_VIEWS
+from model.volume_files.finish import readable_name
+from model.volume_files.shipped import shipped_volumes
+
+TEXT_WIDTH = 620
+"""Width of the help's texts, in pixels."""
 
 IMAGES: dict[str, Shown] = {
     "Both": "both",
@@ -160,6 +172,13 @@ class Menus(QObject):
         keys = QKeySequence.StandardKey
         add_action(menu, "Open &volume…", files.open_volume, keys.Open)
         add_action(menu, "Open &DICOM folder…", files.open_dicom)
+        samples = menu.addMenu("Sa&mple volumes")
+        samples.setToolTipsVisible(True)
+        for path in shipped_volumes():
+            action = add_action(
+                samples, readable_name(path), partial(self._parts.opening.open_volume, path)
+            )
+            action.setToolTip("Ships with tfscope, with a model that was trained on it")
         recent.add_recent(menu, "volumes")
         menu.addSeparator()
         add_action(menu, "Open &model…", files.open_model, "Ctrl+M")
@@ -323,8 +342,19 @@ class Menus(QObject):
         add_action(menu, "&About tfscope", lambda: self._show_text("About tfscope", ABOUT))
 
     def _show_text(self, title: str, text: str) -> None:
-        box = QMessageBox(self._window)
+        box = QDialog(self._window)
         box.setWindowTitle(title)
-        box.setText(text)
+        page = QTextBrowser()
+        page.setHtml(text)
+        page.setOpenExternalLinks(True)
+        close = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        close.rejected.connect(box.reject)
+        column = QVBoxLayout(box)
+        column.addWidget(page)
+        column.addWidget(close)
+        # As high as its text, unless the window is lower: then it scrolls.
+        page.document().setTextWidth(TEXT_WIDTH)
+        height = round(page.document().size().height()) + 90
+        box.resize(TEXT_WIDTH + 60, min(height, self._window.height()))
         box.finished.connect(box.deleteLater)
         box.open()

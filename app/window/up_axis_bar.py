@@ -9,6 +9,7 @@ from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QIcon, QImage, QPixmap
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QToolButton, QWidget
 
+from app import theme
 from model.scene.orientation import AXES
 
 PICTURE = 48
@@ -34,6 +35,8 @@ class UpAxisBar(QFrame):
             button = QToolButton()
             button.setText(axis.replace("-", "−"))
             button.setAutoRaise(True)
+            button.setIconSize(QSize(PICTURE, PICTURE))
+            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
             button.setAccessibleName(f"{axis} is up")
             button.setToolTip(f"Stand the volume upright with {axis} of its file at the top")
             button.clicked.connect(partial(self._choose, axis))
@@ -66,23 +69,22 @@ class UpAxisBar(QFrame):
         Parameters
         ----------
         pictures : mapping of str to QImage
-            By axis; a button without a picture shows the axis' name only.
+            By axis; a button without a picture stays black.
         """
         for axis, button in self._buttons.items():
             picture = pictures.get(axis)
             if picture is None or picture.isNull():
-                button.setIcon(QIcon())
-                button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
-                continue
-            size = QSize(PICTURE, PICTURE)
-            small = picture.scaled(
-                size,
-                Qt.AspectRatioMode.KeepAspectRatio,
-                Qt.TransformationMode.SmoothTransformation,
-            )
-            button.setIcon(QIcon(QPixmap.fromImage(small)))
-            button.setIconSize(small.size())
-            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+                # As large as a picture, so that nothing moves when that comes.
+                shown = QPixmap(PICTURE, PICTURE)
+                shown.fill(theme.CANVAS)
+            else:
+                shown = QPixmap.fromImage(picture).scaled(
+                    PICTURE,
+                    PICTURE,
+                    Qt.AspectRatioMode.KeepAspectRatio,
+                    Qt.TransformationMode.SmoothTransformation,
+                )
+            button.setIcon(QIcon(shown))
 
     def button(self, axis: str) -> QToolButton:
         """Return an axis' button."""

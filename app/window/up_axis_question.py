@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QObject, QTimer
 
 from app.engines.client import EngineClient
 from app.engines.messages import Quality, Result, UpAxisRequest
@@ -16,6 +16,9 @@ from app.state.workspace import Workspace
 from app.window.up_axis_bar import PICTURE, UpAxisBar
 from model.scene.orientation import AXES, home_view
 from model.volume_files.shipped import shipped_volumes
+
+TF_REST_MS = 300
+"""Pause after an edit of the TF until the pictures follow it."""
 
 COARSENESS = 2.0
 """Factor of the sample distance in the buttons' pictures."""
@@ -55,6 +58,9 @@ class UpAxisQuestion(QObject):
         bar.dismissed.connect(self._remember)
         state.navigationChanged.connect(self._follow)
         analyst.resultReady.connect(self._take_pictures)
+        self._rest = QTimer(self, singleShot=True, interval=TF_REST_MS)
+        self._rest.timeout.connect(self._ask_for_pictures)
+        state.transferFunctionChangeFinished.connect(lambda _tf: self._rest.start())
         # An analyst that was started anew knows of no question.
         workspace.reference.analystStarted.connect(self._ask_for_pictures)
 

@@ -11,7 +11,7 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QMessageBox
+from PySide6.QtWidgets import QDialog
 from pytestqt.qtbot import QtBot
 from ramp import make_tf, make_volume
 from window_fakes import FakeBuilders, FakeEngine
@@ -24,6 +24,7 @@ from model.errors import CheckpointError, RenderError
 from model.scene.light import LightDirection
 from model.scene.scene import Lighting, Scene
 from model.scene.view import View
+from model.volume_files.shipped import shipped_volumes
 
 WindowMaker = Callable[..., MainWindow]
 
@@ -335,14 +336,28 @@ def test_undo_and_redo_from_the_menu(make_window: WindowMaker) -> None:
     assert window.state.transfer_function == before
 
 
+def test_the_sample_volumes_are_in_the_menu(
+    make_window: WindowMaker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    window = make_window()
+    opened: list[Path] = []
+    monkeypatch.setattr(window.workspace, "open_volume", lambda path, *_, **__: opened.append(path))
+    for name in ("lidc chest", "reacting jet temperature"):
+        action(window, name).trigger()
+    assert opened == shipped_volumes()
+
+
 def test_help_opens_without_blocking(make_window: WindowMaker) -> None:
     window = make_window()
     for name in ("Gestures", "About tfscope"):
         action(window, name).trigger()
-    boxes = window.findChildren(QMessageBox)
+    titles = {"Gestures", "About tfscope"}
+    boxes = [b for b in window.findChildren(QDialog) if b.windowTitle() in titles]
     assert len(boxes) == 2
     for box in boxes:
         assert box.isVisible()
+        # What does not fit on a small screen scrolls.
+        assert box.height() <= window.height()
         box.done(0)
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from pytestqt.qtbot import QtBot
-from ramp import make_volume
+from ramp import make_tf, make_volume
 from window_fakes import FakeBuilders
 
 from app.engines.messages import UpAxisRequest
@@ -26,9 +26,22 @@ def test_it_is_asked_once_with_pictures(
     window = make_window()
     bar = window.up_axis_bar
     assert bar.isVisible()
-    qtbot.waitUntil(lambda: not bar.button("-y").icon().isNull())
-    asked = [r for r in builders.analysts[-1].others if isinstance(r, UpAxisRequest)]
-    assert 1 + len(asked[-1].more) == len(AXES)
+    # Before there are pictures it is as high as with them.
+    height = bar.sizeHint().height()
+
+    def asked() -> list[UpAxisRequest]:
+        return [r for r in builders.analysts[-1].others if isinstance(r, UpAxisRequest)]
+
+    def level(axis: str) -> int:
+        return bar.button(axis).icon().pixmap(8, 8).toImage().pixelColor(4, 4).red()
+
+    # The fake's images are each brighter than the one before.
+    qtbot.waitUntil(lambda: level(AXES[-1]) > level(AXES[1]) > 0)
+    assert 1 + len(asked()[-1].more) == len(AXES)
+    assert bar.sizeHint().height() == height
+    # The pictures follow the TF.
+    window.state.commit(make_tf(), "preset")
+    qtbot.waitUntil(lambda: asked()[-1].inputs.opacity_tf == make_tf().opacity)
     bar.button("-y").click()
     assert window.state.up_axis == "-y" and bar.isHidden()
     builders.volumes["other"] = make_volume("other", 300.0)
