@@ -107,7 +107,7 @@ class ResponseLayer(QObject):
         self._sensitivity = sensitivity
         self._dispatcher = dispatcher
         self._view, self._axis = area.add_second_scale()
-        self._axis.setWidth(AXIS_WIDTH)
+        self._axis.setWidth(AXIS_WIDTH + 12)
         self._limit = FLOOR
         self._pressed: QPointF | None = None
         self._edits = False
