@@ -77,6 +77,10 @@ class BrowserBar(QWidget):
         self.places = text_button("Places", "Named places, and the path between them")
         self.search = text_button("Find", "Search for a TF by what its picture shall show")
         self.reset = text_button("Whole map", "Show the whole map (Home)")
+        for box in (self.coloring, self.codec, self.engine):
+            # Narrower than its longest entry where the window is small.
+            box.setMinimumWidth(66)
+        self.band.setMinimumWidth(88)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(6)
