@@ -165,6 +165,8 @@ class LatentBrowser(QWidget):
         session, pictures = work.session, work.pictures
         session.mapClosed.connect(lambda: self.map.show_message(OPENING))
         latent.choicesChanged.connect(self._choices_changed)
+        # Its picture is shown again, instead of that of the place under the mouse.
+        self._state.undone.connect(lambda: latent.set_hover(None))
         session.mapOpened.connect(lambda: self.map.show_message(""))
         session.mapChanged.connect(lambda _map: self._show_map())
         session.progressed.connect(self._show_progress)

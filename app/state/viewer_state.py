@@ -43,6 +43,8 @@ class ViewerState(ViewNavigation):
     cropChangeFinished = Signal(object)
     edited = Signal()
     """Emitted after a completed edit, undo or redo of the TF by the user."""
+    undone = Signal()
+    """Emitted after an undo or redo."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -190,12 +192,14 @@ class ViewerState(ViewNavigation):
         self.finish_preview("drag")
         self.undo_stack.undo()
         self.edited.emit()
+        self.undone.emit()
 
     def redo(self) -> None:
         """Redo the edit undone last."""
         self.finish_preview("drag")
         self.undo_stack.redo()
         self.edited.emit()
+        self.undone.emit()
 
     @property
     def default_transfer_function(self) -> TransferFunction:

@@ -165,7 +165,9 @@ def test_hovering_shows_picture_and_tf(
     assert str(samples) in window.browser.preview.caption
     # At rest it is drawn once more, at full size.
     qtbot.waitUntil(lambda: not pictures.hover.image.shape[0] < 256 if pictures.hover else False)
-    window.latent_state.set_hover(None)
+    # Undo shows its own picture, not that of the place under the mouse.
+    window.state.undo()
+    assert window.latent_state.hover is None
     assert not window.browser.preview.is_shown
     assert window.state.undo_stack.count() == 0
 
