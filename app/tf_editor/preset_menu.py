@@ -13,6 +13,7 @@ from app import theme
 from app.controls import add_action
 from app.state.viewer_state import ViewerState
 from app.tf_editor.plot_area import PlotArea
+from model.scene.range_fitting import fit_to_range
 from model.scene.tf_presets import Preset, presets
 
 PICTURE = 80
@@ -49,13 +50,14 @@ class PresetMenu(QMenu):
     def _fill(self) -> None:
         self.clear()
         histogram = self._area.histogram
+        scalar_range = self._state.scalar_range
         default = Preset(
-            DEFAULT, "Three modes, by the volume's histogram", self._state.default_transfer_function
+            DEFAULT,
+            "Three modes, by the volume's histogram",
+            # Like the others it leaves the range as it is.
+            fit_to_range(self._state.default_transfer_function, scalar_range),
         )
-        listed = (
-            default,
-            *presets(self._state.scalar_range, histogram.counts, histogram.edges, self.units),
-        )
+        listed = default, *presets(scalar_range, histogram.counts, histogram.edges, self.units)
         empty = QPixmap(PICTURE, PICTURE)
         empty.fill(theme.CANVAS)
         for preset in listed:

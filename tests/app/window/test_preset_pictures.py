@@ -40,3 +40,10 @@ def test_each_preset_shows_the_volume_and_can_be_taken(
     menu.aboutToShow.emit()
     menu.actions()[0].trigger()
     assert state.transfer_function == state.default_transfer_function
+    # All of them leave the range as it is.
+    window.editor.range.set_range((120.0, 160.0))
+    menu.aboutToShow.emit()
+    qtbot.waitUntil(lambda: asked()[-1].inputs.opacity_tf.scalar_range == (120.0, 160.0))
+    for number in range(len(menu.actions())):
+        menu.actions()[number].trigger()
+        assert state.scalar_range == (120.0, 160.0)
