@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtGui import QAction, QIcon, QImage, QKeySequence, QPixmap
 from PySide6.QtWidgets import QComboBox, QMenu, QPushButton, QToolButton
 
 
@@ -37,6 +37,21 @@ def text_button(text: str, tip: str) -> QToolButton:
     button.setText(text)
     button.setToolTip(tip)
     return button
+
+
+def picture_icon(picture: QImage | None, size: int) -> QIcon:
+    """Return an icon of a picture, or a black one as large: nothing moves when a picture comes."""
+    if picture is None or picture.isNull():
+        shown = QPixmap(size, size)
+        shown.fill(Qt.GlobalColor.black)
+    else:
+        shown = QPixmap.fromImage(picture).scaled(
+            size,
+            size,
+            Qt.AspectRatioMode.KeepAspectRatio,
+            Qt.TransformationMode.SmoothTransformation,
+        )
+    return QIcon(shown)
 
 
 def add_action(

@@ -89,14 +89,7 @@ def sensitivity(
 @bench.command()
 def start(
     volume: options.VolumeFiles = None,
-    model: Annotated[
-        Path | None,
-        typer.Option(
-            "--model",
-            help="Folder of a model to open beside, instead of the volume's own.",
-            callback=values.model,
-        ),
-    ] = None,
+    model: options.ModelFolder = None,
     repeats: Annotated[
         int, typer.Option("--repeats", min=1, help="Starts of which the median is told.")
     ] = 3,

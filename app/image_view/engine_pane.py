@@ -26,7 +26,7 @@ HEADER_HEIGHT = 30
 PREPARING = "Preparing …"
 
 FINER = "   finer next"
-"""What is said of an image until its engine has settled."""
+"""End of an image's caption until its engine has settled."""
 
 
 class EnginePane(QWidget):

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import partial
 
-from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QIcon, QImage, QPixmap
+from PySide6.QtCore import Signal
+from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QMenu, QWidget
 
-from app import theme
-from app.controls import add_action
+from app.controls import add_action, picture_icon
 from app.state.viewer_state import ViewerState
 from app.tf_editor.plot_area import PlotArea
 from model.scene.range_fitting import fit_to_range
@@ -58,13 +57,10 @@ class PresetMenu(QMenu):
             fit_to_range(self._state.default_transfer_function, scalar_range),
         )
         listed = default, *presets(scalar_range, histogram.counts, histogram.edges, self.units)
-        empty = QPixmap(PICTURE, PICTURE)
-        empty.fill(theme.CANVAS)
         for preset in listed:
             action = add_action(self, preset.name, partial(self.chosen.emit, preset))
             action.setToolTip(preset.explanation)
-            # As large as the picture that follows, so that no entry moves under the mouse.
-            action.setIcon(QIcon(empty))
+            action.setIcon(picture_icon(None, PICTURE))
         self.picturesWanted.emit(listed)
 
     def set_pictures(self, pictures: Mapping[str, QImage]) -> None:
@@ -72,10 +68,4 @@ class PresetMenu(QMenu):
         for action in self.actions():
             picture = pictures.get(action.text())
             if picture is not None:
-                fitted = picture.scaled(
-                    PICTURE,
-                    PICTURE,
-                    Qt.AspectRatioMode.KeepAspectRatio,
-                    Qt.TransformationMode.SmoothTransformation,
-                )
-                action.setIcon(QIcon(QPixmap.fromImage(fitted)))
+                action.setIcon(picture_icon(picture, PICTURE))

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from functools import partial
 
 from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtGui import QIcon, QImage, QPixmap
+from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QToolButton, QWidget
 
-from app import theme
+from app.controls import picture_icon
 from model.scene.orientation import AXES
 
 PICTURE = 48
@@ -72,19 +72,7 @@ class UpAxisBar(QFrame):
             By axis; a button without a picture stays black.
         """
         for axis, button in self._buttons.items():
-            picture = pictures.get(axis)
-            if picture is None or picture.isNull():
-                # As large as a picture, so that nothing moves when that comes.
-                shown = QPixmap(PICTURE, PICTURE)
-                shown.fill(theme.CANVAS)
-            else:
-                shown = QPixmap.fromImage(picture).scaled(
-                    PICTURE,
-                    PICTURE,
-                    Qt.AspectRatioMode.KeepAspectRatio,
-                    Qt.TransformationMode.SmoothTransformation,
-                )
-            button.setIcon(QIcon(shown))
+            button.setIcon(picture_icon(pictures.get(axis), PICTURE))
 
     def button(self, axis: str) -> QToolButton:
         """Return an axis' button."""

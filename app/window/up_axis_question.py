@@ -4,24 +4,21 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
 from PySide6.QtCore import QObject, QTimer
+from PySide6.QtGui import QImage
 
 from app.engines.client import EngineClient
-from app.engines.messages import Quality, Result, UpAxisRequest
-from app.image_view.image_canvas import to_qimage
+from app.engines.messages import UpAxisRequest
 from app.state.preferences import Preferences
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
+from app.window.small_pictures import SmallPictures
 from app.window.up_axis_bar import PICTURE, UpAxisBar
 from model.scene.orientation import AXES, home_view
 from model.volume_files.shipped import shipped_volumes
 
 TF_REST_MS = 300
 """Pause after an edit of the TF until the pictures follow it."""
-
-COARSENESS = 2.0
-"""Factor of the sample distance in the buttons' pictures."""
 
 
 class UpAxisQuestion(QObject):
@@ -49,15 +46,14 @@ class UpAxisQuestion(QObject):
         self._bar = bar
         self._state = state
         self._workspace = workspace
-        self._analyst = analyst
         self._preferences = preferences
-        self._asked = 0
+        self._pictures = SmallPictures(UpAxisRequest, PICTURE, analyst, self)
+        self._pictures.drawn.connect(self._show_pictures)
         workspace.volumeStarted.connect(self._consider)
         bar.chosen.connect(state.set_up_axis)
         bar.chosen.connect(lambda _axis: self._remember())
         bar.dismissed.connect(self._remember)
         state.navigationChanged.connect(self._follow)
-        analyst.resultReady.connect(self._take_pictures)
         self._rest = QTimer(self, singleShot=True, interval=TF_REST_MS)
         self._rest.timeout.connect(self._ask_for_pictures)
         state.transferFunctionChangeFinished.connect(lambda _tf: self._rest.start())
@@ -79,17 +75,13 @@ class UpAxisQuestion(QObject):
         opened = self._workspace.opened
         if opened is None or self._bar.isHidden():
             return
-        self._asked += 1
         proportions = opened.volume.proportions
-        views = [replace(self._state.inputs, view=home_view(proportions, axis)) for axis in AXES]
-        quality = Quality(PICTURE, COARSENESS)
-        self._analyst.submit(UpAxisRequest(self._asked, views[0], quality, more=tuple(views[1:])))
+        self._pictures.ask(
+            [replace(self._state.inputs, view=home_view(proportions, axis)) for axis in AXES]
+        )
 
-    def _take_pictures(self, result: Result) -> None:
-        if not isinstance(result.request, UpAxisRequest) or result.value is None:
-            return
-        if result.request.sequence == self._asked and not self._bar.isHidden():
-            images = [to_qimage(np.asarray(each)) for each in result.value]
+    def _show_pictures(self, images: list[QImage]) -> None:
+        if not self._bar.isHidden():
             self._bar.set_pictures(dict(zip(AXES, images, strict=True)))
 
     def _follow(self) -> None:

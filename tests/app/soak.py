@@ -51,7 +51,7 @@ PATIENCE_S = 120.0
 
 @dataclass
 class Round:
-    """What one round took.
+    """Times and problems of one round.
 
     Attributes
     ----------
@@ -105,7 +105,7 @@ class Soak:
             self.settle()
 
     def turn(self) -> None:
-        """Turn, roll, pan and zoom with the mouse on the image, and undo it."""
+        """Turn, roll and pan with the mouse on the image, and go back."""
         canvas = self.window.reference.canvas
         for button, keys in (
             (Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier),

@@ -1,10 +1,9 @@
-"""What the engines are asked for, by the times that their images take."""
+"""Requests to the engines, by the times that their images take."""
 
 from __future__ import annotations
 
 import pytest
 from PySide6.QtCore import QObject, Signal
-from ramp import make_tf
 
 from app.engines.messages import ImageRequest, Request, Result, StandInRequest
 from app.state.dispatcher import LONGEST_SECONDS, REST_SECONDS, Dispatcher
@@ -40,13 +39,6 @@ class Client(QObject):
         seconds = seconds_per_pixel * pixels.width * pixels.height / coarse
         self.resultReady.emit(Result(request, object(), None, seconds))  # type: ignore[arg-type]
         return request
-
-
-@pytest.fixture
-def state() -> ViewerState:
-    state = ViewerState()
-    state.start_volume(make_tf(), None)
-    return state
 
 
 @pytest.fixture
