@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from model.scene.coarse_volume import CoarseVolume
+from model.scene.crop import CropBox
 from model.scene.default_tf import default_transfer_function
 from model.scene.robust_range import robust_range
 from model.scene.scene import default_scalar_window
@@ -35,6 +37,8 @@ class OpenedVolume:
         Over the volume's scalar range.
     window : tuple of float
         Scalar values of interest, within the scalar range.
+    shown : CropBox
+        Part of the volume that the default TF shows.
     """
 
     path: Path
@@ -44,13 +48,15 @@ class OpenedVolume:
     fingerprint: str
     default: TransferFunction
     window: Range
+    shown: CropBox
 
     @classmethod
     def of(cls, path: Path, volume: Volume) -> OpenedVolume:
         """Compute the derived data over the volume's scalar range; may take a second."""
         counts, edges = volume.histogram(256, beyond=True)
         default, window = default_transfer_function(volume), default_scalar_window(volume)
-        return cls(path, volume, counts, edges, volume.fingerprint, default, window)
+        shown = CoarseVolume.of(volume).shown_box(default.opacity)
+        return cls(path, volume, counts, edges, volume.fingerprint, default, window, shown)
 
     def over(self, scalar_range: Range) -> OpenedVolume:
         """Return the same volume over another scalar range, with what follows from it.

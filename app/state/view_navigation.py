@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from PySide6.QtCore import QObject, Signal
 
 from app.state.view_history import ViewHistory
+from model.scene.crop import CropBox
 from model.scene.orientation import (
     DEFAULT_UP,
+    FARTHEST_HOME,
+    WHOLE,
     angles_in,
     axis_direction,
     axis_labelled,
+    fit_distance,
     home_view,
     standard_view,
     view_in,
@@ -39,6 +45,7 @@ class ViewNavigation(QObject):
         self._view = self._home = HOME_VIEW
         self._views = ViewHistory(HOME_VIEW)
         self._proportions = CUBE
+        self._shown = WHOLE
         self._up_axis = DEFAULT_UP
         self._axis_labels: tuple[str, ...] = ()
         self._trackball = False
@@ -56,7 +63,7 @@ class ViewNavigation(QObject):
 
     @property
     def home(self) -> View:
-        """Initial view of the volume, with all of it in the image."""
+        """Initial view of the volume, with all that its default TF shows in the image."""
         return self._home
 
     @property
@@ -134,6 +141,11 @@ class ViewNavigation(QObject):
         """Go to the volume's home view."""
         self.set_view(self._home)
 
+    def view_whole(self) -> None:
+        """Move the camera to where the whole volume just fits the image."""
+        distance = min(fit_distance(self._proportions, self._view), FARTHEST_HOME)
+        self.set_view(replace(self._view, distance=distance, pan_x=0.0, pan_y=0.0))
+
     def look_from(self, name: str) -> None:
         """Look from one of :data:`~model.scene.orientation.STANDARD_VIEWS`, at this distance.
 
@@ -188,6 +200,7 @@ class ViewNavigation(QObject):
         up: str = "",
         axis_labels: tuple[str, ...] = (),
         view: View | None = None,
+        shown: CropBox = WHOLE,
     ) -> None:
         """Look at another volume, from its home view; the history of views starts anew.
 
@@ -201,6 +214,8 @@ class ViewNavigation(QObject):
             The volume's.
         view : View or None
             Initial view; None for the home view.
+        shown : CropBox
+            Part of the volume that the home view must have in the image.
 
         Raises
         ------
@@ -208,9 +223,9 @@ class ViewNavigation(QObject):
             When there is no such axis.
         """
         up = up or DEFAULT_UP
-        home = home_view(proportions, up, front=axis_labelled("A", axis_labels))
+        home = home_view(proportions, up, front=axis_labelled("A", axis_labels), box=shown)
         self._view_moving = False
-        self._proportions, self._axis_labels = proportions, axis_labels
+        self._proportions, self._axis_labels, self._shown = proportions, axis_labels, shown
         self._up_axis, self._home = up, home
         first = view or self._home
         self._views.start(first)
@@ -218,7 +233,7 @@ class ViewNavigation(QObject):
         self._look(first)
 
     def _upright_home(self) -> View:
-        return home_view(self._proportions, self._up_axis, front=self.front_axis)
+        return home_view(self._proportions, self._up_axis, front=self.front_axis, box=self._shown)
 
     def _look(self, view: View) -> None:
         """Show a view that is in the history."""

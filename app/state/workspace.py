@@ -305,7 +305,7 @@ class Workspace(QObject):
         volume, known = opened.volume, self._preferences.volume(opened.fingerprint)
         up = known.up_axis or volume.up
         view = View(*known.view) if known.view else None
-        self._state.start_view(volume.proportions, up, volume.axis_labels, view)
+        self._state.start_view(volume.proportions, up, volume.axis_labels, view, opened.shown)
         self.volumeOpened.emit(opened)
         self._preferences.note_volume(opened.fingerprint, opened.path)
         self._note_model()

@@ -75,10 +75,9 @@ class UpAxisQuestion(QObject):
         opened = self._workspace.opened
         if opened is None or self._bar.isHidden():
             return
-        proportions = opened.volume.proportions
-        self._pictures.ask(
-            [replace(self._state.inputs, view=home_view(proportions, axis)) for axis in AXES]
-        )
+        proportions, box = opened.volume.proportions, opened.shown
+        views = [home_view(proportions, axis, box=box) for axis in AXES]
+        self._pictures.ask([replace(self._state.inputs, view=view) for view in views])
 
     def _show_pictures(self, images: list[QImage]) -> None:
         if not self._bar.isHidden():

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import ViewError
+from model.scene.crop import CropBox
 from model.scene.view import FAR_DISTANCE_RADII, VIEW_ANGLE, View
 
 AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
@@ -34,6 +35,9 @@ STANDARD_VIEWS = {
 HOME_AZIMUTH, HOME_ELEVATION = 30.0, 15.0
 NEAREST_HOME, FARTHEST_HOME = 0.4, 1.0
 """Limits of the home view's distance: what generators are trained for, and the whole volume."""
+
+WHOLE = CropBox()
+"""All of a volume."""
 
 MARGIN = 0.03
 """Part of half the image's side that is left free around a volume that just fits."""
@@ -132,8 +136,9 @@ def fit_distance(
     proportions: tuple[float, float, float],
     view: View | NDArray[np.float64],
     margin: float = MARGIN,
+    box: CropBox = WHOLE,
 ) -> float:
-    """Smallest distance at which a volume's whole box lies inside the square image.
+    """Smallest distance at which a box of the volume lies inside the square image.
 
     Parameters
     ----------
@@ -143,6 +148,8 @@ def fit_distance(
         Only its axes matter: rows right, up and back.
     margin : float
         Part of half the image's side that is left free.
+    box : CropBox
+        Part of the volume; by default, all of it. The view is aimed at the volume's centre.
 
     Returns
     -------
@@ -151,7 +158,8 @@ def fit_distance(
     """
     basis = view.basis() if isinstance(view, View) else view
     # In units of the bounding sphere's radius, as its diameter is 1.
-    corners = np.array(list(itertools.product((-1.0, 1.0), repeat=3))) * proportions
+    sides = zip(box.low, box.high, strict=True)
+    corners = (2.0 * np.array(list(itertools.product(*sides))) - 1.0) * proportions
     right, up, back = basis @ corners.T
     reach = (1.0 - margin) * math.tan(math.radians(VIEW_ANGLE / 2))
     needed = back + np.maximum(np.abs(right), np.abs(up)) / reach
@@ -159,11 +167,25 @@ def fit_distance(
 
 
 def home_view(
-    proportions: tuple[float, float, float], up: str = DEFAULT_UP, *, front: str = ""
+    proportions: tuple[float, float, float],
+    up: str = DEFAULT_UP,
+    *,
+    front: str = "",
+    box: CropBox = WHOLE,
 ) -> View:
-    """Initial view of a volume: upright, from above and the side, with all of it in the image."""
+    """Initial view of a volume: upright, from above and the side, with a box in the image.
+
+    Parameters
+    ----------
+    proportions : tuple of float
+        The volume's.
+    up, front : str
+        See :func:`upright_frame`.
+    box : CropBox
+        Part of the volume that must be in the image; by default, all of it.
+    """
     view = view_in(up, HOME_AZIMUTH, HOME_ELEVATION, front=front)
-    distance = fit_distance(proportions, view)
+    distance = fit_distance(proportions, view, box=box)
     return replace(view, distance=min(max(distance, NEAREST_HOME), FARTHEST_HOME))
 
 

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
@@ -7,6 +9,7 @@ from pytestqt.qtbot import QtBot
 from app.state.view_history import MOST_VIEWS, ViewHistory
 from app.state.viewer_state import HOME_VIEW, ViewerState
 from model.errors import ViewError
+from model.scene.crop import CropBox
 from model.scene.orientation import axis_direction, home_view
 from model.scene.view import View
 
@@ -113,6 +116,17 @@ def test_a_volume_starts_at_its_home_view_without_a_history(
     with pytest.raises(ViewError, match="'north' is not an axis"):
         state.start_view((1.0, 0.0, 0.0), "north")
     assert state.home == home_view(BOX)
+
+
+def test_home_shows_a_part_and_the_whole_volume_is_one_step_away(state: ViewerState) -> None:
+    part = CropBox((0.3, 0.3, 0.3), (0.6, 0.6, 0.6))
+    state.start_view(BOX, "-y", shown=part)
+    assert state.view == state.home == home_view(BOX, "-y", box=part)
+    state.set_up_axis("+x")
+    assert state.view == home_view(BOX, "+x", box=part)
+    state.set_view(replace(state.view, pan_x=0.4))
+    state.view_whole()
+    assert state.view == home_view(BOX, "+x")
 
 
 def test_a_patient_is_seen_from_the_front(state: ViewerState) -> None:

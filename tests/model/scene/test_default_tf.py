@@ -14,7 +14,7 @@ def uniform(lo: float, hi: float) -> Volume:
     return Volume(np.linspace(lo, hi, 32**3).reshape(32, 32, 32))
 
 
-def test_modes_lie_in_the_window_with_light_colors_and_dark_ends(volume: Volume) -> None:
+def test_modes_lie_in_the_window_with_light_colors_and_a_dark_low_end(volume: Volume) -> None:
     tf = default_transfer_function(volume)
     lo, hi = default_scalar_window(volume)
     means = [mode.mean for mode in tf.opacity.modes]
@@ -23,8 +23,20 @@ def test_modes_lie_in_the_window_with_light_colors_and_dark_ends(volume: Volume)
     assert tf.scalar_range == volume.scalar_range
     assert [s[0] for s in tf.color.stops[1:-1]] == means
     lightness = [colorsys.rgb_to_hls(*stop[1:])[1] for stop in tf.color.stops]
-    assert max(lightness[0], lightness[-1]) < 0.4
-    assert min(lightness[1:-1]) > 0.6
+    assert lightness[0] < 0.4
+    assert min(lightness[1:]) > 0.6
+
+
+@pytest.mark.parametrize("thickness", [1.0, 3.0, 12.0])
+def test_a_hollow_ball_is_opaque_enough_to_be_seen(thickness: float) -> None:
+    random = np.random.default_rng(0)
+    radius = np.linalg.norm(np.indices((48, 48, 48)) - 23.5, axis=0)
+    inside = np.abs(radius - 16.0) < thickness / 2
+    air, wall = random.normal(20.0, 2.0, inside.shape), random.normal(150.0, 15.0, inside.shape)
+    opacity = default_transfer_function(Volume(np.where(inside, wall, air))).opacity
+    rays = 1 - np.prod(1 - opacity(np.where(inside, wall, air)), axis=2)
+    assert np.median(rays[inside.any(axis=2)]) > 0.85
+    assert np.median(rays[~inside.any(axis=2)]) < 0.5
 
 
 @pytest.mark.parametrize("limits", [(0.0, 1.0), (-1000.0, 3000.0), (1e-9, 3e-9), (0.0, 1e12)])

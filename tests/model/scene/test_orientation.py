@@ -13,10 +13,12 @@ from vtkmodules.vtkRenderingCore import vtkCamera
 
 from model.errors import ViewError
 from model.rendering.raycast.renderer import RaycastRenderer
+from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.orientation import (
     AXES,
     STANDARD_VIEWS,
+    WHOLE,
     angles_in,
     axis_direction,
     faces,
@@ -126,8 +128,10 @@ def test_an_unknown_axis_is_refused() -> None:
         standard_view("Inside", 1.0, "+z")
 
 
-def projected(view: View, proportions: tuple[float, float, float]) -> NDArray[np.float64]:
-    """Corners of the box in the image, in halves of its height, by VTK's camera."""
+def projected(
+    view: View, proportions: tuple[float, float, float], box: CropBox = WHOLE
+) -> NDArray[np.float64]:
+    """Corners of a box in the image, in halves of its height, by VTK's camera."""
     # The bounding sphere's diameter is 1.
     _, up, back = view.basis()
     camera = vtkCamera()
@@ -138,7 +142,8 @@ def projected(view: View, proportions: tuple[float, float, float]) -> NDArray[np
     camera.SetClippingRange(0.01, 100.0)
     matrix = camera.GetCompositeProjectionTransformMatrix(1.0, -1.0, 1.0)
     rows = np.array([[matrix.GetElement(i, j) for j in range(4)] for i in range(4)])
-    corners = np.array(list(itertools.product((-0.5, 0.5), repeat=3))) * proportions
+    places = np.array(list(itertools.product(*zip(box.low, box.high, strict=True))))
+    corners = (places - 0.5) * proportions
     image = np.column_stack([corners, np.ones(8)]) @ rows.T
     return image[:, :2] / image[:, 3:]
 
@@ -163,6 +168,15 @@ def test_the_home_view_shows_the_whole_box(lengths: tuple[float, float, float], 
     assert np.abs(projected(home, proportions)).max() <= 1.0
     assert 0.4 <= home.distance <= 1.0
     assert angles_in(up, home) == pytest.approx((30.0, 15.0, 0.0), abs=1e-8)
+
+
+@pytest.mark.parametrize("up", AXES)
+def test_the_home_view_may_be_of_a_part_of_the_volume(up: str) -> None:
+    proportions = proportions_of((1.0, 0.8, 1.3))
+    box = CropBox((0.3, 0.0, 0.25), (0.8, 0.6, 0.75))
+    home = home_view(proportions, up, box=box)
+    assert home.distance < home_view(proportions, up).distance
+    assert np.abs(projected(home, proportions, box)).max() == pytest.approx(0.97)
 
 
 @pytest.mark.parametrize("name", STANDARD_VIEWS)

@@ -1,0 +1,76 @@
+"""A volume on a coarse grid, for quick estimates of what an opacity TF shows of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.scene.crop import CropBox
+from model.scene.transfer_function import OpacityTF
+from model.scene.volume import Volume
+
+GRID = 64
+"""Largest number of voxels per axis of the coarse grid."""
+
+STRAY = 0.002
+"""Part of the opacity that may lie beyond each plane of a shown box: noise and specks."""
+
+_OPAQUE = 1 - 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class CoarseVolume:
+    """Every n-th voxel of a volume along each axis.
+
+    Attributes
+    ----------
+    scalars : ndarray of float64, shape (nz, ny, nx)
+        In the data's own units.
+    steps : tuple of float
+        Distance between two voxels along z, y and x, in units of the volume's voxel size.
+    """
+
+    scalars: NDArray[np.float64]
+    steps: tuple[float, ...]
+
+    @classmethod
+    def of(cls, volume: Volume) -> CoarseVolume:
+        """Take at most :data:`GRID` voxels per axis."""
+        strides = [-(-length // GRID) for length in volume.voxels.shape]
+        lo, hi = volume.scalar_range
+        some = volume.voxels[tuple(slice(s // 2, None, s) for s in strides)]
+        spacing = np.array(volume.spacing[::-1]) / volume.voxel_size
+        return cls(np.clip(some.astype(np.float64), lo, hi), tuple(strides * spacing))
+
+    def ray_opacities(self, opacity: OpacityTF) -> NDArray[np.float64]:
+        """Return the opacity of every ray along x, y or z through a voxel of the grid.
+
+        Returns
+        -------
+        ndarray of float64, shape (ny nx + nz nx + nz ny,), in [0, 1]
+        """
+        depths = -np.log1p(-np.minimum(opacity(self.scalars), _OPAQUE))
+        return np.concatenate(
+            [-np.expm1(-step * depths.sum(axis)).ravel() for axis, step in enumerate(self.steps)]
+        )
+
+    def shown_box(self, opacity: OpacityTF) -> CropBox:
+        """Return a box around what an opacity TF shows, without a few stray voxels.
+
+        The whole volume where the TF shows nothing.
+        """
+        voxels = opacity(self.scalars)
+        if not voxels.sum() > 0:
+            return CropBox()
+        low, high = [], []
+        for axis in (2, 1, 0):
+            profile = voxels.sum(axis=tuple(a for a in range(3) if a != axis))
+            shares = np.cumsum(profile) / profile.sum()
+            # One voxel more on each side: the grid is coarse.
+            first = int(np.searchsorted(shares, STRAY)) - 1
+            last = int(np.searchsorted(shares, 1 - STRAY)) + 2
+            low.append(max(first, 0) / len(profile))
+            high.append(min(last, len(profile)) / len(profile))
+        return CropBox((low[0], low[1], low[2]), (high[0], high[1], high[2]))
