@@ -55,8 +55,13 @@ class Engine(Protocol):
     def images(self, request: BatchRequest) -> Array:
         """Draw several images."""
 
-    def region_sensitivity(self, request: RegionSensitivityRequest) -> Array:
-        """Compute the sensitivity of a region to edits at each scalar value."""
+    def region_sensitivity(
+        self, request: RegionSensitivityRequest, is_wanted: Callable[[], bool] = always
+    ) -> Array:
+        """Compute the sensitivity of a region to edits at each scalar value.
+
+        May raise :class:`SupersededError` once it is no longer wanted.
+        """
 
     def value_sensitivity(self, request: ValueSensitivityRequest) -> Array:
         """Compute the sensitivity of each pixel to edits at one scalar value."""
@@ -98,7 +103,7 @@ def answer(
         case BatchRequest():
             return engine.images(request)
         case RegionSensitivityRequest():
-            return engine.region_sensitivity(request)
+            return engine.region_sensitivity(request, is_wanted)
         case ValueSensitivityRequest():
             return engine.value_sensitivity(request)
         case VisibilityRequest():

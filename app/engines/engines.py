@@ -189,14 +189,26 @@ class RendererEngine:
         wanted = (request.inputs, *request.more)
         return np.stack([self._renderer.render(i, quality.size, distance) for i in wanted])
 
-    def region_sensitivity(self, request: RegionSensitivityRequest) -> Array:
+    def region_sensitivity(
+        self, request: RegionSensitivityRequest, is_wanted: Callable[[], bool] = always
+    ) -> Array:
         """Differentiate the image exactly; under global light by differences."""
         from model.sensitivity.rendered import region_responses
+
+        def give_up_if_unwanted() -> None:
+            if not is_wanted():
+                raise SupersededError
 
         renderer, size = self._ray_caster(), request.quality.size
         width = request.width if renderer.is_differentiable else max(request.width, 1.0)
         return region_responses(
-            renderer, request.inputs, size, request.region, width, request.measure
+            renderer,
+            request.inputs,
+            size,
+            request.region,
+            width,
+            request.measure,
+            give_up_if_unwanted,
         )
 
     def value_sensitivity(self, request: ValueSensitivityRequest) -> Array:
@@ -264,7 +276,9 @@ class GeneratorEngine:
         """Generate all images in one pass."""
         return self._generator.render_batch([request.inputs, *request.more])
 
-    def region_sensitivity(self, request: RegionSensitivityRequest) -> Array:
+    def region_sensitivity(
+        self, request: RegionSensitivityRequest, is_wanted: Callable[[], bool] = always
+    ) -> Array:
         """Differentiate the generated image; the region is in its pixels."""
         from model.sensitivity.learned import Sensitivity
 

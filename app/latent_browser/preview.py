@@ -56,7 +56,7 @@ class Preview(QObject):
     def show_tf(self, tf: OpacityTF | None) -> None:
         """Draw a TF over the editor's own; None for none."""
         if tf is not None:
-            self._area.draw(self._curve, tf.sample(), tf.scalar_range)
+            self._area.draw(self._curve, tf.sample(), tf.scalar_range, are_opacities=True)
         self._curve.setVisible(tf is not None)
 
     def show_picture(self, image: NDArray[np.float32] | None, caption: str = "") -> None:

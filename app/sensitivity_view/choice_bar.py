@@ -19,12 +19,12 @@ from app.state.sensitivity_state import EngineChoice, SensitivityState
 from model.sensitivity.measure import Measure
 
 MEASURES: dict[str, tuple[Measure, str]] = {
-    "Size of change": (
+    "Any change": (
         "change",
         "How much the region's pixels change, in any direction: also where the picture is black "
         "now (norm of dI).",
     ),
-    "Brighter or darker": (
+    "Brightness": (
         "signed",
         "Whether the region becomes brighter (above 0) or darker: the derivative of its norm "
         "(Eq. 9 of the paper). A black region has none.",

@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from app.sensitivity_view.held_button import HeldButton
 from app.sensitivity_view.response_layer import ResponseLayer
 from app.state.edit_trials import IntervalTrial
 from app.state.sensitivity_answers import SOURCE_NAMES, WhatIfAnswer
@@ -38,7 +39,7 @@ from model.scene.transfer_function import TF_SAMPLES
 from model.sensitivity.contributions import Contribution, contributions
 from model.sensitivity.intervals import Interval
 
-PANEL_WIDTH = 276
+PANEL_WIDTH = 300
 ROWS = 3
 
 
@@ -90,6 +91,8 @@ class FindingsPanel(QWidget):
         self.back.setToolTip("Back to the intervals")
         self.rows = [QLabel() for _ in range(ROWS)]
         self.adds = [QPushButton("Add") for _ in range(ROWS)]
+        for button in self.adds:
+            button.setToolTip("Add a mode at this value, in a colour that stands out")
         self.raises = [_small("▲", "Raise the opacity of this value") for _ in range(ROWS)]
         self.lowers = [_small("▼", "Lower the opacity of this value") for _ in range(ROWS)]
         self.isolates = [_small("only", "Show this value alone") for _ in range(ROWS)]
@@ -99,23 +102,24 @@ class FindingsPanel(QWidget):
         self.height_box.setToolTip("Opacity of the modes whose effect is predicted")
         self.render_button = QPushButton("Render")
         self.render_button.setToolTip("Render a mode in each interval, and measure the change")
-        self.what_if_button = QPushButton("What if")
+        self.what_if_button = HeldButton("What if")
         self.what_if_button.setToolTip(
-            "Hold to see what a mode at the band (or the best interval) would change (W)"
+            "Show what a mode at the value under the mouse (or at value 1) would change: "
+            "click to see it until the next click, or hold (W)"
         )
-        self.pin = _small("Pin", "Keep the red band when the mouse leaves (P)")
+        self.pin = _small("Pin", "Keep the value under the mouse when it leaves the plot (P)")
         self.pin.setCheckable(True)
-        self.add_band = _small(
-            "+ mode", "Add a mode over the red band, in a colour that stands out"
-        )
+        self.add_band = _small("Add", "Add a mode at the pinned value, in a colour that stands out")
         self.style_box = QComboBox()
         self.style_box.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.style_box.addItems(["Area", "Lines"])
-        self.style_box.setToolTip("How the field of the red band is drawn over the images")
-        self.fade = QCheckBox("Fade")
-        self.fade.setToolTip("Fade the field to grey where learned and exact differ")
-        self.locked = QCheckBox("Lock")
-        self.locked.setToolTip("Keep the scales of field and plot as they are")
+        self.style_box.setToolTip(
+            "How the effect of the value under the mouse is drawn over the images"
+        )
+        self.fade = QCheckBox("Doubts")
+        self.fade.setToolTip("Fade the effect to grey where the generator and the exact one differ")
+        self.locked = QCheckBox("Lock scale")
+        self.locked.setToolTip("Keep the scales of colours and curve as they are, to compare")
         self.result = QLabel()
         self.result.setProperty("role", "dim")
         self.result.setWordWrap(True)
@@ -132,7 +136,7 @@ class FindingsPanel(QWidget):
             self._add(intervals[index].value, self._width())
 
     def add_mode_over_band(self) -> None:
-        """Add a mode over the red band, in a colour that stands out: one undo step."""
+        """Add a mode over the band, in a colour that stands out: one undo step."""
         band = self._sensitivity.band
         if band is not None:
             self._add((band.low + band.high) / 2, self._width() + (band.high - band.low) / 4)
@@ -168,6 +172,7 @@ class FindingsPanel(QWidget):
         if not self.rows[0].text():
             self.rows[0].setText(self._nothing_text(picked, fresh))
         self.render_button.setEnabled(fresh and not picked and bool(self._layer.intervals))
+        self.fade.setVisible(dispatcher.learned_fits)
         self._enable_what_if()
 
     def _nothing_text(self, picked: bool, fresh: bool) -> str:
@@ -175,7 +180,11 @@ class FindingsPanel(QWidget):
             if picked:
                 return "nothing: this place is black"
             # Or it only rises towards values that hardly any voxel has: see the curve.
-            return "no edit shows here" if self._layer.is_flat else "no peak: see the curve"
+            return (
+                "no edit shows here"
+                if self._layer.is_flat
+                else "no value stands out: see the curve"
+            )
         waiting = (
             bool(self._dispatcher.chooser.available) if picked else self._dispatcher.is_waiting
         )
@@ -190,6 +199,7 @@ class FindingsPanel(QWidget):
         edit = self._what_if_edit()
         if edit is not None and self._dispatcher.trials.ask_what_if(edit):
             self._holding = True
+            self.what_if_button.set_on(True)
             self._what_if.clear()
             self.result.setText("rendering …")
 
@@ -197,6 +207,7 @@ class FindingsPanel(QWidget):
         """Show the fields again; the numbers stay."""
         if self._holding:
             self._holding = False
+            self.what_if_button.set_on(False)
             self.whatIfEnded.emit()
 
     def _lay_out(self, source: QWidget) -> None:
@@ -230,6 +241,7 @@ class FindingsPanel(QWidget):
         for widget in (label, self.height_box, self.render_button, self.what_if_button):
             height.addWidget(widget)
         view = QHBoxLayout()
+        view.setSpacing(4)
         for part in (self.pin, self.add_band, self.style_box, self.fade, self.locked):
             view.addWidget(part)
         layout = QVBoxLayout(self)
@@ -272,8 +284,8 @@ class FindingsPanel(QWidget):
         self.render_button.clicked.connect(
             lambda: self._dispatcher.trials.render_intervals(self._layer.intervals)
         )
-        self.what_if_button.pressed.connect(self.start_what_if)
-        self.what_if_button.released.connect(self.end_what_if)
+        self.what_if_button.turnedOn.connect(self.start_what_if)
+        self.what_if_button.turnedOff.connect(self.end_what_if)
         self.height_box.valueChanged.connect(lambda height: sensitivity.choose(height=height))
         self.pin.clicked.connect(self.toggle_pin)
         self.add_band.clicked.connect(self.add_mode_over_band)
@@ -357,14 +369,20 @@ class FindingsPanel(QWidget):
     def _interval_text(self, index: int) -> str:
         interval = self._layer.intervals[index]
         predicted = interval.predicted(self._sensitivity.choices.height)
-        text = f"{index + 1}   {interval.value:.4g}   {predicted:+.2g}"
+        text = f"{index + 1}   {interval.value:.4g}   {self._effect(predicted)}"
         if index < len(self._rendered):
             text += f" → {self._rendered[index]:+.2g}"
         self.rows[index].setToolTip(
             f"{interval.low:.5g} to {interval.high:.5g}: a mode of this opacity changes the "
-            "region's pixels by so much, predicted to first order → rendered"
+            "region's pixels by so much (1 is from black to white), predicted to first order "
+            "→ rendered"
         )
         return text
+
+    def _effect(self, change: float) -> str:
+        if self._sensitivity.choices.measure == "change":
+            return f"changes {change:.2g}"
+        return f"{'brighter' if change > 0 else 'darker'} {change:+.2g}"
 
     def _found_text(self, index: int) -> str:
         found = self._found[index]

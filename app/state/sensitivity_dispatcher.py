@@ -264,6 +264,9 @@ class SensitivityDispatcher(QObject):
         choices, inputs = self._asked.choices, self._state.inputs
         outline, measure = self._asked.outline, choices.measure
         names = self.chooser.order(measure, live)
+        if "exact" not in names:
+            # By differences, an answer that nobody will look at takes seconds.
+            self._clients["exact"].abandon(RegionSensitivityRequest)
         if not live:
             # An engine that is not asked any more would keep an answer to an older question.
             asked = {self.exact_source if name == "exact" else "learned" for name in names}

@@ -18,6 +18,12 @@ COUNT_AXIS_WIDTH = 40
 _BEYOND = 0.015
 """How far the outermost bins may reach out of the plot: whole-number bins do, by half of one."""
 
+_WIDEST_GAP = 8
+"""Largest distance, in bins, between two teeth of a comb."""
+
+_COMB = 0.1
+"""Least share of empty bins in narrow gaps that makes a histogram a comb."""
+
 _SUPERSCRIPTS = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -40,6 +46,7 @@ class HistogramLayer:
         self._curve.setZValue(-10)
         view.addItem(self._curve, ignoreBounds=True)
         self._counts: NDArray[np.int64] = np.zeros(1, dtype=np.int64)
+        self._drawn: NDArray[np.float64] = np.zeros(1)
         self._edges: NDArray[np.float64] = np.array([0.0, 1.0])
         axis.setWidth(COUNT_AXIS_WIDTH)
         axis.setLabel("Voxels")
@@ -60,7 +67,8 @@ class HistogramLayer:
         """Take another volume's histogram; :meth:`draw` shows it."""
         self._counts = np.asarray(counts, dtype=np.int64)
         self._edges = np.asarray(edges, dtype=np.float64)
-        self._axis.setTicks([count_ticks(int(self._counts.max()))])
+        self._drawn = without_comb(self._counts)
+        self._axis.setTicks([count_ticks(math.ceil(self._drawn.max()))])
 
     def draw(self, axis: ScalarAxis) -> None:
         """Draw the part that an axis shows."""
@@ -70,8 +78,38 @@ class HistogramLayer:
             self._curve.setData([], [])
             return
         first, last = np.flatnonzero(shown)[[0, -1]]
-        heights = np.log1p(self._counts) / max(np.log1p(self._counts.max()), 1.0)
+        heights = np.log1p(self._drawn) / max(np.log1p(self._drawn.max()), 1.0)
         self._curve.setData(places[first : last + 2], heights[first : last + 1], stepMode="center")
+
+
+def without_comb(counts: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Close the gaps of a histogram that is a comb.
+
+    Data that were stretched to a wider range leave out some whole numbers; drawn as they are,
+    their histogram is a comb whose teeth hide its shape. A tooth is spread over half of the gap
+    on either side.
+
+    Parameters
+    ----------
+    counts : ndarray of int64, shape (bins,)
+
+    Returns
+    -------
+    ndarray of float64, shape (bins,)
+        The counts themselves where there are few narrow gaps, or wide ones only.
+    """
+    teeth = np.flatnonzero(counts)
+    gaps = np.diff(teeth)
+    narrow = gaps <= _WIDEST_GAP
+    if (gaps[narrow] - 1).sum() < _COMB * len(counts):
+        return counts.astype(np.float64)
+    # What lies beyond a wide gap does not belong to the comb, and keeps its height.
+    gaps = np.where(narrow, gaps, 1)
+    shares = (np.concatenate([[1], gaps]) + np.concatenate([gaps, [1]])) / 2
+    drawn = np.interp(np.arange(len(counts)), teeth, counts[teeth] / shares, left=0.0, right=0.0)
+    for first, last in zip(teeth[:-1][~narrow], teeth[1:][~narrow], strict=True):
+        drawn[first + 1 : last] = 0.0
+    return drawn
 
 
 def count_ticks(most: int) -> list[tuple[float, str]]:

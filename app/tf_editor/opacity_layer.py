@@ -83,7 +83,7 @@ class OpacityLayer(QObject):
         tf = self._state.transfer_function
         # Values beyond the TF's range look like its ends.
         self._values = self._area.axis.values(_PLACES).clip(*tf.scalar_range)
-        heights = tf.opacity(self._values)
+        heights = self._area.scale.heights(tf.opacity(self._values))
         self._curve.setData(_PLACES, heights)
         self._fill.setPath(_area_below(heights))
         self._fill.setBrush(_gradient(tf, self._area.axis))
@@ -118,11 +118,11 @@ class OpacityLayer(QObject):
         while len(self._peaks) > len(positions):
             self._view.removeItem(self._peaks.pop())
         selected = self._selection.indices("opacity")
-        for index, (value, height) in enumerate(positions):
+        for index, (value, opacity) in enumerate(positions):
             handle = self._peaks[index]
             # The mean of a mode may be outside the range; its handle is at the range's end.
             place = self._area.axis.place(min(max(value, tf.scalar_range[0]), tf.scalar_range[1]))
-            handle.setPos(place, height)
+            handle.setPos(place, self._area.scale.height(opacity))
             handle.setVisible(0.0 <= place <= 1.0)
             handle.set_look(QColor.fromRgbF(*map(float, tf.color(value))), index in selected)
 
@@ -136,13 +136,13 @@ class OpacityLayer(QObject):
             return
         mode = tf.opacity.modes[index]
         axis = self._area.axis
-        heights = replace(tf.opacity, modes=(mode,))(self._values)
+        heights = self._area.scale.heights(replace(tf.opacity, modes=(mode,))(self._values))
         lo, hi = (axis.place(mode.mean + side * _VISIBLE_WIDTHS * mode.width) for side in (-1, 1))
         nearby = slice(*np.searchsorted(_PLACES, (lo, hi)))
         self._selected_curve.setData(_PLACES[nearby], heights[nearby])
         for number, (handle, side) in enumerate(zip(self._flanks, (-1, 1), strict=True)):
             place = axis.place(mode.mean + side * mode.width)
-            handle.setPos(place, mode.amplitude * _FLANK)
+            handle.setPos(place, self._area.scale.height(mode.amplitude * _FLANK))
             inside = tf.scalar_range[0] <= mode.mean + side * mode.width <= tf.scalar_range[1]
             handle.setVisible(inside and 0.0 <= place <= 1.0)
             handle.set_look(QColor(theme.ACCENT), True, ringed=self._selection.flank == number)
@@ -171,9 +171,11 @@ class OpacityLayer(QObject):
         return handle
 
     def _drag_peak(self, index: int, place: float, height: float) -> None:
-        self._moves.drag("opacity", index, self._area.axis.value(place), height)
+        area = self._area
+        self._moves.drag("opacity", index, area.axis.value(place), area.scale.opacity(height))
         x, y = edits.opacity_handles(self._state.transfer_function.opacity)[index]
-        self._area.show_readout(self._view, x, y, f"{x:.5g}   opacity {y:.3f}")
+        text = f"{x:.5g}   opacity {y:.3f}" if y >= 0.1 else f"{x:.5g}   opacity {y:.2g}"
+        area.show_readout(self._view, x, area.scale.height(y), text)
 
     def _drag_flank(self, place: float) -> None:
         index = self._selection.index("opacity")
@@ -184,7 +186,8 @@ class OpacityLayer(QObject):
         opacity = edits.resize_mode(tf.opacity, index, width)
         self._state.preview(replace(tf, opacity=opacity))
         mode = opacity.modes[index]
-        self._area.show_readout(self._view, mode.mean, mode.amplitude, f"width {mode.width:.4g}")
+        height = self._area.scale.height(mode.amplitude)
+        self._area.show_readout(self._view, mode.mean, height, f"width {mode.width:.4g}")
 
     def _finish_drag(self) -> None:
         self._area.hide_readout()

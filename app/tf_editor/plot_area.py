@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QGraphicsItem, QLabel
 
 from app import theme
 from app.tf_editor.histogram import HistogramLayer
+from app.tf_editor.opacity_scale import OpacityScale
 from app.tf_editor.unit_axis import ScalarAxis
 from model.scene.transfer_function import Range
 
@@ -31,6 +32,8 @@ class PlotArea(QObject):
     ----------
     axis : ScalarAxis
         Map between scalar values and places in the plots.
+    scale : OpacityScale
+        Map between opacities and heights in the opacity plot.
     histogram : HistogramLayer
     data_range : tuple of float
         Smallest and largest voxel.
@@ -45,13 +48,14 @@ class PlotArea(QObject):
     opacityMenuRequested = Signal(float, float, QPoint)
     stripClicked = Signal(float)
     axisChanged = Signal()
-    """Emitted when other values are visible, or the scale is another."""
+    """Emitted when other values are visible, or a scale is another."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.axis = ScalarAxis.over((0.0, 1.0))
         self.data_range: Range = (0.0, 1.0)
-        self._drawn: dict[Any, tuple[NDArray[np.floating], Range]] = {}
+        self.scale = OpacityScale()
+        self._drawn: dict[Any, tuple[NDArray[np.floating], Range, bool]] = {}
         self.widget: Any = pg.GraphicsLayoutWidget()
         self.widget.setBackground(theme.PANEL)
         self.widget.setProperty("role", "plots")
@@ -65,10 +69,10 @@ class PlotArea(QObject):
         self.opacity.setYRange(-0.02, 1.06, padding=0)
         self.strip.setYRange(0, 1, padding=0)
         self.widget.ci.layout.setRowFixedHeight(1, STRIP_HEIGHT)
-        heights = self._add_axis("left", self.opacity, row=0, col=0)
-        heights.setWidth(AXIS_WIDTH)
-        heights.setLabel("Opacity")
-        heights.setTicks([[(0, "0"), (0.25, ""), (0.5, "0.5"), (0.75, ""), (1, "1")]])
+        self._opacities: Any = self._add_axis("left", self.opacity, row=0, col=0)
+        self._opacities.setWidth(AXIS_WIDTH)
+        self._opacities.setLabel("Opacity")
+        self._opacities.setTicks([self.scale.ticks()])
         self._values: Any = self._add_axis("bottom", self.strip, row=2, col=1)
         # Beside the axis of a second scale, which is at column 2.
         counts = self._add_axis("right", self.opacity, row=0, col=3)
@@ -102,6 +106,14 @@ class PlotArea(QObject):
             self._draw(item)
         self.axisChanged.emit()
 
+    def set_scale(self, scale: OpacityScale) -> None:
+        """Spread the opacities over the plot in another way."""
+        self.scale = scale
+        self._opacities.setTicks([scale.ticks()])
+        for item in self._drawn:
+            self._draw(item)
+        self.axisChanged.emit()
+
     def include(self, scalar_range: Range) -> None:
         """Let a TF's range be made visible, as well as the volume's values."""
         lo = min(self.data_range[0], scalar_range[0])
@@ -111,7 +123,14 @@ class PlotArea(QObject):
             axis = ScalarAxis.over((lo, hi), logarithmic=self.axis.scale != "linear")
             self.set_axis(axis if everything else axis.showing(self.axis.visible))
 
-    def draw(self, item: Any, heights: NDArray[np.floating], scalar_range: Range) -> None:
+    def draw(
+        self,
+        item: Any,
+        heights: NDArray[np.floating],
+        scalar_range: Range,
+        *,
+        are_opacities: bool = False,
+    ) -> None:
         """Draw heights at even values over a range in a curve, now and on every other axis.
 
         Parameters
@@ -121,12 +140,14 @@ class PlotArea(QObject):
         heights : ndarray, shape (n,)
         scalar_range : tuple of float
             The values of the first and the last of them.
+        are_opacities : bool
+            Whether the opacity plot's scale applies to the heights.
         """
-        self._drawn[item] = heights, scalar_range
+        self._drawn[item] = heights, scalar_range, are_opacities
         self._draw(item)
 
     def _draw(self, item: Any) -> None:
-        heights, scalar_range = self._drawn[item]
+        heights, scalar_range, are_opacities = self._drawn[item]
         places = self.axis.places(np.linspace(*scalar_range, len(heights)))
         inside = (places >= 0) & (places <= 1)
         if not inside.all():
@@ -134,7 +155,7 @@ class PlotArea(QObject):
             ends = [end for end in (0.0, 1.0) if places[0] < end < places[-1]]
             cut = np.union1d(places[inside], ends)
             places, heights = cut, np.interp(cut, places, heights)
-        item.setData(places, heights)
+        item.setData(places, self.scale.heights(heights) if are_opacities else heights)
 
     @property
     def readout(self) -> str:
@@ -204,9 +225,9 @@ class PlotArea(QObject):
             if event.button() == Qt.MouseButton.RightButton:
                 screen = event.screenPos()
                 point = QPoint(int(screen.x()), int(screen.y()))
-                self.opacityMenuRequested.emit(value, at.y(), point)
+                self.opacityMenuRequested.emit(value, self.scale.opacity(at.y()), point)
             elif left and event.double():
-                self.opacityDoubleClicked.emit(value, at.y())
+                self.opacityDoubleClicked.emit(value, self.scale.opacity(at.y()))
             elif left:
                 self.opacityClicked.emit()
         elif self.strip.sceneBoundingRect().contains(position) and left:

@@ -33,6 +33,7 @@ class Selection(QObject):
         super().__init__(parent)
         self._handles: tuple[Selected, ...] = ()
         self._flank: int | None = None
+        self._known: tuple[object, ...] = ()
 
     @property
     def selected(self) -> Selected | None:
@@ -72,9 +73,15 @@ class Selection(QObject):
         self._set(())
 
     def fit(self, transfer_function: TransferFunction) -> None:
-        """Take away handles that no longer exist."""
+        """Take away handles that no longer exist; select one that was added to the others."""
         opacity, color = transfer_function.opacity, transfer_function.color
-        counts = {"opacity": len(opacity.points or opacity.modes), "color": len(color.stops)}
+        handles: tuple[object, ...] = opacity.points or opacity.modes
+        known, self._known = self._known, handles
+        added = [i for i, handle in enumerate(handles) if handle not in known]
+        if len(added) == 1 and 0 < len(known) == len(handles) - 1:
+            self.select("opacity", added[0])
+            return
+        counts = {"opacity": len(handles), "color": len(color.stops)}
         left = tuple(h for h in self._handles if h.index < counts[h.kind])
         flank = None if opacity.points or left != self._handles else self._flank
         self._set(left, flank)

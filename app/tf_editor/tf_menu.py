@@ -15,6 +15,7 @@ from app.controls import add_action
 from app.state.viewer_state import ViewerState
 from app.tf_editor.histogram import percentile_range
 from app.tf_editor.moves import HandleMoves
+from app.tf_editor.opacity_scale import OpacityScale
 from app.tf_editor.plot_area import PlotArea
 from app.tf_editor.preset_menu import PresetMenu
 from app.tf_editor.range_layer import RangeLayer
@@ -122,10 +123,14 @@ class TransferFunctionMenu(QObject):
             "Ctrl and the wheel zoom the axis, a drag with the middle button pans it"
         )
         add_action(menu, "Show range", partial(self.range_shown.emit, True))
-        self._logarithmic = menu.addAction("Logarithmic")
+        self._logarithmic = menu.addAction("Logarithmic values")
         self._logarithmic.setCheckable(True)
         self._logarithmic.setToolTip("How values are spread over the plot; pictures stay the same")
         self._logarithmic.toggled.connect(self.set_logarithmic)
+        fine = menu.addAction("Logarithmic opacity")
+        fine.setCheckable(True)
+        fine.setToolTip("More room for opacities below 0.1, which are hard to set otherwise")
+        fine.toggled.connect(lambda on: self._area.set_scale(OpacityScale(on)))
 
     def _refresh(self) -> None:
         opacity = self._state.transfer_function.opacity

@@ -108,7 +108,7 @@ class TrainingBar(QFrame):
 
     def _offer(self) -> None:
         self._folder = None
-        self._enter("offer", "No model of this volume yet.")
+        self._enter("offer", "No model yet")
 
     def _show_progress(self, fraction: float, words: str) -> None:
         self._progress.setValue(round(STEPS * fraction))

@@ -8,6 +8,8 @@ opacity than there is, they are one-sided.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,6 +22,10 @@ from model.sensitivity.measure import Measure
 
 LARGEST_CHANGE = 0.02
 """Largest difference of opacity (per voxel length) to either side."""
+
+
+def go_on() -> None:
+    """Let a computation go on."""
 
 
 def value_sensitivity(
@@ -54,6 +60,7 @@ def region_responses(
     region: ImageRegion,
     width: float,
     measure: Measure = "signed",
+    before_each: Callable[[], None] = go_on,
 ) -> NDArray[np.float32]:
     """Response of a region to smooth edits around each scalar value.
 
@@ -69,6 +76,8 @@ def region_responses(
     measure : {"signed", "change"}
         Change of the l2 norm of the region's colours (paper, Eq. 9), which is 0 for a black
         region, or the l2 norm of their change.
+    before_each : callable
+        Called before each value is computed; may raise an exception to give up.
 
     Returns
     -------
@@ -93,6 +102,7 @@ def region_responses(
     bins = np.linspace(0, TF_SAMPLES - 1, count).round().astype(int)
     responses = []
     for edit in response_to_edits(np.eye(TF_SAMPLES, dtype=np.float32)[bins], width):
+        before_each()
         more, less, difference = _images(renderer, inputs, size, edit)
         change = (more - less)[mask] / difference
         if measure == "change":

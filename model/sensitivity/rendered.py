@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -32,6 +34,7 @@ def region_responses(
     region: ImageRegion,
     width: float,
     measure: Measure = "signed",
+    before_each: Callable[[], None] = differences.go_on,
 ) -> NDArray[np.float32]:
     """Response of a region to smooth edits around each scalar value.
 
@@ -39,7 +42,9 @@ def region_responses(
     where the derivative is exact, edits may also be narrower than a bin.
     """
     if not renderer.is_differentiable:
-        return differences.region_responses(renderer, inputs, size, region, width, measure)
+        return differences.region_responses(
+            renderer, inputs, size, region, width, measure, before_each
+        )
     if measure == "change":
         return exact.change_norms(renderer, inputs, size, region, width)
     slopes = exact.region_sensitivity(renderer, inputs, size, region)

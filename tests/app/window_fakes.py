@@ -89,7 +89,9 @@ class FakeEngine:
         self.others.append(request)
         return np.full((len(request.regions), 256), request.sequence, dtype=np.float32)
 
-    def region_sensitivity(self, request: RegionSensitivityRequest) -> NDArray[np.float32]:
+    def region_sensitivity(
+        self, request: RegionSensitivityRequest, is_wanted: Callable[[], bool] = always
+    ) -> NDArray[np.float32]:
         """A peak at bin 100, so many times 1 as the region has pixels."""
         self.others.append(request)
         self._wait_or_fail()

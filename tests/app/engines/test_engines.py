@@ -11,9 +11,17 @@ from ramp import make_volume
 from window_fakes import make_request
 
 from app.engines.engines import GeneratorEngine, ReferenceSettings, RendererEngine
-from app.engines.messages import PictureRequest, Quality, SupersededError
+from app.engines.messages import (
+    PictureRequest,
+    Quality,
+    RegionSensitivityRequest,
+    SupersededError,
+)
 from model.generator.backends import Backend
 from model.rendering.raster import Raster
+from model.rendering.raycast.renderer import RaycastRenderer
+from model.scene.light import LightDirection
+from model.scene.region import Outline
 from model.scene.scene import Scene
 
 
@@ -54,6 +62,19 @@ def test_a_final_image_is_given_up_when_nobody_wants_it() -> None:
     with pytest.raises(SupersededError):
         engine.image(replace(make_request(1), quality=Quality(1000)), lambda: next(answers))
     assert len(renderer.calls) == 1
+
+
+def test_a_region_by_differences_is_given_up_when_nobody_wants_it() -> None:
+    volume = make_volume()
+    lit = RaycastRenderer(volume, "global", LightDirection(), threads=1)
+    inputs = replace(make_request(1).inputs, light=LightDirection())
+    request = RegionSensitivityRequest(1, inputs, Quality(8), Outline(), 8.0)
+    engine = RendererEngine(lit, 1.0)
+    assert engine.region_sensitivity(request).shape == (256,)
+    answers = iter([True, True, False])
+    with pytest.raises(SupersededError):
+        engine.region_sensitivity(request, lambda: next(answers))
+    engine.close()
 
 
 def test_a_picture_to_save_is_put_together_from_tiles() -> None:

@@ -23,6 +23,7 @@ from app.engines.messages import (
     VisibilityRequest,
 )
 from app.image_view.image_canvas import ImageCanvas, to_qimage
+from app.sensitivity_view.held_button import CLICK_MS
 from app.window.main_window import MainWindow
 from model.errors import RenderError
 from model.scene.region import Outline
@@ -366,6 +367,23 @@ def test_what_if_after_the_key_is_released_covers_nothing(qtbot: QtBot, window: 
     QTest.keyClick(window, Qt.Key.Key_W)
     qtbot.waitUntil(lambda: "learned: RMSE" in window.sensitivity.findings.result.text())
     assert window.generator.canvas.cover is None
+
+
+def test_a_click_on_what_if_lasts_until_the_next_one(qtbot: QtBot, window: MainWindow) -> None:
+    button, exact = window.sensitivity.findings.what_if_button, window.reference.canvas
+    button.click()
+    qtbot.waitUntil(lambda: exact.cover is not None)
+    assert button.isChecked()
+    button.click()
+    assert exact.cover is None and not button.isChecked()
+    button.click()
+    qtbot.waitUntil(lambda: exact.cover is not None)
+    window.state.set_view(View(80.0))
+    assert not button.isChecked()
+    QTest.mousePress(button, Qt.MouseButton.LeftButton)
+    qtbot.wait(CLICK_MS + 50)
+    QTest.mouseRelease(button, Qt.MouseButton.LeftButton)
+    assert exact.cover is None and not button.isChecked()
 
 
 def test_outside_what_the_model_was_trained_on_is_marked(qtbot: QtBot, window: MainWindow) -> None:

@@ -14,6 +14,7 @@ from pytestqt.qtbot import QtBot
 from app.state.viewer_state import ViewerState
 from app.tf_editor.editor import TransferFunctionEditor
 from app.tf_editor.histogram import count_ticks, percentile_range
+from app.tf_editor.opacity_scale import OpacityScale
 from app.tf_editor.unit_axis import ScalarAxis
 from model.scene.range_fitting import fit_to_range
 
@@ -143,6 +144,25 @@ def test_a_handle_is_dragged_to_values_of_the_zoomed_logarithmic_axis(
         pytest.approx(145.0, abs=0.3),
         pytest.approx(0.8, abs=0.02),
     )
+
+
+def test_a_small_opacity_is_set_by_a_drag_on_the_logarithmic_scale(
+    editor: TransferFunctionEditor, state: ViewerState
+) -> None:
+    scale = OpacityScale(logarithmic=True)
+    editor.area.set_scale(scale)
+    start, end = (pixel(editor, v, scale.height(a)) for v, a in ((130.0, 0.5), (130.0, 0.01)))
+    drag(editor, start, end)
+    assert state.transfer_function.opacity.modes[0].amplitude == pytest.approx(0.01, rel=0.1)
+    # A double click adds a mode where it is.
+    at = pixel(editor, 250.0, scale.height(0.02))
+    viewport = editor.area.widget.viewport()
+    QTest.mouseClick(viewport, LEFT, pos=at)
+    QTest.mouseDClick(viewport, LEFT, pos=at)
+    QTest.mouseRelease(viewport, LEFT, pos=at)
+    assert state.transfer_function.opacity.modes[-1].amplitude == pytest.approx(0.02, rel=0.1)
+    curve = editor.opacity._curve.getData()[1]
+    assert curve.max() < scale.height(0.6)
 
 
 @pytest.mark.parametrize("full", [(1.0, 1e4), (-50.0, 1e3), (0.0, 255.0), (1e9, 1e9 + 1)])

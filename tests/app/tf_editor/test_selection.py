@@ -1,9 +1,13 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 from pytestqt.qtbot import QtBot
 from ramp import make_tf
 
 from app.tf_editor.selection import Selected, Selection
+from model.scene.tf_editing import add_opacity_handle
+from model.scene.transfer_function import OpacityTF
 
 
 def test_one_handle_at_a_time(qtbot: QtBot) -> None:
@@ -44,3 +48,17 @@ def test_several_of_one_kind() -> None:
     selection.select_all("opacity", (0, 1))
     selection.fit(make_tf(130.0))
     assert selection.indices("opacity") == (0,)
+
+
+def test_a_handle_that_was_added_elsewhere_is_selected() -> None:
+    selection = Selection()
+    before = make_tf()
+    selection.fit(before)
+    selection.select("opacity", 0)
+    opacity, index = add_opacity_handle(before.opacity, 0.9, 0.3)
+    selection.fit(replace(before, opacity=opacity))
+    assert selection.selected == Selected("opacity", index)
+    # Another TF altogether is no addition.
+    selection.select("color", 0)
+    selection.fit(replace(before, opacity=OpacityTF((0.0, 1.0), points=((0.0, 0.1), (1.0, 0.2)))))
+    assert selection.selected == Selected("color", 0)
