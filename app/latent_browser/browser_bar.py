@@ -64,10 +64,12 @@ class BrowserBar(QWidget):
         )
         self.codec.setVisible(False)
         self.band = QLineEdit()
-        self.band.setPlaceholderText("shows, e.g. 90 to 120")
+        self.band.setPlaceholderText("90 to 120")
         self.band.setClearButtonEnabled(True)
         self.band.setMaximumWidth(150)
-        self.band.setToolTip("Only TFs whose picture shows some of these scalar values stay bright")
+        self.band.setToolTip(
+            "Scalar values, such as 90 to 120: TFs whose picture shows none of them fade"
+        )
         self.lasso = text_button("Lasso", "Draw around TFs: the others fade. A click ends it.")
         self.lasso.setCheckable(True)
         self.modes = text_button(
@@ -80,7 +82,7 @@ class BrowserBar(QWidget):
         for box in (self.coloring, self.codec, self.engine):
             # Narrower than its longest entry where the window is small.
             box.setMinimumWidth(66)
-        self.band.setMinimumWidth(88)
+        self.band.setMinimumWidth(96)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(6)
