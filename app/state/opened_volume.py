@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from model.scene.coarse_volume import CoarseVolume
 from model.scene.crop import CropBox
 from model.scene.default_tf import default_transfer_function
 from model.scene.robust_range import robust_range
 from model.scene.scene import default_scalar_window
+from model.scene.thinned_volume import ThinnedVolume
 from model.scene.transfer_function import Range, TransferFunction
 from model.scene.volume import Volume
 
@@ -55,7 +55,7 @@ class OpenedVolume:
         """Compute the derived data over the volume's scalar range; may take a second."""
         counts, edges = volume.histogram(256, beyond=True)
         default, window = default_transfer_function(volume), default_scalar_window(volume)
-        shown = CoarseVolume.of(volume).shown_box(default.opacity)
+        shown = ThinnedVolume.of(volume).shown_box(default.opacity)
         return cls(path, volume, counts, edges, volume.fingerprint, default, window, shown)
 
     def over(self, scalar_range: Range) -> OpenedVolume:

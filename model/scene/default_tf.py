@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from model.scene.coarse_volume import CoarseVolume
 from model.scene.scene import default_scalar_window
+from model.scene.thinned_volume import ThinnedVolume
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
 from model.scene.volume import Volume
 
@@ -74,7 +74,7 @@ def default_transfer_function(volume: Volume) -> TransferFunction:
         GaussianMode(mean, wide, _amplitude(base, _share(counts, centers, mean, wide)))
         for mean, wide, base in zip(means, (width, width, widest), MODE_AMPLITUDES, strict=True)
     )
-    opacity = _raised(OpacityTF((lo, hi), modes), CoarseVolume.of(volume))
+    opacity = _raised(OpacityTF((lo, hi), modes), ThinnedVolume.of(volume))
     colors = (END_COLORS[0], *MODE_COLORS, END_COLORS[1])
     stops = tuple((value, *color) for value, color in zip((lo, *means, hi), colors, strict=True))
     return TransferFunction(opacity, ColorTF((lo, hi), stops))
@@ -102,7 +102,7 @@ def _amplitude(base: float, share: float) -> float:
     return round(min(max(base * rarity**0.5, LEAST_AMPLITUDE), MOST_AMPLITUDE), 3)
 
 
-def _raised(opacity: OpacityTF, volume: CoarseVolume) -> OpacityTF:
+def _raised(opacity: OpacityTF, volume: ThinnedVolume) -> OpacityTF:
     """Return the TF with its opacities raised until what it shows is seen, if it is not."""
     through = volume.ray_opacities(_times(opacity, MOST_FACTOR)) > OPAQUE_RAY
     if not through.any():

@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from model.scene.coarse_volume import GRID, CoarseVolume
 from model.scene.crop import CropBox
+from model.scene.thinned_volume import GRID, ThinnedVolume
 from model.scene.transfer_function import OpacityTF
 from model.scene.volume import Volume
 
@@ -12,16 +12,16 @@ from model.scene.volume import Volume
 def test_rays_through_a_uniform_medium_follow_beers_law() -> None:
     # Spacings whose product is 1 make the voxel size 1.
     volume = Volume(np.linspace(0.0, 1.0, 4 * 6 * 10).reshape(4, 6, 10), (0.5, 1.0, 2.0))
-    rays = CoarseVolume.of(volume).ray_opacities(OpacityTF((0.0, 1.0), points=((0.0, 0.1),)))
+    rays = ThinnedVolume.of(volume).ray_opacities(OpacityTF((0.0, 1.0), points=((0.0, 0.1),)))
     lengths = np.repeat([4 * 2.0, 6 * 1.0, 10 * 0.5], [60, 40, 24])
     assert rays == pytest.approx(1 - 0.9**lengths)
 
 
 def test_a_finer_volume_is_as_opaque_on_the_grid() -> None:
     fine = Volume(np.linspace(0.0, 1.0, 8 * 8 * 256).reshape(8, 8, 256))
-    coarse = CoarseVolume.of(fine)
-    assert coarse.scalars.shape == (8, 8, GRID)
-    along_x = coarse.ray_opacities(OpacityTF((0.0, 1.0), points=((0.0, 0.01),)))[-64:]
+    thinned = ThinnedVolume.of(fine)
+    assert thinned.scalars.shape == (8, 8, GRID)
+    along_x = thinned.ray_opacities(OpacityTF((0.0, 1.0), points=((0.0, 0.01),)))[-64:]
     assert along_x == pytest.approx(np.full(64, 1 - 0.99**256))
 
 
@@ -29,7 +29,7 @@ def test_the_box_lies_around_what_is_shown_and_not_around_specks() -> None:
     scalars = np.zeros((40, 40, 40))
     scalars[10:20, 4:36, 20:30] = 1.0
     scalars[38, 38, 38] = 1.0
-    box = CoarseVolume.of(Volume(scalars)).shown_box(OpacityTF((0, 1), points=((0.5, 0), (1, 1))))
+    box = ThinnedVolume.of(Volume(scalars)).shown_box(OpacityTF((0, 1), points=((0.5, 0), (1, 1))))
     first, end = np.array((20, 4, 10)) / 40, np.array((30, 36, 20)) / 40
     for margin in (first - box.low, np.array(box.high) - end):
         assert (margin >= -1e-9).all()
@@ -38,4 +38,4 @@ def test_the_box_lies_around_what_is_shown_and_not_around_specks() -> None:
 
 def test_where_nothing_is_shown_the_box_is_the_whole_volume() -> None:
     volume = Volume(np.linspace(0.0, 1.0, 64).reshape(4, 4, 4))
-    assert CoarseVolume.of(volume).shown_box(OpacityTF((0.0, 1.0))) == CropBox()
+    assert ThinnedVolume.of(volume).shown_box(OpacityTF((0.0, 1.0))) == CropBox()

@@ -1,4 +1,4 @@
-"""A volume on a coarse grid, for quick estimates of what an opacity TF shows of it."""
+"""A volume with fewer voxels, for quick estimates of what an opacity TF shows of it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from model.scene.transfer_function import OpacityTF
 from model.scene.volume import Volume
 
 GRID = 64
-"""Largest number of voxels per axis of the coarse grid."""
+"""Largest number of voxels per axis."""
 
 STRAY = 0.002
 """Part of the opacity that may lie beyond each plane of a shown box: noise and specks."""
@@ -21,7 +21,7 @@ _OPAQUE = 1 - 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class CoarseVolume:
+class ThinnedVolume:
     """Every n-th voxel of a volume along each axis.
 
     Attributes
@@ -36,7 +36,7 @@ class CoarseVolume:
     steps: tuple[float, ...]
 
     @classmethod
-    def of(cls, volume: Volume) -> CoarseVolume:
+    def of(cls, volume: Volume) -> ThinnedVolume:
         """Take at most :data:`GRID` voxels per axis."""
         strides = [-(-length // GRID) for length in volume.voxels.shape]
         lo, hi = volume.scalar_range
@@ -68,7 +68,7 @@ class CoarseVolume:
         for axis in (2, 1, 0):
             profile = voxels.sum(axis=tuple(a for a in range(3) if a != axis))
             shares = np.cumsum(profile) / profile.sum()
-            # One voxel more on each side: the grid is coarse.
+            # One voxel more on each side: the grid is thinned.
             first = int(np.searchsorted(shares, STRAY)) - 1
             last = int(np.searchsorted(shares, 1 - STRAY)) + 2
             low.append(max(first, 0) / len(profile))
