@@ -27,8 +27,8 @@ from model.scene.transfer_function import OpacityTF, TransferFunction
 _FLANK = math.exp(-1.0)
 """Height of a mode one width away from its mean, as a fraction of its amplitude."""
 
-_VISIBLE_WIDTHS = 2.2
-"""Distance from the mean, in widths, up to which a mode's curve is drawn."""
+_VISIBLE_WIDTHS, _VISIBLE_LOG_WIDTHS = 2.2, 3.2
+"""Distances from the mean, in widths, up to which a mode's curve is drawn on either scale."""
 
 _CURVE_SAMPLES = 513
 _PLACES = np.linspace(0.0, 1.0, _CURVE_SAMPLES)
@@ -137,7 +137,8 @@ class OpacityLayer(QObject):
         mode = tf.opacity.modes[index]
         axis = self._area.axis
         heights = self._area.scale.heights(replace(tf.opacity, modes=(mode,))(self._values))
-        lo, hi = (axis.place(mode.mean + side * _VISIBLE_WIDTHS * mode.width) for side in (-1, 1))
+        widths = _VISIBLE_LOG_WIDTHS if self._area.scale.logarithmic else _VISIBLE_WIDTHS
+        lo, hi = (axis.place(mode.mean + side * widths * mode.width) for side in (-1, 1))
         nearby = slice(*np.searchsorted(_PLACES, (lo, hi)))
         self._selected_curve.setData(_PLACES[nearby], heights[nearby])
         for number, (handle, side) in enumerate(zip(self._flanks, (-1, 1), strict=True)):
