@@ -188,7 +188,10 @@ class FindingsPanel(QWidget):
         waiting = (
             bool(self._dispatcher.chooser.available) if picked else self._dispatcher.is_waiting
         )
-        return "computing …" if waiting else ""
+        if not waiting:
+            return ""
+        slow = not picked and self._dispatcher.exact_source == "differences"
+        return "computing some 90 images …" if slow else "computing …"
 
     def _enable_what_if(self) -> None:
         possible = bool(self._dispatcher.chooser.available)

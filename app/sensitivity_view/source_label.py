@@ -41,6 +41,13 @@ class SourceLabel(QLabel):
         self.setProperty("role", "dim")
         self.setTextFormat(Qt.TextFormat.RichText)
         self.setWordWrap(True)
+        self.setToolTip(
+            "exact: the derivative of the ray caster's image.\n"
+            "by differences: images of slightly more and less opacity, as under global light an "
+            "edit also moves shadows; takes some seconds.\n"
+            "learned: the derivative of the generator's image.\n"
+            "cosine: how far learned and exact curves agree, 1 at best."
+        )
         for signal in (dispatcher.regionAnswered, dispatcher.fieldAnswered):
             signal.connect(self.refresh)
         state.choicesChanged.connect(lambda _choices: self.refresh())
