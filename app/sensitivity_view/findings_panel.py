@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from app.controls import text_button
 from app.sensitivity_view.held_button import HeldButton
 from app.sensitivity_view.response_layer import ResponseLayer
 from app.state.edit_trials import IntervalTrial
@@ -86,9 +87,7 @@ class FindingsPanel(QWidget):
         self.setFixedWidth(PANEL_WIDTH)
         self.heading = QLabel()
         self.heading.setProperty("role", "title")
-        self.back = QToolButton()
-        self.back.setText("✕")
-        self.back.setToolTip("Back to the intervals")
+        self.back = text_button("✕", "Back to the intervals")
         self.rows = [QLabel() for _ in range(ROWS)]
         self.adds = [QPushButton("Add") for _ in range(ROWS)]
         for button in self.adds:
@@ -394,8 +393,6 @@ class FindingsPanel(QWidget):
 
 
 def _small(text: str, tip: str) -> QToolButton:
-    button = QToolButton()
-    button.setText(text)
-    button.setToolTip(tip)
+    button = text_button(text, tip)
     button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
     return button
