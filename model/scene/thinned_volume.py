@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.scene.crop import CropBox
-from model.scene.transfer_function import OpacityTF
+from model.scene.transfer_function import OpacityTF, Range
 from model.scene.volume import Volume
 
 GRID = 64
@@ -16,6 +16,9 @@ GRID = 64
 
 STRAY = 0.002
 """Part of the opacity that may lie beyond each plane of a shown box: noise and specks."""
+
+LEVELS = 2048
+"""Scalar values that are told apart, eight per bin of a TF."""
 
 _OPAQUE = 1 - 1e-6
 
@@ -26,13 +29,16 @@ class ThinnedVolume:
 
     Attributes
     ----------
-    scalars : ndarray of float64, shape (nz, ny, nx)
-        In the data's own units.
+    levels : ndarray of uint16, shape (nz, ny, nx)
+        Scalar values as :data:`LEVELS` even steps over the scalar range, so that a TF is evaluated
+        once for each of these.
+    scalar_range : tuple of float
     steps : tuple of float
         Distance between two voxels along z, y and x, in units of the volume's voxel size.
     """
 
-    scalars: NDArray[np.float64]
+    levels: NDArray[np.uint16]
+    scalar_range: Range
     steps: tuple[float, ...]
 
     @classmethod
@@ -42,7 +48,9 @@ class ThinnedVolume:
         lo, hi = volume.scalar_range
         some = volume.voxels[tuple(slice(s // 2, None, s) for s in strides)]
         spacing = np.array(volume.spacing[::-1]) / volume.voxel_size
-        return cls(np.clip(some.astype(np.float64), lo, hi), tuple(strides * spacing))
+        places = np.clip((some.astype(np.float64) - lo) / (hi - lo), 0.0, 1.0)
+        levels = np.rint(places * (LEVELS - 1)).astype(np.uint16)
+        return cls(levels, (lo, hi), tuple(strides * spacing))
 
     def ray_opacities(self, opacity: OpacityTF) -> NDArray[np.float64]:
         """Return the opacity of every ray along x, y or z through a voxel of the grid.
@@ -51,7 +59,7 @@ class ThinnedVolume:
         -------
         ndarray of float64, shape (ny nx + nz nx + nz ny,), in [0, 1]
         """
-        depths = -np.log1p(-np.minimum(opacity(self.scalars), _OPAQUE))
+        depths = -np.log1p(-np.minimum(self._of_levels(opacity), _OPAQUE))[self.levels]
         return np.concatenate(
             [-np.expm1(-step * depths.sum(axis)).ravel() for axis, step in enumerate(self.steps)]
         )
@@ -61,7 +69,7 @@ class ThinnedVolume:
 
         The whole volume where the TF shows nothing.
         """
-        voxels = opacity(self.scalars)
+        voxels = self._of_levels(opacity)[self.levels]
         if not voxels.sum() > 0:
             return CropBox()
         low, high = [], []
@@ -74,3 +82,6 @@ class ThinnedVolume:
             low.append(max(first, 0) / len(profile))
             high.append(min(last, len(profile)) / len(profile))
         return CropBox((low[0], low[1], low[2]), (high[0], high[1], high[2]))
+
+    def _of_levels(self, opacity: OpacityTF) -> NDArray[np.float64]:
+        return opacity(np.linspace(*self.scalar_range, LEVELS))

@@ -20,7 +20,7 @@ def test_rays_through_a_uniform_medium_follow_beers_law() -> None:
 def test_a_finer_volume_is_as_opaque_on_the_grid() -> None:
     fine = Volume(np.linspace(0.0, 1.0, 8 * 8 * 256).reshape(8, 8, 256))
     thinned = ThinnedVolume.of(fine)
-    assert thinned.scalars.shape == (8, 8, GRID)
+    assert thinned.levels.shape == (8, 8, GRID)
     along_x = thinned.ray_opacities(OpacityTF((0.0, 1.0), points=((0.0, 0.01),)))[-64:]
     assert along_x == pytest.approx(np.full(64, 1 - 0.99**256))
 
