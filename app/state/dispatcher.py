@@ -33,7 +33,7 @@ LONGEST_SECONDS = 120.0
 SOON_SECONDS = 0.3
 """Time of VTK's image at rest from which the ray caster's is shown until then."""
 
-FIRST_SIZE = 512
+FIRST_SIZE = 384
 """Size of the first image, before it is known how long its pixels take."""
 
 
