@@ -191,8 +191,14 @@ def verdict(model: Alternative, coarse: Alternative, renderer: Alternative) -> s
     if len(nearer) in (0, len(errors)):
         quality = f"{'' if nearer else 'not '}nearer to the truth than a volume of its bytes"
     pays = faster >= WORTH_WHILE or model.rmse < renderer.rmse
-    advice = "It pays." if pays else "With the volume at hand, the ray caster serves better."
-    return f"The model is {times:.1f} times as {speed} as the ray caster, and {quality}. {advice}"
+    if pays:
+        return (
+            f"This model pays: it is {times:.1f} times as {speed} as the ray caster, and {quality}."
+        )
+    return (
+        "With the volume at hand, the ray caster serves better: this model is "
+        f"{times:.1f} times as {speed}, and {quality}."
+    )
 
 
 def _coarse(generator: Generator, volume: Volume, most: int) -> Draw:
