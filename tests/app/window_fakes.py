@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -142,7 +143,7 @@ class FakeBuilders:
     settings: list[ReferenceSettings] = field(default_factory=list)
     generator_error: Exception | None = None
     loading: threading.Event | None = None
-    map_folder: Path = Path("maps")
+    map_folder: Path = field(default_factory=lambda: Path(tempfile.mkdtemp(prefix="maps-")))
     spaces: list[Path | None] = field(default_factory=list)
     space_error: Exception | None = None
 
