@@ -143,7 +143,7 @@ class FakeBuilders:
     settings: list[ReferenceSettings] = field(default_factory=list)
     generator_error: Exception | None = None
     loading: threading.Event | None = None
-    map_folder: Path = field(default_factory=lambda: Path(tempfile.mkdtemp(prefix="maps-")))
+    map_folder: Path = Path(tempfile.gettempdir(), "tfscope-test-maps")
     spaces: list[Path | None] = field(default_factory=list)
     space_error: Exception | None = None
 
