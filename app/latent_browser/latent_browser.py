@@ -465,27 +465,30 @@ class LatentBrowser(QWidget):
         if session.wanted is not None and not session.wanted.all():
             count = f"{session.wanted.sum():,} of {count}"
         facts = [f"{count} TFs"]
+        dimensions, effective = samples.codes.shape[1], samples.effective_dimension
+        explained = [
+            f"The map shows {dimensions} dimensions of codes, of which {effective:.1f} are used."
+        ]
         if not session.map.is_final:
             facts.append("principal components only")
         if session.place is not None:
             near = "" if session.is_exact else ", about here"
             facts.append(f"present TF{near} (differs by {session.place_error:.3f})")
+            explained.append(
+                "The present TF differs from the nearest that can be browsed by so much opacity "
+                "(root mean square)."
+            )
         grid = pictures.grid
         if grid is not None and grid.images:
             size = next(iter(grid.images.values())).shape[0]
             source, ms = SOURCES[grid.source], 1000 * grid.seconds
             facts.append(f"{len(grid.images)} pictures by the {source} in {ms:.0f} ms")
+            explained.append(
+                f"Pictures of the grid have {size} × {size} pixels; the number in a corner\n"
+                "is how many of the TFs lie in that cell of the frame."
+            )
         if self._latent.hover is not None:
             x, y = self._latent.hover
             facts.append(f"({x:.2f}, {y:.2f})")
         self.status.setText("    ".join(facts))
-        dimensions, effective = samples.codes.shape[1], samples.effective_dimension
-        explained = [
-            f"The map shows {dimensions} dimensions of codes, of which {effective:.1f} are used.",
-            "The present TF differs from the nearest that can be browsed by so much opacity "
-            "(root mean square).",
-        ]
-        if grid is not None and grid.images:
-            explained.append(f"Pictures of the grid have {size} × {size} pixels; the number in a")
-            explained.append("corner is how many of the TFs lie in that cell of the frame.")
         self.status.setToolTip("\n".join([*facts, *explained]))

@@ -83,7 +83,6 @@ class FindingsPanel(QWidget):
         self._found: tuple[Contribution, ...] = ()
         self._rendered: list[float] = []
         self._what_if: dict[str, WhatIfAnswer] = {}
-        self._holding = False
         self.setFixedWidth(PANEL_WIDTH)
         self.heading = QLabel()
         self.heading.setProperty("role", "title")
@@ -200,16 +199,14 @@ class FindingsPanel(QWidget):
         """Have the edit at the band, or at the best interval, rendered."""
         edit = self._what_if_edit()
         if edit is not None and self._dispatcher.trials.ask_what_if(edit):
-            self._holding = True
-            self.what_if_button.set_on(True)
+            self.what_if_button.setChecked(True)
             self._what_if.clear()
             self.result.setText("rendering …")
 
     def end_what_if(self) -> None:
         """Show the fields again; the numbers stay."""
-        if self._holding:
-            self._holding = False
-            self.what_if_button.set_on(False)
+        if self.what_if_button.isChecked():
+            self.what_if_button.setChecked(False)
             self.whatIfEnded.emit()
 
     def _lay_out(self, source: QWidget) -> None:
@@ -365,7 +362,7 @@ class FindingsPanel(QWidget):
             said = "" if predicted is None else f", predicted {predicted:.3f}"
             texts.append(f"{name}: RMSE {one.what_if.rmse:.3f}{said}")
         self.result.setText("\n".join(texts))
-        if self._holding:
+        if self.what_if_button.isChecked():
             self.whatIfShown.emit(answer)
 
     def _interval_text(self, index: int) -> str:

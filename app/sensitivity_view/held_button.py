@@ -12,7 +12,7 @@ CLICK_MS = 350
 class HeldButton(QPushButton):
     """Asks for something to be shown as long as it is held; a click lasts until the next one.
 
-    Whether it is on is said by whoever shows it, see :meth:`set_on`.
+    Whoever shows it checks the button, and unchecks it when it is no longer shown.
     """
 
     turnedOn = Signal()
@@ -21,18 +21,15 @@ class HeldButton(QPushButton):
     def __init__(self, text: str, parent: QWidget | None = None) -> None:
         super().__init__(text, parent)
         self.setCheckable(True)
-        self._is_on = False
         self._held = QElapsedTimer()
         self.pressed.connect(self._press)
         self.released.connect(self._release)
 
-    def set_on(self, on: bool) -> None:
-        """Show that the button is on, or not."""
-        self._is_on = on
-        self.setChecked(on)
+    def nextCheckState(self) -> None:
+        """Stay as it is when clicked: on or off is not for the button to decide."""
 
     def _press(self) -> None:
-        if self._is_on:
+        if self.isChecked():
             self._held.invalidate()
             self.turnedOff.emit()
         else:
@@ -42,5 +39,3 @@ class HeldButton(QPushButton):
     def _release(self) -> None:
         if self._held.isValid() and self._held.elapsed() > CLICK_MS:
             self.turnedOff.emit()
-        # Qt has switched it over meanwhile.
-        self.setChecked(self._is_on)

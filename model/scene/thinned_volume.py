@@ -53,7 +53,7 @@ class ThinnedVolume:
         return cls(levels, (lo, hi), tuple(strides * spacing))
 
     def ray_opacities(self, opacity: OpacityTF) -> NDArray[np.float64]:
-        """Return the opacity of every ray along x, y or z through a voxel of the grid.
+        """Return the opacity of every ray along x, y or z through a voxel.
 
         Returns
         -------
@@ -76,7 +76,7 @@ class ThinnedVolume:
         for axis in (2, 1, 0):
             profile = voxels.sum(axis=tuple(a for a in range(3) if a != axis))
             shares = np.cumsum(profile) / profile.sum()
-            # One voxel more on each side: the grid is thinned.
+            # One voxel more on each side: what lies between two is not known.
             first = int(np.searchsorted(shares, STRAY)) - 1
             last = int(np.searchsorted(shares, 1 - STRAY)) + 2
             low.append(max(first, 0) / len(profile))
