@@ -87,9 +87,9 @@ class EnginePane(QWidget):
         """Show a small hint over the image."""
         self.canvas.set_hint(text)
 
-    def add_to_header(self, widget: QWidget) -> None:
-        """Add a control between the title and the numbers."""
-        self._header.insertWidget(1, widget)
+    def add_to_header(self, widget: QWidget, stretch: int = 0) -> None:
+        """Add a control in front of the numbers, as wide as it must be or as there is room."""
+        self._header.insertWidget(self._header.count() - 2, widget, stretch)
 
     @property
     def title(self) -> str:

@@ -19,8 +19,8 @@ from model.scene.transfer_function import Range
 STRIP_HEIGHT = 44
 AXIS_WIDTH = 44
 _READOUT_GAP = 18
-_SIDE_ROOM = 0.015
-"""Margin at either end of the axis, as a fraction of it, for the handles at the ends."""
+_SIDE_ROOM = 0.025
+"""Margin at either end of the axis, as a fraction of it, for handles and grips at the ends."""
 
 
 class PlotArea(QObject):

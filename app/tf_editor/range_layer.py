@@ -20,7 +20,8 @@ LEAST_DISTANCE = 0.004
 """Smallest distance between the lines after a drag, as a fraction of the plot's width."""
 
 _REACH = 5.0
-_GRIP_HEIGHT = 22.0
+_GRIP = 8.0, 22.0
+"""Width and height of the grips, in pixels."""
 _TIP = (
     "Drag to set the range that the TF covers; values beyond look like those at its ends.\n"
     "With Ctrl, the TF is stretched to the range, as by window and level."
@@ -28,10 +29,20 @@ _TIP = (
 
 
 class RangeLine(DragHandle):
-    """A vertical line as high as the plot, with a grip at its top."""
+    """A vertical line as high as the plot, with a grip at its top, outside the range.
 
-    def __init__(self) -> None:
+    There it is in sight where a mode or point lies at the end of the range.
+
+    Parameters
+    ----------
+    outwards : {-1, 1}
+        Direction away from the range: to the left or to the right.
+    """
+
+    def __init__(self, outwards: int) -> None:
         super().__init__("line")
+        left = -_GRIP[0] if outwards < 0 else 0.0
+        self._grip_box = QRectF(left, 0.0, *_GRIP)
         self.setCursor(Qt.CursorShape.SplitHCursor)
         self.setToolTip(_TIP)
         # Below the handles of modes and points, which may be at the same place.
@@ -45,7 +56,9 @@ class RangeLine(DragHandle):
 
     def boundingRect(self) -> QRectF:
         """Return the area that is painted and reacts to the mouse, in pixels."""
-        return QRectF(-_REACH, -self._height, 2 * _REACH, self._height)
+        grip = self._grip_box
+        left, right = min(-_REACH, grip.left()), max(_REACH, grip.right())
+        return QRectF(left, -self._height, right - left, self._height)
 
     def paint(
         self,
@@ -60,7 +73,7 @@ class RangeLine(DragHandle):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(color)
-        painter.drawRoundedRect(QRectF(-3, -self._height, 6, _GRIP_HEIGHT), 2, 2)
+        painter.drawRoundedRect(self._grip_box.translated(0.0, -self._height), 2, 2)
 
 
 class RangeLayer(QObject):
@@ -105,7 +118,7 @@ class RangeLayer(QObject):
         self._state.commit(fit_to_range(tf, scalar_range), "range")
 
     def _add_line(self, end: int) -> RangeLine:
-        line = RangeLine()
+        line = RangeLine(-1 if end == 0 else 1)
         line.pressed.connect(partial(self._begin, line))
         line.dragged.connect(partial(self._drag, end))
         line.released.connect(self._finish)

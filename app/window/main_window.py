@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from PySide6.QtCore import QEvent, Qt
+from PySide6.QtCore import QEvent, QSize, Qt
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
 from PySide6.QtWidgets import (
     QHBoxLayout,
@@ -112,6 +112,7 @@ class MainWindow(QMainWindow):
         self.crop_bar = CropBar(self.state)
         self.browse = QToolButton()
         self._view_label = QLabel()
+        self._offers = QHBoxLayout()
         self._splitter = QSplitter(Qt.Orientation.Vertical)
         self._lay_out()
         self.overlays = Overlays(
@@ -158,6 +159,7 @@ class MainWindow(QMainWindow):
             panes=self.panes,
             overlays=self.overlays,
             crop=self.crop_bar,
+            editor=self.editor,
             sensitivity=self.sensitivity_state,
             view=self.sensitivity,
             latent=self.latent_state,
@@ -179,6 +181,8 @@ class MainWindow(QMainWindow):
         self.crop_bar.shownChanged.connect(self._show_crop_handles)
         self.sensitivity_state.toolChanged.connect(self._show_crop_handles)
         self.panes.imagesShown.connect(self.workspace.show_images)
+        self.panes.imagesShown.connect(lambda *_shown: self._place_training_bar())
+        self.training_bar.roomChanged.connect(self._place_training_bar)
         self.reference.canvas.resized.connect(
             lambda: self.workspace.reference.set_pane_pixels(*self.reference.canvas.pixels)
         )
@@ -287,10 +291,9 @@ class MainWindow(QMainWindow):
         column.setSpacing(8)
         column.addWidget(self.notice)
         # In one row, as whatever stands above the images takes of their height.
-        offers = QHBoxLayout()
-        offers.addWidget(self.up_axis_bar)
-        offers.addWidget(self.training_bar, 1)
-        column.addLayout(offers)
+        self._offers.addWidget(self.up_axis_bar)
+        self._place_training_bar()
+        column.addLayout(self._offers)
         column.addWidget(self.crop_bar)
         column.addWidget(splitter, 1)
         self.setCentralWidget(central)
@@ -303,7 +306,14 @@ class MainWindow(QMainWindow):
         self.statusBar().setSizeGripEnabled(False)
         self.setWindowTitle("tfscope")
         self.setAcceptDrops(True)
-        self.resize(*WINDOW_SIZE)
+        self.resize(self._first_size())
+
+    def _first_size(self) -> QSize:
+        """Return the usual size, or that of a smaller screen if the window fits in there."""
+        room = self.screen().availableSize()
+        least = self.minimumSizeHint()
+        fits = room.width() >= least.width() and room.height() >= least.height()
+        return QSize(*WINDOW_SIZE).boundedTo(room) if fits else QSize(*WINDOW_SIZE)
 
     def _show_browser(self, choices: LatentChoices) -> None:
         """Show the latent browser in the generator's place, or the generator again."""
@@ -322,6 +332,13 @@ class MainWindow(QMainWindow):
         opened = self.workspace.opened
         self.training_bar.set_offered(opened is not None and not self.workspace.has_model)
         self.browser.bar.set_model(self.workspace.latent.pictures.learned_size is not None)
+
+    def _place_training_bar(self) -> None:
+        """Put it beside the reference's controls where there is room, else above the images."""
+        if self.panes.is_reference_alone and not self.training_bar.needs_room:
+            self.reference.add_to_header(self.training_bar, 1)
+        else:
+            self._offers.addWidget(self.training_bar, 1)
 
     def _show_view(self) -> None:
         view = self.state.view

@@ -27,6 +27,7 @@ from app.state.preferences import Preferences
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
+from app.tf_editor.editor import TransferFunctionEditor
 from app.window.crop_bar import CropBar
 from app.window.file_dialogs import FileDialogs
 from app.window.file_opening import FileOpening
@@ -120,6 +121,7 @@ class WindowParts:
     panes : PaneLayout
     overlays : Overlays
     crop : CropBar
+    editor : TransferFunctionEditor
     sensitivity : SensitivityState
     view : SensitivityView
     latent : LatentState
@@ -137,6 +139,7 @@ class WindowParts:
     panes: PaneLayout
     overlays: Overlays
     crop: CropBar
+    editor: TransferFunctionEditor
     sensitivity: SensitivityState
     view: SensitivityView
     latent: LatentState
@@ -261,6 +264,11 @@ class Menus(QObject):
         show_overlays()
         menu.addSeparator()
         self._choices(menu.addMenu("&Images"), IMAGES, panes.show_images)
+        editor = self._parts.editor
+        # Not remembered: whoever misses it finds it again at the next start.
+        editing = add_action(menu, "&TF editor", lambda: editor.setVisible(editor.isHidden()), "F9")
+        editing.setCheckable(True)
+        menu.aboutToShow.connect(lambda: editing.setChecked(not editor.isHidden()))
         add_action(menu, "S&wap the images", panes.swap, "Ctrl+Shift+X")
         full = add_action(menu, "&Full screen", self._toggle_full_screen, "F11")
         full.setCheckable(True)

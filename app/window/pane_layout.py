@@ -49,6 +49,11 @@ class PaneLayout(QSplitter):
         """Whether the reference is on the left."""
         return self.indexOf(self._reference) == 0
 
+    @property
+    def is_reference_alone(self) -> bool:
+        """Whether nothing stands beside the reference."""
+        return self._browser.isHidden() and self._generator.isHidden()
+
     def show_images(self, shown: Shown) -> None:
         """Show both images, or one of them alone."""
         self._shown = shown

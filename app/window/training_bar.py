@@ -23,7 +23,7 @@ from app.controls import text_button
 from app.state.training_clock import usual_minutes
 from app.state.training_run import TrainingRun
 
-HEIGHT = 34
+HEIGHT = 30
 """Of the line, in pixels."""
 
 BAR_SIZE = 160, 10
@@ -51,6 +51,8 @@ class TrainingBar(QFrame):
     """Emitted when a model's folder shall be chosen."""
     trained = Signal(object)
     """Emitted with the folder of the trained model when it shall be shown."""
+    roomChanged = Signal()
+    """Emitted when :attr:`needs_room` may have changed."""
 
     def __init__(self, run: TrainingRun, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -86,6 +88,11 @@ class TrainingBar(QFrame):
     def text(self) -> str:
         """The displayed sentence, as a whole."""
         return self._label.full_text
+
+    @property
+    def needs_room(self) -> bool:
+        """Whether there is a sentence to read: what came of a training."""
+        return self._phase in ("trained", "failed")
 
     def set_offered(self, offered: bool) -> None:
         """Say whether the open volume is without a model."""
@@ -135,6 +142,7 @@ class TrainingBar(QFrame):
             palette.setColor(QPalette.ColorRole.WindowText, QColor(theme.ERROR))
         self._label.setPalette(palette)
         self._refresh()
+        self.roomChanged.emit()
 
     def _refresh(self) -> None:
         phase, asks = self._phase, self._phase in ("offer", "failed")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pyqtgraph as pg
 import pytest
@@ -17,6 +19,7 @@ from app.tf_editor.histogram import count_ticks, percentile_range
 from app.tf_editor.opacity_scale import OpacityScale
 from app.tf_editor.unit_axis import ScalarAxis
 from model.scene.range_fitting import fit_to_range
+from model.scene.transfer_function import OpacityTF
 
 LEFT, MIDDLE = Qt.MouseButton.LeftButton, Qt.MouseButton.MiddleButton
 
@@ -74,6 +77,22 @@ def test_a_dragged_line_fits_the_tf_from_before_the_drag(
     state.undo()
     assert state.transfer_function == before
     assert not state.undo_stack.canUndo()
+
+
+def test_a_point_at_the_end_of_the_range_leaves_the_grip_in_sight(
+    editor: TransferFunctionEditor, state: ViewerState
+) -> None:
+    lo, hi = state.scalar_range
+    opacity = OpacityTF((lo, hi), points=((lo, 1.0), (hi, 1.0)))
+    state.commit(replace(state.transfer_function, opacity=opacity), "points")
+    widget, width = editor.area.widget, editor.area.widget.width()
+    for line, outwards in zip(editor.range.lines, (-1, 1), strict=True):
+        reached = line.boundingRect()
+        reach = reached.right() if outwards > 0 else -reached.left()
+        # A point's mark has a radius of 6.5 pixels.
+        assert reach > 7
+        place = widget.mapFromScene(line.scenePos()).x()
+        assert 0 <= place + outwards * reach <= width
 
 
 def test_what_a_line_passes_over_comes_back(

@@ -133,6 +133,45 @@ def test_without_a_model_the_reference_has_the_window_and_training_is_offered(
     assert "512 × 512" in window.reference.detail
 
 
+def test_the_offer_takes_no_height_while_the_reference_is_alone(
+    make_window: WindowMaker,
+) -> None:
+    window = make_window(model=None)
+    bar, pane = window.training_bar, window.reference
+    window.up_axis_bar.hide()
+    QTest.qWait(50)
+    assert pane.isAncestorOf(bar)
+    height = pane.height()
+    # What came of a training is a sentence: it has a row.
+    window.training.failed.emit("The file is truncated; copy it again.")
+    QTest.qWait(50)
+    assert bar.isVisible() and not pane.isAncestorOf(bar)
+    assert pane.height() < height
+    bar.dismiss.click()
+    assert pane.isAncestorOf(bar)
+    # So has the offer while something stands beside the reference.
+    window.latent_state.choose(shown=True)
+    assert bar.isVisible() and not pane.isAncestorOf(bar)
+    window.latent_state.choose(shown=False)
+    QTest.qWait(50)
+    assert pane.isAncestorOf(bar)
+    assert pane.height() == height
+
+
+def test_the_editor_can_make_room_for_the_images(make_window: WindowMaker) -> None:
+    window = make_window()
+    height = window.reference.height()
+    editing = action(window, "TF editor")
+    editing.trigger()
+    QTest.qWait(50)
+    assert window.editor.isHidden()
+    assert window.reference.height() > height + 150
+    editing.trigger()
+    QTest.qWait(50)
+    assert window.editor.isVisible()
+    assert window.reference.height() == height
+
+
 def test_a_model_of_another_volume_is_refused_until_its_volume_comes(
     qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
 ) -> None:
