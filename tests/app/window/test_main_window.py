@@ -151,6 +151,7 @@ def test_the_offer_takes_no_height_while_the_reference_is_alone(
     assert pane.isAncestorOf(bar)
     # So has the offer while something stands beside the reference.
     window.latent_state.choose(shown=True)
+    QTest.qWait(50)
     assert bar.isVisible() and not pane.isAncestorOf(bar)
     window.latent_state.choose(shown=False)
     QTest.qWait(50)
