@@ -6,7 +6,6 @@ import json
 import os
 import sys
 import time
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
@@ -38,9 +37,9 @@ def probe(volume: Path, began: float, model: Path | None = None) -> dict[str, fl
     from app.quick_imports import leave_sources_unread
 
     leave_sources_unread()
-    from PySide6.QtCore import QCoreApplication, QEventLoop
     from PySide6.QtWidgets import QApplication
 
+    from app.cli.window_pace import wait
     from app.theme import apply_theme
     from app.window.main_window import MainWindow
 
@@ -60,17 +59,11 @@ def probe(volume: Path, began: float, model: Path | None = None) -> dict[str, fl
     window.show()
     note("window")
 
-    def pass_time(seconds: float, until: Callable[[], bool]) -> None:
-        end = time.time() + seconds
-        while time.time() < end and not until():
-            QCoreApplication.processEvents(QEventLoop.ProcessEventsFlag.AllEvents, 5)
-            time.sleep(0.001)
-
-    pass_time(PATIENCE_S, lambda: "reference" in found and window.workspace.is_settled)
+    wait(lambda: "reference" in found and window.workspace.is_settled, PATIENCE_S)
     note("settled")
     found["memory"] = _largest_memory()
     # Engines that rest give spare memory back.
-    pass_time(REST_S, lambda: False)
+    wait(lambda: False, REST_S)
     resident = _resident_memory()
     if resident is not None:
         found["rest"] = resident

@@ -56,12 +56,12 @@ def measure_sensitivity(volume: Path, size: int) -> dict[str, float]:
             dispatcher.regionAnswered, lambda share: asked.change_region(start.moved(share / 3, 0))
         )
         asked.finish_region()
-        _wait(lambda: False, REST_SECONDS)
+        wait(lambda: False, REST_SECONDS)
         rates["a hovered value"] = _rate(
             dispatcher.fieldAnswered, lambda share: asked.hover(lo + share * (hi - lo))
         )
         asked.pin((lo + hi) / 2)
-        _wait(lambda: False, REST_SECONDS)
+        wait(lambda: False, REST_SECONDS)
         rates["the field of a turned view"] = _rate(dispatcher.fieldAnswered, _turn(window))
         window.state.finish_view()
         return rates
@@ -86,23 +86,23 @@ def measure_browser(volume: Path) -> dict[str, float]:
         latent.choose(shown=True)
         pictures = work.pictures
         _wait_for(volume, lambda: pictures.grid is not None and work.session.overview is not None)
-        _wait(lambda: False, REST_SECONDS)
+        wait(lambda: False, REST_SECONDS)
         rates = {
             "the picture under the mouse": _rate(
                 pictures.hoverDrawn, lambda share: latent.set_hover((share - 0.5, 0.4 - share / 2))
             )
         }
         latent.set_hover(None)
-        _wait(lambda: False, REST_SECONDS)
+        wait(lambda: False, REST_SECONDS)
         rates["the grid of a dragged rectangle"] = _rate(
             pictures.gridDrawn,
             lambda share: latent.move_brush((-0.8, -0.8, 0.8 - share / 2, 0.8 - share / 3)),
         )
         latent.finish_brush()
-        _wait(lambda: False, REST_SECONDS)
+        wait(lambda: False, REST_SECONDS)
         rates["the grid of a turned view"] = _rate(pictures.gridDrawn, _turn(window))
         window.state.finish_view()
-        _wait(lambda: False, REST_SECONDS)
+        wait(lambda: False, REST_SECONDS)
         painted, start = 0, time.perf_counter()
         while (passed := time.perf_counter() - start) < 1:
             window.browser.map.repaint()
@@ -156,17 +156,24 @@ def _rate(signal: Any, move: Callable[[float], None]) -> float:
     start = time.perf_counter()
     while (passed := time.perf_counter() - start) < DRAG_SECONDS:
         move(passed / DRAG_SECONDS)
-        _wait(lambda: False, MOUSE_SECONDS)
+        wait(lambda: False, MOUSE_SECONDS)
     signal.disconnect(count)
     return counted / passed
 
 
 def _wait_for(volume: Path, ready: Callable[[], bool]) -> None:
-    if not _wait(ready, PATIENCE_SECONDS):
+    if not wait(ready, PATIENCE_SECONDS):
         raise RenderError(f"{volume}: the window had not answered within two minutes.")
 
 
-def _wait(until: Callable[[], bool], seconds: float) -> bool:
+def wait(until: Callable[[], bool], seconds: float) -> bool:
+    """Handle the window's events until something is so, at most for some seconds.
+
+    Returns
+    -------
+    bool
+        Whether it is so.
+    """
     from PySide6.QtCore import QCoreApplication, QEventLoop
 
     end = time.perf_counter() + seconds

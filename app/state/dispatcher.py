@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Literal
-
 from PySide6.QtCore import QObject
 
 from app.engines.client import EngineClient
@@ -11,9 +9,6 @@ from app.engines.messages import ImageRequest, Quality, Request, Result, StandIn
 from app.state.pace import LIVE_SECONDS, SCALES, Pace
 from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
-
-Drawing = Literal["auto", "vtk", "raycast"]
-"""What draws the reference: VTK with the ray caster while something moves, or one of them alone."""
 
 NO_MODEL_SIZE = 512
 """Size of the reference image until its pane's is known, in pixels."""

@@ -6,12 +6,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 from app.engines.engines import ReferenceSettings
-from app.state.dispatcher import Drawing
+from app.state.remembered import Drawing, LightingChoice
 from model.scene.light import LightDirection, LightRange
 from model.scene.scene import Lighting, Scene
-
-LightingChoice = Literal["auto", "none", "direct", "global"]
-"""The model's lighting, or without a model direct light where that is fast enough; or one."""
 
 SizeChoice = Literal["pane", "generator"] | int
 """As many pixels as the pane has, as the generator's image has, or a square of a size."""

@@ -43,6 +43,9 @@ class Geometry(Protocol):
     def voxel_size(self) -> float: ...  # noqa: D102
 
 
+LARGEST_VALUE = 1e300
+"""Largest value of a scalar range: TFs reach beyond it and are computed with in sums."""
+
 LEAST_BIN = 1e-305
 """Width of a TF's bin from which on the squares and quotients of values are normal numbers."""
 
@@ -257,6 +260,11 @@ class Volume:
             raise VolumeError(
                 f"{self.name}: the scalar range [{lo:g}, {hi:g}] is not increasing; "
                 "give [lowest, highest]."
+            )
+        if max(abs(lo), abs(hi)) > LARGEST_VALUE:
+            raise VolumeError(
+                f"{self.name}: the scalar range [{lo:g}, {hi:g}] reaches values too large to "
+                f"compute with; stay within {LARGEST_VALUE:g}, or scale the values down."
             )
         if not is_resolved(scalar_range):
             raise VolumeError(

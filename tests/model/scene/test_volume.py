@@ -97,6 +97,8 @@ def test_over_a_range_nothing_is_copied_or_computed_again_without_need(monkeypat
         ((float("nan"), 5.0), "not increasing"),
         ((5.0, float("inf")), "not increasing"),
         ((-1e308, 1.7e308), "not increasing"),
+        ((0.0, 1.7e308), "too large to compute with"),
+        ((-8e307, 8e307), "too large to compute with"),
         ((119.0, 130.0), "no value in common with the voxels, which lie from 0 to 119"),
         ((-9.0, 0.0), "no value in common"),
     ],
