@@ -53,6 +53,9 @@ from app.window.window_memory import WindowMemory
 
 WINDOW_SIZE = 1280, 860
 
+LEAST_SCREEN = 1024
+"""Width of the smallest screens that the window is made for, in pixels."""
+
 
 class MainWindow(QMainWindow):
     """Shows a generator's image beside the reference while the user edits view and TF.
@@ -309,11 +312,10 @@ class MainWindow(QMainWindow):
         self.resize(self._first_size())
 
     def _first_size(self) -> QSize:
-        """Return the usual size, or that of a smaller screen if the window fits in there."""
-        room = self.screen().availableSize()
-        least = self.minimumSizeHint()
-        fits = room.width() >= least.width() and room.height() >= least.height()
-        return QSize(*WINDOW_SIZE).boundedTo(room) if fits else QSize(*WINDOW_SIZE)
+        """Return the usual size, or that of a smaller screen."""
+        room, usual = self.screen().availableSize(), QSize(*WINDOW_SIZE)
+        # Off screen, where nothing is seen, Qt has a smaller one.
+        return usual.boundedTo(room) if room.width() >= LEAST_SCREEN else usual
 
     def _show_browser(self, choices: LatentChoices) -> None:
         """Show the latent browser in the generator's place, or the generator again."""

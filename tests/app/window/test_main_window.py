@@ -6,9 +6,10 @@ import threading
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QPoint, QSize, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDialog
@@ -510,3 +511,19 @@ def test_the_light_says_whether_anybody_chose_it(make_window: WindowMaker) -> No
     assert bar.light.text() == "Light: none"
     work.choose(lighting="auto")
     assert bar.light.text().endswith("(auto)")
+
+
+@pytest.mark.parametrize(
+    ("screen", "size"),
+    [((1280, 680), (1280, 680)), ((3840, 2100), (1280, 860)), ((1280, 1000), (1280, 860))],
+)
+def test_the_first_window_fits_the_screen(
+    make_window: WindowMaker,
+    monkeypatch: pytest.MonkeyPatch,
+    screen: tuple[int, int],
+    size: tuple[int, int],
+) -> None:
+    fake = SimpleNamespace(availableSize=lambda: QSize(*screen))
+    monkeypatch.setattr(MainWindow, "screen", lambda _window: fake)
+    window = make_window()
+    assert (window.width(), window.height()) == size
