@@ -346,8 +346,10 @@ class MainWindow(QMainWindow):
         view = self.state.view
         azimuth, elevation, roll = self.state.angles
         text = f"{azimuth:.0f}° / {elevation:.0f}° / {roll:.0f}°   {view.distance:.2f}"
-        if view.pan_x or view.pan_y:
-            text += f"   {view.pan_x:+.2f}, {view.pan_y:+.2f}"
+        # The sum makes 0 of -0.
+        pan_x, pan_y = (round(pan, 2) + 0.0 for pan in (view.pan_x, view.pan_y))
+        if pan_x or pan_y:
+            text += f"   {pan_x:+.2f}, {pan_y:+.2f}"
         self._view_label.setText(text)
 
     def _tell(self, text: str) -> None:

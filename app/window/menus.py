@@ -294,6 +294,7 @@ class Menus(QObject):
             menu, "&Turn freely", lambda: state.set_trackball(not state.trackball), "Ctrl+Shift+T"
         )
         free.setCheckable(True)
+        free.setChecked(state.trackball)
         state.navigationChanged.connect(lambda: free.setChecked(state.trackball))
 
     def _build_up_axes(self, menu: QMenu) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from PySide6.QtCore import QPoint, QSize, Qt
+from PySide6.QtCore import QObject, QPoint, QSize, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDialog
@@ -18,6 +18,7 @@ from ramp import make_tf, make_volume
 from window_fakes import FakeBuilders, FakeEngine
 
 from app.image_view.engine_pane import EnginePane
+from app.state.preferences import Preferences
 from app.state.transfer_function_store import TransferFunctionStore
 from app.state.viewer_state import HOME_VIEW
 from app.window.main_window import MainWindow
@@ -527,3 +528,20 @@ def test_the_first_window_fits_the_screen(
     monkeypatch.setattr(MainWindow, "screen", lambda _window: fake)
     window = make_window()
     assert (window.width(), window.height()) == size
+
+
+def test_a_pan_is_told_where_it_can_be_seen(make_window: WindowMaker) -> None:
+    window = make_window()
+    window.state.set_view(View(pan_x=0.25, pan_y=-0.004))
+    assert window.view_text.endswith("+0.25, +0.00")
+    window.state.set_view(View(pan_x=0.003, pan_y=-0.004))
+    assert window.view_text.endswith("1.00")
+
+
+def test_the_menu_knows_a_remembered_trackball(qtbot: QtBot, builders: FakeBuilders) -> None:
+    parent = QObject()
+    preferences = Preferences(None, parent)
+    preferences.set(trackball=True)
+    window = MainWindow(builders.make(), preferences=preferences)
+    qtbot.addWidget(window)
+    assert action(window, "Turn freely").isChecked()
