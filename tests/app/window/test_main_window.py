@@ -9,10 +9,10 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from PySide6.QtCore import QObject, QPoint, QSize, Qt
+from PySide6.QtCore import QPoint, QSize, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QDialog
+from PySide6.QtWidgets import QApplication, QDialog
 from pytestqt.qtbot import QtBot
 from ramp import make_tf, make_volume
 from window_fakes import FakeBuilders, FakeEngine
@@ -538,9 +538,10 @@ def test_a_pan_is_told_where_it_can_be_seen(make_window: WindowMaker) -> None:
     assert window.view_text.endswith("1.00")
 
 
-def test_the_menu_knows_a_remembered_trackball(qtbot: QtBot, builders: FakeBuilders) -> None:
-    parent = QObject()
-    preferences = Preferences(None, parent)
+def test_the_menu_knows_a_remembered_trackball(
+    qtbot: QtBot, qapp: QApplication, builders: FakeBuilders
+) -> None:
+    preferences = Preferences(None, qapp)
     preferences.set(trackball=True)
     window = MainWindow(builders.make(), preferences=preferences)
     qtbot.addWidget(window)
