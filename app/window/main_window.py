@@ -337,10 +337,14 @@ class MainWindow(QMainWindow):
 
     def _place_training_bar(self) -> None:
         """Put it beside the reference's controls where there is room, else above the images."""
-        if self.panes.is_reference_alone and not self.training_bar.needs_room:
-            self.reference.add_to_header(self.training_bar, 1)
+        bar = self.training_bar
+        beside = self.panes.is_reference_alone and not bar.needs_room
+        if bar.parentWidget() is not None and beside == self.reference.isAncestorOf(bar):
+            return
+        if beside:
+            self.reference.add_to_header(bar, 1)
         else:
-            self._offers.addWidget(self.training_bar, 1)
+            self._offers.addWidget(bar, 1)
 
     def _show_view(self) -> None:
         view = self.state.view
