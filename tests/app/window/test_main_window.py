@@ -143,12 +143,13 @@ def test_the_offer_takes_no_height_while_the_reference_is_alone(
     window.up_axis_bar.hide()
     QTest.qWait(50)
     assert pane.isAncestorOf(bar)
-    height = pane.height()
+    height, editor = pane.height(), window.editor.mapTo(window, QPoint())
     # What came of a training is a sentence: it has a row.
     window.training.failed.emit("The file is truncated; copy it again.")
     QTest.qWait(50)
     assert bar.isVisible() and not pane.isAncestorOf(bar)
     assert pane.height() < height
+    assert window.editor.mapTo(window, QPoint()) == editor
     bar.dismiss.click()
     assert pane.isAncestorOf(bar)
     # So has the offer while something stands beside the reference.
