@@ -141,9 +141,9 @@ class MainWindow(QMainWindow):
         self.files = FileDialogs(self, self.state, self.opening, self.preferences)
         self.pictures = PictureSaving(self, self.state, self.files)
         self._question = UpAxisQuestion(
-            self.up_axis_bar, self.state, self.workspace, analyst, self.preferences
+            self.up_axis_bar, self.state, self.workspace, analyst, reference, self.preferences
         )
-        PresetPictures(self.editor.menu.presets, self.state, analyst)
+        PresetPictures(self.editor.menu.presets, self.state, analyst, reference)
         self.light_notice = LightNotice(self.reference, self.workspace.reference)
         self.emptiness = [
             EmptinessNotice(pane, self.state, self.workspace)

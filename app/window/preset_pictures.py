@@ -1,4 +1,4 @@
-"""Pictures of the open volume under each preset, drawn by the ray caster."""
+"""Pictures of the open volume under each preset."""
 
 from __future__ import annotations
 
@@ -22,16 +22,22 @@ class PresetPictures(QObject):
     ----------
     menu : PresetMenu
     state : ViewerState
-    analyst : EngineClient
-        The ray caster.
+    analyst, reference : EngineClient
+        Draw the pictures; see :class:`~app.window.small_pictures.SmallPictures`.
     """
 
-    def __init__(self, menu: PresetMenu, state: ViewerState, analyst: EngineClient) -> None:
+    def __init__(
+        self,
+        menu: PresetMenu,
+        state: ViewerState,
+        analyst: EngineClient,
+        reference: EngineClient,
+    ) -> None:
         super().__init__(menu)
         self._menu = menu
         self._state = state
         self._names: tuple[str, ...] = ()
-        self._pictures = SmallPictures(PresetRequest, PICTURE, analyst, self)
+        self._pictures = SmallPictures(PresetRequest, PICTURE, analyst, reference, self)
         self._pictures.drawn.connect(self._show)
         menu.picturesWanted.connect(self._ask)
 

@@ -1,11 +1,11 @@
-"""Small pictures of the open volume, drawn by the ray caster for buttons and menus."""
+"""Small pictures of the open volume for buttons and menus."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 import numpy as np
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.engines.client import EngineClient
 from app.engines.messages import BatchRequest, Quality, Result
@@ -14,6 +14,12 @@ from model.scene.inputs import SceneInputs
 
 COARSENESS = 2.0
 """Factor of the sample distance in the pictures."""
+
+PATIENCE_MS = 1000
+"""Time after which the reference draws what the ray caster cannot draw yet.
+
+On the first start the ray caster is compiled, for some 10 s; otherwise it is ready before.
+"""
 
 
 class SmallPictures(QObject):
@@ -26,27 +32,44 @@ class SmallPictures(QObject):
     size : int
         Sides of the pictures, in pixels.
     analyst : EngineClient
-        The ray caster.
+        The ray caster, which draws them.
+    reference : EngineClient
+        Draws them while the ray caster is compiled.
     """
 
     drawn = Signal(object)
     """Emitted with a list of QImage, in the order asked for."""
 
     def __init__(
-        self, kind: type[BatchRequest], size: int, analyst: EngineClient, parent: QObject
+        self,
+        kind: type[BatchRequest],
+        size: int,
+        analyst: EngineClient,
+        reference: EngineClient,
+        parent: QObject,
     ) -> None:
         super().__init__(parent)
         self._kind = kind
         self._quality = Quality(size, COARSENESS)
-        self._analyst = analyst
+        self._analyst, self._reference = analyst, reference
         self._asked = 0
-        analyst.resultReady.connect(self._take)
+        self._wanted: BatchRequest | None = None
+        self._patience = QTimer(self, singleShot=True, interval=PATIENCE_MS)
+        self._patience.timeout.connect(self._ask_reference)
+        for client in (analyst, reference):
+            client.resultReady.connect(self._take)
 
     def ask(self, wanted: Sequence[SceneInputs]) -> None:
         """Ask for the pictures of some inputs."""
         self._asked += 1
         first, *more = wanted
-        self._analyst.submit(self._kind(self._asked, first, self._quality, more=tuple(more)))
+        self._wanted = self._kind(self._asked, first, self._quality, more=tuple(more))
+        self._analyst.submit(self._wanted)
+        self._patience.start()
+
+    def _ask_reference(self) -> None:
+        if self._wanted is not None and not self._analyst.is_ready:
+            self._reference.submit(self._wanted)
 
     def _take(self, result: Result) -> None:
         request = result.request

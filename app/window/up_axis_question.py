@@ -29,8 +29,8 @@ class UpAxisQuestion(QObject):
     bar : UpAxisBar
     state : ViewerState
     workspace : Workspace
-    analyst : EngineClient
-        The ray caster, which draws the buttons' pictures.
+    analyst, reference : EngineClient
+        Draw the buttons' pictures; see :class:`~app.window.small_pictures.SmallPictures`.
     preferences : Preferences
     """
 
@@ -40,6 +40,7 @@ class UpAxisQuestion(QObject):
         state: ViewerState,
         workspace: Workspace,
         analyst: EngineClient,
+        reference: EngineClient,
         preferences: Preferences,
     ) -> None:
         super().__init__(bar)
@@ -47,7 +48,7 @@ class UpAxisQuestion(QObject):
         self._state = state
         self._workspace = workspace
         self._preferences = preferences
-        self._pictures = SmallPictures(UpAxisRequest, PICTURE, analyst, self)
+        self._pictures = SmallPictures(UpAxisRequest, PICTURE, analyst, reference, self)
         self._pictures.drawn.connect(self._show_pictures)
         workspace.volumeStarted.connect(self._consider)
         bar.chosen.connect(state.set_up_axis)
