@@ -163,7 +163,7 @@ class RendererEngine:
         expected = self._seconds_per_pixel * raster.columns * raster.rows
         bands = min(math.ceil(expected / BAND_S), MOST_BANDS)
         start = time.perf_counter()
-        image = np.empty((raster.rows, raster.columns, 4), dtype=np.float32)
+        image = np.empty((*raster.shape, 4), dtype=np.float32)
         for band in raster.tiles(raster.columns, math.ceil(raster.rows / bands)):
             if not is_wanted():
                 raise SupersededError
@@ -187,7 +187,7 @@ class RendererEngine:
         quality = request.quality
         distance = self._sample_distance * quality.coarseness
         wanted = (request.inputs, *request.more)
-        return np.stack([self._renderer.render(i, quality.size, distance) for i in wanted])
+        return np.stack([self._renderer.render(i, quality.pixels, distance) for i in wanted])
 
     def region_sensitivity(
         self, request: RegionSensitivityRequest, is_wanted: Callable[[], bool] = always
@@ -199,7 +199,7 @@ class RendererEngine:
             if not is_wanted():
                 raise SupersededError
 
-        renderer, size = self._ray_caster(), request.quality.size
+        renderer, size = self._ray_caster(), request.quality.pixels
         width = request.width if renderer.is_differentiable else max(request.width, 1.0)
         return region_responses(
             renderer,
@@ -215,7 +215,7 @@ class RendererEngine:
         """Differentiate the image exactly; under global light by differences."""
         from model.sensitivity.rendered import value_sensitivity
 
-        renderer, size = self._ray_caster(), request.quality.size
+        renderer, size = self._ray_caster(), request.quality.pixels
         edit = edit_over(request.values, renderer.scalar_range, request.width)
         return value_sensitivity(renderer, request.inputs, size, edit)
 
@@ -223,7 +223,7 @@ class RendererEngine:
         """Return the visibility of each scalar value; not offered by VTK."""
         from model.sensitivity.exact import visibility
 
-        renderer, size = self._ray_caster(), request.quality.size
+        renderer, size = self._ray_caster(), request.quality.pixels
         return np.stack(
             [visibility(renderer, request.inputs, size, region) for region in request.regions]
         )

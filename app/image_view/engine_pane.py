@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from functools import partial
 
-import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
@@ -41,7 +39,7 @@ class EnginePane(QWidget):
     """
 
     imageShown = Signal(object, object)
-    """Emitted with the inputs of an image and its square in the middle, float32 (S, S, 4)."""
+    """Emitted with the inputs of an image and the image, float32 (H, W, 4)."""
 
     def __init__(
         self,
@@ -144,12 +142,4 @@ class EnginePane(QWidget):
         self.canvas.show_image(image)
         facts = [by, f"{image.width()} × {image.height()}", f"{1000 * result.seconds:.0f} ms"]
         self._detail.setText("   ".join(fact for fact in facts if fact))
-        self.imageShown.emit(result.request.inputs, middle_square(rgba))
-
-
-def middle_square(image: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return the square in the middle of an image (H, W, C) that images of all shapes share."""
-    height, width = image.shape[:2]
-    side = min(height, width)
-    top, left = (height - side) // 2, (width - side) // 2
-    return image[top : top + side, left : left + side]
+        self.imageShown.emit(result.request.inputs, rgba)

@@ -11,6 +11,7 @@ from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app import theme
+from model.scene.region import Reach
 
 _MARGIN = 14
 
@@ -42,7 +43,7 @@ class ImageCanvas(QWidget):
     over either.
 
     An image may be wider or higher than the square in its middle that all images share.
-    Covers, decorations and places refer to that square.
+    Decorations and places refer to that square, and so do covers that are square.
     """
 
     resized = Signal()
@@ -75,6 +76,12 @@ class ImageCanvas(QWidget):
         return rect
 
     @property
+    def reach(self) -> Reach:
+        """The whole image's reach, see :data:`model.scene.region.Reach`."""
+        whole, side = self.picture_rect, max(self.image_rect.width(), 1)
+        return whole.width() / side / 2, whole.height() / side / 2
+
+    @property
     def picture_rect(self) -> QRect:
         """Rectangle of the whole image; of the canvas while there is none."""
         return self.rect() if self._image is None else self._image_rect(self._image)
@@ -91,7 +98,7 @@ class ImageCanvas(QWidget):
         self.resized.emit()
 
     def place_of(self, position: QPointF) -> tuple[float, float]:
-        """Return a position as fractions of the image, to the right and down."""
+        """Return a position as fractions of the square in the middle, to the right and down."""
         rect = self.image_rect
         return (
             (position.x() - rect.left()) / max(rect.width(), 1),
@@ -164,7 +171,8 @@ class ImageCanvas(QWidget):
             if self._cover is None:
                 painter.drawImage(rect, self._image)
             else:
-                painter.drawImage(self.image_rect, self._cover)
+                is_square = self._cover.width() == self._cover.height()
+                painter.drawImage(self.image_rect if is_square else rect, self._cover)
             painter.setOpacity(1.0)
             if not self._message:
                 for paint in self._decorations:

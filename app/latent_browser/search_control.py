@@ -16,6 +16,7 @@ from app.state.latent_work import LatentWork
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from model.errors import TfscopeError
+from model.rendering.raster import middle_square
 from model.scene.inputs import SceneInputs
 from model.scene.tf_fitting import fitted_curve
 from model.scene.transfer_function import TransferFunction
@@ -133,7 +134,7 @@ class SearchControl(QObject):
             self._work.search.cancel()
 
     def _keep_image(self, _inputs: SceneInputs, image: Images) -> None:
-        self.image = image
+        self.image = middle_square(image)
 
     def _forget_images(self) -> None:
         self.image = self._goal = None

@@ -18,6 +18,7 @@ from app.state.sensitivity_answers import SOURCE_NAMES, FieldAnswer, WhatIfAnswe
 from app.state.sensitivity_dispatcher import SensitivityDispatcher
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
+from model.rendering.raster import middle_square
 from model.scene.inputs import SceneInputs
 from model.scene.tf_perturbation import edit_over
 from model.sensitivity.display import (
@@ -29,7 +30,7 @@ from model.sensitivity.display import (
     shown_field,
 )
 from model.sensitivity.measure import Measure
-from model.sensitivity.trust import trust_levels
+from model.sensitivity.trust import BEST_TRUST, trust_levels
 
 KEPT_IMAGES = 6
 """Newest images that are kept until their field arrives."""
@@ -103,7 +104,7 @@ class FieldCover(QObject):
         self.refresh()
 
     def image_of(self, inputs: SceneInputs) -> NDArray[np.float32] | None:
-        """Return the pane's image (S, S, 3) of some inputs; None if it is not there yet."""
+        """Return the pane's image (H, W, 3) of some inputs; None if it is not there yet."""
         return self._images.get(inputs)
 
     def refresh(self) -> None:
@@ -166,14 +167,18 @@ class FieldCover(QObject):
         field = shown_field(answer.value, edit, choices.measure)
         keep = choices.locked or self._state.live or self._sensitivity.dragging
         if not keep or self._bar is None:
-            self._scale = scale_of(field)
-        size = len(image)
-        trust = self._trust(size) if choices.fade else None
-        if len(field) != size:
+            self._scale = scale_of(middle_square(field))
+        # The generator's image and fields are square, the reference's may be wider.
+        if _is_square(image):
+            field = middle_square(field)
+        elif _is_square(field):
+            image = middle_square(image)
+        trust = self._trust(image) if choices.fade else None
+        if field.shape != image.shape[:2]:
             # Imported here: the window starts without it.
             from skimage.transform import resize
 
-            field = resize(field, (size, size), order=1)
+            field = resize(field, image.shape[:2], order=1)
         if choices.style == "contours":
             colored = _with_contours(image, field, self._scale, choices.measure)
         else:
@@ -184,11 +189,15 @@ class FieldCover(QObject):
             self._caption += ", outside what it was trained on"
         self._pane.canvas.show_cover(_picture(colored))
 
-    def _trust(self, size: int) -> NDArray[np.int64] | None:
+    def _trust(self, image: NDArray[np.float32]) -> NDArray[np.int64] | None:
+        """Levels of trust over an image; beside the square, where nothing is learned, the best."""
         exact, learned = self._dispatcher.both_fields
         if exact is None or learned is None:
             return None
-        return trust_levels(learned.value, exact.value, size)
+        levels = np.full(image.shape[:2], BEST_TRUST, dtype=np.int64)
+        square = middle_square(levels)
+        square[:] = trust_levels(learned.value, middle_square(exact.value), len(square))
+        return levels
 
     def _paint(self, painter: QPainter, rect: QRect) -> None:
         """Paint the colour bar into the lower left corner."""
@@ -210,6 +219,10 @@ class FieldCover(QObject):
         painter.drawText(text, Qt.AlignmentFlag.AlignLeft, f"{low} to {self._caption}")
 
 
+def _is_square(image: NDArray[np.floating]) -> bool:
+    return image.shape[0] == image.shape[1]
+
+
 def _picture(colors: NDArray[np.float64]) -> QImage:
     return to_qimage(colors.astype(np.float32))
 
@@ -222,8 +235,10 @@ def _with_contours(
     from skimage.measure import find_contours
     from skimage.transform import resize
 
-    size = max(len(image), CONTOUR_SIZE)
-    image, field = resize(image, (size, size, 3), order=1), resize(field, (size, size), order=1)
+    factor = max(1.0, CONTOUR_SIZE / min(field.shape))
+    rows, columns = (round(factor * n) for n in field.shape)
+    image = resize(image, (rows, columns, 3), order=1)
+    field = resize(field, (rows, columns), order=1)
     gray = BACKDROP * np.clip(image, 0, 1).mean(axis=-1, keepdims=True)
     out = np.repeat(gray.astype(np.float64), 3, axis=-1)
     table = color_bar(measure, 256)
@@ -233,8 +248,8 @@ def _with_contours(
         bright = np.sign(level) * (0.4 + 0.6 * abs(level))
         place = bright if measure == "change" else (bright + 1) / 2
         for line in find_contours(field, level * scale):
-            rows, columns = np.rint(line).astype(int).T
-            for down, right in ((0, 0), (0, 1), (1, 0), (1, 1)):
-                at = np.minimum(rows + down, size - 1), np.minimum(columns + right, size - 1)
+            down, right = np.rint(line).astype(int).T
+            for lower, further in ((0, 0), (0, 1), (1, 0), (1, 1)):
+                at = np.minimum(down + lower, rows - 1), np.minimum(right + further, columns - 1)
                 out[at] = table[round(place * 255)]
     return out

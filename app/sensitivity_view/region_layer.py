@@ -98,9 +98,10 @@ class RegionLayer(QObject):
             return False
         (x0, y0), (x, y) = map(self._canvas.place_of, (self._pressed, position))
         if isinstance(self._grip, int):
-            self._state.change_region(_resized(self._start, self._grip, x, y))
+            changed = _resized(self._start, self._grip, x, y)
         else:
-            self._state.change_region(self._start.moved(x - x0, y - y0))
+            changed = self._start.moved(x - x0, y - y0)
+        self._state.change_region(changed, self._canvas.reach)
         return True
 
     def _release(self, position: QPointF) -> bool:
@@ -110,8 +111,9 @@ class RegionLayer(QObject):
         elif self._grip is not None:
             self._state.finish_region()
         elif not self._moved:
-            x, y = self._canvas.place_of(position)
-            self._state.pick((x, y) if 0 <= x < 1 and 0 <= y < 1 else None)
+            place, reach = self._canvas.place_of(position), self._canvas.reach
+            inside = all(abs(p - 0.5) < half for p, half in zip(place, reach, strict=True))
+            self._state.pick(place if inside else None)
         self._pressed, self._grip, self._lasso = None, None, []
         self._canvas.update()
         return handled
@@ -137,7 +139,9 @@ class RegionLayer(QObject):
         places = [self._canvas.place_of(point) for point in self._lasso]
         xs, ys = [x for x, _ in places], [y for _, y in places]
         left, right, top, bottom = min(xs), max(xs), min(ys), max(ys)
-        outside = left >= 1 or right <= 0 or top >= 1 or bottom <= 0
+        right_half, lower_half = self._canvas.reach
+        beside = max(left - 0.5, 0.5 - right) >= right_half
+        outside = beside or max(top - 0.5, 0.5 - bottom) >= lower_half
         if not self._moved or outside or max(right - left, bottom - top) < LEAST_SIDE:
             return None
         if self._state.tool == "rectangle" or len(places) < 3:

@@ -267,8 +267,7 @@ class ResponseLayer(QObject):
         if answer is None or answer.request.measure != self._sensitivity.choices.measure:
             return None
         request = answer.request
-        size = request.quality.size
-        pixels = int(request.region.mask(size).sum())
+        pixels = int(request.region.mask(request.quality.pixels.shape).sum())
         return shown_responses(answer.value, pixels, request.width)
 
     def _inside(self, values: NDArray[np.float64]) -> NDArray[np.float64]:

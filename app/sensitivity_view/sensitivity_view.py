@@ -105,7 +105,7 @@ class SensitivityView(QObject):
         image = self._image()
         if image is None:
             return np.zeros((0, 3), dtype=np.float32)
-        return image[self._sensitivity.outline.mask(len(image))]
+        return image[self._sensitivity.outline.mask(image.shape[:2])]
 
     def _show_what_if(self, answer: WhatIfAnswer) -> None:
         cover = self.learned if answer.source == "learned" else self.exact

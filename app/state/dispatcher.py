@@ -90,9 +90,14 @@ class Dispatcher(QObject):
         stand_in.resultReady.connect(self._note)
 
     @property
-    def size(self) -> int:
-        """Size in pixels of the square that both images share."""
-        return self._final_raster().shorter
+    def final_raster(self) -> Raster:
+        """Pixels of the reference at rest; a larger one follows, once its time is known."""
+        if self.is_fixed:
+            return self.raster
+        first = SCALES[-1] if self.begins_coarse else min(1.0, FIRST_SIZE / _size(self.raster))
+        kind = (ImageRequest, False)
+        scale = self._pace.scale(kind, _size(self.raster), REST_SECONDS, first)
+        return _scaled(self.raster, scale)
 
     def forget_times(self) -> None:
         """Forget how long images took, as another volume, light or renderer is drawn."""
@@ -104,7 +109,7 @@ class Dispatcher(QObject):
         Where the reference takes long, coarser images come first; see :meth:`_note`.
         """
         self._sequence += 1
-        raster = self._final_raster()
+        raster = self.final_raster
         final = Quality(raster.shorter, raster=raster)
         self._submit(self._generator, ImageRequest, final)
         if self._reference in self.hidden:
@@ -128,7 +133,7 @@ class Dispatcher(QObject):
             return
         self._sequence += 1
         self._sent = None
-        size = min(self._final_raster().shorter, NO_MODEL_SIZE)
+        size = min(self.final_raster.shorter, NO_MODEL_SIZE)
         self._submit(self._generator, ImageRequest, Quality(size, LIVE_COARSENESS, live=True))
         if self._reference in self.hidden:
             return
@@ -151,15 +156,6 @@ class Dispatcher(QObject):
         coarseness = STAND_IN_COARSENESS if kind is StandInRequest else LIVE_COARSENESS
         return Quality(raster.shorter, coarseness, live=True, raster=raster)
 
-    def _final_raster(self) -> Raster:
-        if self.is_fixed:
-            return self.raster
-        # The larger picture follows, once the time of a smaller one is known.
-        first = SCALES[-1] if self.begins_coarse else min(1.0, FIRST_SIZE / _size(self.raster))
-        kind = (ImageRequest, False)
-        scale = self._pace.scale(kind, _size(self.raster), REST_SECONDS, first)
-        return _scaled(self.raster, scale)
-
     def _note(self, result: Result) -> None:
         """Note how long an image took, and have the next finer one of the same state drawn."""
         request = result.request
@@ -177,7 +173,7 @@ class Dispatcher(QObject):
 
     def _finer(self, drawn: Quality) -> Quality | None:
         """Quality of the image that follows one of the reference; None if it was the last."""
-        raster = self._final_raster()
+        raster = self.final_raster
         if not drawn.live and raster.width <= drawn.pixels.width:
             raster = self.raster
             whole = self._pace.expected((ImageRequest, False), _size(raster)) or 0.0

@@ -150,14 +150,14 @@ class EditTrials(QObject):
             its_edit = edit_over(request.values, self._state.scalar_range, request.width)
             if np.array_equal(its_edit, edit):
                 shown = shown_field(field.value, edit, "change")
-                inside = shown[outline.mask(len(shown))]
+                inside = shown[outline.mask(shown.shape)]
                 scale = self._asked.choices.height / SMALL_EDIT
                 predicted = scale * float(np.sqrt(np.square(inside).mean()))
-        what_if = compare(images[0], images[1], outline.mask(images.shape[1]), predicted)
+        what_if = compare(images[0], images[1], outline.mask(images.shape[1:3]), predicted)
         self.whatIfAnswered.emit(WhatIfAnswer(what_if, source))
 
     def _show_intervals(self, trial: IntervalTrial, _source: Source, images: Images) -> None:
-        mask = trial.outline.mask(images.shape[1])
+        mask = trial.outline.mask(images.shape[1:3])
         found = [compare(images[0], after, mask) for after in images[1:]]
         signed = trial.measure == "signed"
         changes = [one.brightness if signed else one.rmse for one in found]

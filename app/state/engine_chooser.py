@@ -16,6 +16,7 @@ from app.engines.messages import (
 from app.state.pace import Pace
 from app.state.sensitivity_answers import Source
 from app.state.sensitivity_state import SensitivityState
+from model.rendering.raster import Raster
 
 EngineName = Literal["exact", "learned"]
 Question = Literal["change", "signed", "field", "visibility", "pick", "images"]
@@ -62,8 +63,8 @@ class EngineChooser:
         How the ray caster answers under the present light; None without a volume.
     learned_size : int or None
         Image size of the generator; None without one that fits the volume.
-    picture_size : int
-        Size of the reference image.
+    picture : Raster
+        Pixels of the reference image.
     pace : Pace
     """
 
@@ -71,7 +72,7 @@ class EngineChooser:
         self._asked = asked
         self.exact_source: Source | None = None
         self.learned_size: int | None = None
-        self.picture_size = REST_SIZE
+        self.picture = Raster(REST_SIZE, REST_SIZE)
         self.pace = Pace()
 
     @property
@@ -102,20 +103,28 @@ class EngineChooser:
         return [name for name in names[:1] if self._keeps_up(name, question)]
 
     def quality(self, name: EngineName, question: Question, live: bool = False) -> Quality:
-        """Size of an engine's answer."""
+        """Size of an engine's answer: the generator's square, or as wide as the reference."""
         if name == "learned":
             return Quality(self.learned_size or REST_SIZE, live=live)
         if live:
-            largest = min(REST_SIZE, self.picture_size)
+            largest = min(REST_SIZE, self.picture.shorter)
             if question == "visibility":
                 # It comes with every region, and is only the background of its plot.
                 largest = min(128, largest)
-            return Quality(self.pace.live_size((name, question), largest), live=True)
+            return self._sized(self.pace.live_size((name, question), largest), live=True)
         if question == "field":
-            return Quality(self.picture_size)
+            return self._sized(self.picture.shorter)
         if self._by_differences and question in REGION_QUESTIONS:
-            return Quality(SLOW_REGION_SIZE)
-        return Quality(min(REST_SIZE, self.picture_size))
+            return self._sized(SLOW_REGION_SIZE)
+        return self._sized(min(REST_SIZE, self.picture.shorter))
+
+    def _sized(self, size: int, live: bool = False) -> Quality:
+        """Quality of an answer of the reference's proportions, with a square of this size."""
+        width, height, shorter = self.picture.width, self.picture.height, self.picture.shorter
+        if width == height:
+            return Quality(size, live=live)
+        raster = Raster(round(size * width / shorter), round(size * height / shorter))
+        return Quality(size, live=live, raster=raster)
 
     @property
     def _by_differences(self) -> bool:

@@ -15,7 +15,7 @@ from app.state.latent_pictures import EngineName, LatentPictures
 from app.state.latent_session import LatentSession
 from app.state.latest_call import LatestCall
 from app.state.viewer_state import ViewerState
-from model.errors import LatentError
+from model.errors import TfscopeError
 from model.latent.goal_search import SEARCH_SIZE, Goal, GoalSearch, Wish, candidates_for
 from model.scene.inputs import SceneInputs
 from model.scene.region import Outline
@@ -117,7 +117,7 @@ class LatentSearch(QObject):
         try:
             mask = None if outline is None else outline.mask(size)
             self._prepare(Goal.like(resized(picture, size), mask))
-        except LatentError as error:
+        except TfscopeError as error:
             self._end(str(error))
 
     def cancel(self) -> None:
@@ -182,7 +182,7 @@ class LatentSearch(QObject):
                 self._begin_wish(result.value[0])
             else:
                 self._step(result.value)
-        except LatentError as error:
+        except TfscopeError as error:
             self._end(str(error))
 
     def _begin_wish(self, picture: Images) -> None:

@@ -60,8 +60,8 @@ class ReferenceWork(QObject):
     """Emitted with the range in which the light may be moved; None for a fixed one or none."""
     analystStarted = Signal()
     """Emitted when the analyst has been started anew: its answers no longer hold."""
-    resized = Signal(int)
-    """Emitted with the size of the square that both images share, in pixels."""
+    resized = Signal(object)
+    """Emitted with the :class:`Raster` of the image."""
     lightWentOut = Signal(float)
     """Emitted with the seconds of a lit image when no light is shown as it takes too long."""
     volumeStarted = Signal()
@@ -188,7 +188,7 @@ class ReferenceWork(QObject):
         is_global = self.settings.lighting == "global"
         dispatcher.may_stand_in = self.choices.drawing == "auto" and not is_global
         dispatcher.begins_coarse = is_global
-        self.resized.emit(dispatcher.size)
+        self.resized.emit(dispatcher.final_raster)
 
     def _take_pane_size(self) -> None:
         before = self._dispatcher.raster

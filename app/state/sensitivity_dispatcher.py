@@ -7,6 +7,7 @@ asks both, so that they can be compared.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -264,6 +265,9 @@ class SensitivityDispatcher(QObject):
         choices, inputs = self._asked.choices, self._state.inputs
         outline, measure = self._asked.outline, choices.measure
         names = self.chooser.order(measure, live)
+        if len(names) == 2 and not outline.is_in_square:
+            # The generator's image is the square only.
+            names = ["exact"]
         if "exact" not in names:
             # By differences, an answer that nobody will look at takes seconds.
             self._clients["exact"].abandon(RegionSensitivityRequest)
@@ -275,6 +279,9 @@ class SensitivityDispatcher(QObject):
                 self.regionAnswered.emit()
         for name in names:
             quality = self.chooser.quality(name, measure, live)
+            if len(names) == 2 and not outline.points:
+                # The whole image is the one that both have.
+                quality = replace(quality, raster=None)
             self._clients[name].submit(
                 RegionSensitivityRequest(
                     self._next(), inputs, quality, outline, choices.width, measure

@@ -9,6 +9,7 @@ from app.state.sensitivity_answers import SOURCE_NAMES, Answer
 from app.state.sensitivity_dispatcher import SensitivityDispatcher
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
+from model.rendering.raster import middle_square
 from model.scene.tf_perturbation import edit_over
 from model.sensitivity.result import SensitivityResult
 
@@ -27,7 +28,7 @@ def shown_result(
     state : ViewerState
     sensitivity : SensitivityState
     dispatcher : SensitivityDispatcher
-    image : ndarray of float32, shape (S, S, 3), or None
+    image : ndarray of float32, shape (H, W, 3), or None
         The image that is differentiated.
     units : str
         Unit of the scalars.
@@ -54,6 +55,7 @@ def shown_result(
     if band is not None:
         if answer.request.values != band.values:
             return None
+        common["image"] = _at_size_of(answer.value, image)
         unit = f" {units}" if units else ""
         values = (
             f"{band.low:.5g}" if band.low == band.high else f"{band.low:.5g} to {band.high:.5g}"
@@ -62,17 +64,29 @@ def shown_result(
             kind="value",
             measure=sensitivity.choices.measure,
             place=f"edits around {values}{unit}",
-            pixels=answer.value.shape[0] ** 2,
+            pixels=answer.value.shape[0] * answer.value.shape[1],
             edit=edit_over(band.values, state.scalar_range, answer.request.width),
             **common,
         )
     if not dispatcher.is_fresh(answer):
         return None
-    size = answer.request.quality.size
+    shape = answer.request.quality.pixels.shape
     return SensitivityResult(
         kind="region",
         measure=answer.request.measure,
         place=sensitivity.region_name,
-        pixels=int(answer.request.region.mask(size).sum()),
+        pixels=int(answer.request.region.mask(shape).sum()),
         **common,
     )
+
+
+def _at_size_of(field: NDArray[np.float32], image: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return an image with as many pixels as a field of it, which may be of its square only."""
+    if field.shape == image.shape:
+        return image
+    # Imported here: the window starts without it.
+    from skimage.transform import resize
+
+    rows, columns, _ = field.shape
+    shown = middle_square(image) if rows == columns else image
+    return np.asarray(resize(shown, field.shape, order=1, anti_aliasing=True), dtype=np.float32)

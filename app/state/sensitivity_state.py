@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 from PySide6.QtCore import QObject, Signal
 
-from model.scene.region import Outline
+from model.scene.region import SQUARE, Outline, Reach
 from model.scene.tf_perturbation import EDIT_WIDTH
 from model.scene.transfer_function import TF_SAMPLES
 from model.sensitivity.measure import Measure
@@ -99,7 +99,7 @@ class SensitivityState(QObject):
     """Emitted with the band of values, or None."""
     bandChangeFinished = Signal()
     placeChanged = Signal(object)
-    """Emitted with the clicked place as (x, y) in fractions of the image, or None."""
+    """Emitted with the clicked place as (x, y), as the points of an `Outline`, or None."""
     toolChanged = Signal(object)
 
     def __init__(self, parent: QObject | None = None) -> None:
@@ -148,9 +148,16 @@ class SensitivityState(QObject):
         self.active = len(self.regions) - 1
         self.regionsChanged.emit()
 
-    def change_region(self, outline: Outline) -> None:
-        """Move or reshape the active region during a drag; some of it stays in the image."""
-        outline = outline.kept_inside()
+    def change_region(self, outline: Outline, reach: Reach = SQUARE) -> None:
+        """Move or reshape the active region during a drag; some of it stays in the image.
+
+        Parameters
+        ----------
+        outline : Outline
+        reach : tuple of float
+            The image's, see :data:`model.scene.region.Reach`.
+        """
+        outline = outline.kept_inside(reach)
         if self.active is not None and outline != self.outline:
             self._replace_active(replace(self.regions[self.active], outline=outline))
             self.dragging = True

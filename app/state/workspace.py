@@ -128,7 +128,7 @@ class Workspace(QObject):
         state.transferFunctionChangeFinished.connect(self._follow_range)
         state.edited.connect(self._keep)
         state.viewChangeFinished.connect(self._keep_view)
-        work.resized.connect(partial(setattr, self.sensitivity.chooser, "picture_size"))
+        work.resized.connect(partial(setattr, self.sensitivity.chooser, "picture"))
         work.settingsChanged.connect(self._update_hint)
         work.analystStarted.connect(self._restart_questions)
         self._model.ready.connect(self._generator_ready)

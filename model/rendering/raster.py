@@ -4,6 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+_Number = TypeVar("_Number", bound=np.generic)
 
 
 @dataclass(frozen=True)
@@ -41,6 +47,11 @@ class Raster:
     def of(cls, size: int | Raster) -> Raster:
         """Return the raster of a square image, given its size; rasters stay as they are."""
         return size if isinstance(size, Raster) else cls(size, size)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of the part."""
+        return self.rows, self.columns
 
     @property
     def right(self) -> int:
@@ -81,3 +92,11 @@ class Raster:
                     columns=min(columns, self.right - left),
                     rows=min(rows, self.bottom - top),
                 )
+
+
+def middle_square(image: NDArray[_Number]) -> NDArray[_Number]:
+    """Return the square in the middle of an image (H, W, ...) that images of all shapes share."""
+    height, width = image.shape[:2]
+    side = min(height, width)
+    top, left = (height - side) // 2, (width - side) // 2
+    return image[top : top + side, left : left + side]

@@ -11,7 +11,16 @@ from numpy.typing import NDArray
 from model.errors import RenderError
 
 Mask = NDArray[np.bool_]
-"""Pixels of a region: shape (size, size), row 0 at the top."""
+"""Pixels of a region: shape (rows, columns), row 0 at the top."""
+
+Shape = int | tuple[int, int]
+"""Size of a square image, or rows and columns of one that has the square in its middle."""
+
+Reach = tuple[float, float]
+"""Half an image's width and height, in sides of the square in its middle."""
+
+SQUARE: Reach = (0.5, 0.5)
+"""Reach of a square image."""
 
 EDGE = 0.01
 """Part of the image, from its border, that an outline must reach into to be seen."""
@@ -20,7 +29,7 @@ EDGE = 0.01
 class ImageRegion(Protocol):
     """Part of an image, in an image of any size or of one size only."""
 
-    def mask(self, size: int) -> Mask:
+    def mask(self, shape: Shape) -> Mask:
         """Return the region's pixels; raise :class:`RenderError` where there are none."""
 
 
@@ -55,20 +64,21 @@ class Region:
         """Return the region of a whole image."""
         return cls(0, 0, size, size)
 
-    def mask(self, size: int) -> Mask:
-        """Return the region's pixels in an image of this size.
+    def mask(self, shape: Shape) -> Mask:
+        """Return the region's pixels in an image of this shape.
 
         Raises
         ------
         RenderError
             When the region is empty or not inside the image.
         """
-        if not (0 <= self.left < self.right <= size and 0 <= self.top < self.bottom <= size):
+        rows, columns = _rows_and_columns(shape)
+        if not (0 <= self.left < self.right <= columns and 0 <= self.top < self.bottom <= rows):
             raise RenderError(
                 f"The region from ({self.left}, {self.top}) to ({self.right}, {self.bottom}) is "
-                f"empty or outside the image of {size} x {size} pixels."
+                f"empty or outside the image of {columns} x {rows} pixels."
             )
-        mask = np.zeros((size, size), dtype=bool)
+        mask = np.zeros((rows, columns), dtype=bool)
         mask[self.top : self.bottom, self.left : self.right] = True
         return mask
 
@@ -80,8 +90,9 @@ class Outline:
     Attributes
     ----------
     points : tuple of (x, y)
-        Corners in order, as fractions of the image's width to the right and of its height
-        down; they may lie outside the image. Without points it is the whole image.
+        Corners in order, to the right and down, as fractions of the side of the square in the
+        image's middle; they may lie outside the square, and outside the image. Without points
+        it is the whole image.
     """
 
     points: tuple[tuple[float, float], ...] = ()
@@ -95,18 +106,23 @@ class Outline:
         """Return the outline moved to the right and down."""
         return Outline(tuple((x + dx, y + dy) for x, y in self.points))
 
-    def kept_inside(self) -> Outline:
+    @property
+    def is_in_square(self) -> bool:
+        """Whether nothing of the outline lies beside the square in the image's middle."""
+        return all(0 <= place <= 1 for point in self.points for place in point)
+
+    def kept_inside(self, reach: Reach = SQUARE) -> Outline:
         """Return the outline moved so that at least its edge lies in the image."""
         if not self.points:
             return self
         shifts = []
-        for ends in zip(*self.points, strict=True):
-            lowest, highest = min(ends), max(ends)
-            shifts.append(max(EDGE - highest, 0.0) or min(1 - EDGE - lowest, 0.0))
+        for ends, half in zip(zip(*self.points, strict=True), reach, strict=True):
+            first, last = 0.5 - half + EDGE, 0.5 + half - EDGE
+            shifts.append(max(first - max(ends), 0.0) or min(last - min(ends), 0.0))
         return self.moved(*shifts) if any(shifts) else self
 
-    def mask(self, size: int) -> Mask:
-        """Return the pixels whose centres lie inside, in an image of this size.
+    def mask(self, shape: Shape) -> Mask:
+        """Return the pixels whose centres lie inside, in an image of this shape.
 
         An outline that is smaller than a pixel has the one nearest to its middle.
 
@@ -116,12 +132,14 @@ class Outline:
             When the whole outline lies outside the image.
         """
         if not self.points:
-            return np.ones((size, size), dtype=bool)
+            return np.ones(_rows_and_columns(shape), dtype=bool)
         # Importing it takes a moment, and whole images do without.
         from skimage.draw import polygon2mask
 
-        corners = np.array(self.points)[:, ::-1] * size - 0.5
-        mask: Mask = polygon2mask((size, size), corners)
+        size = np.array(_rows_and_columns(shape))
+        square = size.min()
+        corners = np.array(self.points)[:, ::-1] * square + (size - square) / 2 - 0.5
+        mask: Mask = polygon2mask(_rows_and_columns(shape), corners)
         if not mask.any():
             lowest, highest = corners.min(axis=0) + 0.5, corners.max(axis=0) + 0.5
             if (highest <= 0).any() or (lowest >= size).any():
@@ -130,6 +148,10 @@ class Outline:
             row, column = np.minimum(middle.astype(int), size - 1)
             mask[row, column] = True
         return mask
+
+
+def _rows_and_columns(shape: Shape) -> tuple[int, int]:
+    return (shape, shape) if isinstance(shape, int) else shape
 
 
 def windows_of(mask: Mask) -> NDArray[np.int64]:

@@ -13,6 +13,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from model.rendering.raster import Raster
 from model.rendering.renderer import Renderer
 from model.scene.inputs import SceneInputs
 from model.scene.region import ImageRegion
@@ -29,7 +30,7 @@ def go_on() -> None:
 
 
 def value_sensitivity(
-    renderer: Renderer, inputs: SceneInputs, size: int, edit: NDArray[np.float32]
+    renderer: Renderer, inputs: SceneInputs, size: int | Raster, edit: NDArray[np.float32]
 ) -> NDArray[np.float32]:
     """Change of each pixel by an edit of the opacity TF.
 
@@ -38,15 +39,15 @@ def value_sensitivity(
     renderer : Renderer
         Under any lighting.
     inputs : SceneInputs
-    size : int
-        Width and height of the image in pixels.
+    size : int or Raster
+        Width and height of the image in pixels, or the pixels of a wider one.
     edit : ndarray of float32, shape (256,)
         Differences of opacity, none of them negative, such as those of
         :func:`model.scene.tf_perturbation.edit_around`.
 
     Returns
     -------
-    ndarray of float32, shape (size, size, 3)
+    ndarray of float32, shape (rows, columns, 3)
         Per unit of the edit.
     """
     more, less, difference = _images(renderer, inputs, size, edit)
@@ -56,7 +57,7 @@ def value_sensitivity(
 def region_responses(
     renderer: Renderer,
     inputs: SceneInputs,
-    size: int,
+    size: int | Raster,
     region: ImageRegion,
     width: float,
     measure: Measure = "signed",
@@ -93,7 +94,7 @@ def region_responses(
     """
     if width < 1:
         raise ValueError(f"edits are at least 1 bin wide, not {width:g}")
-    mask = region.mask(size)
+    mask = region.mask(Raster.of(size).shape)
     image = renderer.render(inputs, size)[mask, :3].astype(float)
     norm = np.linalg.norm(image)
     if norm == 0 and measure == "signed":
@@ -120,7 +121,7 @@ def region_responses(
 
 
 def _images(
-    renderer: Renderer, inputs: SceneInputs, size: int, edit: NDArray[np.float32]
+    renderer: Renderer, inputs: SceneInputs, size: int | Raster, edit: NDArray[np.float32]
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], float]:
     """Images with more and with less opacity, and how far these TFs are apart."""
     scalar_range = inputs.opacity_tf.scalar_range

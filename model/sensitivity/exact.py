@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import RenderError
+from model.rendering.raster import Raster
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs
 from model.scene.region import ImageRegion, block_edges, windows_of
@@ -24,7 +25,7 @@ MAX_NUMBERS = 1 << 28
 
 
 def region_sensitivity(
-    renderer: RaycastRenderer, inputs: SceneInputs, size: int, region: ImageRegion
+    renderer: RaycastRenderer, inputs: SceneInputs, size: int | Raster, region: ImageRegion
 ) -> NDArray[np.float32]:
     """Sensitivity of one region to edits at each scalar value of the TF.
 
@@ -33,8 +34,8 @@ def region_sensitivity(
     renderer : RaycastRenderer
         Unlit, or with direct light.
     inputs : SceneInputs
-    size : int
-        Width and height of the image in pixels.
+    size : int or Raster
+        Width and height of the image in pixels, or the pixels of a wider one.
     region : ImageRegion
 
     Returns
@@ -49,12 +50,17 @@ def region_sensitivity(
     RenderError
         For a region outside the image, or global light.
     """
-    gradients, energies = renderer.differentiate(inputs, size, windows_of(region.mask(size)))
+    windows = windows_of(region.mask(Raster.of(size).shape))
+    gradients, energies = renderer.differentiate(inputs, size, windows)
     return _sensitivity(gradients.sum(axis=0, keepdims=True), energies.sum(keepdims=True))[0]
 
 
 def change_norms(
-    renderer: RaycastRenderer, inputs: SceneInputs, size: int, region: ImageRegion, width: float
+    renderer: RaycastRenderer,
+    inputs: SceneInputs,
+    size: int | Raster,
+    region: ImageRegion,
+    width: float,
 ) -> NDArray[np.float32]:
     """Norm of a region's change by smooth edits around each scalar value.
 
@@ -80,12 +86,12 @@ def change_norms(
         For a region outside the image, or global light.
     """
     bins, edits = spaced_edits(width)
-    windows = windows_of(region.mask(size))
+    windows = windows_of(region.mask(Raster.of(size).shape))
     return norms_at_all_bins(bins, renderer.squared_changes(inputs, size, windows, edits))
 
 
 def visibility(
-    renderer: RaycastRenderer, inputs: SceneInputs, size: int, region: ImageRegion
+    renderer: RaycastRenderer, inputs: SceneInputs, size: int | Raster, region: ImageRegion
 ) -> NDArray[np.float32]:
     """Share of each scalar value in a region's opacity (Correa and Ma 2011).
 
@@ -100,7 +106,7 @@ def visibility(
     RenderError
         For a region outside the image.
     """
-    mask = region.mask(size)
+    mask = region.mask(Raster.of(size).shape)
     visible = renderer.visibility(inputs, size, windows_of(mask))
     return (visible / mask.sum()).astype(np.float32)
 

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from model.rendering.raster import Raster
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs
 from model.scene.region import ImageRegion
@@ -16,7 +17,7 @@ from model.sensitivity.measure import Measure
 
 
 def value_sensitivity(
-    renderer: RaycastRenderer, inputs: SceneInputs, size: int, edit: NDArray[np.float32]
+    renderer: RaycastRenderer, inputs: SceneInputs, size: int | Raster, edit: NDArray[np.float32]
 ) -> NDArray[np.float32]:
     """Change of each pixel by an edit; see :func:`model.sensitivity.differences.value_sensitivity`.
 
@@ -30,7 +31,7 @@ def value_sensitivity(
 def region_responses(
     renderer: RaycastRenderer,
     inputs: SceneInputs,
-    size: int,
+    size: int | Raster,
     region: ImageRegion,
     width: float,
     measure: Measure = "signed",

@@ -12,6 +12,9 @@ Trust = Literal["good", "fair", "poor"]
 GOOD, FAIR = 0.9, 0.7
 """Least cosine of good and of fair agreement."""
 
+BEST_TRUST = 2
+"""Highest of the levels of trust."""
+
 NEIGHBORHOOD = 1 / 64
 """Standard deviation of the neighbourhoods that are compared, relative to the image."""
 

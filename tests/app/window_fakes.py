@@ -96,7 +96,7 @@ class FakeEngine:
         """A peak at bin 100, so many times 1 as the region has pixels."""
         self.others.append(request)
         self._wait_or_fail()
-        pixels = request.region.mask(request.quality.size).sum()
+        pixels = request.region.mask(request.quality.pixels.shape).sum()
         bins = np.arange(256)
         return (pixels * np.exp(-((bins - 100) ** 2) / 200)).astype(np.float32)
 
@@ -104,15 +104,14 @@ class FakeEngine:
         """The lowest value of the band in every pixel."""
         self.others.append(request)
         self._wait_or_fail()
-        size = request.quality.size
-        return np.full((size, size, 3), request.values[0], dtype=np.float32)
+        return np.full((*request.quality.pixels.shape, 3), request.values[0], dtype=np.float32)
 
     def images(self, request: BatchRequest) -> NDArray[np.float32]:
         """Gray images, each .1 brighter than the one before."""
         self.others.append(request)
-        size = request.quality.size
+        shape = request.quality.pixels.shape
         levels = 0.1 * np.arange(1 + len(request.more), dtype=np.float32)
-        return np.ones((len(levels), size, size, 4), np.float32) * levels[:, None, None, None]
+        return np.ones((len(levels), *shape, 4), np.float32) * levels[:, None, None, None]
 
     def _not_offered(self, request: Request) -> NDArray[np.float32]:
         self.others.append(request)

@@ -196,7 +196,7 @@ class RaycastRenderer:
     def differentiate(
         self,
         inputs: SceneInputs,
-        size: int,
+        size: int | Raster,
         windows: NDArray[np.int64],
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Differentiate windows of the image by the opacity TF.
@@ -204,8 +204,8 @@ class RaycastRenderer:
         Parameters
         ----------
         inputs : SceneInputs
-        size : int
-            Width and height of the image in pixels.
+        size : int or Raster
+            Width and height of the image in pixels, or the pixels of a wider one.
         windows : ndarray of int64, shape (n, 4)
             First row, row after the last, first column, column after the last.
 
@@ -236,7 +236,7 @@ class RaycastRenderer:
     def squared_changes(
         self,
         inputs: SceneInputs,
-        size: int,
+        size: int | Raster,
         windows: NDArray[np.int64],
         edits: NDArray[np.floating],
     ) -> NDArray[np.float64]:
@@ -276,21 +276,21 @@ class RaycastRenderer:
         return np.asarray(np.sum(parts, axis=0)[: len(edits)])
 
     def change(
-        self, inputs: SceneInputs, size: int, edit: NDArray[np.floating]
+        self, inputs: SceneInputs, size: int | Raster, edit: NDArray[np.floating]
     ) -> NDArray[np.float32]:
         """Change of the image per unit of an edit of the opacity TF: its exact derivative.
 
         Parameters
         ----------
         inputs : SceneInputs
-        size : int
-            Width and height of the image in pixels.
+        size : int or Raster
+            Width and height of the image in pixels, or the pixels of a wider one.
         edit : ndarray, shape (256,)
             Differences of opacity (per voxel length) over the scalar range.
 
         Returns
         -------
-        ndarray of float32, shape (size, size, 3)
+        ndarray of float32, shape (rows, columns, 3)
 
         Raises
         ------
@@ -298,10 +298,10 @@ class RaycastRenderer:
             Under global light, with pre-integration or on a GPU.
         """
         self._check_differentiable()
-        distance, volume = self.sample_distance, self._volume
+        distance, volume, raster = self.sample_distance, self._volume, Raster.of(size)
         changes = level_table(edit * self._per_sample_derivative(inputs))
         shown = self._opacities(inputs.opacity_tf, distance) + abs(changes)
-        image = np.empty((size, size, 3), dtype=np.float32)
+        image = np.empty((*raster.shape, 3), dtype=np.float32)
         arguments = (
             self._voxels,
             volume.dimensions,
@@ -314,14 +314,14 @@ class RaycastRenderer:
             color_table(inputs.color_tf, volume.scalar_range),
             self._gradient_light(inputs),
             np.float32(least_transparency(distance)),
-            self._camera(inputs),
+            self._camera(inputs, raster),
             distance * volume.voxel_size,
         )
         self._run(change_rows, arguments, image)
         return image
 
     def visibility(
-        self, inputs: SceneInputs, size: int, windows: NDArray[np.int64]
+        self, inputs: SceneInputs, size: int | Raster, windows: NDArray[np.int64]
     ) -> NDArray[np.float64]:
         """Sum of T_i a_i over the samples of windows at each of 256 scalar values.
 
@@ -337,13 +337,13 @@ class RaycastRenderer:
         ndarray of float64, shape (256,)
             They add up to the sum of the windows' opacities.
         """
-        distance, volume = self.sample_distance, self._volume
+        distance, volume, raster = self.sample_distance, self._volume, Raster.of(size)
         arguments = (
             *self._voxels_and_cells(inputs.opacity_tf, distance),
             self._opacities(inputs.opacity_tf, distance),
-            self._camera(inputs),
+            self._camera(inputs, raster),
             distance * volume.voxel_size,
-            size,
+            raster.columns,
         )
         parts: list[NDArray[np.float64]] = []
         run: Any = add_visibility
@@ -370,7 +370,7 @@ class RaycastRenderer:
     ) -> NDArray[np.float32]:
         distance = sample_distance or self.sample_distance
         raster = Raster.of(size)
-        image = np.empty((raster.rows, raster.columns, 4 if colored else 1), dtype=np.float32)
+        image = np.empty((*raster.shape, 4 if colored else 1), dtype=np.float32)
         draw: Any = draw_rows_preintegrated if self._preintegrated else draw_rows
         volume = self._volume
         arguments = (
@@ -421,7 +421,7 @@ class RaycastRenderer:
             glow = self._illumination.grid(inputs.view, direction, opacities, inputs.crop)
         return alphas, color_table(color_tf, scalar_range, alphas), light, glow
 
-    def _camera(self, inputs: SceneInputs, raster: Raster | None = None) -> NDArray[np.float64]:
+    def _camera(self, inputs: SceneInputs, raster: Raster) -> NDArray[np.float64]:
         return camera_array(inputs.view, self._volume, raster, inputs.crop)
 
     def _gradient_light(self, inputs: SceneInputs) -> Light | None:
@@ -436,10 +436,10 @@ class RaycastRenderer:
         parts = [slice(first, first + per_task) for first in range(0, count, per_task)]
         list(self._executor.map(task, parts))
 
-    def _path_arguments(self, inputs: SceneInputs, size: int) -> tuple[Any, ...]:
+    def _path_arguments(self, inputs: SceneInputs, size: int | Raster) -> tuple[Any, ...]:
         """First arguments of the kernels that look at all samples along a ray."""
         self._check_differentiable()
-        volume, distance = self._volume, self.sample_distance
+        volume, distance, raster = self._volume, self.sample_distance, Raster.of(size)
         step = distance * volume.voxel_size
         return (
             *self._voxels_and_cells(inputs.opacity_tf, distance),
@@ -447,9 +447,9 @@ class RaycastRenderer:
             color_table(inputs.color_tf, volume.scalar_range),
             self._gradient_light(inputs),
             np.float32(least_transparency(distance)),
-            self._camera(inputs),
+            self._camera(inputs, raster),
             step,
-            size,
+            raster.columns,
             int(2 * volume.radius / step) + 2,
         )
 

@@ -208,6 +208,45 @@ def test_hovering_shows_the_field_with_its_image(
     assert window.sensitivity.exact.caption == ""
 
 
+def test_beside_the_square_of_a_wide_image_all_is_asked_and_shown_too(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
+) -> None:
+    window = make_window(model=None, size="pane")
+    canvas, state = window.reference.canvas, window.sensitivity_state
+    qtbot.waitUntil(lambda: canvas.pixels == (canvas.image.width(), canvas.image.height()))
+    shape = canvas.image.height(), canvas.image.width()
+    assert shape[1] > 1.8 * shape[0]
+    state.set_tool("rectangle")
+    drag(canvas, at(canvas, 1.1, 0.2), at(canvas, 1.2, 0.3), at(canvas, 1.3, 0.6))
+    assert np.ravel(state.outline.points[::2]) == pytest.approx([1.1, 0.2, 1.3, 0.6], abs=0.01)
+    dispatcher = window.workspace.sensitivity
+    qtbot.waitUntil(lambda: dispatcher.is_fresh(dispatcher.region_answer))
+    answer = dispatcher.region_answer
+    assert answer is not None and not dispatcher.chooser.learned_size
+    rows, columns = answer.request.quality.pixels.shape
+    assert columns / rows == pytest.approx(shape[1] / shape[0], abs=0.02)
+    # The fake answers with the region's number of pixels.
+    assert answer.value.max() == pytest.approx(0.2 * 0.4 * rows**2, rel=0.05)
+    state.change_region(state.outline.moved(5.0, 0.0), canvas.reach)
+    left = min(x for x, _ in state.outline.points)
+    assert 1.3 < left < 0.5 + canvas.reach[0]
+    QTest.mouseClick(canvas, Qt.MouseButton.LeftButton, pos=at(canvas, 1.2, 0.5))
+    assert state.place == pytest.approx((1.2, 0.5), abs=0.01)
+    hover(window, 140.0)
+    qtbot.waitUntil(lambda: canvas.cover is not None)
+    assert (canvas.cover.height(), canvas.cover.width()) == shape
+
+
+def test_a_region_beside_the_square_is_the_ray_casters_alone(
+    qtbot: QtBot, window: MainWindow
+) -> None:
+    dispatcher, state = window.workspace.sensitivity, window.sensitivity_state
+    state.add_region(Outline.rectangle(0.8, 0.2, 1.2, 0.4))
+    state.finish_region()
+    qtbot.waitUntil(lambda: dispatcher.is_fresh(dispatcher.regions.get("exact")))
+    assert set(dispatcher.regions) == {"exact"}
+
+
 def test_who_moves_a_handle_sees_the_picture(qtbot: QtBot, window: MainWindow) -> None:
     viewport, state = window.editor.area.widget.viewport(), window.state
     (mode, *_) = state.transfer_function.opacity.modes

@@ -5,13 +5,14 @@ import pytest
 from app.state.engine_chooser import REST_SIZE, SLOW_REGION_SIZE, EngineChooser
 from app.state.pace import LIVE_SECONDS, Pace
 from app.state.sensitivity_state import SensitivityState
+from model.rendering.raster import Raster
 
 
 @pytest.fixture
 def chooser() -> EngineChooser:
     """Of a volume with a model, unlit."""
     chooser = EngineChooser(SensitivityState())
-    chooser.exact_source, chooser.learned_size, chooser.picture_size = "exact", 128, 512
+    chooser.exact_source, chooser.learned_size, chooser.picture = "exact", 128, Raster(512, 512)
     return chooser
 
 
@@ -71,9 +72,18 @@ def test_sizes(chooser: EngineChooser) -> None:
     assert chooser.quality("exact", "field").size == 512
     assert chooser.quality("exact", "signed").size == REST_SIZE
     assert chooser.quality("exact", "visibility", live=True).size <= 128
-    chooser.picture_size = 96
+    chooser.picture = Raster(96, 96)
     assert chooser.quality("exact", "signed").size == 96
     assert chooser.quality("exact", "field", live=True).size <= 96
+
+
+def test_the_ray_casters_answers_are_as_wide_as_the_reference(chooser: EngineChooser) -> None:
+    chooser.picture = Raster(1280, 320)
+    assert chooser.quality("exact", "field").pixels == Raster(1280, 320)
+    assert chooser.quality("exact", "signed").pixels == Raster(4 * REST_SIZE, REST_SIZE)
+    live = chooser.quality("exact", "field", live=True)
+    assert live.pixels == Raster(4 * live.size, live.size)
+    assert chooser.quality("learned", "field").pixels == Raster(128, 128)
 
 
 def test_live_sizes_follow_the_time_they_take() -> None:

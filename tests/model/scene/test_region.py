@@ -40,6 +40,20 @@ def test_partly_outside_is_what_is_inside() -> None:
         Outline.rectangle(1.2, 0.1, 1.5, 0.4).mask(8)
 
 
+def test_an_outline_refers_to_the_square_in_the_middle_of_a_wider_image() -> None:
+    square = Outline.rectangle(0.25, 0.5, 0.5, 1.0)
+    wide, high = square.mask((8, 20)), square.mask((20, 8))
+    np.testing.assert_array_equal(wide[:, 6:14], square.mask(8))
+    np.testing.assert_array_equal(high[6:14], square.mask(8))
+    assert wide.sum() == high.sum() == square.mask(8).sum()
+    beside = Outline.rectangle(1.25, 0.0, 3.0, 0.5)
+    assert np.argwhere(beside.mask((8, 20))).tolist() == [
+        [r, c] for r in range(4) for c in range(16, 20)
+    ]
+    assert Outline().mask((8, 20)).all() and Region(15, 0, 20, 8).mask((8, 20)).sum() == 40
+    assert square.is_in_square and not beside.is_in_square
+
+
 @given(st.integers(1, 12), st.data())
 def test_windows_cover_a_mask_once(size: int, data: st.DataObject) -> None:
     bits = data.draw(st.lists(st.booleans(), min_size=size * size, max_size=size * size))
@@ -56,5 +70,6 @@ def test_an_outline_can_be_kept_inside(x: float, y: float, side: float) -> None:
     kept = outline.kept_inside()
     for size in (1, 7, 64):
         assert kept.mask(size).any()
+    assert outline.kept_inside((1.25, 0.5)).mask((8, 20)).any()
     if x >= 0 and x + side <= 1 and y >= 0 and y + side <= 1 and min(x, y) < 0.9 and side > 0.1:
         assert kept == outline

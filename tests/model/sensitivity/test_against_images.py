@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,15 +12,16 @@ from numpy.typing import NDArray
 from ramp import make_volume
 from test_exact import random_opacity, small_volume
 
+from model.rendering.raster import Raster, middle_square
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs
-from model.scene.region import Region
+from model.scene.region import Outline, Region
 from model.scene.scene import Lighting
 from model.scene.tf_perturbation import edit_around, response_to_edits
 from model.scene.transfer_function import ColorTF, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume
-from model.sensitivity.exact import change_norms, region_sensitivity
+from model.sensitivity.exact import change_norms, region_sensitivity, visibility
 
 SIZE = 24
 WIDTH = 6.0
@@ -117,4 +119,37 @@ def test_fields_and_plots_are_differences_of_images(name: str, tf: str, lighting
         else:
             slope = (image * inside).sum() / np.linalg.norm(image)
             assert brightness[bin_] == pytest.approx(slope, abs=tolerance * scale)
+    renderer.close()
+
+
+@pytest.mark.parametrize("raster", [Raster(40, 24), Raster(24, 40)])
+def test_a_wider_image_has_the_square_ones_answers_in_its_middle(raster: Raster) -> None:
+    """And beside it, those of its own pixels: seen from near, the volume reaches there."""
+    volume = blobs()
+    renderer = RaycastRenderer(volume, "direct", sample_distance=1.0)
+    inputs = replace(inputs_over(volume, random_opacity(0.5)), view=View(35.0, 25.0, 0.0, 0.25))
+    edit = edit_around(float(np.mean(volume.scalar_range)), volume.scalar_range, WIDTH)
+    wide = renderer.change(inputs, raster, edit)
+    assert wide.shape == (raster.rows, raster.columns, 3)
+    square = renderer.change(inputs, SIZE, edit)
+    np.testing.assert_allclose(middle_square(wide), square, atol=2e-5)
+    # A region beside the square is the same one of the panned square image.
+    shift = 8 / SIZE
+    over = raster.width > raster.height
+    beside = (
+        Outline.rectangle(0.9, 0.3, 1.3, 0.8) if over else Outline.rectangle(0.3, 0.9, 0.8, 1.3)
+    )
+    panned = replace(
+        inputs,
+        view=replace(inputs.view, **({"pan_x": -2 * shift} if over else {"pan_y": 2 * shift})),
+    )
+    moved = beside.moved(*((-shift, 0.0) if over else (0.0, -shift)))
+    for answer in (
+        lambda *asked: region_sensitivity(renderer, *asked),
+        lambda *asked: change_norms(renderer, *asked, WIDTH),
+        lambda *asked: visibility(renderer, *asked),
+    ):
+        found, expected = answer(inputs, raster, beside), answer(panned, SIZE, moved)
+        assert np.abs(expected).max() > 0
+        np.testing.assert_allclose(found, expected, atol=2e-4 * np.abs(expected).max())
     renderer.close()
