@@ -15,6 +15,7 @@ FAINT_TEXT = "#5d6471"
 ACCENT = "#6cb2f5"
 WARNING = "#e3b341"
 ERROR = "#f08b80"
+PRESSED = "#2c4f70"
 CANVAS = "#000000"
 
 _STYLE_SHEET = f"""
@@ -42,6 +43,9 @@ QPushButton {{
 }}
 QPushButton:hover {{ border-color: {DIM_TEXT}; }}
 QPushButton:pressed {{ background: {BORDER}; }}
+QPushButton:checked, QToolButton:checked {{
+    background: {PRESSED}; border: 1px solid {ACCENT}; border-radius: 4px;
+}}
 QPushButton:focus {{ border-color: {ACCENT}; }}
 QPushButton:disabled {{ color: {FAINT_TEXT}; background: {PANEL}; }}
 QToolButton[role="title"] {{

@@ -187,6 +187,9 @@ class FieldCover(QObject):
         self._caption = f"{self._scale:.2g} per +.01 opacity, {SOURCE_NAMES[answer.source]}"
         if answer.source == "learned" and self._hint:
             self._caption += ", outside what it was trained on"
+        band = self._sensitivity.band
+        if band is not None and band.pinned:
+            self._caption += "; Escape returns to the image"
         self._pane.canvas.show_cover(_picture(colored))
 
     def _trust(self, image: NDArray[np.float32]) -> NDArray[np.int64] | None:

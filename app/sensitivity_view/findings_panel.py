@@ -86,7 +86,7 @@ class FindingsPanel(QWidget):
         self.setFixedWidth(PANEL_WIDTH)
         self.heading = QLabel()
         self.heading.setProperty("role", "title")
-        self.back = text_button("✕", "Back to the intervals")
+        self.back = text_button("✕", "Back to the intervals (Escape)")
         self.rows = [QLabel() for _ in range(ROWS)]
         self.adds = [QPushButton("Add") for _ in range(ROWS)]
         for button in self.adds:
@@ -105,7 +105,10 @@ class FindingsPanel(QWidget):
             "Show what a mode at the value under the mouse (or at value 1) would change: "
             "click to see it until the next click, or hold (W)"
         )
-        self.pin = _small("Pin", "Keep the value under the mouse when it leaves the plot (P)")
+        self.pin = _small(
+            "Pin",
+            "Keep the value under the mouse when it leaves the plot (P); again, or Escape, to end it",
+        )
         self.pin.setCheckable(True)
         self.add_band = _small("Add", "Add a mode at the pinned value, in a colour that stands out")
         self.style_box = QComboBox()

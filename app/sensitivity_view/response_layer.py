@@ -80,7 +80,7 @@ class ResponseLayer(QObject):
     """Draws what the dispatcher was told over the opacity plot, and asks by the mouse there.
 
     Hovering shows the field of the value under the mouse, the wheel sets the edits' width,
-    and dragging beside the handles pins a band of values.
+    and dragging beside the handles pins a band of values, which a click there releases.
 
     Parameters
     ----------
@@ -235,6 +235,10 @@ class ResponseLayer(QObject):
         elif kind == QEvent.Type.MouseButtonRelease:
             if self._sensitivity.dragging and self._pressed is not None:
                 self._sensitivity.finish_band()
+            elif self._pressed is not None:
+                # A click beside the handles.
+                self._sensitivity.unpin()
+                self._sensitivity.hover(self._value_at(self._pressed))
             self._pressed = None
         return False
 

@@ -82,6 +82,22 @@ class SensitivityView(QObject):
         self.findings.whatIfShown.connect(self._show_what_if)
         self.findings.whatIfEnded.connect(self._end_what_if)
 
+    def escape(self) -> bool:
+        """End the last of what is under way; return False if nothing is.
+
+        That is a region that is to be drawn, a pinned band, or the values of a clicked place.
+        """
+        asked = self._sensitivity
+        if asked.tool is not None:
+            asked.set_tool(None)
+        elif asked.band is not None and asked.band.pinned:
+            asked.unpin()
+        elif asked.place is not None:
+            asked.pick(None)
+        else:
+            return False
+        return True
+
     def result(self) -> SensitivityResult | None:
         """Return what is shown now, to be saved; None if nothing is."""
         opened = self._workspace.opened

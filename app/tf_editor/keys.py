@@ -103,7 +103,8 @@ class EditorKeys(QObject):
         event.accept()
         if kind == QEvent.Type.KeyPress:
             slot()
-        return True
+        # Escape also ends what else is under way in the window.
+        return pressed.key() != Qt.Key.Key_Escape
 
     def nudge(self, right: int, up: int) -> None:
         """Move the selected handles by bins of the range and hundredths of opacity.

@@ -217,11 +217,11 @@ class MainWindow(QMainWindow):
         return self._view_label.text()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Show what an edit would change while W is held."""
+        """Show what an edit would change while W is held; end what is under way by Escape."""
         if event.key() == Qt.Key.Key_W and not event.modifiers():
             if not event.isAutoRepeat():
                 self.sensitivity.findings.start_what_if()
-        else:
+        elif not (event.key() == Qt.Key.Key_Escape and self.sensitivity.escape()):
             super().keyPressEvent(event)
 
     def keyReleaseEvent(self, event: QKeyEvent) -> None:

@@ -76,8 +76,9 @@ GESTURES = """<h3>Images</h3>
 <tr><td>Click in an image</td><td>which values show there?</td></tr>
 <tr><td>Hover over the opacity curve</td><td>where does this value show?</td></tr>
 <tr><td>Wheel over the curve</td><td>width of the band</td></tr>
-<tr><td>Drag beside the handles</td><td>a band of several values</td></tr>
-<tr><td>P</td><td>pin the band</td></tr>
+<tr><td>Drag beside the handles</td><td>keep a band of several values</td></tr>
+<tr><td>P</td><td>keep the value under the mouse</td></tr>
+<tr><td>Escape, or click beside the handles</td><td>return to the images</td></tr>
 <tr><td>Click a numbered flag</td><td>add a mode there</td></tr>
 <tr><td>Hold W</td><td>what would a mode there change?</td></tr>
 </table>
@@ -97,6 +98,8 @@ GESTURES = """<h3>Images</h3>
 <tr><td>Drag a mode's peak</td><td>its value and opacity</td></tr>
 <tr><td>Drag a square at its side</td><td>its width</td></tr>
 <tr><td>Double click beside the handles</td><td>add a mode</td></tr>
+<tr><td>Drag a line at the end of the range</td><td>values that the TF covers (with Ctrl: stretch it)</td></tr>
+<tr><td>Ctrl and wheel, middle drag; Home</td><td>zoom and move the axis; all of it</td></tr>
 <tr><td>Click the colour strip</td><td>add a colour stop</td></tr>
 <tr><td>Double click a colour stop</td><td>choose its colour</td></tr>
 <tr><td>Arrow keys, faster with Shift</td><td>nudge the selection</td></tr>

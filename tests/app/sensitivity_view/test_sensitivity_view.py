@@ -232,7 +232,9 @@ def test_beside_the_square_of_a_wide_image_all_is_asked_and_shown_too(
     assert 1.3 < left < 0.5 + canvas.reach[0]
     QTest.mouseClick(canvas, Qt.MouseButton.LeftButton, pos=at(canvas, 1.2, 0.5))
     assert state.place == pytest.approx((1.2, 0.5), abs=0.01)
-    hover(window, 140.0)
+    # A mouse that was there already, in another test, would not move.
+    for value in (150.0, 140.0):
+        hover(window, value)
     qtbot.waitUntil(lambda: canvas.cover is not None)
     assert (canvas.cover.height(), canvas.cover.width()) == shape
 
@@ -291,6 +293,36 @@ def test_the_wheel_widens_and_a_drag_pins_a_band(qtbot: QtBot, window: MainWindo
     qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
     QTest.keyClick(window, Qt.Key.Key_P)
     assert state.band is None and window.reference.canvas.cover is None
+
+
+@pytest.mark.parametrize("how", ["escape in the plot", "escape in the image", "click"])
+def test_a_kept_band_ends_as_users_expect(qtbot: QtBot, window: MainWindow, how: str) -> None:
+    viewport, state = window.editor.area.widget.viewport(), window.sensitivity_state
+    window.editor.select_strongest()
+    drag(viewport, *(over_plot(window, value, 0.5) for value in (140.0, 150.0, 160.0)))
+    qtbot.waitUntil(lambda: "Escape" in window.sensitivity.exact.caption)
+    assert window.sensitivity.findings.pin.isChecked()
+    if how == "click":
+        QTest.mouseClick(viewport, Qt.MouseButton.LeftButton, pos=over_plot(window, 190.0, 0.7))
+        assert state.band is not None and not state.band.pinned
+        QApplication.sendEvent(viewport, QEvent(QEvent.Type.Leave))
+    else:
+        focused = window.editor.area.widget if "plot" in how else window.reference.canvas
+        QTest.keyClick(focused, Qt.Key.Key_Escape)
+    assert state.band is None and window.reference.canvas.cover is None
+    assert not window.sensitivity.findings.pin.isChecked()
+
+
+def test_escape_ends_one_thing_after_the_other(window: MainWindow) -> None:
+    state = window.sensitivity_state
+    state.pick((0.5, 0.5))
+    state.pin(140.0)
+    state.set_tool("lasso")
+    for left in (state.tool, state.band, state.place):
+        assert left is not None
+        QTest.keyClick(window.reference.canvas, Qt.Key.Key_Escape)
+    assert (state.tool, state.band, state.place) == (None, None, None)
+    assert not window.sensitivity.escape()
 
 
 def test_dragging_a_mode_is_still_dragging_a_mode(window: MainWindow) -> None:
