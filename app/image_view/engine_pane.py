@@ -51,6 +51,8 @@ class EnginePane(QWidget):
         super().__init__(parent)
         self.client = client
         self._newest = (-1, False)
+        # The generator's images have one size, in a drag and at rest.
+        self._refines = stand_in is not None
         self.canvas = ImageCanvas(self)
         self._title = QLabel(title)
         self._title.setProperty("role", "title")
@@ -119,7 +121,7 @@ class EnginePane(QWidget):
     def _show_result(self, result: Result) -> None:
         if isinstance(result.request, ImageRequest) and result.value is not None:
             self._show(result, self.client.description)
-            if not result.request.quality.live:
+            if self._refines or not result.request.quality.live:
                 self._detail.setText(self._detail.text() + FINER)
 
     def _show_stand_in(self, stand_in: EngineClient, result: Result) -> None:

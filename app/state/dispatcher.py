@@ -6,7 +6,7 @@ from PySide6.QtCore import QObject
 
 from app.engines.client import EngineClient
 from app.engines.messages import ImageRequest, Quality, Request, Result, StandInRequest
-from app.state.pace import LIVE_SECONDS, SCALES, Pace
+from app.state.pace import LIVE_SECONDS, Pace
 from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
 
@@ -24,6 +24,12 @@ REST_SECONDS = 3.0
 
 LONGEST_SECONDS = 120.0
 """Time that an image of all pixels may take, unless their number is the user's choice."""
+
+SCATTERING_LIVE_SECONDS = 0.4
+"""Time that a live image may take under global light, where fewer pixels are all that is saved."""
+
+FIRST_SCALE = 0.25
+"""Scale of the first image under global light, before it is known how long its pixels take."""
 
 SOON_SECONDS = 0.3
 """Time of VTK's image at rest from which the ray caster's is shown until then."""
@@ -54,7 +60,9 @@ class Dispatcher(QObject):
     may_stand_in : bool
         Whether the ray caster may draw in VTK's place.
     begins_coarse : bool
-        Whether the first image at rest follows a coarse one, as it takes long.
+        Whether the first image at rest follows one of few pixels, as it takes long. Coarse
+        images keep the sample distance then: VTK's scattered light depends on it, and surfaces
+        that are lit at 2 voxels lie in the dark at half a voxel.
     hidden : set of EngineClient
         Clients whose images nobody sees: they are asked for none.
     """
@@ -94,7 +102,7 @@ class Dispatcher(QObject):
         """Pixels of the reference at rest; a larger one follows, once its time is known."""
         if self.is_fixed:
             return self.raster
-        first = SCALES[-1] if self.begins_coarse else min(1.0, FIRST_SIZE / _size(self.raster))
+        first = FIRST_SCALE if self.begins_coarse else min(1.0, FIRST_SIZE / _size(self.raster))
         kind = (ImageRequest, False)
         scale = self._pace.scale(kind, _size(self.raster), REST_SECONDS, first)
         return _scaled(self.raster, scale)
@@ -151,9 +159,13 @@ class Dispatcher(QObject):
         return self.may_stand_in and self._stand_in.is_ready
 
     def _live(self, kind: type[Request]) -> Quality:
-        scale = self._pace.scale((kind, True), _size(self.raster), LIVE_SECONDS, first=0.35)
+        seconds = SCATTERING_LIVE_SECONDS if self.begins_coarse else LIVE_SECONDS
+        first = FIRST_SCALE if self.begins_coarse else 0.35
+        scale = self._pace.scale((kind, True), _size(self.raster), seconds, first)
         raster = _scaled(self.raster, scale)
         coarseness = STAND_IN_COARSENESS if kind is StandInRequest else LIVE_COARSENESS
+        if self.begins_coarse:
+            coarseness = 1.0
         return Quality(raster.shorter, coarseness, live=True, raster=raster)
 
     def _note(self, result: Result) -> None:

@@ -7,7 +7,7 @@ LIVE_SECONDS = 0.07
 
 LIVE_SIZES = (256, 192, 128, 96, 64)
 
-SCALES = (1.0, 0.75, 0.5, 0.35, 0.25)
+SCALES = (1.0, 0.75, 0.5, 0.35, 0.25, 0.18)
 """Sizes of a picture, as fractions of the whole one."""
 
 

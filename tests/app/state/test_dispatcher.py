@@ -94,8 +94,9 @@ def test_an_image_that_takes_long_begins_coarse(
     dispatcher.begins_coarse = True
     dispatcher.send()
     first = reference.answer(1e-4)
-    assert first.quality.live
-    assert first.quality.coarseness > 1
+    assert first.quality.live and first.quality.pixels.width < PANE.width / 3
+    # VTK's scattered light depends on the sample distance.
+    assert first.quality.coarseness == 1
     second = reference.answer(1e-4)
     assert not second.quality.live
     assert second.quality.pixels.width < PANE.width
