@@ -107,7 +107,7 @@ class FindingsPanel(QWidget):
         )
         self.pin = _small(
             "Pin",
-            "Keep the value under the mouse when it leaves the plot (P); again, or Escape, to end it",
+            "Keep the value under the mouse when it leaves the plot (P); Escape ends it",
         )
         self.pin.setCheckable(True)
         self.add_band = _small("Add", "Add a mode at the pinned value, in a colour that stands out")

@@ -23,8 +23,8 @@ _REACH = 5.0
 _GRIP = 8.0, 22.0
 """Width and height of the grips, in pixels."""
 _TIP = (
-    "Drag to set the range that the TF covers; values beyond look like those at its ends.\n"
-    "With Ctrl, the TF is stretched to the range, as by window and level."
+    "Drag to stretch the TF to another range, as by window and level.\n"
+    "With Ctrl, the TF keeps its values and is cut: those beyond look like those at its ends."
 )
 
 
@@ -79,6 +79,8 @@ class RangeLine(DragHandle):
 class RangeLayer(QObject):
     """Draws the range of the state's TF and edits it by drags.
 
+    A TF that was cut is whole again when its range becomes wider, unless it was edited meanwhile.
+
     Parameters
     ----------
     area : PlotArea
@@ -90,7 +92,10 @@ class RangeLayer(QObject):
         self._area = area
         self._state = state
         self._before: TransferFunction | None = None
-        self._stretches = False
+        self._cuts = False
+        self._cut: tuple[TransferFunction, TransferFunction] | None = None
+        """The TF that was cut last, after that and before."""
+        self._begun = state.transfer_function
         self.lines = (self._add_line(0), self._add_line(1))
         self._shades = [
             (_add_shade(area.opacity, 1.08), _add_shade(area.strip, 1.0)) for _ in range(2)
@@ -114,8 +119,14 @@ class RangeLayer(QObject):
 
     def set_range(self, scalar_range: Range) -> None:
         """Set the TF's range: one undo step."""
+        whole = self._whole()
+        self._state.commit(fit_to_range(whole, scalar_range), "range")
+        self._cut = self._state.transfer_function, whole
+
+    def _whole(self) -> TransferFunction:
+        """Return the present TF with what was cut off."""
         tf = self._state.transfer_function
-        self._state.commit(fit_to_range(tf, scalar_range), "range")
+        return self._cut[1] if self._cut is not None and self._cut[0] == tf else tf
 
     def _add_line(self, end: int) -> RangeLine:
         line = RangeLine(-1 if end == 0 else 1)
@@ -133,7 +144,8 @@ class RangeLayer(QObject):
 
     def _begin(self, line: RangeLine) -> None:
         self._before = self._state.transfer_function
-        self._stretches = line.adds
+        self._begun = self._whole()
+        self._cuts = line.adds
 
     def _drag(self, end: int, place: float, _height: float) -> None:
         if self._before is None:
@@ -151,13 +163,19 @@ class RangeLayer(QObject):
         if scalar_range[0] >= scalar_range[1]:
             return
         # From the TF before the drag, so that what a line passes over comes back with it.
-        change = stretch_to_range if self._stretches else fit_to_range
-        self._state.preview(change(self._before, scalar_range))
-        how = "stretched" if self._stretches else "Ctrl: stretch"
+        changed = (
+            fit_to_range(self._begun, scalar_range)
+            if self._cuts
+            else stretch_to_range(self._before, scalar_range)
+        )
+        self._state.preview(changed)
+        how = "cut" if self._cuts else "Ctrl: cut"
         text = f"range {scalar_range[0]:.4g} to {scalar_range[1]:.4g}   {how}"
         self._area.show_readout(self._area.opacity, value, 0.8, text)
 
     def _finish(self) -> None:
+        if self._cuts:
+            self._cut = self._state.transfer_function, self._begun
         self._before = None
         self._area.hide_readout()
         self._state.finish_preview("range")

@@ -98,7 +98,7 @@ GESTURES = """<h3>Images</h3>
 <tr><td>Drag a mode's peak</td><td>its value and opacity</td></tr>
 <tr><td>Drag a square at its side</td><td>its width</td></tr>
 <tr><td>Double click beside the handles</td><td>add a mode</td></tr>
-<tr><td>Drag a line at the end of the range</td><td>values that the TF covers (with Ctrl: stretch it)</td></tr>
+<tr><td>Drag a line at an end of the range</td><td>stretch the TF (with Ctrl: cut it)</td></tr>
 <tr><td>Ctrl and wheel, middle drag; Home</td><td>zoom and move the axis; all of it</td></tr>
 <tr><td>Click the colour strip</td><td>add a colour stop</td></tr>
 <tr><td>Double click a colour stop</td><td>choose its colour</td></tr>
