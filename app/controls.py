@@ -68,6 +68,11 @@ def add_action(
     return action
 
 
+def add_title(menu: QMenu, text: str) -> None:
+    """Add a line that says what the entries below it are; the style shows no sections' texts."""
+    menu.addAction(text).setEnabled(False)
+
+
 @dataclass(frozen=True)
 class Action:
     """What a button beside a notice does.

@@ -106,14 +106,14 @@ def _open(window: MainWindow, start: WindowStart) -> None:
 
 
 def _show_as_asked(window: MainWindow, start: WindowStart) -> None:
-    state = window.state
+    state, workspace = window.state, window.workspace
     if start.view is not None:
         state.set_view(start.view)
     if start.crop is not None:
         state.set_crop(start.crop)
         window.crop_bar.set_shown(True)
     if start.light is not None and state.light is not None:
-        state.set_light(start.light)
+        workspace.reference.place_light(start.light)
     elif start.light is not None:
         window.notice.tell("The light is fixed here; a model beside it was trained with another.")
     if start.tf is not None:

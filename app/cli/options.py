@@ -93,7 +93,7 @@ LightAngles = Annotated[
         metavar="AZ,EL",
         parser=values.light,
         help="Direction to the light in degrees: to the right of the view and above it. "
-        "(default: the model's, or -45,45)",
+        "(default: the model's, or -30,30)",
     ),
 ]
 MovableLight = Annotated[

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
+import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
@@ -12,6 +14,7 @@ from app.engines.client import EngineClient
 from app.engines.messages import ImageRequest, Result, StandInRequest
 from app.engines.states import EngineState
 from app.image_view.image_canvas import ImageCanvas, to_qimage
+from app.state.brightness import Brightness
 
 WITHOUT_IMAGE = (EngineState.WAITING, EngineState.LOADING, EngineState.PAUSED)
 """States in which no image is shown."""
@@ -34,6 +37,7 @@ class EnginePane(QWidget):
     ----------
     title : str
     client : EngineClient
+    brightness : Brightness
     stand_in : EngineClient, optional
         Another engine, whose images are shown until the engine's own are there.
     """
@@ -45,12 +49,15 @@ class EnginePane(QWidget):
         self,
         title: str,
         client: EngineClient,
+        brightness: Brightness,
         stand_in: EngineClient | None = None,
         parent: QWidget | None = None,
     ) -> None:
         super().__init__(parent)
         self.client = client
+        self.brightness = brightness
         self._newest = (-1, False)
+        self._rgba: NDArray[np.float32] | None = None
         # The generator's images have one size, in a drag and at rest.
         self._refines = stand_in is not None
         self.canvas = ImageCanvas(self)
@@ -77,6 +84,7 @@ class EnginePane(QWidget):
         client.resultReady.connect(self._show_result)
         if stand_in is not None:
             stand_in.resultReady.connect(partial(self._show_stand_in, stand_in))
+        brightness.changed.connect(self._show_brightness)
         self._show_state(client.state)
 
     def set_title(self, title: str) -> None:
@@ -108,6 +116,7 @@ class EnginePane(QWidget):
             return
         if state in WITHOUT_IMAGE:
             self._newest = (-1, False)
+            self._rgba = None
             self._detail.clear()
             self.canvas.set_hint("")
             self.canvas.show_image(None)
@@ -140,8 +149,13 @@ class EnginePane(QWidget):
         self._newest = place
         rgba = result.value
         assert rgba is not None
-        image = to_qimage(rgba)
-        self.canvas.show_image(image)
-        facts = [by, f"{image.width()} × {image.height()}", f"{1000 * result.seconds:.0f} ms"]
+        self._rgba = rgba
+        self.canvas.show_image(to_qimage(rgba, self.brightness.value))
+        height, width, _ = rgba.shape
+        facts = [by, f"{width} × {height}", f"{1000 * result.seconds:.0f} ms"]
         self._detail.setText("   ".join(fact for fact in facts if fact))
         self.imageShown.emit(result.request.inputs, rgba)
+
+    def _show_brightness(self, brightness: float) -> None:
+        if self._rgba is not None:
+            self.canvas.replace_image(to_qimage(self._rgba, brightness))

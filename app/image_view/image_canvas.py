@@ -20,15 +20,17 @@ Decoration = Callable[[QPainter, QRect], None]
 """Paints over an image, given the rectangle that it fills."""
 
 
-def to_qimage(rgba: NDArray[np.float32]) -> QImage:
+def to_qimage(rgba: NDArray[np.float32], brightness: float = 1.0) -> QImage:
     """Convert a rendering to an opaque image on black.
 
     Parameters
     ----------
     rgba : ndarray of float32, shape (H, W, 4)
         Colour premultiplied on black; values outside [0, 1] are clipped.
+    brightness : float
+        Factor of the colours.
     """
-    rgb = np.clip(np.nan_to_num(rgba[..., :3]), 0.0, 1.0)
+    rgb = np.clip(np.nan_to_num(rgba[..., :3]) * np.float32(brightness), 0.0, 1.0)
     levels = np.ascontiguousarray(np.rint(rgb * 255).astype(np.uint8))
     height, width = levels.shape[:2]
     # The copy makes the image own its pixels.
@@ -122,8 +124,12 @@ class ImageCanvas(QWidget):
 
     def show_image(self, image: QImage | None) -> None:
         """Show an image, or none, and remove the message."""
-        self._image = image
         self._message = ""
+        self.replace_image(image)
+
+    def replace_image(self, image: QImage | None) -> None:
+        """Show an image in place of the present one; a message over it stays."""
+        self._image = image
         self.update()
 
     def show_cover(self, cover: QImage | None) -> None:

@@ -14,6 +14,18 @@ from model.scene.light import LightDirection, LightRange
 
 DIAMETER = 30
 
+REACH = 60.0
+"""Pixels that a drag moves the light by the ball's radius."""
+
+CLICK_REACH = 2.0
+"""Largest movement of a click, in pixels."""
+
+MOVABLE = (
+    "Drag to move the light, or click where it shall shine; double-click for the light from the "
+    "upper left. In an image: Ctrl, Shift and drag."
+)
+FIXED = "The light stays where it was when the model beside was trained; close the model to move it"
+
 
 def light_at(x: float, y: float, limits: LightRange) -> LightDirection:
     """Return the direction of a light perpendicular to a ball's surface at a point.
@@ -28,16 +40,15 @@ def light_at(x: float, y: float, limits: LightRange) -> LightDirection:
     x, y = x / length, y / length
     elevation = math.degrees(math.asin(min(max(y, -1.0), 1.0)))
     azimuth = math.degrees(math.atan2(x, math.sqrt(max(0.0, 1 - x * x - y * y))))
-    return LightDirection(
-        min(max(azimuth, -limits.max_azimuth), limits.max_azimuth),
-        min(max(elevation, -limits.max_elevation), limits.max_elevation),
-    )
+    return limits.nearest(LightDirection(azimuth, elevation))
 
 
 class LightBall(QWidget):
-    """Shows the light's direction, which can be changed by dragging.
+    """Shows the light's direction, which can be changed by dragging, or by a click.
 
-    Initially hidden; shown only if the light is movable.
+    A drag moves the light by more pixels than the ball has, so that a hand can set it. Where a
+    model was trained with a fixed light, the ball is there but cannot be moved; without light,
+    it is hidden.
 
     Parameters
     ----------
@@ -47,52 +58,76 @@ class LightBall(QWidget):
     def __init__(self, state: ViewerState, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._state = state
+        self._fixed = LightDirection()
         self._limits = LightRange()
+        self._pressed = QPointF()
+        self._start: tuple[float, float] | None = None
+        self._moved = False
         self.setFixedSize(QSize(DIAMETER, DIAMETER))
         self.setCursor(Qt.CursorShape.CrossCursor)
-        self.setToolTip("Drag to move the light; double-click for the light from the upper left")
         state.lightChanged.connect(self.update)
-        self.hide()
+        self.set_light(None, None)
 
-    def set_range(self, limits: LightRange | None) -> None:
-        """Offer the light within a range, or hide where there is none."""
+    def set_light(self, light: LightDirection | None, limits: LightRange | None) -> None:
+        """Offer a light within a range.
+
+        Parameters
+        ----------
+        light : LightDirection or None
+            The scene's light; None hides the ball.
+        limits : LightRange or None
+            None for a light that cannot be moved.
+        """
+        self._fixed = light or LightDirection()
         self._limits = limits or LightRange()
-        self.setVisible(limits is not None)
+        self.setVisible(light is not None)
+        self.setEnabled(limits is not None)
+        self.setToolTip(MOVABLE if limits is not None else FIXED)
+        self.update()
+
+    @property
+    def direction(self) -> LightDirection:
+        """Direction of the light that is shown."""
+        return self._state.light or self._fixed
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Move the light to the mouse's position."""
-        self._move(event.position())
+        """Begin a drag, or a click."""
+        right, up, _ = self.direction.towards()
+        self._pressed, self._start, self._moved = event.position(), (right, up), False
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Move the light with the mouse."""
-        self._move(event.position())
+        moved = event.position() - self._pressed
+        if self._start is None or (not self._moved and moved.manhattanLength() <= CLICK_REACH):
+            return
+        self._moved = True
+        x, y = self._start
+        self._state.move_light(light_at(x + moved.x() / REACH, y - moved.y() / REACH, self._limits))
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """End the movement, which requests the final images."""
+        """End the movement, which requests the final images; a click puts the light there."""
+        if self._start is not None and not self._moved:
+            radius, at = DIAMETER / 2, event.position()
+            self._state.move_light(light_at(at.x() / radius - 1, 1 - at.y() / radius, self._limits))
+        self._start = None
         self._state.finish_light()
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         """Return to the default direction."""
-        self._state.set_light(LightDirection())
+        self._start = None
+        self._state.set_light(self._limits.nearest(LightDirection()))
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         """Paint a ball with a highlight in the light's direction."""
-        light = self._state.light or LightDirection()
-        right, up, _ = light.towards()
+        right, up, _ = self.direction.towards()
         middle, radius = QPointF(DIAMETER / 2, DIAMETER / 2), DIAMETER / 2 - 1
         spot = middle + QPointF(right, -up) * (0.85 * radius)
         shade = QRadialGradient(middle, radius, spot)
-        shade.setColorAt(0.0, QColor(theme.TEXT))
+        shade.setColorAt(0.0, QColor(theme.TEXT if self.isEnabled() else theme.FAINT_TEXT))
         shade.setColorAt(1.0, QColor(theme.CANVAS))
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.setPen(QColor(theme.DIM_TEXT))
+        painter.setPen(QColor(theme.DIM_TEXT if self.isEnabled() else theme.FAINT_TEXT))
         painter.setBrush(shade)
         painter.drawEllipse(middle, radius, radius)
         painter.end()
-
-    def _move(self, position: QPointF) -> None:
-        radius = DIAMETER / 2
-        self._state.move_light(
-            light_at(position.x() / radius - 1, 1 - position.y() / radius, self._limits)
-        )

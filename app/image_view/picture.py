@@ -25,6 +25,7 @@ def compose(
     rgba: NDArray[np.float32] | NDArray[np.uint8],
     background: Background | None,
     legend_painter: Callable[[QPainter, QRect], object] | None = None,
+    brightness: float = 1.0,
 ) -> QImage:
     """Put a rendering over a background, and a legend over both.
 
@@ -37,6 +38,8 @@ def compose(
         Red, green and blue, 0..255; None for a transparent one.
     legend_painter : callable or None
         Paints over the picture, given the rectangle that it fills.
+    brightness : float
+        Factor of the rendering's colours.
 
     Returns
     -------
@@ -69,6 +72,8 @@ def compose(
         # fmax and fmin take the number where the other is NaN.
         band = np.fmin(np.fmax(rgba[rows], np.float32(0)), full)
         band /= full
+        if brightness != 1:
+            band[..., :3] = np.fmin(band[..., :3] * np.float32(brightness), np.float32(1))
         _put_over(band, background)
         band *= 255
         band += 0.5  # uint8 cuts off: rounds to the nearest

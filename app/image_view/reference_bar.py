@@ -1,19 +1,23 @@
-"""A compact bar above the reference image: light, quality, and what draws it."""
+"""A compact bar above the reference image: light, brightness, quality, and what draws it."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import partial
 from typing import Any
 
 from PySide6.QtGui import QActionGroup
-from PySide6.QtWidgets import QHBoxLayout, QMenu, QToolButton, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QMenu, QToolButton, QWidget, QWidgetAction
 
-from app.controls import add_action
+from app.controls import add_action, add_title
 from app.engines.engines import ReferenceSettings
+from app.image_view.brightness_slider import BrightnessSlider
 from app.image_view.light_ball import LightBall
+from app.state.brightness import Brightness
 from app.state.reference_choices import ReferenceChoices
 from app.state.reference_work import ReferenceWork
 from app.state.viewer_state import ViewerState
+from model.scene.light import LightRange
 
 LIGHTINGS = {
     "auto": "Automatic: as the model, else direct",
@@ -22,7 +26,7 @@ LIGHTINGS = {
     "global": "Global: with shadows",
 }
 
-SHORT_LIGHTINGS = {"none": "none", "direct": "direct", "global": "global"}
+LONGEST_LIGHTS = ("Light: none (too slow)", "Light: direct (auto)", "Light: global (auto)")
 
 DISTANCES = {
     None: "Automatic: as the model, else 0.5 voxels",
@@ -46,7 +50,7 @@ DRAWINGS = {
     "raycast": "Ray caster alone",
 }
 
-SHORT_DRAWINGS = {"auto": "both", "vtk": "VTK", "raycast": "ray caster"}
+SHORT_DRAWINGS = {"auto": "Renderer", "vtk": "VTK", "raycast": "Ray caster"}
 
 
 class ReferenceBar(QWidget):
@@ -56,22 +60,31 @@ class ReferenceBar(QWidget):
     ----------
     state : ViewerState
     work : ReferenceWork
+    brightness : Brightness
     """
 
     def __init__(
-        self, state: ViewerState, work: ReferenceWork, parent: QWidget | None = None
+        self,
+        state: ViewerState,
+        work: ReferenceWork,
+        brightness: Brightness,
+        parent: QWidget | None = None,
     ) -> None:
         super().__init__(parent)
         self._work = work
+        self._brightness = brightness
         self._actions: dict[str, dict[Any, Any]] = {}
         self.ball = LightBall(state)
-        self.light = self._button("Light of the reference image")
+        self.light = self._button("Light of the reference image, and brightness of both")
         self.quality = self._button("Sample distance and size of the reference image")
         self.drawing = self._button("What draws the reference image")
         self.quality.setText("Quality")
         self.fill_light(self._menu_of(self.light))
         self.fill_quality(self._menu_of(self.quality))
         self.fill_drawing(self._menu_of(self.drawing))
+        # What stands beside them stays where it is when another is chosen.
+        _keep_width(self.light, LONGEST_LIGHTS)
+        _keep_width(self.drawing, SHORT_DRAWINGS.values())
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(4)
@@ -79,19 +92,24 @@ class ReferenceBar(QWidget):
             row.addWidget(widget)
         work.choicesChanged.connect(self._show_choices)
         work.settingsChanged.connect(self._show_settings)
-        work.lightRangeChanged.connect(self.ball.set_range)
+        work.lightRangeChanged.connect(self._offer_ball)
         self._show_choices(work.choices)
         self._show_settings(work.settings)
 
     def fill_light(self, menu: QMenu) -> None:
-        """Add the kinds of light to a menu."""
+        """Add the kinds of light, and the brightness, to a menu."""
         self._add_choices(menu, "lighting", LIGHTINGS)
+        menu.addSeparator()
+        action = QWidgetAction(menu)
+        action.setDefaultWidget(BrightnessSlider(self._brightness))
+        menu.addAction(action)
 
     def fill_quality(self, menu: QMenu) -> None:
         """Add sample distances and sizes to a menu."""
-        menu.addSection("Sample distance")
+        add_title(menu, "Distance of samples along each ray")
         self._add_choices(menu, "sample_distance", DISTANCES)
-        menu.addSection("Size")
+        menu.addSeparator()
+        add_title(menu, "Size of the image")
         self._add_choices(menu, "size", SIZES)
 
     def fill_drawing(self, menu: QMenu) -> None:
@@ -115,15 +133,18 @@ class ReferenceBar(QWidget):
         for name, actions in self._actions.items():
             for action in actions.get(getattr(choices, name), ()):
                 action.setChecked(True)
-        self.drawing.setText(f"By {SHORT_DRAWINGS[choices.drawing]}")
+        self.drawing.setText(SHORT_DRAWINGS[choices.drawing])
         self._show_settings(self._work.settings)
 
     def _show_settings(self, settings: ReferenceSettings) -> None:
-        by_itself = ""
+        note = ""
         if self._work.choices.lighting == "auto":
             unlit = settings.lighting == "none" and self._work.light_is_slow
-            by_itself = " (too slow)" if unlit else " (auto)"
-        self.light.setText(f"Light: {SHORT_LIGHTINGS[settings.lighting]}{by_itself}")
+            note = " (too slow)" if unlit else " (auto)"
+        self.light.setText(f"Light: {settings.lighting}{note}")
+
+    def _offer_ball(self, limits: LightRange | None) -> None:
+        self.ball.set_light(self._work.settings.light, limits)
 
     def _button(self, tip: str) -> QToolButton:
         button = QToolButton()
@@ -135,3 +156,12 @@ class ReferenceBar(QWidget):
         menu = QMenu(button)
         button.setMenu(menu)
         return menu
+
+
+def _keep_width(button: QToolButton, texts: Iterable[str]) -> None:
+    """Make a button as wide as the longest text that it may have."""
+    widths = []
+    for text in texts:
+        button.setText(text)
+        widths.append(button.sizeHint().width())
+    button.setMinimumWidth(max(widths))

@@ -65,7 +65,8 @@ class Preview(QObject):
             return
         self._covers = image is not None
         self._caption = caption if self._covers else ""
-        self._pane.canvas.show_cover(None if image is None else to_qimage(image))
+        brightness = self._pane.brightness.value
+        self._pane.canvas.show_cover(None if image is None else to_qimage(image, brightness))
 
     def _paint(self, painter: QPainter, rect: QRect) -> None:
         if not self._covers:

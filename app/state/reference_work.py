@@ -16,6 +16,7 @@ from app.state.preferences import Preferences
 from app.state.reference_choices import ReferenceChoices
 from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
+from model.scene.light import LightDirection
 from model.scene.scene import Scene
 from model.scene.volume import Volume
 
@@ -92,6 +93,8 @@ class ReferenceWork(QObject):
         self._pane_rest = QTimer(self, singleShot=True, interval=PANE_REST_MS)
         self._pane_rest.timeout.connect(self._take_pane_size)
         analyst.resultReady.connect(self._judge_light)
+        self._keeps_light = True
+        state.lightChangeFinished.connect(self._keep_light)
 
     @property
     def light_is_slow(self) -> bool:
@@ -122,6 +125,12 @@ class ReferenceWork(QObject):
         self.follow(self._scene)
         if redrawn:
             self._dispatcher.send()
+
+    def place_light(self, light: LightDirection | None) -> None:
+        """Set the light's direction without keeping it for the next run."""
+        self._keeps_light = False
+        self._state.set_light(light)
+        self._keeps_light = True
 
     def start(self, volume: Volume, scene: Scene | None) -> None:
         """Draw another volume.
@@ -200,8 +209,15 @@ class ReferenceWork(QObject):
         """Make the light movable where it may be, and keep its direction where it was."""
         limits = self.choices.light_range(self._scene, self.settings)
         if (limits is None) != (self._state.light is None):
-            self._state.set_light(None if limits is None else self.settings.light)
+            angles = self._preferences.values.light
+            chosen = LightDirection(*angles) if angles else self.settings.light
+            self.place_light(None if limits is None or chosen is None else limits.nearest(chosen))
         self.lightRangeChanged.emit(limits)
+
+    def _keep_light(self, light: LightDirection | None) -> None:
+        if light is not None and self._keeps_light:
+            usual = light == LightDirection()
+            self._preferences.set(light=() if usual else (light.azimuth, light.elevation))
 
     def _judge_light(self, result: Result) -> None:
         """Turn off a light that nobody has chosen where it takes too long."""

@@ -77,6 +77,10 @@ class Remembered:
     ----------
     lighting : {"auto", "none", "direct", "global"}
     drawing : {"auto", "vtk", "raycast"}
+    light : tuple of float
+        Azimuth and elevation of the light that the user has moved, in degrees; else empty.
+    brightness : float
+        Factor of the images' colours, 0.25 to 4.
     sample_distance : float or None
         In voxels, 0.01 to 10; None for the usual one.
     reference_size : None, int or "generator"
@@ -105,6 +109,8 @@ class Remembered:
 
     lighting: LightingChoice = "auto"
     drawing: Drawing = "auto"
+    light: tuple[float, ...] = ()
+    brightness: float = 1.0
     sample_distance: float | None = None
     reference_size: ReferenceSize = None
     trackball: bool = False
@@ -189,6 +195,14 @@ def _view(value: Any) -> tuple[float, ...]:
     return numbers
 
 
+def _light(value: Any) -> tuple[float, ...]:
+    """Check that a value is empty or has the angles of a light."""
+    angles = list_of(number(-180, 180), 2)(value)
+    if len(angles) == 1:
+        raise ValueError("it must have two angles")
+    return angles
+
+
 _VOLUME_CHECKS: Checks = {
     "path": text,
     "up_axis": one_of("", "+x", "-x", "+y", "-y", "+z", "-z"),
@@ -200,6 +214,8 @@ _VOLUME_CHECKS: Checks = {
 _CHECKS: Checks = {
     "lighting": one_of("auto", "none", "direct", "global"),
     "drawing": one_of("auto", "vtk", "raycast"),
+    "light": _light,
+    "brightness": number(0.25, 4.0),
     "sample_distance": either(one_of(None), number(0.01, 10)),
     "reference_size": either(one_of(None, "generator"), whole_number(16, 8192)),
     "trackball": _flag,

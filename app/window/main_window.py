@@ -26,6 +26,7 @@ from app.image_view.reference_bar import ReferenceBar
 from app.image_view.view_keys import ViewKeys
 from app.latent_browser.latent_browser import LatentBrowser
 from app.sensitivity_view.sensitivity_view import SensitivityView
+from app.state.brightness import Brightness
 from app.state.latent_state import LatentChoices, LatentState
 from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
@@ -87,8 +88,9 @@ class MainWindow(QMainWindow):
         generator, reference, analyst = (
             EngineClient(name, self) for name in ("generator", "reference", "analyst")
         )
-        self.generator = EnginePane("Generator", generator)
-        self.reference = EnginePane("Reference", reference, stand_in=analyst)
+        self.brightness = Brightness(self.preferences, self)
+        self.generator = EnginePane("Generator", generator, self.brightness)
+        self.reference = EnginePane("Reference", reference, self.brightness, stand_in=analyst)
         self.editor = TransferFunctionEditor(self.state)
         self.notice = NoticeBar()
         self.workspace = Workspace(
@@ -107,7 +109,7 @@ class MainWindow(QMainWindow):
         self.browser = LatentBrowser(
             self.state, self.workspace.latent, self.sensitivity_state, self.reference, self.editor
         )
-        self.reference_bar = ReferenceBar(self.state, self.workspace.reference)
+        self.reference_bar = ReferenceBar(self.state, self.workspace.reference, self.brightness)
         self.panes = PaneLayout(self.browser, self.generator, self.reference)
         self.training = TrainingRun(self)
         self.training_bar = TrainingBar(self.training)
@@ -139,7 +141,7 @@ class MainWindow(QMainWindow):
         ]
         self.opening = FileOpening(self, self.state, self.workspace, self.preferences, self.notice)
         self.files = FileDialogs(self, self.state, self.opening, self.preferences)
-        self.pictures = PictureSaving(self, self.state, self.files)
+        self.pictures = PictureSaving(self, self.state, self.files, self.brightness)
         self._question = UpAxisQuestion(
             self.up_axis_bar, self.state, self.workspace, analyst, reference, self.preferences
         )

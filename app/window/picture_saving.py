@@ -13,6 +13,7 @@ from app.engines.messages import PictureRequest, Quality, Result
 from app.figures.picture import save_image
 from app.image_view.engine_pane import EnginePane
 from app.image_view.picture import compose
+from app.state.brightness import Brightness
 from app.state.viewer_state import ViewerState
 from app.window.file_dialogs import FileDialogs
 from app.window.legend import legend_painter
@@ -32,6 +33,7 @@ class PictureSaving(QObject):
         Parent of the dialogs.
     state : ViewerState
     files : FileDialogs
+    brightness : Brightness
     """
 
     problem = Signal(str)
@@ -39,8 +41,11 @@ class PictureSaving(QObject):
     news = Signal(str)
     """Emitted with a sentence for the status bar."""
 
-    def __init__(self, parent: QWidget, state: ViewerState, files: FileDialogs) -> None:
+    def __init__(
+        self, parent: QWidget, state: ViewerState, files: FileDialogs, brightness: Brightness
+    ) -> None:
         super().__init__(parent)
+        self._brightness = brightness
         self._parent = parent
         self._state = state
         self._files = files
@@ -109,7 +114,7 @@ class PictureSaving(QObject):
             tf = result.request.inputs.transfer_function
             paint = legend_painter(tf, self.units, background=choice.background)
         try:
-            image = compose(result.value, choice.background, paint)
+            image = compose(result.value, choice.background, paint, self._brightness.value)
         except RenderError as error:
             self.problem.emit(str(error))
             return

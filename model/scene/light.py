@@ -14,7 +14,8 @@ class LightDirection:
     """Direction to the distant light, relative to the view, in degrees.
 
     Positive azimuth is to the viewer's right, positive elevation upwards;
-    (0, 0) is a headlight.
+    (0, 0) is a headlight. By default the light comes from the upper left, and near enough to
+    the viewer that surfaces which face them are bright.
 
     Raises
     ------
@@ -22,8 +23,8 @@ class LightDirection:
         For angles that are not finite numbers.
     """
 
-    azimuth: float = -45.0
-    elevation: float = 45.0
+    azimuth: float = -30.0
+    elevation: float = 30.0
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
@@ -44,7 +45,7 @@ class LightDirection:
         except ValueError:
             raise TfscopeError(
                 f"'{text}' is not a light direction; give azimuth,elevation in degrees relative "
-                "to the view, for example -45,45."
+                "to the view, for example -30,30."
             ) from None
         return cls(azimuth, elevation)
 
@@ -90,3 +91,10 @@ class LightRange:
         for name, value in vars(self).items():
             if not (isinstance(value, int | float) and 0 < value <= 90):
                 raise TfscopeError(f"The light range's {name} is {value!r}; give degrees to 90.")
+
+    def nearest(self, light: LightDirection) -> LightDirection:
+        """Return the direction within the range that is nearest to another, angle by angle."""
+        return LightDirection(
+            min(max(light.azimuth, -self.max_azimuth), self.max_azimuth),
+            min(max(light.elevation, -self.max_elevation), self.max_elevation),
+        )

@@ -8,12 +8,16 @@ from window_fakes import PATIENCE_S, FakeEngine, make_request
 
 from app.engines.client import EngineClient
 from app.image_view.engine_pane import EnginePane
+from app.state.brightness import Brightness
+from app.state.preferences import Preferences
 from model.errors import CheckpointError, RenderError
 
 
 @pytest.fixture
 def pane(qtbot: QtBot) -> EnginePane:
-    pane = EnginePane("Engine", EngineClient("test"))
+    preferences = Preferences(None)
+    pane = EnginePane("Engine", EngineClient("test"), Brightness(preferences, preferences))
+    preferences.setParent(pane)
     qtbot.addWidget(pane, before_close_func=close)
     return pane
 
@@ -27,6 +31,20 @@ def red(pane: EnginePane) -> int:
     """Sequence number of the image that is shown."""
     assert pane.canvas.image is not None
     return pane.canvas.image.pixelColor(0, 0).red()
+
+
+def test_images_are_shown_brighter_at_once(qtbot: QtBot, pane: EnginePane) -> None:
+    pane.client.start(FakeEngine, "Loading …")
+    pane.brightness.set(2.0)
+    with qtbot.waitSignal(pane.client.settled):
+        pane.client.submit(make_request(7))
+    assert red(pane) == 14
+    pane.brightness.set(0.5)
+    assert red(pane) == 4
+    # Of a failed engine, the message stays.
+    pane.client.fail("It failed.")
+    pane.brightness.set(1.0)
+    assert red(pane) == 7 and pane.canvas.message == "It failed."
 
 
 def test_it_says_what_it_waits_for_then_shows_image_and_facts(

@@ -6,7 +6,7 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from pytestqt.qtbot import QtBot
 
-from app.image_view.light_ball import DIAMETER, LightBall, light_at
+from app.image_view.light_ball import DIAMETER, REACH, LightBall, light_at
 from app.state.viewer_state import ViewerState
 from model.scene.light import LightDirection, LightRange
 
@@ -27,18 +27,32 @@ def test_beyond_the_rim_the_light_stays_in_its_range(x: float, y: float) -> None
     assert abs(light.elevation) <= LIMITS.max_elevation
 
 
-def test_dragging_moves_the_light_live_and_then_finally(qtbot: QtBot) -> None:
+@pytest.fixture
+def ball(qtbot: QtBot) -> LightBall:
+    """A ball over a movable light from straight ahead."""
     state = ViewerState()
-    state.set_light(LightDirection())
+    state.set_light(LightDirection(0.0, 0.0))
     ball = LightBall(state)
     qtbot.addWidget(ball)
+    state.setParent(ball)
+    ball.set_light(LightDirection(), LIMITS)
     ball.show()
-    middle = QPoint(DIAMETER // 2, DIAMETER // 2)
-    qtbot.mousePress(ball, Qt.MouseButton.LeftButton, pos=middle)
-    assert state.live
-    qtbot.mouseMove(ball, middle + QPoint(DIAMETER // 4, 0))
-    assert state.light is not None
-    assert state.light.azimuth == pytest.approx(30, abs=5)
+    return ball
+
+
+MIDDLE = QPoint(DIAMETER // 2, DIAMETER // 2)
+
+
+def test_dragging_moves_the_light_live_and_then_finally(qtbot: QtBot, ball: LightBall) -> None:
+    state = ball._state
+    # From anywhere: it is the movement that counts.
+    start = MIDDLE + QPoint(5, -7)
+    qtbot.mousePress(ball, Qt.MouseButton.LeftButton, pos=start)
+    assert state.light == LightDirection(0.0, 0.0) and not state.live
+    qtbot.mouseMove(ball, start + QPoint(round(REACH / 2), 0))
+    assert state.live and state.light is not None
+    assert state.light.azimuth == pytest.approx(30, abs=0.5)
+    assert state.light.elevation == pytest.approx(0, abs=0.5)
     with qtbot.waitSignal(state.lightChangeFinished):
         qtbot.mouseRelease(ball, Qt.MouseButton.LeftButton)
     assert not state.live
@@ -46,10 +60,29 @@ def test_dragging_moves_the_light_live_and_then_finally(qtbot: QtBot) -> None:
     assert state.light == LightDirection()
 
 
+def test_a_click_puts_the_light_there(qtbot: QtBot, ball: LightBall) -> None:
+    with qtbot.waitSignal(ball._state.lightChangeFinished):
+        qtbot.mouseClick(ball, Qt.MouseButton.LeftButton, pos=MIDDLE - QPoint(0, DIAMETER // 4))
+    light = ball._state.light
+    assert light is not None
+    assert (light.azimuth, light.elevation) == pytest.approx((0, 28), abs=3)
+
+
+def test_a_fixed_light_is_shown_and_explained(qtbot: QtBot, ball: LightBall) -> None:
+    ball._state.set_light(None)
+    ball.set_light(LightDirection(50.0, 10.0), None)
+    assert ball.isVisible() and not ball.isEnabled()
+    assert ball.direction == LightDirection(50.0, 10.0)
+    assert "model" in ball.toolTip()
+    ball.set_light(None, None)
+    assert not ball.isVisible()
+
+
 def test_the_ball_is_brightest_where_the_light_comes_from(qtbot: QtBot) -> None:
     state = ViewerState()
     ball = LightBall(state)
     qtbot.addWidget(ball)
+    ball.set_light(LightDirection(), LIMITS)
     state.set_light(LightDirection(70.0, 0.0))
     image = ball.grab().toImage()
     row = image.height() // 2

@@ -35,6 +35,22 @@ def test_an_opaque_picture_is_the_rendering_over_its_background(
     np.testing.assert_allclose(found, expected, atol=0.51)
 
 
+@pytest.mark.parametrize("brightness", [0.5, 3.0])
+def test_a_picture_is_as_bright_as_on_the_screen(
+    rgba: NDArray[np.float32], brightness: float, tmp_path: object
+) -> None:
+    found = pixels(compose(rgba, (0, 0, 0), brightness=brightness), f"{tmp_path}/picture.png")
+    expected = 255 * np.minimum(brightness * rgba[..., :3], 1)
+    np.testing.assert_allclose(found, expected, atol=0.51)
+    levels = np.rint(255 * rgba).astype(np.uint8)
+    saved = pixels(compose(levels, (0, 0, 0), brightness=brightness), f"{tmp_path}/levels.png")
+    np.testing.assert_allclose(saved, expected, atol=brightness + 0.51)
+    # Over black, a transparent one looks the same.
+    clear = pixels(compose(rgba, None, brightness=brightness), f"{tmp_path}/clear.png")
+    over_black = clear[..., :3] * (clear[..., 3:] / 255)
+    np.testing.assert_allclose(over_black, expected, atol=1.5)
+
+
 def test_a_transparent_picture_is_unmultiplied_in_its_file(
     rgba: NDArray[np.float32], tmp_path: object
 ) -> None:

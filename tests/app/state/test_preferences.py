@@ -29,6 +29,8 @@ def written(store: PreferencesStore, content: object) -> Path:
 OTHER_VALUES: dict[str, Any] = {
     "lighting": "global",
     "drawing": "raycast",
+    "light": (50.0, -20.0),
+    "brightness": 1.5,
     "sample_distance": 0.25,
     "reference_size": 1024,
     "trackball": True,

@@ -12,6 +12,7 @@ from model.rendering.raycast.tables import LEVELS_PER_BIN
 from model.rendering.renderer import Renderer
 from model.rendering.vtk_renderer import VtkRenderer
 from model.scene.inputs import SceneInputs
+from model.scene.light import LightDirection
 from model.scene.scene import Lighting
 from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, Range
 from model.scene.view import View
@@ -96,7 +97,9 @@ def test_a_range_decides_about_tfs_and_not_about_light(lighting: Lighting, chose
         for each in (volume, volume.over(chosen)):
             tf = OpacityTF(each.scalar_range, points=tuple(dict(opacity).items()))
             inputs = SceneInputs(VIEW, tf, ColorTF(each.scalar_range, color))
-            images.append(drawn(kind, each, inputs, lighting=lighting))
+            # From the side: the volume's gradient runs across the view.
+            light = LightDirection(-45.0, 45.0)
+            images.append(drawn(kind, each, inputs, lighting=lighting, light=light))
         assert images[0][..., :3].max() > 0.1
         assert rms(images[0] - images[1]) < 0.006
 

@@ -107,7 +107,7 @@ def test_a_movable_light_fills_its_range_and_is_seen_as_a_direction() -> None:
 
 def test_a_light_that_is_not_given_is_the_scenes() -> None:
     inputs = SceneInputs.of(View(), make_tf())
-    np.testing.assert_array_equal(store_inputs([inputs], MOVABLE)["light"], [[-45.0, 45.0]])
+    np.testing.assert_array_equal(store_inputs([inputs], MOVABLE)["light"], [[-30.0, 30.0]])
 
 
 def test_a_light_outside_its_range_is_named() -> None:

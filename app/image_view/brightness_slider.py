@@ -1,0 +1,49 @@
+"""A slider for the brightness of the images, for menus."""
+
+from __future__ import annotations
+
+import math
+
+from PySide6.QtCore import QSignalBlocker, Qt
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QSlider, QToolButton, QWidget
+
+from app.controls import text_button
+from app.state.brightness import BRIGHTEST, DARKEST, STEPS_PER_OCTAVE, Brightness
+
+
+class BrightnessSlider(QWidget):
+    """Shows and changes the brightness, with a button that sets it back to 1.
+
+    Parameters
+    ----------
+    brightness : Brightness
+    """
+
+    def __init__(self, brightness: Brightness, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._brightness = brightness
+        label = QLabel("Brightness")
+        self.slider = QSlider(Qt.Orientation.Horizontal)
+        self.slider.setRange(
+            round(STEPS_PER_OCTAVE * math.log2(DARKEST)),
+            round(STEPS_PER_OCTAVE * math.log2(BRIGHTEST)),
+        )
+        self.slider.setMinimumWidth(150)
+        self.slider.setToolTip(
+            "Show both images brighter or darker, as with another light. "
+            "Saved pictures are as bright as they are shown."
+        )
+        self.reset: QToolButton = text_button("1×", "Show the images as they are")
+        row = QHBoxLayout(self)
+        row.setContentsMargins(20, 4, 12, 4)
+        for widget in (label, self.slider, self.reset):
+            row.addWidget(widget)
+        self.slider.valueChanged.connect(brightness.set_step)
+        self.reset.clicked.connect(lambda: brightness.set(1.0))
+        brightness.changed.connect(self._show)
+        self._show()
+
+    def _show(self) -> None:
+        with QSignalBlocker(self.slider):
+            self.slider.setValue(self._brightness.step)
+        self.reset.setEnabled(self._brightness.value != 1.0)

@@ -1,0 +1,32 @@
+from __future__ import annotations
+
+import pytest
+from pytestqt.qtbot import QtBot
+
+from app.image_view.brightness_slider import BrightnessSlider
+from app.state.brightness import BRIGHTEST, DARKEST, Brightness
+from app.state.preferences import Preferences
+
+
+def test_slider_and_brightness_follow_one_another(qtbot: QtBot) -> None:
+    preferences = Preferences(None)
+    brightness = Brightness(preferences, preferences)
+    sliders = [BrightnessSlider(brightness) for _ in range(2)]
+    for slider in sliders:
+        qtbot.addWidget(slider)
+    one, other = (slider.slider for slider in sliders)
+    assert brightness.value == 1 and one.value() == 0 and not sliders[0].reset.isEnabled()
+    one.setValue(8)
+    assert brightness.value == 2 == preferences.value("brightness")
+    assert other.value() == 8
+    brightness.set(100.0)
+    assert brightness.value == BRIGHTEST and one.value() == one.maximum()
+    one.setValue(one.minimum())
+    assert brightness.value == DARKEST
+    sliders[1].reset.click()
+    assert brightness.value == 1 and one.value() == 0
+    # Every step of the slider is one of the brightness, and comes back as itself.
+    for step in range(one.minimum(), one.maximum() + 1):
+        one.setValue(step)
+        assert brightness.value == pytest.approx(2 ** (step / 8), abs=6e-4)
+        assert brightness.step == step
