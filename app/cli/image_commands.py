@@ -58,6 +58,15 @@ def render(
         int | None,
         typer.Option("--size", min=16, max=4096, help="Pixels. (default: the model's, or 256)"),
     ] = None,
+    brightness: Annotated[
+        float,
+        typer.Option(
+            "--brightness",
+            min=0.25,
+            max=4.0,
+            help="Factor of the colours of a PNG, as the window has it.",
+        ),
+    ] = 1.0,
     preintegrated: Annotated[
         bool,
         typer.Option(
@@ -83,6 +92,7 @@ def render(
             light=light,
             crop=crop,
             size=size,
+            brightness=brightness,
             preintegrated=preintegrated,
             device=str(device),
             backend=str(backend),

@@ -48,6 +48,7 @@ class RenderOrder:
     light: LightDirection | None
     crop: CropBox | None
     size: int | None
+    brightness: float
     preintegrated: bool
     device: str
     backend: str
@@ -117,7 +118,10 @@ def render_to_file(order: RenderOrder) -> None:
     else:
         from app.figures.picture import save_picture
 
-        save_picture(order.out, rendered.rgba[..., :3], rendered.facts())
+        facts = rendered.facts()
+        if order.brightness != 1:
+            facts["Brightness"] = f"{order.brightness:g}"
+        save_picture(order.out, order.brightness * rendered.rgba[..., :3], facts)
 
 
 def load_fitted(path: Path, scalar_range: Range) -> TransferFunction:

@@ -56,8 +56,8 @@ class FindingsPanel(QWidget):
         Finds the intervals, and has flags for them.
     shown_colors : callable
         Returns the colours (n, 3) that the active region shows now.
-    source : QWidget
-        Says who answered.
+    source, visible : QWidget
+        Say who answered, and what is visible.
     """
 
     whatIfShown = Signal(object)
@@ -72,6 +72,7 @@ class FindingsPanel(QWidget):
         layer: ResponseLayer,
         shown_colors: Callable[[], NDArray[np.float32]],
         source: QWidget,
+        visible: QWidget,
         parent: QWidget | None = None,
     ) -> None:
         super().__init__(parent)
@@ -124,7 +125,7 @@ class FindingsPanel(QWidget):
         self.result = QLabel()
         self.result.setProperty("role", "dim")
         self.result.setWordWrap(True)
-        self._lay_out(source)
+        self._lay_out(source, visible)
         self._connect()
         self.refresh()
         self._show_band(None)
@@ -212,7 +213,7 @@ class FindingsPanel(QWidget):
             self.what_if_button.setChecked(False)
             self.whatIfEnded.emit()
 
-    def _lay_out(self, source: QWidget) -> None:
+    def _lay_out(self, source: QWidget, visible: QWidget) -> None:
         # As high with any of the buttons, so that the images above keep their size.
         some = self.adds[0], self.raises[0], self.isolates[0], self.back
         tallest = max(button.sizeHint().height() for button in some)
@@ -252,6 +253,7 @@ class FindingsPanel(QWidget):
         layout.addLayout(head)
         layout.addWidget(source)
         layout.addLayout(grid)
+        layout.addWidget(visible)
         layout.addStretch()
         layout.addWidget(self.result)
         layout.addLayout(height)

@@ -13,6 +13,7 @@ from app.sensitivity_view.findings_panel import FindingsPanel
 from app.sensitivity_view.region_layer import RegionLayer
 from app.sensitivity_view.response_layer import ResponseLayer
 from app.sensitivity_view.source_label import SourceLabel
+from app.sensitivity_view.visible_label import VisibleLabel
 from app.state.sensitivity_answers import FieldAnswer, Source, WhatIfAnswer
 from app.state.sensitivity_export import shown_result
 from app.state.sensitivity_state import SensitivityState
@@ -63,8 +64,15 @@ class SensitivityView(QObject):
         self.responses = ResponseLayer(editor.area, state, sensitivity, dispatcher)
         self.bar = ChoiceBar(sensitivity)
         self.source = SourceLabel(sensitivity, dispatcher, workspace)
+        self.visible = VisibleLabel(sensitivity, dispatcher)
         self.findings = FindingsPanel(
-            state, sensitivity, dispatcher, self.responses, self._shown_colors, self.source
+            state,
+            sensitivity,
+            dispatcher,
+            self.responses,
+            self._shown_colors,
+            self.source,
+            self.visible,
         )
         editor.add_to_header(self.bar)
         editor.add_beside(self.findings)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -49,6 +50,12 @@ class FileDialogs(QObject):
         self._state = state
         self._opening = opening
         self._preferences = preferences
+        self.volume_name = ""
+        """Name of the open volume, from which names of new files are made."""
+
+    def proposed_name(self, otherwise: str, suffix: str) -> str:
+        """Return a new file's name: the volume's, or another where that gives none."""
+        return f"{file_name(self.volume_name) or otherwise}{suffix}"
 
     def open_volume(self) -> None:
         """Ask for a volume file and open it."""
@@ -68,7 +75,8 @@ class FileDialogs(QObject):
 
     def save_transfer_function(self) -> None:
         """Ask for a file and write the TF to it."""
-        path = self.ask_for_place("Save TF", TF_FILTER, (TF_SUFFIX,), "tf.json")
+        name = self.proposed_name("tf", TF_SUFFIX)
+        path = self.ask_for_place("Save TF", TF_FILTER, (TF_SUFFIX,), name)
         if path is None:
             return
         try:
@@ -137,3 +145,8 @@ class FileDialogs(QObject):
             path = Path(name)
             self._preferences.set(last_folder=str(path.absolute().parent))
             open_it(path)
+
+
+def file_name(name: str) -> str:
+    """Return a name without what file systems or their users would trip over."""
+    return re.sub(r"[^\w.+=-]+", "_", name).strip("._")[:100]

@@ -386,7 +386,7 @@ class MainWindow(QMainWindow):
         self.setWindowTitle(f"{volume.name} ({shape}) – tfscope")
         self.browser.set_units(volume.units)
         self.pictures.units = self.overlays.units = volume.units
-        self.pictures.name = volume.name
+        self.files.volume_name = volume.name
         self.crop_bar.set_volume(volume.dimensions)
         for handles in self.crop_handles:
             handles.set_volume(volume.dimensions)

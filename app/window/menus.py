@@ -207,15 +207,25 @@ class Menus(QObject):
         )
         add_action(menu, "Save &picture…", partial(pictures.save, reference), "Ctrl+Shift+S")
         add_action(menu, "&Copy picture…", partial(pictures.copy, reference), "Ctrl+Shift+C")
-        self._save_generator = add_action(
-            menu, "Save &generator's picture…", partial(pictures.save, generator)
-        )
+        saving = add_action(menu, "Save &generator's picture…", partial(pictures.save, generator))
+        latent, workspace = self._parts.latent, self._parts.workspace
+
+        def enable() -> None:
+            # It is not drawn while the map is in its place.
+            saving.setEnabled(workspace.has_model and not latent.choices.shown)
+
+        latent.choicesChanged.connect(lambda _choices: enable())
+        workspace.modelChanged.connect(enable)
+        enable()
 
     def _build_edit(self, menu: QMenu) -> None:
         state = self._state
         stack = state.undo_stack
         self._undo = add_action(menu, "&Undo", state.undo, QKeySequence.StandardKey.Undo)
         self._redo = add_action(menu, "&Redo", state.redo, QKeySequence.StandardKey.Redo)
+        # Both of the usual keys, whatever the system's own is.
+        usual = [*QKeySequence.keyBindings(QKeySequence.StandardKey.Redo), QKeySequence("Ctrl+Y")]
+        self._redo.setShortcuts(list(dict.fromkeys(usual)))
         self._undo.setEnabled(False)
         self._redo.setEnabled(False)
         stack.canUndoChanged.connect(self._undo.setEnabled)
@@ -237,10 +247,6 @@ class Menus(QObject):
         )
         browse.setCheckable(True)
         latent.choicesChanged.connect(lambda choices: browse.setChecked(choices.shown))
-        # It is not drawn while the map is in its place.
-        latent.choicesChanged.connect(
-            lambda choices: self._save_generator.setEnabled(not choices.shown)
-        )
         menu.addSeparator()
         self._build_camera(menu)
         menu.addSeparator()

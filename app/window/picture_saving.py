@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Qt, Signal
@@ -51,8 +50,6 @@ class PictureSaving(QObject):
         self._files = files
         self.units = ""
         """Unit of the volume's scalars, for the legend."""
-        self.name = ""
-        """Name of the volume, which the file dialog proposes."""
         self._last: PictureChoice | None = None
         self._sequence = 0
         self._wanted: tuple[int, PictureChoice, Path | None] | None = None
@@ -63,7 +60,7 @@ class PictureSaving(QObject):
         choice = self._ask(pane, "Save…")
         if choice is None:
             return
-        name = f"{file_name(self.name) or 'picture'}.png"
+        name = self._files.proposed_name("picture", ".png")
         place = self._files.ask_for_place("Save picture", PICTURE_FILTER, _suffixes(), name)
         if place is not None:
             self.draw(pane, choice, place)
@@ -131,11 +128,6 @@ class PictureSaving(QObject):
             self.problem.emit(str(error))
         else:
             self.news.emit(f"Saved {place.name}.")
-
-
-def file_name(name: str) -> str:
-    """Return a name without what file systems or their users would trip over."""
-    return re.sub(r"[^\w.+=-]+", "_", name).strip("._")[:100]
 
 
 def _enlarged(image: QImage, choice: PictureChoice) -> QImage:

@@ -143,6 +143,18 @@ def test_the_ray_caster_renders_what_vtk_renders(
     np.testing.assert_allclose(raycast, vtk, atol=0.01)
 
 
+def test_a_picture_can_be_brighter(raw_file: Path, tf_file: Path, tmp_path: Path) -> None:
+    arguments = f"render --renderer raycast --volume {raw_file} --tf {tf_file} --size 48 --out"
+    plain, bright, numbers = (tmp_path / name for name in ("a.png", "b.png", "b.npy"))
+    assert run([*arguments.split(), str(plain)]) == 0
+    for place in (bright, numbers):
+        assert run([*arguments.split(), str(place), "--brightness", "1.5"]) == 0
+    once, more = (np.asarray(Image.open(place)).astype(float) for place in (plain, bright))
+    np.testing.assert_allclose(more, np.minimum(1.5 * once, 255), atol=1.3)
+    np.testing.assert_allclose(255 * np.load(numbers)[..., :3], once, atol=0.51)
+    assert run([*arguments.split(), str(plain), "--brightness", "9"]) == 2
+
+
 def test_the_sensitivity_of_a_region_predicts_an_edit(
     raw_file: Path, tf_file: Path, tmp_path: Path
 ) -> None:

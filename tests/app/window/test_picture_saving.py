@@ -8,9 +8,9 @@ from PySide6.QtGui import QGuiApplication, QImage
 from PySide6.QtWidgets import QFileDialog
 from pytestqt.qtbot import QtBot
 
+from app.window.file_dialogs import file_name
 from app.window.main_window import MainWindow
 from app.window.picture_dialog import PictureChoice
-from app.window.picture_saving import file_name
 
 WindowMaker = Callable[..., MainWindow]
 
