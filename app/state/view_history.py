@@ -63,6 +63,10 @@ class ViewHistory:
         self._place = len(self._views) - 1
         self._kind, self._when = kind, now
 
+    def replace(self, view: View) -> None:
+        """Put another view in the place of the present one."""
+        self._views[self._place] = view
+
     def undo(self) -> View:
         """Go back by one view, if there is one, and return the present one."""
         return self._go(-1)

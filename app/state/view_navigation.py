@@ -20,6 +20,7 @@ from model.scene.orientation import (
     standard_view,
     view_in,
 )
+from model.scene.region import SQUARE, Reach
 from model.scene.view import View
 from model.scene.volume import Triple
 
@@ -46,6 +47,7 @@ class ViewNavigation(QObject):
         self._views = ViewHistory(HOME_VIEW)
         self._proportions = CUBE
         self._shown = WHOLE
+        self._reach = SQUARE
         self._up_axis = DEFAULT_UP
         self._axis_labels: tuple[str, ...] = ()
         self._trackball = False
@@ -143,7 +145,8 @@ class ViewNavigation(QObject):
 
     def view_whole(self) -> None:
         """Move the camera to where the whole volume just fits the image."""
-        distance = min(fit_distance(self._proportions, self._view), FARTHEST_HOME)
+        fitting = fit_distance(self._proportions, self._view, reach=self._reach)
+        distance = min(fitting, FARTHEST_HOME)
         self.set_view(replace(self._view, distance=distance, pan_x=0.0, pan_y=0.0))
 
     def look_from(self, name: str) -> None:
@@ -163,6 +166,23 @@ class ViewNavigation(QObject):
         """Set the view that :meth:`reset_view` goes to, until the up axis or the volume changes."""
         if view != self._home:
             self._home = view
+            self.navigationChanged.emit()
+
+    def set_reach(self, reach: Reach) -> None:
+        """Set what the home view has to fit; whoever looks from there sees the new one.
+
+        Parameters
+        ----------
+        reach : tuple of float
+            That of the narrowest image, see :data:`model.scene.region.Reach`.
+        """
+        if reach != self._reach:
+            self._reach = reach
+            at_home = self._view == self._home and not self._view_moving
+            self._home = self._upright_home()
+            if at_home:
+                self._views.replace(self._home)
+                self._look(self._home)
             self.navigationChanged.emit()
 
     def set_up_axis(self, up: str) -> None:
@@ -201,6 +221,7 @@ class ViewNavigation(QObject):
         axis_labels: tuple[str, ...] = (),
         view: View | None = None,
         shown: CropBox = WHOLE,
+        reach: Reach = SQUARE,
     ) -> None:
         """Look at another volume, from its home view; the history of views starts anew.
 
@@ -216,6 +237,8 @@ class ViewNavigation(QObject):
             Initial view; None for the home view.
         shown : CropBox
             Part of the volume that the home view must have in the image.
+        reach : tuple of float
+            See :meth:`set_reach`.
 
         Raises
         ------
@@ -223,17 +246,24 @@ class ViewNavigation(QObject):
             When there is no such axis.
         """
         up = up or DEFAULT_UP
-        home = home_view(proportions, up, front=axis_labelled("A", axis_labels), box=shown)
+        front = axis_labelled("A", axis_labels)
+        home = home_view(proportions, up, front=front, box=shown, reach=reach)
         self._view_moving = False
         self._proportions, self._axis_labels, self._shown = proportions, axis_labels, shown
-        self._up_axis, self._home = up, home
+        self._up_axis, self._home, self._reach = up, home, reach
         first = view or self._home
         self._views.start(first)
         self.navigationChanged.emit()
         self._look(first)
 
     def _upright_home(self) -> View:
-        return home_view(self._proportions, self._up_axis, front=self.front_axis, box=self._shown)
+        return home_view(
+            self._proportions,
+            self._up_axis,
+            front=self.front_axis,
+            box=self._shown,
+            reach=self._reach,
+        )
 
     def _look(self, view: View) -> None:
         """Show a view that is in the history."""

@@ -6,7 +6,7 @@ from dataclasses import astuple
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject, Qt, Signal
 
 from app.engines.client import EngineClient
 from app.engines.engines import Builders, GeneratorSettings
@@ -28,6 +28,7 @@ from app.state.volume_opening import VolumeOpening
 from model.errors import TfscopeError
 from model.scene.range_choice import RangeChoice
 from model.scene.range_fitting import fit_to_range, fit_to_volume, range_of
+from model.scene.region import SQUARE, Reach
 from model.scene.transfer_function import Range, TransferFunction
 from model.scene.view import View
 from model.volume_files.raw import RawLayout
@@ -129,6 +130,10 @@ class Workspace(QObject):
         state.edited.connect(self._keep)
         state.viewChangeFinished.connect(self._keep_view)
         work.resized.connect(partial(setattr, self.sensitivity.chooser, "picture"))
+        # Queued: in the middle of an opening, the view is still that of the volume before.
+        queued = Qt.ConnectionType.QueuedConnection
+        work.resized.connect(self._fit_home, queued)
+        self.modelChanged.connect(self._fit_home, queued)
         work.settingsChanged.connect(self._update_hint)
         work.analystStarted.connect(self._restart_questions)
         self._model.ready.connect(self._generator_ready)
@@ -305,7 +310,9 @@ class Workspace(QObject):
         volume, known = opened.volume, self._preferences.volume(opened.fingerprint)
         up = known.up_axis or volume.up
         view = View(*known.view) if known.view else None
-        self._state.start_view(volume.proportions, up, volume.axis_labels, view, opened.shown)
+        self._state.start_view(
+            volume.proportions, up, volume.axis_labels, view, opened.shown, self._reach
+        )
         self.volumeOpened.emit(opened)
         self._preferences.note_volume(opened.fingerprint, opened.path)
         self._note_model()
@@ -364,6 +371,14 @@ class Workspace(QObject):
         self._update_hint()
         # Last, so that whoever listens finds all of them changed.
         self.modelChanged.emit()
+
+    def _fit_home(self) -> None:
+        self._state.set_reach(self._reach)
+
+    @property
+    def _reach(self) -> Reach:
+        """What the home view fits: the reference's image, or the model's square beside it."""
+        return SQUARE if self.has_model else self._dispatcher.raster.reach
 
     def _restart_questions(self) -> None:
         """Ask the analyst everything anew."""

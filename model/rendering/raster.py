@@ -9,6 +9,8 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from model.scene.region import Reach
+
 _Number = TypeVar("_Number", bound=np.generic)
 
 
@@ -47,6 +49,11 @@ class Raster:
     def of(cls, size: int | Raster) -> Raster:
         """Return the raster of a square image, given its size; rasters stay as they are."""
         return size if isinstance(size, Raster) else cls(size, size)
+
+    @property
+    def reach(self) -> Reach:
+        """The whole picture's reach, see :data:`model.scene.region.Reach`."""
+        return self.width / self.shorter / 2, self.height / self.shorter / 2
 
     @property
     def shape(self) -> tuple[int, int]:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from model.errors import ViewError
 from model.scene.crop import CropBox
+from model.scene.region import SQUARE, Reach
 from model.scene.view import FAR_DISTANCE_RADII, VIEW_ANGLE, View
 
 AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
@@ -137,8 +138,9 @@ def fit_distance(
     view: View | NDArray[np.float64],
     margin: float = MARGIN,
     box: CropBox = WHOLE,
+    reach: Reach = SQUARE,
 ) -> float:
-    """Smallest distance at which a box of the volume lies inside the square image.
+    """Smallest distance at which a box of the volume lies inside the image.
 
     Parameters
     ----------
@@ -150,6 +152,8 @@ def fit_distance(
         Part of half the image's side that is left free.
     box : CropBox
         Part of the volume; by default, all of it. The view is aimed at the volume's centre.
+    reach : tuple of float
+        The image's, see :data:`model.scene.region.Reach`; by default a square one's.
 
     Returns
     -------
@@ -161,8 +165,9 @@ def fit_distance(
     sides = zip(box.low, box.high, strict=True)
     corners = (2.0 * np.array(list(itertools.product(*sides))) - 1.0) * proportions
     right, up, back = basis @ corners.T
-    reach = (1.0 - margin) * math.tan(math.radians(VIEW_ANGLE / 2))
-    needed = back + np.maximum(np.abs(right), np.abs(up)) / reach
+    tangent = (1.0 - margin) * math.tan(math.radians(VIEW_ANGLE / 2))
+    across, along = np.abs(right) / (2 * reach[0]), np.abs(up) / (2 * reach[1])
+    needed = back + np.maximum(across, along) / tangent
     return float(needed.max()) / FAR_DISTANCE_RADII
 
 
@@ -172,6 +177,7 @@ def home_view(
     *,
     front: str = "",
     box: CropBox = WHOLE,
+    reach: Reach = SQUARE,
 ) -> View:
     """Initial view of a volume: upright, from above and the side, with a box in the image.
 
@@ -183,9 +189,11 @@ def home_view(
         See :func:`upright_frame`.
     box : CropBox
         Part of the volume that must be in the image; by default, all of it.
+    reach : tuple of float
+        The image's, see :func:`fit_distance`.
     """
     view = view_in(up, HOME_AZIMUTH, HOME_ELEVATION, front=front)
-    distance = fit_distance(proportions, view, box=box)
+    distance = fit_distance(proportions, view, box=box, reach=reach)
     return replace(view, distance=min(max(distance, NEAREST_HOME), FARTHEST_HOME))
 
 

@@ -129,6 +129,23 @@ def test_home_shows_a_part_and_the_whole_volume_is_one_step_away(state: ViewerSt
     assert state.view == home_view(BOX, "+x")
 
 
+def test_the_home_view_follows_the_image_while_it_is_looked_from(state: ViewerState) -> None:
+    state.start_view(BOX)
+    square = state.home
+    state.set_reach((1.5, 0.5))
+    assert state.view == state.home == home_view(BOX, reach=(1.5, 0.5))
+    assert state.home.distance < square.distance
+    assert not state.can_undo_view
+    # Whoever looks from elsewhere stays there.
+    state.set_view(at(77))
+    state.set_reach((0.5, 0.5))
+    assert state.view == at(77) and state.home == square
+    state.reset_view()
+    assert state.view == square
+    state.set_up_axis("-y")
+    assert state.view == home_view(BOX, "-y")
+
+
 def test_a_patient_is_seen_from_the_front(state: ViewerState) -> None:
     # x to the right, y to the front: as NIfTI has it.
     state.start_view(BOX, "+z", tuple("RLAPSI"))

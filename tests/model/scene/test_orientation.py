@@ -179,6 +179,19 @@ def test_the_home_view_may_be_of_a_part_of_the_volume(up: str) -> None:
     assert np.abs(projected(home, proportions, box)).max() == pytest.approx(0.97)
 
 
+@pytest.mark.parametrize("reach", [(1.5, 0.5), (0.5, 0.8), (0.5, 0.5)])
+@pytest.mark.parametrize("lengths", BOXES)
+def test_in_a_wider_image_the_box_just_fits_its_width_or_its_height(
+    lengths: tuple[float, float, float], reach: tuple[float, float]
+) -> None:
+    proportions = proportions_of(lengths)
+    view = View(30.0, 15.0)
+    at = replace(view, distance=fit_distance(proportions, view, reach=reach))
+    across, along = np.abs(projected(at, proportions)).max(axis=0) / (2 * np.array(reach))
+    assert max(across, along) == pytest.approx(0.97)
+    assert home_view(proportions, reach=reach).distance == np.clip(at.distance, 0.4, 1.0)
+
+
 @pytest.mark.parametrize("name", STANDARD_VIEWS)
 def test_standard_views_look_from_their_faces(name: str) -> None:
     view = standard_view(name, 0.5, "-y", front="+x")
