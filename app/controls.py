@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import html
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QBuffer, QIODevice, Qt
 from PySide6.QtGui import QAction, QIcon, QImage, QKeySequence, QPixmap
 from PySide6.QtWidgets import QComboBox, QMenu, QPushButton, QToolButton
 
@@ -52,6 +53,15 @@ def picture_icon(picture: QImage | None, size: int) -> QIcon:
             Qt.TransformationMode.SmoothTransformation,
         )
     return QIcon(shown)
+
+
+def picture_tip(picture: QImage, text: str) -> str:
+    """Return a tooltip with a picture, as large as it is, above a text."""
+    buffer = QBuffer()
+    buffer.open(QIODevice.OpenModeFlag.WriteOnly)
+    picture.save(buffer, "PNG")  # type: ignore[call-overload]
+    content = buffer.data().toBase64().toStdString()
+    return f"<img src='data:image/png;base64,{content}'><br>{html.escape(text)}"
 
 
 def add_action(

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRect, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QResizeEvent
+from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QPen, QResizeEvent
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app import theme
@@ -180,6 +180,11 @@ class ImageCanvas(QWidget):
                 is_square = self._cover.width() == self._cover.height()
                 painter.drawImage(self.image_rect if is_square else rect, self._cover)
             painter.setOpacity(1.0)
+            if rect.width() < self.width() - 1 or rect.height() < self.height() - 1:
+                # Where a picture ends, the volume may be cut: that is to be seen.
+                painter.setPen(QPen(QColor(theme.BORDER), 1))
+                painter.setBrush(Qt.BrushStyle.NoBrush)
+                painter.drawRect(rect.adjusted(0, 0, -1, -1))
             if not self._message:
                 for paint in self._decorations:
                     painter.save()

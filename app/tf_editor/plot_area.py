@@ -19,8 +19,25 @@ from model.scene.transfer_function import Range
 STRIP_HEIGHT = 44
 AXIS_WIDTH = 44
 _READOUT_GAP = 18
+TICK_ROOM = 9
+"""Pixels from an axis' ends in which there are no ticks: their labels would be cut."""
+
 _SIDE_ROOM = 0.025
 """Margin at either end of the axis, as a fraction of it, for handles and grips at the ends."""
+
+
+class _InnerAxis(pg.AxisItem):  # type: ignore[misc]
+    """An axis without ticks so near its ends that their labels would be cut."""
+
+    def tickValues(
+        self, minVal: float, maxVal: float, size: float
+    ) -> list[tuple[float, list[float]]]:
+        """Return pyqtgraph's ticks between the ends."""
+        room = TICK_ROOM / max(size, 1.0) * (maxVal - minVal)
+        return [
+            (spacing, [v for v in values if minVal + room <= v <= maxVal - room])
+            for spacing, values in super().tickValues(minVal, maxVal, size)
+        ]
 
 
 class PlotArea(QObject):
@@ -196,7 +213,8 @@ class PlotArea(QObject):
         self.opacity.sigResized.connect(
             lambda *_: view.setGeometry(self.opacity.sceneBoundingRect())
         )
-        axis = self._add_axis("right", view, row=0, col=2)
+        axis = _InnerAxis("right", linkView=view, pen=theme.BORDER, textPen=theme.DIM_TEXT)
+        self._place_axis(axis, row=0, col=2)
         return view, axis
 
     def _add_view(self, row: int) -> Any:
@@ -210,10 +228,13 @@ class PlotArea(QObject):
 
     def _add_axis(self, side: str, view: Any, row: int, col: int) -> Any:
         axis = pg.AxisItem(side, linkView=view, pen=theme.BORDER, textPen=theme.DIM_TEXT)
+        self._place_axis(axis, row, col)
+        return axis
+
+    def _place_axis(self, axis: Any, row: int, col: int) -> None:
         axis.setStyle(tickLength=-4)
         axis.enableAutoSIPrefix(False)
         self.widget.addItem(axis, row=row, col=col)
-        return axis
 
     def _clicked(self, event: Any) -> None:
         """Emit the signal for a click on one of the plots; handles accept their own clicks."""

@@ -9,11 +9,14 @@ from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QToolButton, QWidget
 
-from app.controls import picture_icon
+from app.controls import picture_icon, picture_tip
 from model.scene.orientation import AXES
 
-PICTURE = 48
-"""Largest side of a picture, in pixels."""
+ICON = 48
+"""Side of the pictures on the buttons, in pixels."""
+
+PICTURE = 200
+"""Side of the pictures that are shown beside the mouse."""
 
 
 class UpAxisBar(QFrame):
@@ -35,10 +38,9 @@ class UpAxisBar(QFrame):
             button = QToolButton()
             button.setText(axis.replace("-", "−"))
             button.setAutoRaise(True)
-            button.setIconSize(QSize(PICTURE, PICTURE))
+            button.setIconSize(QSize(ICON, ICON))
             button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
             button.setAccessibleName(f"{axis} is up")
-            button.setToolTip(f"Stand the volume upright with {axis} of its file at the top")
             button.clicked.connect(partial(self._choose, axis))
             self._buttons[axis] = button
             layout.addWidget(button)
@@ -69,10 +71,13 @@ class UpAxisBar(QFrame):
         Parameters
         ----------
         pictures : mapping of str to QImage
-            By axis; a button without a picture stays black.
+            By axis, with sides of :data:`PICTURE`; a button without a picture stays black.
         """
         for axis, button in self._buttons.items():
-            button.setIcon(picture_icon(pictures.get(axis), PICTURE))
+            picture = pictures.get(axis)
+            text = f"Stand the volume upright with {axis} of its file at the top"
+            button.setIcon(picture_icon(picture, ICON))
+            button.setToolTip(text if picture is None else picture_tip(picture, text))
 
     def button(self, axis: str) -> QToolButton:
         """Return an axis' button."""

@@ -1,9 +1,11 @@
 from __future__ import annotations
 
+import base64
+
 from PySide6.QtGui import QColor, QImage
 from pytestqt.qtbot import QtBot
 
-from app.window.up_axis_bar import PICTURE, UpAxisBar
+from app.window.up_axis_bar import ICON, UpAxisBar
 from model.scene.orientation import AXES
 
 
@@ -30,10 +32,14 @@ def test_pictures_are_shown_and_forgotten_at_the_next_question(qtbot: QtBot) -> 
     image.fill(QColor("red"))
     bar.set_pictures({"+y": image})
     icon = bar.button("+y").icon()
-    assert icon.availableSizes()[0].width() == PICTURE
-    assert icon.pixmap(PICTURE).toImage().pixelColor(36, 18) == QColor("red")
+    assert icon.availableSizes()[0].width() == ICON
+    assert icon.pixmap(ICON).toImage().pixelColor(36, 18) == QColor("red")
+    # The mouse shows it in full.
+    tip = bar.button("+y").toolTip()
+    shown = QImage.fromData(base64.b64decode(tip.split("base64,")[1].split("'")[0]))
+    assert shown.size() == image.size() and "+y of its file at the top" in tip
     # Black, and as large: nothing moves when a picture comes.
-    black = bar.button("-y").icon().pixmap(PICTURE).toImage()
-    assert (black.width(), black.pixelColor(36, 18)) == (PICTURE, QColor("black"))
+    black = bar.button("-y").icon().pixmap(ICON).toImage()
+    assert (black.width(), black.pixelColor(36, 18)) == (ICON, QColor("black"))
     bar.ask()
-    assert bar.button("+y").icon().pixmap(PICTURE).toImage().pixelColor(36, 18) == QColor("black")
+    assert bar.button("+y").icon().pixmap(ICON).toImage().pixelColor(36, 18) == QColor("black")
