@@ -33,9 +33,12 @@ from model.sensitivity.measure import Measure
 from model.sensitivity.result import SensitivityResult
 
 MEASURE_NAMES: dict[Measure, str] = {
-    "change": "change (size)",
-    "signed": "change (brighter or darker)",
+    "change": "size of change",
+    "signed": "change of brightness",
 }
+
+CUT_FROM = 3.0
+"""Factor from which the highest response may be left out of a plot of those of interest."""
 
 FIGURE_SIZE = 980, 540
 CURVE_SIZE = 1180, 640
@@ -73,12 +76,14 @@ def _save_curve(path: Path, result: SensitivityResult, caption: str, region: Reg
     sensitivity = Curve(f"{result.source}", values, shown)
     opacity = Curve("opacity", values, result.opacity)
     name = MEASURE_NAMES[result.measure]
-    limit = 1.2 * float(np.abs(shown[result.in_window]).max(initial=0.0)) or None
     title = f"Sensitivity of {result.place}"
-    if limit is not None and np.abs(shown).max() > limit:
+    inside, highest = (float(np.abs(v).max(initial=0)) for v in (shown[result.in_window], shown))
+    # Only where the background's values would leave the others flat is the curve cut.
+    limit = 1.2 * inside if 0 < inside < highest / CUT_FROM else None
+    if limit is not None:
         title += f"; reaches beyond to {shown[np.abs(shown).argmax()]:.3g}"
     plots = (
-        Plot(title, result.axis_label, f"{name} per +.01 opacity", (sensitivity,), y_limit=limit),
+        Plot(title, result.axis_label, f"{name} / +.01", (sensitivity,), y_limit=limit),
         Plot("Opacity TF", result.axis_label, "opacity", (opacity,)),
     )
     layout = new_layout(*CURVE_SIZE)

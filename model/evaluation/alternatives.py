@@ -180,24 +180,24 @@ def verdict(model: Alternative, coarse: Alternative, renderer: Alternative) -> s
         The model, the volume averaged to its bytes, and the ray caster.
     """
     faster = renderer.ms / model.ms
-    times, speed = (faster, "fast") if faster >= 1 else (1 / faster, "slow")
+    speed = f"{faster:.1f} times as fast" if faster >= 1 else f"{1 / faster:.1f} times as slow"
     errors = {
         "RMSE": (model.rmse, coarse.rmse),
         "EMD": (model.emd, coarse.emd),
         "SSIM": (-model.ssim, -coarse.ssim),
     }
     nearer = [name for name, (ours, theirs) in errors.items() if ours < theirs]
-    quality = f"nearer to the truth than a volume of its bytes (in {', '.join(nearer)})"
+    rival = "the volume averaged to its file size"
+    quality = f"nearer to the truth than {rival} (in {', '.join(nearer)})"
     if len(nearer) in (0, len(errors)):
-        quality = f"{'' if nearer else 'not '}nearer to the truth than a volume of its bytes"
+        quality = f"{'' if nearer else 'not '}nearer to the truth than {rival}"
     pays = faster >= WORTH_WHILE or model.rmse < renderer.rmse
     if pays:
-        return (
-            f"This model pays: it is {times:.1f} times as {speed} as the ray caster, and {quality}."
-        )
+        return f"This model pays: it is {speed} as the ray caster, and {quality}."
+    only, link = "only " if faster >= 1 else "", "but" if nearer else "and"
     return (
         "With the volume at hand, the ray caster serves better: this model is "
-        f"{times:.1f} times as {speed}, and {quality}."
+        f"{only}{speed}, {link} {quality}."
     )
 
 

@@ -119,6 +119,8 @@ def test_verdicts() -> None:
     said = verdict(model, coarse, replace(exact, ms=5.0))
     assert "2.0 times as slow" in said
     assert said.startswith("With the volume at hand, the ray caster serves better")
+    assert said.endswith("slow, but nearer to the truth than the volume averaged to its file size.")
+    assert "only 1.2 times as fast, but" in verdict(model, coarse, replace(exact, ms=12.0))
     # Where the truth is VTK's, a slower model may still be nearer to it.
     assert verdict(model, coarse, replace(exact, ms=5.0, rmse=0.04)).startswith("This model pays")
     assert "(in EMD)" in verdict(replace(model, rmse=0.04, ssim=0.9), coarse, exact)
