@@ -152,7 +152,8 @@ class EnginePane(QWidget):
         self._rgba = rgba
         self.canvas.show_image(to_qimage(rgba, self.brightness.value))
         height, width, _ = rgba.shape
-        facts = [by, f"{width} × {height}", f"{1000 * result.seconds:.0f} ms"]
+        cropped = "" if request.inputs.crop is None else "cropped"
+        facts = [cropped, by, f"{width} × {height}", f"{1000 * result.seconds:.0f} ms"]
         self._detail.setText("   ".join(fact for fact in facts if fact))
         self.imageShown.emit(result.request.inputs, rgba)
 

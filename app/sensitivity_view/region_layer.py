@@ -46,6 +46,7 @@ class RegionLayer(QObject):
         self._grip: str | int | None = None
         self._start = Outline()
         self._lasso: list[QPointF] = []
+        self._place_before: tuple[float, float] | None = None
         canvas.setMouseTracking(True)
         canvas.add_decoration(self._paint)
         canvas.installEventFilter(self)
@@ -63,6 +64,10 @@ class RegionLayer(QObject):
             return self._press(cast(QMouseEvent, event))
         if kind == QEvent.Type.MouseMove:
             return self._move(cast(QMouseEvent, event).position())
+        if kind == QEvent.Type.MouseButtonDblClick:
+            # The first of the two clicks was none: a double click returns to the first view.
+            self._state.pick(self._place_before)
+            self._pressed = None
         if kind == QEvent.Type.MouseButtonRelease and self._pressed is not None:
             return self._release(cast(QMouseEvent, event).position())
         return False
@@ -113,6 +118,7 @@ class RegionLayer(QObject):
         elif not self._moved:
             place, reach = self._canvas.place_of(position), self._canvas.reach
             inside = all(abs(p - 0.5) < half for p, half in zip(place, reach, strict=True))
+            self._place_before = self._state.place
             self._state.pick(place if inside else None)
         self._pressed, self._grip, self._lasso = None, None, []
         self._canvas.update()

@@ -1,4 +1,4 @@
-"""The edited state: view, light and transfer function (TF), with undo for TF and view.
+"""The edited state: view, light, crop box and transfer function (TF), with undo.
 
 Signals come in pairs, as in pyqtgraph: `...Changed` at every step of a drag, and
 `...ChangeFinished` at its end.
@@ -29,7 +29,7 @@ EMPTY_TF = TransferFunction(
 class ViewerState(ViewNavigation):
     """View, light and TF of both images.
 
-    Every edit of the TF can be undone. A drag is previewed and becomes one
+    Every edit of the TF and of the crop box can be undone. A drag is previewed and becomes one
     undo step at its end. The view is :class:`ViewNavigation`'s, with a history of its own.
     """
 
@@ -42,7 +42,7 @@ class ViewerState(ViewNavigation):
     cropChanged = Signal(object)
     cropChangeFinished = Signal(object)
     edited = Signal()
-    """Emitted after a completed edit, undo or redo of the TF by the user."""
+    """Emitted after a completed edit, undo or redo by the user."""
     undone = Signal()
     """Emitted after an undo or redo."""
 
@@ -55,6 +55,7 @@ class ViewerState(ViewNavigation):
         self._light: LightDirection | None = None
         self._light_moving = False
         self._crop: CropBox | None = None
+        self._crop_before: CropBox | None = None
         self._crop_moving = False
 
     @property
@@ -112,18 +113,23 @@ class ViewerState(ViewNavigation):
         """Change the crop box during a drag; None, or a box of everything, shows all."""
         crop = None if crop is None or crop.is_whole else crop
         if crop != self._crop:
+            if not self._crop_moving:
+                self._crop_before = self._crop
             self._crop = crop
             self._crop_moving = True
             self.cropChanged.emit(crop)
 
     def finish_crop(self) -> None:
-        """End a drag of the crop box, if there is one."""
+        """End a drag of the crop box, if there is one, making it one undo step."""
         if self._crop_moving:
             self._crop_moving = False
-            self.cropChangeFinished.emit(self._crop)
+            if self._crop == self._crop_before:
+                self.cropChangeFinished.emit(self._crop)
+            else:
+                self._push(_Crop(self, self._crop_before, self._crop))
 
     def set_crop(self, crop: CropBox | None) -> None:
-        """Change the crop box without a drag."""
+        """Change the crop box without a drag: one undo step."""
         self.move_crop(crop)
         self.finish_crop()
 
@@ -190,6 +196,7 @@ class ViewerState(ViewNavigation):
     def undo(self) -> None:
         """Undo the last edit; a current drag is ended and counts as one."""
         self.finish_preview("drag")
+        self.finish_crop()
         self.undo_stack.undo()
         self.edited.emit()
         self.undone.emit()
@@ -230,6 +237,29 @@ class ViewerState(ViewNavigation):
             self._transfer_function = transfer_function
             self.transferFunctionChanged.emit(transfer_function)
         self.transferFunctionChangeFinished.emit(transfer_function)
+
+    def _show_crop(self, crop: CropBox | None) -> None:
+        if crop != self._crop:
+            self._crop = crop
+            self.cropChanged.emit(crop)
+        self.cropChangeFinished.emit(crop)
+
+
+class _Crop(QUndoCommand):
+    """One change of the crop box."""
+
+    def __init__(self, state: ViewerState, before: CropBox | None, after: CropBox | None) -> None:
+        super().__init__("crop" if after is not None else "whole volume")
+        self._state = state
+        self._before, self._after = before, after
+
+    def redo(self) -> None:
+        """Show the box after the change."""
+        self._state._show_crop(self._after)
+
+    def undo(self) -> None:
+        """Show the box before the change."""
+        self._state._show_crop(self._before)
 
 
 class _Edit(QUndoCommand):

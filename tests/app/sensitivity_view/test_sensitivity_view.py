@@ -295,6 +295,15 @@ def test_the_wheel_widens_and_a_drag_pins_a_band(qtbot: QtBot, window: MainWindo
     assert state.band is None and window.reference.canvas.cover is None
 
 
+def test_a_double_click_asks_for_no_values(window: MainWindow) -> None:
+    canvas, state = window.reference.canvas, window.sensitivity_state
+    where = at(canvas, 0.5, 0.5)
+    QTest.mouseClick(canvas, Qt.MouseButton.LeftButton, pos=where)
+    QTest.mouseDClick(canvas, Qt.MouseButton.LeftButton, pos=where)
+    QTest.mouseRelease(canvas, Qt.MouseButton.LeftButton, pos=where)
+    assert state.place is None and window.state.view == window.state.home
+
+
 @pytest.mark.parametrize("how", ["escape in the plot", "escape in the image", "click"])
 def test_a_kept_band_ends_as_users_expect(qtbot: QtBot, window: MainWindow, how: str) -> None:
     viewport, state = window.editor.area.widget.viewport(), window.sensitivity_state

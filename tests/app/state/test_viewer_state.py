@@ -1,11 +1,14 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from pytestqt.qtbot import QtBot
 from ramp import make_tf
 
 from app.state.viewer_state import HOME_VIEW, ViewerState
+from model.scene.crop import CropBox
+from model.scene.tf_editing import recolor_stop
 from model.scene.transfer_function import TransferFunction
 from model.scene.view import View
 
@@ -119,3 +122,35 @@ def test_the_end_of_a_drag_announces_nothing_new(state: ViewerState) -> None:
     state.undo()
     state.redo()
     assert len(changed) == len(finished) == 3
+
+
+def test_a_crop_is_undone_and_redone_among_the_edits(qtbot: QtBot, state: ViewerState) -> None:
+    tf = state.transfer_function
+    edited = replace(tf, color=recolor_stop(tf.color, 0, (1.0, 0.0, 0.0)))
+    half, third = CropBox((0.5, 0.0, 0.0)), CropBox((0.5, 0.3, 0.0))
+    state.commit(edited, "preset")
+    state.move_crop(CropBox((0.2, 0.0, 0.0)))
+    state.move_crop(half)
+    assert state.live
+    state.finish_crop()
+    state.set_crop(third)
+    state.set_crop(None)
+    assert not state.live
+    assert state.undo_stack.undoText() == "whole volume"
+    seen = []
+    for _ in range(3):
+        with qtbot.waitSignal(state.cropChangeFinished):
+            state.undo()
+        seen.append(state.crop)
+    assert seen == [third, half, None]
+    assert state.transfer_function == edited
+    state.undo()
+    assert state.transfer_function == tf
+    for _ in range(2):
+        state.redo()
+    assert state.crop == half and state.transfer_function == edited
+    # A drag that ends where it began is none.
+    state.move_crop(third)
+    state.move_crop(half)
+    state.finish_crop()
+    assert state.undo_stack.undoText() == "crop" and state.undo_stack.canRedo()
