@@ -219,8 +219,18 @@ class SensitivityState(QObject):
         self.place = place
         self.placeChanged.emit(place)
 
-    def start_volume(self) -> None:
-        """Forget what belongs to the volume before; regions are kept."""
+    def start_volume(self, is_alike: bool) -> None:
+        """Forget what belongs to the volume before.
+
+        Parameters
+        ----------
+        is_alike : bool
+            Whether the new one has as many voxels along each axis, as another time step has:
+            then regions are kept.
+        """
+        if not is_alike and self.regions:
+            self.regions = ()
+            self.activate(None)
         self._set_band(None)
         self.pick(None)
 

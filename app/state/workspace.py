@@ -297,8 +297,10 @@ class Workspace(QObject):
         self.latent.search.cancel()
         self.latent.path.cancel()
         folder = self._model_for(opened)
-        self._opened = opened
-        self._sensitivity_state.start_volume()
+        before, self._opened = self._opened, opened
+        self._sensitivity_state.start_volume(
+            before is None or before.volume.dimensions == opened.volume.dimensions
+        )
         self.latent.session.start_volume(opened.volume, opened.window)
         if folder != self._model.folder:
             self.open_model(folder)

@@ -71,7 +71,8 @@ class TrainingBar(QFrame):
         self.train = _button(
             f"Train a model ({about})",
             "Trains a model of this volume beside the window. It draws the volume without its "
-            "file, and is kept for the next time.",
+            "file, and is kept for the next time. Under global light it learns direct light, as "
+            "images are drawn by the thousand.",
         )
         self.open = _button("Open a model…", "Choose the folder of a model of this volume")
         self.cancel = _button("Cancel", "Stop the training; it goes on from there if started again")

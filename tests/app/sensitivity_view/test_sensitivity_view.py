@@ -31,6 +31,7 @@ from model.scene.scene import Scene
 from model.scene.tf_emphasis import STRIKING_COLORS
 from model.scene.tf_perturbation import edit_over
 from model.scene.view import View
+from model.scene.volume import Volume
 from model.sensitivity.display import overlay, scale_of, shown_field, shown_responses
 
 WindowMaker = Callable[..., MainWindow]
@@ -403,6 +404,21 @@ def test_another_volume_forgets_the_answers(
     qtbot.waitUntil(lambda: "exact" in dispatcher.regions)
     assert "learned" not in dispatcher.regions
     assert dispatcher.regions["exact"].request.inputs.opacity_tf.scalar_range == (100.0, 500.0)
+    qtbot.waitUntil(lambda: window.workspace.is_settled)
+
+
+def test_regions_stay_for_the_next_time_step_and_go_with_another_shape(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
+) -> None:
+    state, region = window.sensitivity_state, Outline.rectangle(0.2, 0.3, 0.6, 0.7)
+    state.add_region(region)
+    builders.volumes["next"] = make_volume("next", 500.0)
+    builders.volumes["other"] = Volume(make_volume("other").scalars[:, :, :3], name="other")
+    for name, outline in (("next", region), ("other", Outline())):
+        with qtbot.waitSignal(window.workspace.volumeOpened):
+            window.workspace.open_volume(Path(name))
+        assert state.outline == outline
+    assert window.sensitivity.bar.region.currentText() == "Whole image"
     qtbot.waitUntil(lambda: window.workspace.is_settled)
 
 
