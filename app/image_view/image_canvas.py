@@ -30,8 +30,13 @@ def to_qimage(rgba: NDArray[np.float32], brightness: float = 1.0) -> QImage:
     brightness : float
         Factor of the colours.
     """
-    rgb = np.clip(np.nan_to_num(rgba[..., :3]) * np.float32(brightness), 0.0, 1.0)
-    levels = np.ascontiguousarray(np.rint(rgb * 255).astype(np.uint8))
+    rgb = np.nan_to_num(rgba[..., :3])
+    # In place: it is done for every image of a drag.
+    if brightness != 1:
+        rgb *= np.float32(brightness)
+    np.clip(rgb, 0.0, 1.0, out=rgb)
+    rgb *= np.float32(255)
+    levels = np.ascontiguousarray(np.rint(rgb, out=rgb).astype(np.uint8))
     height, width = levels.shape[:2]
     # The copy makes the image own its pixels.
     return QImage(levels.data, width, height, 3 * width, QImage.Format.Format_RGB888).copy()
