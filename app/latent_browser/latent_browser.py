@@ -104,6 +104,8 @@ class LatentBrowser(QWidget):
         self.status.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.cancel = QPushButton("Cancel")
         self.cancel.hide()
+        # The map keeps its size when the button comes.
+        self.status.setMinimumHeight(self.cancel.sizeHint().height())
         self.map.show_message(NO_VOLUME)
         self._lay_out()
         self._connect()
@@ -482,7 +484,9 @@ class LatentBrowser(QWidget):
         if grid is not None and grid.images:
             size = next(iter(grid.images.values())).shape[0]
             source, ms = SOURCES[grid.source], 1000 * grid.seconds
-            facts.append(f"{len(grid.images)} pictures by the {source} in {ms:.0f} ms")
+            if self._latent.hover is None:
+                # Both do not have room.
+                facts.append(f"{len(grid.images)} pictures by the {source} in {ms:.0f} ms")
             explained.append(
                 f"Pictures of the grid have {size} × {size} pixels; the number in a corner\n"
                 "is how many of the TFs lie in that cell of the frame."
