@@ -17,7 +17,7 @@ from app.tf_editor.unit_axis import ScalarAxis
 from model.scene.transfer_function import Range
 
 STRIP_HEIGHT = 44
-AXIS_WIDTH = 44
+AXIS_WIDTH = 52
 _READOUT_GAP = 18
 TICK_ROOM = 9
 """Pixels from an axis' ends in which there are no ticks: their labels would be cut."""
