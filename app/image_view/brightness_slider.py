@@ -33,10 +33,13 @@ class BrightnessSlider(QWidget):
             "Show both images brighter or darker, as with another light. "
             "Saved pictures are as bright as they are shown."
         )
-        self.reset: QToolButton = text_button("1×", "Show the images as they are")
+        self.number = QLabel()
+        # Wide enough for any number, so that the slider keeps its place.
+        self.number.setMinimumWidth(self.fontMetrics().horizontalAdvance("0.00×"))
+        self.reset: QToolButton = text_button("Reset", "Show the images as they are")
         row = QHBoxLayout(self)
         row.setContentsMargins(20, 4, 12, 4)
-        for widget in (label, self.slider, self.reset):
+        for widget in (label, self.slider, self.number, self.reset):
             row.addWidget(widget)
         self.slider.valueChanged.connect(brightness.set_step)
         self.reset.clicked.connect(lambda: brightness.set(1.0))
@@ -46,4 +49,5 @@ class BrightnessSlider(QWidget):
     def _show(self) -> None:
         with QSignalBlocker(self.slider):
             self.slider.setValue(self._brightness.step)
+        self.number.setText(f"{self._brightness.value:.3g}×")
         self.reset.setEnabled(self._brightness.value != 1.0)

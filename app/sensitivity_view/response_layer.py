@@ -197,7 +197,7 @@ class ResponseLayer(QObject):
         if values is not None and answer is not None and choices.shown:
             scalar_range = answer.request.inputs.opacity_tf.scalar_range
             self.is_flat = bool(np.abs(values).max() < FLOOR * SMALL_EDIT)
-            intervals = promising_intervals(values, scalar_range, window=self._dispatcher.window)
+            intervals = promising_intervals(values, scalar_range, window=self._interest)
         if intervals != self.intervals:
             self.intervals = intervals
             self._place_flags()
@@ -274,10 +274,15 @@ class ResponseLayer(QObject):
         pixels = int(request.region.mask(request.quality.pixels.shape).sum())
         return shown_responses(answer.value, pixels, request.width)
 
+    @property
+    def _interest(self) -> Range:
+        """The values of interest, and all above: it is below them that the background lies."""
+        return self._dispatcher.window[0], self._state.scalar_range[1]
+
     def _inside(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Responses of the values of interest; those of the background may be 100 times as high."""
         scalars = np.linspace(*self._state.scalar_range, TF_SAMPLES)
-        lo, hi = self._dispatcher.window
+        lo, hi = self._interest
         return np.where((scalars >= lo) & (scalars <= hi), values, 0.0)
 
     def _scale_axis(self, curves: list[NDArray[np.float64]]) -> None:

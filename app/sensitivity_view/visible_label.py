@@ -31,6 +31,7 @@ class VisibleLabel(QLabel):
         self._dispatcher = dispatcher
         self.setProperty("role", "dim")
         self.setTextFormat(Qt.TextFormat.RichText)
+        self.setWordWrap(True)
         self.setToolTip(
             "The values that the region shows, each with its share of what is visible there: the "
             "green line over the TF. The green area is that of the whole image."
@@ -51,6 +52,11 @@ class VisibleLabel(QLabel):
             return
         scalar_range = answer.request.inputs.opacity_tf.scalar_range
         found = contributions(answer.value[0], scalar_range)
-        values = ", ".join(f"{each.value:.4g} ({100 * each.share:.0f} %)" for each in found)
-        text = f"shows {values}" if found else "shows nothing: it is black"
+        values = ", ".join(f"{_short(each.value)} ({100 * each.share:.0f} %)" for each in found)
+        text = f"visible: {values}" if found else "visible: nothing, it is black"
         self.setText(f"<span style='color:{VISIBLE}'>■</span> {text}")
+
+
+def _short(value: float) -> str:
+    """A value in three digits, or in four where that needs no power of ten."""
+    return f"{value:.4g}" if 1000 <= abs(value) < 10000 else f"{value:.3g}"

@@ -22,7 +22,7 @@ USUAL_DISTANCE = 0.5
 
 @dataclass(frozen=True)
 class ReferenceChoices:
-    """Choices of the reference image that are kept between runs.
+    """Choices of the reference image that are kept between runs, the lighting for each volume.
 
     Attributes
     ----------

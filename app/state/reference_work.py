@@ -6,7 +6,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from PySide6.QtCore import QObject, QTimer, Signal
+from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from app.engines.client import EngineClient
 from app.engines.engines import Builders, ReferenceSettings
@@ -14,9 +14,11 @@ from app.engines.messages import Result, StandInRequest
 from app.state.dispatcher import NO_MODEL_SIZE, Dispatcher
 from app.state.preferences import Preferences
 from app.state.reference_choices import ReferenceChoices
+from app.state.remembered import LightingChoice
 from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
 from model.scene.light import LightDirection
+from model.scene.region import SQUARE, Reach
 from model.scene.scene import Scene
 from model.scene.volume import Volume
 
@@ -93,7 +95,10 @@ class ReferenceWork(QObject):
         self._pane_rest = QTimer(self, singleShot=True, interval=PANE_REST_MS)
         self._pane_rest.timeout.connect(self._take_pane_size)
         analyst.resultReady.connect(self._judge_light)
+        # Queued: in the middle of an opening, the view is still that of the volume before.
+        self.resized.connect(self._fit_home, Qt.ConnectionType.QueuedConnection)
         self._keeps_light = True
+        self._asked_lighting: LightingChoice | None = None
         state.lightChangeFinished.connect(self._keep_light)
 
     @property
@@ -101,22 +106,32 @@ class ReferenceWork(QObject):
         """Whether lit images turned out to take too long here."""
         return self._light_is_slow
 
+    @property
+    def reach(self) -> Reach:
+        """What the home view fits: the whole image, or the model's square beside it."""
+        return self._dispatcher.raster.reach if self._scene is None else SQUARE
+
     def choose(self, keep: bool = True, **changes: Any) -> None:
         """Change some of the :class:`ReferenceChoices`, by name.
+
+        A lighting is of the open volume; without one, of the next.
 
         Parameters
         ----------
         keep : bool
             Whether they are kept for the next run.
         """
+        if self._volume is None:
+            self._asked_lighting = changes.get("lighting", self._asked_lighting)
         choices = replace(self.choices, **changes)
         if choices == self.choices:
             return
         redrawn = (choices.size, choices.drawing) != (self.choices.size, self.choices.drawing)
         self.choices = choices
         if keep:
+            if "lighting" in changes and self._volume is not None:
+                self._preferences.note_volume(self._volume.fingerprint, lighting=choices.lighting)
             self._preferences.set(
-                lighting=choices.lighting,
                 drawing=choices.drawing,
                 sample_distance=choices.sample_distance,
                 reference_size=None if choices.size == "pane" else choices.size,
@@ -141,10 +156,11 @@ class ReferenceWork(QObject):
         scene : Scene or None
             Scene of the model that is shown beside it, if there is one.
         """
-        is_new = self._volume is None or volume.voxels is not self._volume.voxels
+        before, self._volume, self._scene = self._volume, volume, scene
+        is_new = before is None or volume.voxels is not before.voxels
         if is_new:
             self._light_is_slow = self._light_is_judged = False
-        self._volume, self._scene = volume, scene
+            self._take_light(before)
         self._take_settings()
         self._dispatcher.forget_times()
         self.volumeStarted.emit()
@@ -178,6 +194,18 @@ class ReferenceWork(QObject):
         """Follow the pane no more."""
         self._pane_rest.stop()
 
+    def _take_light(self, before: Volume | None) -> None:
+        """Take the light in which the volume was seen last; that of the next time step stays."""
+        assert self._volume is not None
+        known = self._preferences.volume(self._volume.fingerprint)
+        is_alike = before is not None and before.dimensions == self._volume.dimensions
+        if is_alike and (known.lighting, known.light) == ("auto", ()):
+            return
+        lighting, self._asked_lighting = self._asked_lighting or known.lighting, None
+        self.choices = replace(self.choices, lighting=lighting)
+        self.choicesChanged.emit(self.choices)
+        self.place_light(None)
+
     def _take_settings(self) -> None:
         self.settings = self.choices.settings(self._scene, self._light_is_slow)
         self._size_images()
@@ -209,15 +237,25 @@ class ReferenceWork(QObject):
         """Make the light movable where it may be, and keep its direction where it was."""
         limits = self.choices.light_range(self._scene, self.settings)
         if (limits is None) != (self._state.light is None):
-            angles = self._preferences.values.light
+            angles = self._known_light()
             chosen = LightDirection(*angles) if angles else self.settings.light
             self.place_light(None if limits is None or chosen is None else limits.nearest(chosen))
         self.lightRangeChanged.emit(limits)
 
     def _keep_light(self, light: LightDirection | None) -> None:
-        if light is not None and self._keeps_light:
+        if light is not None and self._keeps_light and self._volume is not None:
             usual = light == LightDirection()
-            self._preferences.set(light=() if usual else (light.azimuth, light.elevation))
+            angles = () if usual else (light.azimuth, light.elevation)
+            self._preferences.note_volume(self._volume.fingerprint, light=angles)
+
+    def _known_light(self) -> tuple[float, ...]:
+        """Angles of the light that the user has moved in this volume; empty if not moved."""
+        if self._volume is None:
+            return ()
+        return self._preferences.volume(self._volume.fingerprint).light
+
+    def _fit_home(self) -> None:
+        self._state.set_reach(self.reach)
 
     def _judge_light(self, result: Result) -> None:
         """Turn off a light that nobody has chosen where it takes too long."""
@@ -248,4 +286,4 @@ class ReferenceWork(QObject):
 def _remembered(preferences: Preferences) -> ReferenceChoices:
     values = preferences.values
     size = "pane" if values.reference_size is None else values.reference_size
-    return ReferenceChoices(values.lighting, values.drawing, values.sample_distance, size)
+    return ReferenceChoices("auto", values.drawing, values.sample_distance, size)

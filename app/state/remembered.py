@@ -55,6 +55,10 @@ class KnownVolume:
         Layout to read a headerless file with, see :meth:`RawLayout.parse`; empty for none.
     view : tuple of float
         Values of the last :class:`~model.scene.view.View`; empty if unknown.
+    lighting : {"auto", "none", "direct", "global"}
+        Of the reference image.
+    light : tuple of float
+        Azimuth and elevation of the light that the user has moved, in degrees; else empty.
     models : tuple of str
         Folders of models that were opened with it, the newest first.
     others : dict
@@ -66,6 +70,8 @@ class KnownVolume:
     raw_layout: str = ""
     models: tuple[str, ...] = ()
     view: tuple[float, ...] = ()
+    lighting: LightingChoice = "auto"
+    light: tuple[float, ...] = ()
     others: dict[str, Any] = field(default_factory=dict)
 
 
@@ -75,10 +81,7 @@ class Remembered:
 
     Attributes
     ----------
-    lighting : {"auto", "none", "direct", "global"}
     drawing : {"auto", "vtk", "raycast"}
-    light : tuple of float
-        Azimuth and elevation of the light that the user has moved, in degrees; else empty.
     brightness : float
         Factor of the images' colours, 0.25 to 4.
     sample_distance : float or None
@@ -107,9 +110,7 @@ class Remembered:
         What this version does not know, to be kept.
     """
 
-    lighting: LightingChoice = "auto"
     drawing: Drawing = "auto"
-    light: tuple[float, ...] = ()
     brightness: float = 1.0
     sample_distance: float | None = None
     reference_size: ReferenceSize = None
@@ -209,12 +210,12 @@ _VOLUME_CHECKS: Checks = {
     "raw_layout": text,
     "models": _recent,
     "view": _view,
+    "lighting": one_of("auto", "none", "direct", "global"),
+    "light": _light,
 }
 
 _CHECKS: Checks = {
-    "lighting": one_of("auto", "none", "direct", "global"),
     "drawing": one_of("auto", "vtk", "raycast"),
-    "light": _light,
     "brightness": number(0.25, 4.0),
     "sample_distance": either(one_of(None), number(0.01, 10)),
     "reference_size": either(one_of(None, "generator"), whole_number(16, 8192)),

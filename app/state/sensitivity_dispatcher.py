@@ -1,8 +1,7 @@
 """Questions about sensitivities, sent to the engines that answer them best.
 
-The ray caster answers exactly on any volume; a generator answers for its own. By itself, the
-window asks the ray caster where it is fast enough, and the generator otherwise; at rest it
-asks both, so that they can be compared.
+The ray caster answers exactly on any volume, a generator for its own. While something is dragged,
+the one that is fast enough is asked; at rest both, so that they can be compared.
 """
 
 from __future__ import annotations
@@ -279,8 +278,7 @@ class SensitivityDispatcher(QObject):
                 self.regionAnswered.emit()
         for name in names:
             quality = self.chooser.quality(name, measure, live)
-            if len(names) == 2 and not outline.points:
-                # The whole image is the one that both have.
+            if len(names) == 2 and not outline.points:  # the image that both have
                 quality = replace(quality, raster=None)
             self._clients[name].submit(
                 RegionSensitivityRequest(

@@ -112,6 +112,7 @@ class SensitivityState(QObject):
         self.tool: Tool | None = None
         self.dragging = False
         self._count = 0
+        self._dimensions: tuple[int, int, int] | None = None
 
     @property
     def outline(self) -> Outline:
@@ -219,16 +220,16 @@ class SensitivityState(QObject):
         self.place = place
         self.placeChanged.emit(place)
 
-    def start_volume(self, is_alike: bool) -> None:
+    def start_volume(self, dimensions: tuple[int, int, int]) -> None:
         """Forget what belongs to the volume before.
 
         Parameters
         ----------
-        is_alike : bool
-            Whether the new one has as many voxels along each axis, as another time step has:
-            then regions are kept.
+        dimensions : tuple of int
+            The new one's. Regions are kept where they are the same, as in another time step.
         """
-        if not is_alike and self.regions:
+        before, self._dimensions = self._dimensions, dimensions
+        if dimensions != before and self.regions:
             self.regions = ()
             self.activate(None)
         self._set_band(None)

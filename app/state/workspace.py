@@ -6,7 +6,7 @@ from dataclasses import astuple
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Qt, Signal
+from PySide6.QtCore import QObject, Signal
 
 from app.engines.client import EngineClient
 from app.engines.engines import Builders, GeneratorSettings
@@ -28,7 +28,6 @@ from app.state.volume_opening import VolumeOpening
 from model.errors import TfscopeError
 from model.scene.range_choice import RangeChoice
 from model.scene.range_fitting import fit_to_range, fit_to_volume, range_of
-from model.scene.region import SQUARE, Reach
 from model.scene.transfer_function import Range, TransferFunction
 from model.scene.view import View
 from model.volume_files.raw import RawLayout
@@ -130,10 +129,6 @@ class Workspace(QObject):
         state.edited.connect(self._keep)
         state.viewChangeFinished.connect(self._keep_view)
         work.resized.connect(partial(setattr, self.sensitivity.chooser, "picture"))
-        # Queued: in the middle of an opening, the view is still that of the volume before.
-        queued = Qt.ConnectionType.QueuedConnection
-        work.resized.connect(self._fit_home, queued)
-        self.modelChanged.connect(self._fit_home, queued)
         work.settingsChanged.connect(self._update_hint)
         work.analystStarted.connect(self._restart_questions)
         self._model.ready.connect(self._generator_ready)
@@ -297,23 +292,20 @@ class Workspace(QObject):
         self.latent.search.cancel()
         self.latent.path.cancel()
         folder = self._model_for(opened)
-        before, self._opened = self._opened, opened
-        self._sensitivity_state.start_volume(
-            before is None or before.volume.dimensions == opened.volume.dimensions
-        )
+        self._opened = opened
+        self._sensitivity_state.start_volume(opened.volume.dimensions)
         self.latent.session.start_volume(opened.volume, opened.window)
         if folder != self._model.folder:
             self.open_model(folder)
         self.reference.start(opened.volume, self._model.scene_for(opened))
         self._follow_scene()
-        restored = RESTORED if kept is not None else ""
-        notes = [*opened.volume.notes, self._model.verdict, restored]
+        notes = [*opened.volume.notes, self._model.verdict, RESTORED if kept is not None else ""]
         self.news.emit(" ".join(filter(None, notes)))
         volume, known = opened.volume, self._preferences.volume(opened.fingerprint)
         up = known.up_axis or volume.up
         view = View(*known.view) if known.view else None
         self._state.start_view(
-            volume.proportions, up, volume.axis_labels, view, opened.shown, self._reach
+            volume.proportions, up, volume.axis_labels, view, opened.shown, self.reference.reach
         )
         self.volumeOpened.emit(opened)
         self._preferences.note_volume(opened.fingerprint, opened.path)
@@ -373,14 +365,6 @@ class Workspace(QObject):
         self._update_hint()
         # Last, so that whoever listens finds all of them changed.
         self.modelChanged.emit()
-
-    def _fit_home(self) -> None:
-        self._state.set_reach(self._reach)
-
-    @property
-    def _reach(self) -> Reach:
-        """What the home view fits: the reference's image, or the model's square beside it."""
-        return SQUARE if self.has_model else self._dispatcher.raster.reach
 
     def _restart_questions(self) -> None:
         """Ask the analyst everything anew."""

@@ -32,12 +32,16 @@ class _InnerAxis(pg.AxisItem):  # type: ignore[misc]
     def tickValues(
         self, minVal: float, maxVal: float, size: float
     ) -> list[tuple[float, list[float]]]:
-        """Return pyqtgraph's ticks between the ends."""
+        """Return pyqtgraph's ticks between the ends: finer ones where only one would be left."""
         room = TICK_ROOM / max(size, 1.0) * (maxVal - minVal)
-        return [
+        levels = [
             (spacing, [v for v in values if minVal + room <= v <= maxVal - room])
             for spacing, values in super().tickValues(minVal, maxVal, size)
         ]
+        while len(levels) > 1 and len(levels[0][1]) < 2:
+            spacing, values = levels[1]
+            levels[:2] = [(spacing, sorted([*levels[0][1], *values]))]
+        return levels
 
 
 class PlotArea(QObject):

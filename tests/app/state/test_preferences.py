@@ -27,9 +27,7 @@ def written(store: PreferencesStore, content: object) -> Path:
 
 
 OTHER_VALUES: dict[str, Any] = {
-    "lighting": "global",
     "drawing": "raycast",
-    "light": (50.0, -20.0),
     "brightness": 1.5,
     "sample_distance": 0.25,
     "reference_size": 1024,
@@ -45,7 +43,11 @@ OTHER_VALUES: dict[str, Any] = {
     "recent_volumes": ("/data/a.nrrd", "/data/ü \udce9.nrrd"),
     "recent_models": ("/data/model",),
     "recent_transfer_functions": ("/data/tf.json",),
-    "volumes": {"f1": KnownVolume("/data/a.raw", "-y", "8x8x8_uint8", ("/data/model",))},
+    "volumes": {
+        "f1": KnownVolume(
+            "/data/a.raw", "-y", "8x8x8_uint8", ("/data/model",), (), "global", (50.0, -20.0)
+        )
+    },
 }
 
 
@@ -171,7 +173,7 @@ def test_a_write_that_fails_is_told_once(tmp_path: Path) -> None:
 
 def test_a_wrong_change_is_refused() -> None:
     preferences = Preferences()
-    for changes in ({"lighting": "dim"}, {"sample_distance": 0}, {"lightning": "none"}):
+    for changes in ({"drawing": "dim"}, {"sample_distance": 0}, {"lightning": "none"}):
         with pytest.raises(ValueError, match=next(iter(changes))):
             preferences.set(**changes)
     with pytest.raises(ValueError, match="up_axis"):

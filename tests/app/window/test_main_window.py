@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from PySide6.QtCore import QPoint, QSize, Qt
@@ -26,6 +27,7 @@ from model.errors import CheckpointError, RenderError
 from model.scene.light import LightDirection
 from model.scene.scene import Lighting, Scene
 from model.scene.view import View
+from model.scene.volume import Volume
 from model.volume_files.shipped import shipped_volumes
 
 WindowMaker = Callable[..., MainWindow]
@@ -469,28 +471,44 @@ def test_without_a_model_the_reference_has_the_window_alone_and_is_lit(
     assert builders.references[-1].requests[-1].inputs.light is None
 
 
-def test_where_the_light_was_put_it_comes_from_in_the_next_window(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders, tmp_path: Path
+def test_each_volume_is_seen_in_the_light_that_it_was_given(
+    qtbot: QtBot, builders: FakeBuilders, tmp_path: Path
 ) -> None:
     place, light = PreferencesStore(tmp_path / "preferences.json"), LightDirection(50.0, -20.0)
+    builders.volumes["other"] = Volume(make_volume("other").scalars[:, :, :3], name="other")
+    builders.volumes["step 2"] = make_volume("step 2", 210.0)
 
-    def opened() -> MainWindow:
-        window = MainWindow(builders.make(), preferences=Preferences(place))
-        qtbot.addWidget(window)
+    def opened(name: str, window: MainWindow | None = None, **chosen: Any) -> MainWindow:
+        if window is None:
+            window = MainWindow(builders.make(), preferences=Preferences(place))
+            qtbot.addWidget(window)
+        if chosen:
+            window.workspace.reference.choose(keep=False, **chosen)
         with qtbot.waitSignal(window.workspace.settled):
-            window.workspace.open_volume(Path("ramp"))
+            window.workspace.open_volume(Path(name))
         return window
 
-    first = opened()
-    assert first.state.light == LightDirection()
+    def shown(window: MainWindow) -> tuple[str, LightDirection | None]:
+        return builders.settings[-1].lighting, window.state.light
+
+    fresh = ("direct", LightDirection())
+    first = opened("ramp")
+    assert shown(first) == fresh
+    first.workspace.reference.choose(lighting="global")
     first.state.set_light(light)
+    assert shown(opened("step 2", first)) == ("global", light)
+    assert shown(opened("other", first)) == fresh
     # What a start has asked for is not kept.
-    first.workspace.reference.place_light(LightDirection(0.0, 0.0))
+    first.workspace.reference.place_light(light)
     first.close()
-    second = opened()
-    assert second.state.light == light
+    second = opened("other")
+    assert shown(second) == fresh
+    assert shown(opened("ramp", second)) == ("global", light)
     second.state.set_light(LightDirection())
-    assert second.preferences.values.light == ()
+    second.close()
+    assert shown(opened("ramp")) == ("global", LightDirection())
+    assert shown(opened("ramp", lighting="none")) == ("none", None)
+    assert shown(opened("ramp")) == ("global", LightDirection())
 
 
 def test_the_ray_caster_draws_while_something_moves_and_vtk_at_rest(
