@@ -167,7 +167,10 @@ class FieldCover(QObject):
         field = shown_field(answer.value, edit, choices.measure)
         keep = choices.locked or self._state.live or self._sensitivity.dragging
         if not keep or self._bar is None:
-            self._scale = scale_of(middle_square(field))
+            # One scale for exact and learned fields, so that their colours can be compared.
+            others = [a for a in self._dispatcher.both_fields if a is not None and a is not answer]
+            fields = [field, *(shown_field(a.value, edit, choices.measure) for a in others)]
+            self._scale = max(scale_of(middle_square(each)) for each in fields)
         # The generator's image and fields are square, the reference's may be wider.
         if _is_square(image):
             field = middle_square(field)

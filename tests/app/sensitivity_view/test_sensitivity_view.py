@@ -9,13 +9,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog, QWidget
 from pytestqt.qtbot import QtBot
 from ramp import make_tf, make_volume
-from window_fakes import FakeBuilders
+from window_fakes import FakeBuilders, FakeEngine
 
 from app.engines.messages import (
     RegionSensitivityRequest,
@@ -248,6 +249,25 @@ def test_a_region_beside_the_square_is_the_ray_casters_alone(
     state.finish_region()
     qtbot.waitUntil(lambda: dispatcher.is_fresh(dispatcher.regions.get("exact")))
     assert set(dispatcher.regions) == {"exact"}
+
+
+def test_exact_and_learned_fields_have_one_scale(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    answer = FakeEngine.value_sensitivity
+
+    def of_the_generator(request: ValueSensitivityRequest) -> NDArray[np.float32]:
+        return 1.5 * answer(builders.generators[-1], request)
+
+    monkeypatch.setattr(builders.generators[-1], "value_sensitivity", of_the_generator)
+    window.sensitivity_state.pin(140.0)
+    exact, learned = window.sensitivity.exact, window.sensitivity.learned
+    qtbot.waitUntil(lambda: "exact" in exact.caption and "learned" in learned.caption)
+    band = window.sensitivity_state.band
+    assert band is not None
+    edit = edit_over(band.values, (100.0, 200.0), window.sensitivity_state.choices.width)
+    highest = shown_field(np.full((16, 16, 3), 1.5 * 140.0), edit, "signed")
+    qtbot.waitUntil(lambda: exact.scale == learned.scale == pytest.approx(scale_of(highest)))
 
 
 def test_who_moves_a_handle_sees_the_picture(qtbot: QtBot, window: MainWindow) -> None:
