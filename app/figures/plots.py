@@ -27,8 +27,8 @@ INK = "#222"
 
 CAPTION_HEIGHT = 60
 
-LEFT_AXIS = 76
-"""Width of the left axis with its numbers and label, in pixels."""
+AXIS_WIDTH = 76
+"""Width of an upright axis with its numbers and label, in pixels."""
 
 LETTER_WIDTH = 6.5
 """Of captions, in pixels."""
@@ -96,7 +96,7 @@ def add_plot(layout: Any, row: int, column: int, plot: Plot) -> None:
     label_axis(item, "bottom", plot.x_label)
     label_axis(item, "left", plot.y_label)
     # pyqtgraph measures the numbers too late for the first picture.
-    item.getAxis("left").setWidth(LEFT_AXIS)
+    item.getAxis("left").setWidth(AXIS_WIDTH)
     item.setLogMode(plot.logarithmic, plot.logarithmic)
     item.showGrid(x=True, y=True, alpha=0.3)
     if plot.y_limit is not None:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from app.figures.plots import (
+    AXIS_WIDTH,
     Curve,
     Plot,
     add_caption,
@@ -42,7 +43,7 @@ CUT_FROM = 3.0
 
 FIGURE_SIZE = 980, 540
 CURVE_SIZE = 1180, 640
-BAR_WIDTH = 110
+BAR_WIDTH = 125
 
 
 def save_figure(
@@ -163,4 +164,5 @@ def _add_bar(layout: Any, measure: Measure, scale: float, label: str) -> None:
     plot.hideAxis("left")
     plot.showAxis("right")
     label_axis(plot, "right", label)
+    plot.getAxis("right").setWidth(AXIS_WIDTH)
     plot.setFixedWidth(BAR_WIDTH)

@@ -221,7 +221,9 @@ class FieldCover(QObject):
         painter.drawRect(QRectF(x, y, BAR_WIDTH, BAR_HEIGHT))
         low = f"−{self._scale:.2g}" if self._bar == "signed" else "0"
         painter.setPen(QColor(theme.TEXT))
-        text = QRectF(x, y - 18, rect.width() - 2 * BAR_MARGIN, 16)
+        # Where the image is wider than the square, so may the text be.
+        right = self._pane.canvas.picture_rect.right() - BAR_MARGIN
+        text = QRectF(x, y - 18, right - x, 16)
         painter.drawText(text, Qt.AlignmentFlag.AlignLeft, f"{low} to {self._caption}")
 
 

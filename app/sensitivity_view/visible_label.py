@@ -38,13 +38,14 @@ class VisibleLabel(QLabel):
         )
         dispatcher.visibilityAnswered.connect(self.refresh)
         state.regionsChanged.connect(self.refresh)
-        state.choicesChanged.connect(lambda _choices: self.refresh())
+        for changed in (state.choicesChanged, state.placeChanged):
+            changed.connect(lambda _value: self.refresh())
         self.refresh()
 
     def refresh(self) -> None:
-        """Name the values; nothing while they are not known."""
+        """Name the values; nothing while they are not known, or those of a click are listed."""
         answer, outline = self._dispatcher.visibility, self._state.outline
-        if answer is None or not self._state.choices.shown:
+        if answer is None or not self._state.choices.shown or self._state.place is not None:
             self.setText("")
             return
         if answer.request.regions[0] != outline:

@@ -541,6 +541,28 @@ def test_visibility_is_of_the_region_and_the_image(
     )
 
 
+def test_the_values_that_a_region_shows_are_named(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def two_values(request: VisibilityRequest) -> NDArray[np.float32]:
+        """In a region three of four parts at bin 51; in the whole image all at bin 204."""
+        bins = np.arange(256)
+        one, other = (np.exp(-((bins - center) ** 2) / 50) for center in (51, 204))
+        rows = [other if not region.points else 3 * one + other for region in request.regions]
+        return np.array(rows, dtype=np.float32)
+
+    monkeypatch.setattr(builders.analysts[-1], "visibility", two_values)
+    label, state = window.sensitivity.visible, window.sensitivity_state
+    state.add_region(Outline.rectangle(0.1, 0.1, 0.4, 0.4))
+    state.finish_region()
+    qtbot.waitUntil(lambda: "visible: 120 (75 %), 180 (25 %)" in label.text())
+    state.activate(None)
+    qtbot.waitUntil(lambda: "visible: 180 (100 %)" in label.text())
+    # The list of a clicked place says it of that.
+    state.pick((0.5, 0.5))
+    assert label.text() == ""
+
+
 def test_what_is_shown_is_saved_as_figure_and_numbers(
     qtbot: QtBot, window: MainWindow, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
