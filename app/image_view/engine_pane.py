@@ -126,12 +126,14 @@ class EnginePane(QWidget):
         elif state is EngineState.SETTLED:
             # Nothing follows.
             self._detail.setText(self._detail.text().removesuffix(FINER))
+            self._detail.setStyleSheet("")
 
     def _show_result(self, result: Result) -> None:
         if isinstance(result.request, ImageRequest) and result.value is not None:
             self._show(result, self.client.description)
             if self._refines or not result.request.quality.live:
                 self._detail.setText(self._detail.text() + FINER)
+                self._detail.setStyleSheet(f"color: {theme.ACCENT}")
 
     def _show_stand_in(self, stand_in: EngineClient, result: Result) -> None:
         wanted = isinstance(result.request, StandInRequest) and result.value is not None

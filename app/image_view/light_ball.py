@@ -65,6 +65,10 @@ class LightBall(QWidget):
         self._moved = False
         self.setFixedSize(QSize(DIAMETER, DIAMETER))
         self.setCursor(Qt.CursorShape.CrossCursor)
+        # What stands beside it keeps its place.
+        policy = self.sizePolicy()
+        policy.setRetainSizeWhenHidden(True)
+        self.setSizePolicy(policy)
         state.lightChanged.connect(self.update)
         self.set_light(None, None)
 

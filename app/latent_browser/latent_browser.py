@@ -184,10 +184,7 @@ class LatentBrowser(QWidget):
         pictures.hoverDrawn.connect(self._show_hover)
         pictures.hoverMoved.connect(self.preview.show_tf)
         pictures.problem.connect(self.problem)
-        for changed in (
-            self._state.viewChanged, self._state.lightChanged, self._state.transferFunctionChanged
-        ):  # fmt: skip
-            changed.connect(lambda _value: self._mark_stale())
+        self._state.inputsChanged.connect(self._mark_stale)
         self.map.chosen.connect(self._choose_place)
         self.map.menuRequested.connect(self._open_menu)
         self.grid.chosen.connect(self._choose_cell)

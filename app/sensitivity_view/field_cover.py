@@ -138,7 +138,7 @@ class FieldCover(QObject):
         self._scale = max(float(np.quantile(np.abs(difference), 0.998)), 1 / 255)
         colored = overlay(what_if.image, difference, self._scale, "signed")
         self._bar = "signed"
-        self._caption = f"{self._scale:.2g} of pixel value: the edit's difference"
+        self._caption = f"{self._scale:.2g} (brighter) of pixel value: the edit's difference"
         self._pane.canvas.show_cover(_picture(colored))
 
     def _take_image(self, inputs: SceneInputs, image: NDArray[np.float32]) -> None:
@@ -187,7 +187,8 @@ class FieldCover(QObject):
         else:
             colored = overlay(image, field, self._scale, choices.measure, trust)
         self._bar = choices.measure
-        self._caption = f"{self._scale:.2g} per +.01 opacity, {SOURCE_NAMES[answer.source]}"
+        end = " (brighter)" if choices.measure == "signed" else ""
+        self._caption = f"{self._scale:.2g}{end} per +.01 opacity, {SOURCE_NAMES[answer.source]}"
         if answer.source == "learned" and self._hint:
             self._caption += ", outside what it was trained on"
         band = self._sensitivity.band
@@ -219,7 +220,7 @@ class FieldCover(QObject):
         painter.setPen(QPen(QColor(theme.DIM_TEXT), 1))
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.drawRect(QRectF(x, y, BAR_WIDTH, BAR_HEIGHT))
-        low = f"−{self._scale:.2g}" if self._bar == "signed" else "0"
+        low = f"−{self._scale:.2g} (darker)" if self._bar == "signed" else "0"
         painter.setPen(QColor(theme.TEXT))
         # Where the image is wider than the square, so may the text be.
         right = self._pane.canvas.picture_rect.right() - BAR_MARGIN

@@ -276,13 +276,7 @@ class FindingsPanel(QWidget):
         trials.whatIfAnswered.connect(self._take_what_if)
         trials.dropped.connect(self.result.setText)
         self._dispatcher.regionAnswered.connect(self.refresh)
-        for changed in (
-            self._state.viewChanged,
-            self._state.transferFunctionChanged,
-            self._state.lightChanged,
-            self._state.cropChanged,
-        ):
-            changed.connect(lambda _value: self._forget_rendered())
+        self._state.inputsChanged.connect(self._forget_rendered)
         sensitivity.regionsChanged.connect(self._forget_rendered)
         self.back.clicked.connect(lambda: sensitivity.pick(None))
         self.render_button.clicked.connect(

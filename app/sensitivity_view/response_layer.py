@@ -146,10 +146,7 @@ class ResponseLayer(QObject):
         sensitivity.bandChanged.connect(lambda _band: self._show_band())
         sensitivity.choicesChanged.connect(lambda _choices: self._choices_changed())
         sensitivity.regionsChanged.connect(self._mark_stale)
-        state.transferFunctionChanged.connect(lambda _tf: self._mark_stale())
-        state.viewChanged.connect(lambda _view: self._mark_stale())
-        state.lightChanged.connect(lambda _light: self._mark_stale())
-        state.cropChanged.connect(lambda _crop: self._mark_stale())
+        state.inputsChanged.connect(self._mark_stale)
 
     @property
     def is_marked_stale(self) -> bool:

@@ -77,14 +77,8 @@ class SensitivityView(QObject):
         editor.add_to_header(self.bar)
         editor.add_beside(self.findings)
         sensitivity.choicesChanged.connect(lambda choices: self.findings.setVisible(choices.shown))
-        for changed in (
-            state.viewChanged,
-            state.transferFunctionChanged,
-            state.lightChanged,
-            state.cropChanged,
-        ):
-            # What the edit would do to another image is another question.
-            changed.connect(lambda _value: self.findings.end_what_if())
+        # What the edit would do to another image is another question.
+        state.inputsChanged.connect(self.findings.end_what_if)
         for cover in (self.exact, self.learned):
             workspace.hintChanged.connect(cover.set_hint)
         self.findings.whatIfShown.connect(self._show_what_if)

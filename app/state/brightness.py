@@ -1,4 +1,4 @@
-"""How bright the images are shown: a factor of their colours, kept between runs."""
+"""How bright the images are shown: a factor of their colours, kept for each volume."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import math
 
 from PySide6.QtCore import QObject, Signal
 
+from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
 
 DARKEST, BRIGHTEST = 0.25, 4.0
@@ -30,18 +31,31 @@ class Brightness(QObject):
     def __init__(self, preferences: Preferences, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._preferences = preferences
+        self._value = 1.0
+        self._fingerprint = ""
+        self._dimensions: tuple[int, int, int] | None = None
 
     @property
     def value(self) -> float:
         """The factor, :data:`DARKEST` to :data:`BRIGHTEST`; 1 shows images as they are."""
-        return float(self._preferences.value("brightness"))
+        return self._value
 
     def set(self, value: float) -> None:
         """Set the factor, within its limits."""
         value = min(max(value, DARKEST), BRIGHTEST)
-        if value != self.value:
-            self._preferences.set(brightness=value)
+        if value != self._value:
+            self._value = value
+            if self._fingerprint:
+                self._preferences.note_volume(self._fingerprint, brightness=value)
             self.changed.emit(value)
+
+    def start_volume(self, opened: OpenedVolume) -> None:
+        """Show a volume as bright as the last time; the next time step as the one before."""
+        before, self._dimensions = self._dimensions, opened.volume.dimensions
+        self._fingerprint = opened.fingerprint
+        known = self._preferences.volume(opened.fingerprint).brightness
+        if known != 1 or before != self._dimensions:
+            self.set(known)
 
     @property
     def step(self) -> int:

@@ -86,14 +86,8 @@ class Dispatcher(QObject):
         self._pace = Pace()
         self._sequence = 0
         self._sent: Quality | None = None
-        for changed, finished in (
-            (state.viewChanged, state.viewChangeFinished),
-            (state.transferFunctionChanged, state.transferFunctionChangeFinished),
-            (state.lightChanged, state.lightChangeFinished),
-            (state.cropChanged, state.cropChangeFinished),
-        ):
-            changed.connect(self._send_live)
-            finished.connect(self.send)
+        state.inputsChanged.connect(self._send_live)
+        state.inputsChangeFinished.connect(self.send)
         reference.resultReady.connect(self._note)
         stand_in.resultReady.connect(self._note)
 

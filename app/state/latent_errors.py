@@ -67,12 +67,7 @@ class LatentErrors(QObject):
         latent.choicesChanged.connect(lambda _choices: self._start_if_needed())
         session.mapClosed.connect(self.restart)
         session.mapOpened.connect(self.restart)
-        for finished in (
-            state.viewChangeFinished,
-            state.lightChangeFinished,
-            state.transferFunctionChangeFinished,
-        ):
-            finished.connect(self._inputs_changed)
+        state.inputsChangeFinished.connect(self._inputs_changed)
         self._inputs = state.inputs
         for name, client in clients.items():
             client.resultReady.connect(partial(self._take, name))
@@ -90,7 +85,7 @@ class LatentErrors(QObject):
         self.changed.emit()
         self._start_if_needed()
 
-    def _inputs_changed(self, _value: object) -> None:
+    def _inputs_changed(self) -> None:
         inputs = self._state.inputs
         before, self._inputs = self._inputs, inputs
         if look_of(before) != look_of(inputs):

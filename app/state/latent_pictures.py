@@ -187,13 +187,8 @@ class LatentPictures(QObject):
         self._drawn_for: SceneInputs | None = None
         self._hover_rest = QTimer(self, singleShot=True, interval=REST_MS)
         self._hover_rest.timeout.connect(lambda: self._ask_hover(live=False))
-        for changed, finished in (
-            (state.viewChanged, state.viewChangeFinished),
-            (state.transferFunctionChanged, state.transferFunctionChangeFinished),
-            (state.lightChanged, state.lightChangeFinished),
-        ):
-            changed.connect(self._ask_live)
-            finished.connect(self.ask)
+        state.inputsChanged.connect(self._ask_live)
+        state.inputsChangeFinished.connect(self.ask)
         latent.brushChanged.connect(lambda _brush: self._ask_grid(live=latent.dragging))
         latent.brushChangeFinished.connect(self._ask_grid)
         latent.hoverChanged.connect(self._hover_changed)

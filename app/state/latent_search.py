@@ -89,8 +89,8 @@ class LatentSearch(QObject):
         self._preparing.failed.connect(self._end)
         for client in pictures.clients.values():
             client.resultReady.connect(self._take)
-        state.viewChanged.connect(lambda _view: self.cancel())
-        state.lightChanged.connect(lambda _light: self.cancel())
+        for changed in (state.viewChanged, state.lightChanged, state.cropChanged):
+            changed.connect(lambda _value: self.cancel())
         session.mapClosed.connect(self.cancel)
 
     @property

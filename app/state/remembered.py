@@ -19,6 +19,7 @@ from app.state.value_checks import (
     whole_number,
 )
 from model.errors import TfscopeError
+from model.scene.crop import CropBox
 from model.scene.scene import Lighting, RendererName
 from model.scene.view import View
 
@@ -59,6 +60,10 @@ class KnownVolume:
         Of the reference image.
     light : tuple of float
         Azimuth and elevation of the light that the user has moved, in degrees; else empty.
+    brightness : float
+        Factor of the images' colours, 0.25 to 4.
+    crop : tuple of float
+        Least and greatest fraction along x, y and z of the part that is shown; empty for all.
     models : tuple of str
         Folders of models that were opened with it, the newest first.
     others : dict
@@ -72,6 +77,8 @@ class KnownVolume:
     view: tuple[float, ...] = ()
     lighting: LightingChoice = "auto"
     light: tuple[float, ...] = ()
+    brightness: float = 1.0
+    crop: tuple[float, ...] = ()
     others: dict[str, Any] = field(default_factory=dict)
 
 
@@ -82,8 +89,6 @@ class Remembered:
     Attributes
     ----------
     drawing : {"auto", "vtk", "raycast"}
-    brightness : float
-        Factor of the images' colours, 0.25 to 4.
     sample_distance : float or None
         In voxels, 0.01 to 10; None for the usual one.
     reference_size : None, int or "generator"
@@ -111,7 +116,6 @@ class Remembered:
     """
 
     drawing: Drawing = "auto"
-    brightness: float = 1.0
     sample_distance: float | None = None
     reference_size: ReferenceSize = None
     trackball: bool = False
@@ -204,6 +208,17 @@ def _light(value: Any) -> tuple[float, ...]:
     return angles
 
 
+def _crop(value: Any) -> tuple[float, ...]:
+    """Check that a value is empty or has the planes of a crop box."""
+    planes = list_of(number(0.0, 1.0), 6)(value)
+    if planes:
+        try:
+            CropBox(planes[:3], planes[3:])
+        except (TfscopeError, ValueError) as error:
+            raise ValueError(str(error)) from None
+    return planes
+
+
 _VOLUME_CHECKS: Checks = {
     "path": text,
     "up_axis": one_of("", "+x", "-x", "+y", "-y", "+z", "-z"),
@@ -212,11 +227,12 @@ _VOLUME_CHECKS: Checks = {
     "view": _view,
     "lighting": one_of("auto", "none", "direct", "global"),
     "light": _light,
+    "brightness": number(0.25, 4.0),
+    "crop": _crop,
 }
 
 _CHECKS: Checks = {
     "drawing": one_of("auto", "vtk", "raycast"),
-    "brightness": number(0.25, 4.0),
     "sample_distance": either(one_of(None), number(0.01, 10)),
     "reference_size": either(one_of(None, "generator"), whole_number(16, 8192)),
     "trackball": _flag,

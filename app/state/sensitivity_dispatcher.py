@@ -112,13 +112,8 @@ class SensitivityDispatcher(QObject):
         self._place_asked: tuple[Outline, ...] = ()
         self._sequence = 0
         self._problems: dict[Source, str] = {}
-        for changed, finished in (
-            (state.viewChanged, state.viewChangeFinished),
-            (state.transferFunctionChanged, state.transferFunctionChangeFinished),
-            (state.lightChanged, state.lightChangeFinished),
-        ):
-            changed.connect(self._ask_live)
-            finished.connect(self.ask)
+        state.inputsChanged.connect(self._ask_live)
+        state.inputsChangeFinished.connect(self.ask)
         sensitivity.regionsChanged.connect(self._region_moved)
         sensitivity.regionChangeFinished.connect(self._ask_region)
         sensitivity.bandChanged.connect(self._band_moved)

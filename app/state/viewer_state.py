@@ -41,6 +41,10 @@ class ViewerState(ViewNavigation):
     lightChangeFinished = Signal(object)
     cropChanged = Signal(object)
     cropChangeFinished = Signal(object)
+    inputsChanged = Signal()
+    """Emitted with each of the changes of view, TF, light and crop box."""
+    inputsChangeFinished = Signal()
+    """Emitted at the end of each: an image of :attr:`inputs` will be the final one."""
     edited = Signal()
     """Emitted after a completed edit, undo or redo by the user."""
     undone = Signal()
@@ -57,6 +61,14 @@ class ViewerState(ViewNavigation):
         self._crop: CropBox | None = None
         self._crop_before: CropBox | None = None
         self._crop_moving = False
+        for changed, finished in (
+            (self.viewChanged, self.viewChangeFinished),
+            (self.transferFunctionChanged, self.transferFunctionChangeFinished),
+            (self.lightChanged, self.lightChangeFinished),
+            (self.cropChanged, self.cropChangeFinished),
+        ):
+            changed.connect(self.inputsChanged)
+            finished.connect(self.inputsChangeFinished)
 
     @property
     def transfer_function(self) -> TransferFunction:
@@ -133,7 +145,12 @@ class ViewerState(ViewNavigation):
         self.move_crop(crop)
         self.finish_crop()
 
-    def start_volume(self, default: TransferFunction, current: TransferFunction | None) -> None:
+    def start_volume(
+        self,
+        default: TransferFunction,
+        current: TransferFunction | None,
+        crop: CropBox | None = None,
+    ) -> None:
         """Start editing another volume's TF, clearing the undo stack.
 
         Parameters
@@ -142,11 +159,12 @@ class ViewerState(ViewNavigation):
             TF that :meth:`reset_transfer_function` returns to.
         current : TransferFunction or None
             Initial TF, fitted to the scalar range; None for the default.
+        crop : CropBox or None
+            Part of the volume that is shown at first; None for all of it.
         """
         self.volumeStarting.emit()
-        # Planes through another volume's parts mean nothing in this one.
-        self._crop, self._crop_moving = None, False
-        self.cropChanged.emit(None)
+        self._crop, self._crop_moving = crop, False
+        self.cropChanged.emit(crop)
         self._before_drag = None
         self.undo_stack.clear()
         self._default = default

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import astuple
 from functools import partial
 from pathlib import Path
 
@@ -15,6 +14,7 @@ from app.state.generator_work import NO_VOLUME, GeneratorWork
 from app.state.latent_state import LatentState
 from app.state.latent_work import LatentWork
 from app.state.library import Library
+from app.state.look_keeper import LookKeeper
 from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
 from app.state.reference_work import ReferenceWork
@@ -29,10 +29,9 @@ from model.errors import TfscopeError
 from model.scene.range_choice import RangeChoice
 from model.scene.range_fitting import fit_to_range, fit_to_volume, range_of
 from model.scene.transfer_function import Range, TransferFunction
-from model.scene.view import View
 from model.volume_files.raw import RawLayout
 
-RESTORED = "TF and view are as you left them; Presets > Default begins anew."
+RESTORED = "TF, view and crop box are as you left them; Presets > Default begins anew."
 
 
 class Workspace(QObject):
@@ -110,6 +109,7 @@ class Workspace(QObject):
         self.reference = ReferenceWork(
             state, reference, analyst, builders, self._dispatcher, preferences, self
         )
+        self._looks = LookKeeper(state, preferences, self)
         self._opening = VolumeOpening(builders.read_volume, self)
         self._ranging = VolumeOpening(builders.read_volume, self)
         self._opened: OpenedVolume | None = None
@@ -118,16 +118,9 @@ class Workspace(QObject):
 
     def _connect(self) -> None:
         state, work = self._state, self.reference
-        for changed in (
-            state.viewChanged,
-            state.transferFunctionChanged,
-            state.lightChanged,
-            state.cropChanged,
-        ):
-            changed.connect(self._update_hint)
+        state.inputsChanged.connect(self._update_hint)
         state.transferFunctionChangeFinished.connect(self._follow_range)
         state.edited.connect(self._keep)
-        state.viewChangeFinished.connect(self._keep_view)
         work.resized.connect(partial(setattr, self.sensitivity.chooser, "picture"))
         work.settingsChanged.connect(self._update_hint)
         work.analystStarted.connect(self._restart_questions)
@@ -301,9 +294,8 @@ class Workspace(QObject):
         self._follow_scene()
         notes = [*opened.volume.notes, self._model.verdict, RESTORED if kept is not None else ""]
         self.news.emit(" ".join(filter(None, notes)))
-        volume, known = opened.volume, self._preferences.volume(opened.fingerprint)
-        up = known.up_axis or volume.up
-        view = View(*known.view) if known.view else None
+        volume, (view, crop) = opened.volume, self._looks.start(opened.fingerprint)
+        up = self._preferences.volume(opened.fingerprint).up_axis or volume.up
         self._state.start_view(
             volume.proportions, up, volume.axis_labels, view, opened.shown, self.reference.reach
         )
@@ -311,7 +303,7 @@ class Workspace(QObject):
         self._preferences.note_volume(opened.fingerprint, opened.path)
         self._note_model()
         # After the engines: it requests the images, which they then take up.
-        self._state.start_volume(opened.default, kept)
+        self._state.start_volume(opened.default, kept, crop)
         self.volumeStarted.emit()
 
     def _volume_failed(self, text: str) -> None:
@@ -379,10 +371,6 @@ class Workspace(QObject):
         """Keep the TF for the next run after every edit, undo and redo."""
         if self._opened is not None:
             self._keeper.keep(self._opened.fingerprint, self._state.transfer_function)
-
-    def _keep_view(self, view: View) -> None:
-        if self._opened is not None:
-            self._preferences.note_volume(self._opened.fingerprint, view=astuple(view))
 
     def _update_hint(self) -> None:
         drawn = self.reference.settings.lighting

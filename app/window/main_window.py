@@ -192,6 +192,7 @@ class MainWindow(QMainWindow):
             lambda: self.workspace.reference.set_pane_pixels(*self.reference.canvas.pixels)
         )
         self.workspace.volumeOpened.connect(self._show_volume)
+        self.workspace.volumeOpened.connect(self.brightness.start_volume)
         self.workspace.rangeChanged.connect(self._show_range)
         # Errors of an earlier file no longer apply.
         self.workspace.volumeRead.connect(self.notice.clear)

@@ -187,7 +187,7 @@ def verdict(model: Alternative, coarse: Alternative, renderer: Alternative) -> s
         "SSIM": (-model.ssim, -coarse.ssim),
     }
     nearer = [name for name, (ours, theirs) in errors.items() if ours < theirs]
-    rival = "the volume averaged to its file size"
+    rival = "a coarse copy of the volume in a file as small"
     quality = f"nearer to the truth than {rival} (in {', '.join(nearer)})"
     if len(nearer) in (0, len(errors)):
         quality = f"{'' if nearer else 'not '}nearer to the truth than {rival}"

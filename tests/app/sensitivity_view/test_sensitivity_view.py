@@ -27,6 +27,7 @@ from app.image_view.image_canvas import ImageCanvas, to_qimage
 from app.sensitivity_view.held_button import CLICK_MS
 from app.window.main_window import MainWindow
 from model.errors import RenderError
+from model.scene.crop import CropBox
 from model.scene.region import Outline
 from model.scene.scene import Scene
 from model.scene.tf_emphasis import STRIKING_COLORS
@@ -539,6 +540,21 @@ def test_visibility_is_of_the_region_and_the_image(
             == (window.sensitivity_state.outline, Outline())
         )
     )
+
+
+def test_questions_follow_every_input_of_the_image(qtbot: QtBot, window: MainWindow) -> None:
+    state, dispatcher = window.state, window.workspace.sensitivity
+    window.sensitivity_state.pick((0.5, 0.5))
+    for change in (
+        lambda: state.set_view(View(azimuth=77.0)),
+        lambda: state.commit(make_tf(), "preset"),
+        lambda: state.set_crop(CropBox((0.5, 0.0, 0.0))),
+        state.undo,
+    ):
+        change()
+        qtbot.waitUntil(lambda: dispatcher.is_fresh(dispatcher.region_answer))
+        qtbot.waitUntil(lambda: dispatcher.pick is not None and dispatcher.pick.is_of(state.inputs))
+        qtbot.waitUntil(lambda: not window.sensitivity.responses.is_marked_stale)
 
 
 def test_the_values_that_a_region_shows_are_named(

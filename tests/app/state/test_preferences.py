@@ -28,7 +28,6 @@ def written(store: PreferencesStore, content: object) -> Path:
 
 OTHER_VALUES: dict[str, Any] = {
     "drawing": "raycast",
-    "brightness": 1.5,
     "sample_distance": 0.25,
     "reference_size": 1024,
     "trackball": True,
@@ -45,7 +44,15 @@ OTHER_VALUES: dict[str, Any] = {
     "recent_transfer_functions": ("/data/tf.json",),
     "volumes": {
         "f1": KnownVolume(
-            "/data/a.raw", "-y", "8x8x8_uint8", ("/data/model",), (), "global", (50.0, -20.0)
+            "/data/a.raw",
+            "-y",
+            "8x8x8_uint8",
+            ("/data/model",),
+            (),
+            "global",
+            (50.0, -20.0),
+            1.5,
+            (0.1, 0.0, 0.0, 1.0, 0.5, 1.0),
         )
     },
 }

@@ -24,6 +24,7 @@ from app.state.transfer_function_store import TransferFunctionStore
 from app.state.viewer_state import HOME_VIEW
 from app.window.main_window import MainWindow
 from model.errors import CheckpointError, RenderError
+from model.scene.crop import CropBox
 from model.scene.light import LightDirection
 from model.scene.scene import Lighting, Scene
 from model.scene.view import View
@@ -491,22 +492,32 @@ def test_each_volume_is_seen_in_the_light_that_it_was_given(
     def shown(window: MainWindow) -> tuple[str, LightDirection | None]:
         return builders.settings[-1].lighting, window.state.light
 
-    fresh = ("direct", LightDirection())
+    fresh, half = ("direct", LightDirection()), CropBox((0.5, 0.0, 0.0))
     first = opened("ramp")
     assert shown(first) == fresh
     first.workspace.reference.choose(lighting="global")
     first.state.set_light(light)
+    first.brightness.set(2.0)
+    first.state.set_crop(half)
     assert shown(opened("step 2", first)) == ("global", light)
+    assert first.brightness.value == 2 and first.state.crop is None
     assert shown(opened("other", first)) == fresh
     # What a start has asked for is not kept.
     first.workspace.reference.place_light(light)
+    assert first.brightness.value == 1
     first.close()
     second = opened("other")
     assert shown(second) == fresh
     assert shown(opened("ramp", second)) == ("global", light)
+    assert second.brightness.value == 2 and second.state.crop == half
+    assert builders.references[-1].requests[-1].inputs.crop == half
+    assert not second.state.undo_stack.canUndo()
+    second.state.set_crop(None)
     second.state.set_light(LightDirection())
     second.close()
-    assert shown(opened("ramp")) == ("global", LightDirection())
+    third = opened("ramp")
+    assert shown(third) == ("global", LightDirection()) and third.state.crop is None
+    third.close()
     assert shown(opened("ramp", lighting="none")) == ("none", None)
     assert shown(opened("ramp")) == ("global", LightDirection())
 

@@ -119,7 +119,9 @@ def test_verdicts() -> None:
     said = verdict(model, coarse, replace(exact, ms=5.0))
     assert "2.0 times as slow" in said
     assert said.startswith("With the volume at hand, the ray caster serves better")
-    assert said.endswith("slow, but nearer to the truth than the volume averaged to its file size.")
+    assert said.endswith(
+        "slow, but nearer to the truth than a coarse copy of the volume in a file as small."
+    )
     assert "only 1.2 times as fast, but" in verdict(model, coarse, replace(exact, ms=12.0))
     # Where the truth is VTK's, a slower model may still be nearer to it.
     assert verdict(model, coarse, replace(exact, ms=5.0, rmse=0.04)).startswith("This model pays")
