@@ -19,7 +19,7 @@ from app.engines.messages import (
     SupersededError,
     error_sentence,
 )
-from app.engines.spare_memory import give_back_memory
+from app.engines.spare_memory import give_back_memory, return_large_blocks
 
 THREAD_PREFIX = "tfscope-"
 
@@ -138,6 +138,7 @@ class EngineWorker(QObject):
 
     def start(self) -> None:
         """Start the thread, which builds the engine first."""
+        return_large_blocks()
         self._thread.start()
 
     def submit(self, request: Request) -> None:
