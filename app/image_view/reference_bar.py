@@ -20,7 +20,7 @@ from app.state.viewer_state import ViewerState
 from model.scene.light import LightRange
 
 LIGHTINGS = {
-    "auto": "Automatic: as the model, else direct",
+    "auto": "Automatic: direct, or as the model beside",
     "none": "None",
     "direct": "Direct: shaded surfaces",
     "global": "Global: with shadows",
@@ -29,7 +29,7 @@ LIGHTINGS = {
 LONGEST_LIGHTS = ("Light: none (too slow)", "Light: direct (auto)", "Light: global (auto)")
 
 DISTANCES = {
-    None: "Automatic: as the model, else 0.5 voxels",
+    None: "Automatic: 0.5 voxels, or as the model beside",
     1.0: "1 voxel: fast",
     0.5: "0.5 voxels",
     0.25: "0.25 voxels: fine",

@@ -294,7 +294,7 @@ class Menus(QObject):
         state.viewHistoryChanged.connect(show_history)
         show_history()
         add_action(menu, "&Reset view", state.reset_view, "Ctrl+0")
-        add_action(menu, "W&hole volume", state.view_whole, "Ctrl+9")
+        add_action(menu, "See the w&hole volume", state.view_whole, "Ctrl+9")
         sides = menu.addMenu("Look &from")
         for number, name in enumerate(STANDARD_VIEWS, start=1):
             add_action(sides, name, partial(state.look_from, name), f"Ctrl+{number}")
