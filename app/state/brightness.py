@@ -33,7 +33,7 @@ class Brightness(QObject):
         self._preferences = preferences
         self._value = 1.0
         self._fingerprint = ""
-        self._dimensions: tuple[int, int, int] | None = None
+        self._series: object = None
 
     @property
     def value(self) -> float:
@@ -51,10 +51,10 @@ class Brightness(QObject):
 
     def start_volume(self, opened: OpenedVolume) -> None:
         """Show a volume as bright as the last time; the next time step as the one before."""
-        before, self._dimensions = self._dimensions, opened.volume.dimensions
+        before, self._series = self._series, opened.volume.series
         self._fingerprint = opened.fingerprint
         known = self._preferences.volume(opened.fingerprint).brightness
-        if known != 1 or before != self._dimensions:
+        if known != 1 or before != self._series:
             self.set(known)
 
     @property

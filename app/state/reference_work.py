@@ -198,7 +198,7 @@ class ReferenceWork(QObject):
         """Take the light in which the volume was seen last; that of the next time step stays."""
         assert self._volume is not None
         known = self._preferences.volume(self._volume.fingerprint)
-        is_alike = before is not None and before.dimensions == self._volume.dimensions
+        is_alike = before is not None and before.series == self._volume.series
         if is_alike and (known.lighting, known.light) == ("auto", ()):
             return
         lighting, self._asked_lighting = self._asked_lighting or known.lighting, None

@@ -63,7 +63,8 @@ class KnownVolume:
     brightness : float
         Factor of the images' colours, 0.25 to 4.
     crop : tuple of float
-        Least and greatest fraction along x, y and z of the part that is shown; empty for all.
+        Least fractions along x, y and z of the part that is shown, then the greatest; empty for
+        all of it.
     models : tuple of str
         Folders of models that were opened with it, the newest first.
     others : dict

@@ -112,7 +112,7 @@ class SensitivityState(QObject):
         self.tool: Tool | None = None
         self.dragging = False
         self._count = 0
-        self._dimensions: tuple[int, int, int] | None = None
+        self._series: object = None
 
     @property
     def outline(self) -> Outline:
@@ -220,16 +220,16 @@ class SensitivityState(QObject):
         self.place = place
         self.placeChanged.emit(place)
 
-    def start_volume(self, dimensions: tuple[int, int, int]) -> None:
+    def start_volume(self, series: object) -> None:
         """Forget what belongs to the volume before.
 
         Parameters
         ----------
-        dimensions : tuple of int
-            The new one's. Regions are kept where they are the same, as in another time step.
+        series
+            The new one's. Regions are kept for another time step of the same series.
         """
-        before, self._dimensions = self._dimensions, dimensions
-        if dimensions != before and self.regions:
+        before, self._series = self._series, series
+        if series != before and self.regions:
             self.regions = ()
             self.activate(None)
         self._set_band(None)

@@ -286,7 +286,7 @@ class Workspace(QObject):
         self.latent.path.cancel()
         folder = self._model_for(opened)
         self._opened = opened
-        self._sensitivity_state.start_volume(opened.volume.dimensions)
+        self._sensitivity_state.start_volume(opened.volume.series)
         self.latent.session.start_volume(opened.volume, opened.window)
         if folder != self._model.folder:
             self.open_model(folder)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import hashlib
 import math
+import re
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Protocol
@@ -276,6 +277,14 @@ class Volume:
                 f"{self.name}: the scalar range [{lo:g}, {hi:g}] has no value in common with the "
                 f"voxels, which lie from {lowest:g} to {highest:g}; choose one that has."
             )
+
+    @property
+    def series(self) -> tuple[object, ...]:
+        """What the time steps of one simulation or scan have in common, for comparison.
+
+        That is the number of voxels along each axis, and the letters of the name.
+        """
+        return self.dimensions, re.sub(r"[\d\W_]+", "", self.name)
 
     @cached_property
     def fingerprint(self) -> str:

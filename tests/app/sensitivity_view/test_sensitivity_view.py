@@ -433,9 +433,9 @@ def test_regions_stay_for_the_next_time_step_and_go_with_another_shape(
 ) -> None:
     state, region = window.sensitivity_state, Outline.rectangle(0.2, 0.3, 0.6, 0.7)
     state.add_region(region)
-    builders.volumes["next"] = make_volume("next", 500.0)
+    builders.volumes["ramp 2"] = make_volume("ramp 2", 500.0)
     builders.volumes["other"] = Volume(make_volume("other").scalars[:, :, :3], name="other")
-    for name, outline in (("next", region), ("other", Outline())):
+    for name, outline in (("ramp 2", region), ("other", Outline())):
         with qtbot.waitSignal(window.workspace.volumeOpened):
             window.workspace.open_volume(Path(name))
         assert state.outline == outline

@@ -477,7 +477,7 @@ def test_each_volume_is_seen_in_the_light_that_it_was_given(
 ) -> None:
     place, light = PreferencesStore(tmp_path / "preferences.json"), LightDirection(50.0, -20.0)
     builders.volumes["other"] = Volume(make_volume("other").scalars[:, :, :3], name="other")
-    builders.volumes["step 2"] = make_volume("step 2", 210.0)
+    builders.volumes["ramp 2"] = make_volume("ramp 2", 210.0)
 
     def opened(name: str, window: MainWindow | None = None, **chosen: Any) -> MainWindow:
         if window is None:
@@ -499,7 +499,7 @@ def test_each_volume_is_seen_in_the_light_that_it_was_given(
     first.state.set_light(light)
     first.brightness.set(2.0)
     first.state.set_crop(half)
-    assert shown(opened("step 2", first)) == ("global", light)
+    assert shown(opened("ramp 2", first)) == ("global", light)
     assert first.brightness.value == 2 and first.state.crop is None
     assert shown(opened("other", first)) == fresh
     # What a start has asked for is not kept.

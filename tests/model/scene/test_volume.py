@@ -161,3 +161,13 @@ def test_a_narrow_range_far_from_zero_is_kept():
     assert Volume(values).scalar_range == (1e6, 1e6 + 1e-3)
     with pytest.raises(VolumeError, match="too narrow"):
         Volume(values).over((1e6, 1e6 + 1e-8))
+
+
+def test_time_steps_are_of_one_series() -> None:
+    def named(name: str, shape: tuple[int, int, int] = (3, 4, 5)) -> Volume:
+        return Volume(np.arange(np.prod(shape), dtype=np.float32).reshape(shape), name=name)
+
+    step = named("flow_t0007")
+    assert step.series == named("flow_t0120").series
+    assert step.series != named("smoke_t0007").series
+    assert step.series != named("flow_t0007", (3, 4, 6)).series
