@@ -19,6 +19,7 @@ from model.scene.transfer_function import Range
 STRIP_HEIGHT = 44
 AXIS_WIDTH = 52
 _READOUT_GAP = 18
+MOST_TICKS = 5
 TICK_ROOM = 9
 """Pixels from an axis' ends in which there are no ticks: their labels would be cut."""
 
@@ -40,7 +41,10 @@ class _InnerAxis(pg.AxisItem):  # type: ignore[misc]
         ]
         while len(levels) > 1 and len(levels[0][1]) < 2:
             spacing, values = levels[1]
-            levels[:2] = [(spacing, sorted([*levels[0][1], *values]))]
+            values = sorted([*levels[0][1], *values])
+            if len(values) > MOST_TICKS:
+                values = [v for v in values if round(v / spacing) % 2 == 0]
+            levels[:2] = [(spacing, values)]
         return levels
 
 
