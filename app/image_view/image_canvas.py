@@ -11,6 +11,7 @@ from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QPen, QResizeEv
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app import theme
+from model.rendering.raster import Raster
 from model.scene.region import Reach
 
 _MARGIN = 14
@@ -85,8 +86,8 @@ class ImageCanvas(QWidget):
     @property
     def reach(self) -> Reach:
         """The whole image's reach, see :data:`model.scene.region.Reach`."""
-        whole, side = self.picture_rect, max(self.image_rect.width(), 1)
-        return whole.width() / side / 2, whole.height() / side / 2
+        whole = self.picture_rect
+        return Raster(max(whole.width(), 1), max(whole.height(), 1)).reach
 
     @property
     def picture_rect(self) -> QRect:

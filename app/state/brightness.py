@@ -1,4 +1,4 @@
-"""How bright the images are shown: a factor of their colours, kept for each volume."""
+"""Brightness of the images: a factor of their colours, kept for each volume."""
 
 from __future__ import annotations
 

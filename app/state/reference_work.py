@@ -108,7 +108,7 @@ class ReferenceWork(QObject):
 
     @property
     def reach(self) -> Reach:
-        """What the home view fits: the whole image, or the model's square beside it."""
+        """Reach that the home view fits: the whole image's, or that of a model's square."""
         return self._dispatcher.raster.reach if self._scene is None else SQUARE
 
     def choose(self, keep: bool = True, **changes: Any) -> None:

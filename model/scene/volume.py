@@ -280,7 +280,7 @@ class Volume:
 
     @property
     def series(self) -> tuple[object, ...]:
-        """What the time steps of one simulation or scan have in common, for comparison.
+        """Marks that the time steps of one simulation or scan have in common, for comparison.
 
         That is the number of voxels along each axis, and the letters of the name.
         """
