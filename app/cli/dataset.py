@@ -32,6 +32,7 @@ class SceneOptions(NamedTuple):
     renderer: RendererName
     movable_light: bool
     tf_family: TFFamily
+    up: str
 
 
 def make_dataset(

@@ -50,6 +50,7 @@ def _card_rows(card: ModelCard, verdict: str) -> list[tuple[str, str]]:
             {"paper": "the paper's mixtures", "drawn": "as people draw them"}[scene.tf_family],
         ),
         ("lighting", scene.lighting + (", movable light" if scene.light_range else "")),
+        ("views", f"with {scene.view_range.up} up"),
         ("rendered by", {"vtk": "VTK", "raycast": "the ray caster"}[scene.renderer]),
         ("preset", f"{card.preset} (width {size.width:g} of the paper's)"),
         ("architecture", ARCHITECTURES[size.architecture]),

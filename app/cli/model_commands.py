@@ -40,6 +40,7 @@ def dataset(
     movable_light: options.MovableLight = False,
     family: options.TFFamilyName = choices.TFFamilyOption.DRAWN,
     window: options.Window = None,
+    up: options.UpAxis = None,
     holdout: Annotated[
         int | None,
         typer.Option("--holdout", min=1, help="Hold-out samples. (default: a tenth, at most 2000)"),
@@ -66,6 +67,7 @@ def dataset(
         choices.renderer_name(renderer),
         movable_light,
         choices.family_name(family),
+        up or "",
     )
     make_dataset(source, scene, out, count, holdout, seed, workers, scheduler)
 
@@ -140,6 +142,7 @@ def train(
     movable_light: options.MovableLight = False,
     family: options.TFFamilyName = choices.TFFamilyOption.DRAWN,
     window: options.Window = None,
+    up: options.UpAxis = None,
     seed: options.Seed = 0,
     workers: options.Workers = None,
     device: options.DeviceName = choices.Device.AUTO,
@@ -198,6 +201,7 @@ def train(
         tf_family=choices.family_name(family),
         renderer=choices.renderer_name(renderer),
         window=values.scalar_window(window),
+        up=up or "",
         reuse=reuse,
         start=start,
         seed=seed,

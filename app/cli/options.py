@@ -169,6 +169,16 @@ Window = Annotated[
         help="Scalar values between which random opacity modes lie. (default: from the data)",
     ),
 ]
+UpAxis = Annotated[
+    str | None,
+    typer.Option(
+        "--up",
+        metavar="AXIS",
+        help="Axis of the volume that points up in the samples' views: +x, -x, +y, -y, +z or -z. "
+        "(default: as the file says, or +z)",
+        callback=values.up_axis,
+    ),
+]
 JsonFile = Annotated[
     Path | None,
     typer.Option(

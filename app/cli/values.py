@@ -9,6 +9,7 @@ from pathlib import Path
 from app.cli.outputs import check_output, check_output_folder
 from model.errors import DatasetError, TfscopeError, VolumeError
 from model.networks.card import read_header
+from model.scene.axes import axis_direction
 from model.scene.crop import CropBox
 from model.scene.light import LightDirection
 from model.scene.range_choice import RangeChoice
@@ -122,6 +123,13 @@ def scalar_range(text: str | None) -> str | None:
     """Refuse a text that is not a scalar range; see :class:`RangeChoice`."""
     if text is not None:
         RangeChoice.parse(text)
+    return text
+
+
+def up_axis(text: str | None) -> str | None:
+    """Refuse a text that names no axis; see :data:`model.scene.axes.AXES`."""
+    if text is not None:
+        axis_direction(text)
     return text
 
 

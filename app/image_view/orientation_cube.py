@@ -23,7 +23,8 @@ from PySide6.QtWidgets import QWidget
 from app import theme
 from app.image_view.view_steps import DEGREES_PER_PIXEL, turn
 from app.state.viewer_state import ViewerState
-from model.scene.orientation import AXES, STANDARD_VIEWS, axis_direction, faces
+from model.scene.axes import AXES, axis_direction
+from model.scene.orientation import STANDARD_VIEWS, faces
 from model.scene.view import View
 
 SIZE = 72
@@ -115,7 +116,7 @@ class OrientationCube(QWidget):
         Parameters
         ----------
         labels : tuple of str, or None
-            One for each of :data:`~model.scene.orientation.AXES`; empty for the axes' names,
+            One for each of :data:`~model.scene.axes.AXES`; empty for the axes' names,
             None for those of the state's volume, which are shown at first.
         """
         self._labels = labels

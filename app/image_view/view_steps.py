@@ -12,7 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 from app.state.view_navigation import ViewNavigation
-from model.scene.orientation import DEFAULT_UP, angles_in, view_in
+from model.scene.axes import DEFAULT_UP
+from model.scene.orientation import angles_in, view_in
 from model.scene.view import View
 
 DEGREES_PER_PIXEL = 0.4

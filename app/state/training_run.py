@@ -91,6 +91,7 @@ class TrainingRun(QObject):
         lighting: Lighting = "none",
         scalar_range: Range | None = None,
         raw_layout: str = "",
+        up: str = "",
     ) -> None:
         """Start to train a model of a volume's file; returns at once.
 
@@ -109,6 +110,8 @@ class TrainingRun(QObject):
             Range that the TFs lie over; None for the volume's.
         raw_layout : str
             Layout of a headerless file, see :meth:`RawLayout.parse`; empty for none.
+        up : str
+            The volume's axis that points up; empty for what the file says.
         """
         if self._process is not None:
             return
@@ -120,6 +123,8 @@ class TrainingRun(QObject):
             order.append(f"--range={float(lo)!r},{float(hi)!r}")
         if raw_layout:
             order += ["--raw", raw_layout]
+        if up:
+            order.append(f"--up={up}")
         self._order, self._name = tuple(order), readable_name(volume_path)
         self._forget_outcome(minutes)
         goes_on = out is None and self._order in self._saved

@@ -7,14 +7,12 @@ from dataclasses import replace
 from PySide6.QtCore import QObject, Signal
 
 from app.state.view_history import ViewHistory
+from model.scene.axes import DEFAULT_UP, axis_direction, axis_labelled
 from model.scene.crop import CropBox
 from model.scene.orientation import (
-    DEFAULT_UP,
     FARTHEST_HOME,
     WHOLE,
     angles_in,
-    axis_direction,
-    axis_labelled,
     fit_distance,
     home_view,
     standard_view,

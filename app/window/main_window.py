@@ -375,6 +375,7 @@ class MainWindow(QMainWindow):
             lighting="direct" if lighting == "global" else lighting,
             scalar_range=opened.volume.scalar_range,
             raw_layout=self.preferences.volume(opened.fingerprint).raw_layout,
+            up=self.state.up_axis,
         )
 
     def _show_range(self, opened: OpenedVolume) -> None:

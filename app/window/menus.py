@@ -35,7 +35,8 @@ from app.window.overlays import Overlays
 from app.window.pane_layout import PaneLayout, Shown
 from app.window.picture_saving import PictureSaving
 from app.window.recent_menu import RecentMenus
-from model.scene.orientation import AXES, STANDARD_VIEWS
+from model.scene.axes import AXES
+from model.scene.orientation import STANDARD_VIEWS
 from model.volume_files.finish import readable_name
 from model.volume_files.shipped import shipped_volumes
 

@@ -10,7 +10,7 @@ from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QToolButton, QWidget
 
 from app.controls import picture_icon, picture_tip
-from model.scene.orientation import AXES
+from model.scene.axes import AXES
 
 ICON = 48
 """Side of the pictures on the buttons, in pixels."""
@@ -23,7 +23,7 @@ class UpAxisBar(QFrame):
     """Asks with six buttons, one per axis; hidden until :meth:`ask`, and after the answer."""
 
     chosen = Signal(str)
-    """Emitted with one of :data:`~model.scene.orientation.AXES`."""
+    """Emitted with one of :data:`~model.scene.axes.AXES`."""
     dismissed = Signal()
     """Emitted when the user does not want to say."""
 

@@ -14,7 +14,8 @@ from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
 from app.window.small_pictures import SmallPictures
 from app.window.up_axis_bar import PICTURE, UpAxisBar
-from model.scene.orientation import AXES, home_view
+from model.scene.axes import AXES
+from model.scene.orientation import home_view
 from model.volume_files.shipped import shipped_volumes
 
 TF_REST_MS = 300

@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.samples.sample_store import SampleBatch
+from model.scene.axes import upright_frame
 from model.scene.scene import Scene
+from model.scene.view import View
 
 AZIMUTHS, ELEVATIONS, DISTANCES, SCALARS = 8, 5, 4, 16
 """Number of groups of equal width."""
@@ -42,7 +44,7 @@ class Group:
 def error_profile(
     scene: Scene, samples: SampleBatch, errors: NDArray[np.float64]
 ) -> dict[str, list[Group]]:
-    """Group errors by azimuth, elevation, distance and scalar value.
+    """Group errors by azimuth and elevation about the up axis, distance and scalar value.
 
     Parameters
     ----------
@@ -56,7 +58,9 @@ def error_profile(
     dict of list of Group
         "azimuth", "elevation", "distance" and "scalar", without empty groups.
     """
-    view_range, view = scene.view_range, samples.inputs["view"]
+    view_range, frame = scene.view_range, upright_frame(scene.view_range.up)
+    views = [View(*map(float, row)).in_frame(frame) for row in samples.inputs["view"]]
+    view = np.array([[v.azimuth, v.elevation, v.distance] for v in views])
     limits = {
         "azimuth": (view[:, 0] % 360, 0.0, 360.0, AZIMUTHS),
         "elevation": (
@@ -65,7 +69,7 @@ def error_profile(
             view_range.max_elevation,
             ELEVATIONS,
         ),
-        "distance": (view[:, 3], view_range.nearest, view_range.farthest, DISTANCES),
+        "distance": (view[:, 2], view_range.nearest, view_range.farthest, DISTANCES),
     }
     profile = {
         name: _by_value(values, lo, hi, groups, errors)

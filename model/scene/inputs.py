@@ -15,6 +15,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from model.scene.axes import upright_frame
 from model.scene.color_space import rgb_to_lab
 from model.scene.crop import CropBox
 from model.scene.light import LightDirection, LightRange
@@ -106,11 +107,13 @@ class InputField:
 
 def _view_outside(view: View, scene: Scene) -> list[str]:
     trained = scene.view_range
+    view = view.in_frame(upright_frame(trained.up))
     found = []
     if abs(view.elevation) > trained.max_elevation:
         found.append(f"elevation {view.elevation:.0f}° (±{trained.max_elevation:g}°)")
     if abs(view.roll) > trained.max_roll:
-        found.append(f"roll {view.roll:.0f}° (±{trained.max_roll:g}°)")
+        axis = trained.up.replace("-", "−")
+        found.append(f"roll {view.roll:.0f}° (±{trained.max_roll:g}° with {axis} up)")
     if not trained.nearest <= view.distance <= trained.farthest:
         found.append(f"distance {view.distance:.2f} ({trained.nearest:g} to {trained.farthest:g})")
     return found

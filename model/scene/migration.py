@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-FORMAT_VERSION = 3
+FORMAT_VERSION = 4
 """Version of the scene's format in stores and models."""
 
 
@@ -19,7 +19,19 @@ def _with_tf_family(scene: dict[str, Any]) -> dict[str, Any]:
     return {"dimensions": None, "tf_family": "paper", **scene}
 
 
-STEPS: tuple[Callable[[dict[str, Any]], dict[str, Any]], ...] = (_with_light_range, _with_tf_family)
+def _with_up_axis(scene: dict[str, Any]) -> dict[str, Any]:
+    """Convert format 3 to 4: views were about the volume's z axis."""
+    view_range = scene.get("view_range")
+    if isinstance(view_range, dict):
+        view_range = {"up": "+z", **view_range}
+    return {**scene, "view_range": view_range}
+
+
+STEPS: tuple[Callable[[dict[str, Any]], dict[str, Any]], ...] = (
+    _with_light_range,
+    _with_tf_family,
+    _with_up_axis,
+)
 """Conversions between successive formats, from 1 to 2 onwards."""
 
 

@@ -1,4 +1,4 @@
-"""Which of a volume's axes points up: upright views, and the view with the whole volume.
+"""Upright views of a volume, whichever of its axes points up, and the view with all of it.
 
 A :class:`View` always turns about the volume's z axis. Here, views are given by angles
 about another axis of the volume, which is called its up axis.
@@ -14,14 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import ViewError
+from model.scene.axes import AXES, DEFAULT_UP, axis_direction, upright_frame
 from model.scene.crop import CropBox
 from model.scene.region import SQUARE, Reach
 from model.scene.view import FAR_DISTANCE_RADII, VIEW_ANGLE, View
-
-AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
-"""Names of a volume's axes, with their sign."""
-
-DEFAULT_UP = "+z"
 
 STANDARD_VIEWS = {
     "Front": (0.0, 0.0),
@@ -42,53 +38,6 @@ WHOLE = CropBox()
 
 MARGIN = 0.03
 """Part of half the image's side that is left free around a volume that just fits."""
-
-_USUAL_FRONTS = {"+x": "-y", "-x": "-y", "+y": "+z", "-y": "-z", "+z": "-y", "-z": "-y"}
-
-
-def axis_labelled(label: str, labels: tuple[str, ...]) -> str:
-    """Return the axis with a label, given one label for each of :data:`AXES`; empty if none."""
-    return next((axis for axis, each in zip(AXES, labels, strict=False) if each == label), "")
-
-
-def axis_direction(axis: str) -> NDArray[np.float64]:
-    """Unit vector of an axis such as ``"-y"``, shape (3,).
-
-    Raises
-    ------
-    ViewError
-        When the text is not one of :data:`AXES`.
-    """
-    if axis not in AXES:
-        raise ViewError(f"'{axis}' is not an axis; give one of {', '.join(AXES)}.")
-    direction = np.zeros(3)
-    direction["xyz".index(axis[1])] = 1.0 if axis[0] == "+" else -1.0
-    return direction
-
-
-def upright_frame(up: str, front: str = "") -> NDArray[np.float64]:
-    """Axes in which the volume stands upright.
-
-    Parameters
-    ----------
-    up : str
-        The volume's axis that points up, one of :data:`AXES`.
-    front : str
-        The axis that faces the camera at azimuth 0; where it is empty or along the up
-        axis, a usual one.
-
-    Returns
-    -------
-    ndarray of float64, shape (3, 3)
-        Rows are the upright frame's x, y and z in volume coordinates, determinant 1; the
-        identity for ``"+z"``.
-    """
-    z = axis_direction(up)
-    if not front or front[1:] == up[1:]:
-        front = _USUAL_FRONTS[up]
-    y = -axis_direction(front)
-    # Adding 0 turns -0 to 0.
-    return np.stack([np.cross(y, z), y, z]) + 0.0
 
 
 def faces(up: str, front: str = "") -> dict[str, str]:
@@ -119,17 +68,12 @@ def view_in(
         As a :class:`View`'s.
     """
     view = View(azimuth, elevation, roll, distance, pan_x, pan_y)
-    frame = upright_frame(up, front)
-    if np.array_equal(frame, np.eye(3)):
-        return view
-    return View.of_basis(view.basis() @ frame, distance, pan_x, pan_y)
+    return view.in_frame(upright_frame(up, front).T)
 
 
 def angles_in(up: str, view: View, *, front: str = "") -> tuple[float, float, float]:
     """Azimuth, elevation and roll of a view about an up axis; the inverse of :func:`view_in`."""
-    frame = upright_frame(up, front)
-    if not np.array_equal(frame, np.eye(3)):
-        view = View.of_basis(view.basis() @ frame.T)
+    view = view.in_frame(upright_frame(up, front))
     return view.azimuth, view.elevation, view.roll
 
 

@@ -12,6 +12,7 @@ from typing import Any, Literal, get_args
 
 from model.errors import TfscopeError
 from model.json_files import MalformedError, build
+from model.scene.axes import DEFAULT_UP
 from model.scene.light import LightDirection, LightRange
 from model.scene.transfer_function import TF_SAMPLES, Range
 from model.scene.view import ViewRange
@@ -156,8 +157,27 @@ class Scene:
         renderer: RendererName = "vtk",
         movable_light: bool = False,
         tf_family: TFFamily = "drawn",
+        up: str = "",
     ) -> Scene:
-        """Create the scene of a volume, with defaults for the scalar window and the light."""
+        """Create the scene of a volume.
+
+        Parameters
+        ----------
+        volume : Volume
+        scalar_window : tuple of float, or None
+            None for :func:`default_scalar_window`.
+        movable_light : bool
+            Whether the light's direction varies, over all of :class:`LightRange`.
+        up : str
+            The view range's; empty for the volume's own, or the usual one.
+        image_size, lighting, renderer, tf_family
+            As of the scene.
+
+        Raises
+        ------
+        TfscopeError
+            For values that are out of range or inconsistent.
+        """
         return cls(
             volume_name=volume.name,
             volume_fingerprint=volume.fingerprint,
@@ -167,6 +187,7 @@ class Scene:
             lighting=lighting,
             light=None if lighting == "none" else LightDirection(),
             light_range=LightRange() if movable_light else None,
+            view_range=ViewRange(up=up or volume.up or DEFAULT_UP),
             renderer=renderer,
             proportions=volume.proportions,
             dimensions=volume.dimensions,

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import ViewError
+from model.scene.axes import DEFAULT_UP, axis_direction, upright_frame
 
 VIEW_PARAMETERS = 5
 """Number of view parameters in network inputs, see :meth:`View.vector`."""
@@ -44,20 +45,26 @@ class ViewRange:
         Rolls run over +- this angle, in degrees.
     nearest, farthest : float
         Limits of the distance; at 1 the whole volume is in view.
+    up : str
+        The volume's axis that the angles are about, one of :data:`model.scene.axes.AXES`:
+        without a roll, it points up in every image.
 
     Raises
     ------
     ViewError
-        For limits that are not positive and finite, or inconsistent.
+        For limits that are not positive and finite, or inconsistent, and for another axis.
     """
 
     max_elevation: float = 80.0
     max_roll: float = 10.0
     nearest: float = 0.4
     farthest: float = 1.0
+    up: str = DEFAULT_UP
 
     def __post_init__(self) -> None:
-        for name, value in vars(self).items():
+        axis_direction(self.up)
+        for name in ("max_elevation", "max_roll", "nearest", "farthest"):
+            value = getattr(self, name)
             if not (isinstance(value, int | float) and math.isfinite(value) and value > 0):
                 raise ViewError(f"The view range's {name} is {value!r}; give a number above 0.")
         if self.max_elevation > 90 or self.nearest >= self.farthest:
@@ -194,6 +201,19 @@ class View:
             pan_y,
         )
 
+    def in_frame(self, frame: NDArray[np.float64]) -> View:
+        """Return this view of the same image, with angles about the z axis of another frame.
+
+        Parameters
+        ----------
+        frame : ndarray of float64, shape (3, 3)
+            Rows are its axes, orthonormal with determinant 1. For the identity, all numbers
+            are kept to the bit.
+        """
+        if np.array_equal(frame, np.eye(3)):
+            return self
+        return View.of_basis(self.basis() @ frame.T, self.distance, self.pan_x, self.pan_y)
+
     def camera_distance(self, radius: float) -> float:
         """Distance from the centre to the camera for a bounding sphere of this radius."""
         return self.distance * FAR_DISTANCE_RADII * radius
@@ -211,19 +231,20 @@ class View:
         Returns
         -------
         ndarray of float32, shape (5,)
-            Elevation, cos azimuth, sin azimuth, roll and distance, each in
-            [-1, 1] over `view_range`. Views outside the range are not clipped.
+            Elevation, cos azimuth, sin azimuth and roll about the range's up axis, and
+            distance, each in [-1, 1] over `view_range`. Views outside are not clipped.
         """
-        sin_a, cos_a = _sin_cos(self.azimuth)
+        view = self.in_frame(upright_frame(view_range.up))
+        sin_a, cos_a = _sin_cos(view.azimuth)
         middle = (view_range.farthest + view_range.nearest) / 2
         half = (view_range.farthest - view_range.nearest) / 2
         return np.array(
             [
-                self.elevation / view_range.max_elevation,
+                view.elevation / view_range.max_elevation,
                 cos_a,
                 sin_a,
-                self.roll / view_range.max_roll,
-                (self.distance - middle) / half,
+                view.roll / view_range.max_roll,
+                (view.distance - middle) / half,
             ],
             dtype=np.float32,
         )
@@ -240,13 +261,14 @@ class View:
         elevation, cos_a, sin_a, roll, distance = map(float, vector)
         middle = (view_range.farthest + view_range.nearest) / 2
         half = (view_range.farthest - view_range.nearest) / 2
-        return cls(
+        view = cls(
             azimuth=math.degrees(math.atan2(sin_a, cos_a)),
             # Rounding must not turn the camera over a pole.
             elevation=min(max(elevation * view_range.max_elevation, -90.0), 90.0),
             roll=roll * view_range.max_roll,
             distance=distance * half + middle,
         )
+        return view.in_frame(upright_frame(view_range.up).T)
 
 
 def _sin_cos(degrees: float) -> tuple[float, float]:

@@ -74,7 +74,7 @@ class Volume:
         Axis that points up, to a patient's head, such as ``"+z"``; empty when unknown.
     axis_labels : tuple of str
         The patient's direction (R, L, A, P, S or I) that each of
-        :data:`~model.scene.orientation.AXES` points to; empty when unknown.
+        :data:`~model.scene.axes.AXES` points to; empty when unknown.
     chosen_range : tuple of float, or None
         A scalar range other than that of the voxels, see :meth:`over`.
 

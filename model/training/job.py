@@ -16,6 +16,7 @@ from model.errors import TrainingError, reason
 from model.files import write_atomically
 from model.json_files import MalformedError, build, read_json
 from model.networks.size import Architecture, NetworkSize
+from model.scene.axes import AXES
 from model.scene.scene import Lighting, RendererName, TFFamily
 from model.scene.transfer_function import Range
 from model.training.options import PRESETS, Budget, Precision, TrainingOptions, preset_size
@@ -46,7 +47,7 @@ class TrainingJob:
     minutes : float or None
     samples : int or None
         The budget; exactly one of the two is given.
-    lighting, movable_light, tf_family, renderer, window, reuse
+    lighting, movable_light, tf_family, renderer, window, up, reuse
         Options of samples that are rendered during training; see
         :class:`model.scene.scene.Scene` and
         :class:`model.training.streamed_samples.StreamSource`.
@@ -80,6 +81,7 @@ class TrainingJob:
     tf_family: TFFamily = "drawn"
     renderer: RendererName = "raycast"
     window: Range | None = None
+    up: str = ""
     reuse: float | None = None
     start: Path | None = None
     seed: int = 0
@@ -98,6 +100,7 @@ class TrainingJob:
             "movable light": self.movable_light,
             "TF family": self.tf_family != "drawn",
             "window": self.window is not None,
+            "up axis": self.up != "",
             "range": self.volume.scalar_range is not None,
             "reuse": self.reuse is not None,
             "renderer": self.renderer != "raycast",
@@ -143,6 +146,7 @@ class TrainingJob:
             "architecture": (self.architecture, (None, *get_args(Architecture))),
             "device": (self.device, ("auto", "cpu", "cuda")),
             "precision": (self.precision, ("auto", *get_args(Precision))),
+            "up axis": (self.up, ("", *AXES)),
         }
         for name, (value, allowed) in choices.items():
             if value not in allowed:

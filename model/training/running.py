@@ -114,6 +114,7 @@ def _source(job: TrainingJob, volume: Volume | None, device: str) -> SampleSourc
         job.renderer,
         job.movable_light,
         job.tf_family,
+        job.up,
     )
     on_gpu = device == "cuda" and scene.renderer == "raycast" and cuda.is_available()
     return StreamSource(

@@ -22,8 +22,9 @@ from model.json_files import read_json
 from model.scene.migration import migrate_scene
 from model.training.stage import Stage
 
-FORMAT_VERSION = 3
-"""Format 2 had other names of optimizers and settings, and scenes without `light_range`."""
+FORMAT_VERSION = 4
+"""Format 3 had view ranges without `up`; format 2 also had other names of optimizers and
+settings, and scenes without `light_range`."""
 
 RENAMED = {"more_tfs": "unrendered_tfs", "keep_variance": "kaiming_init"}
 """Present names of settings in recipes of format 2."""
@@ -158,8 +159,8 @@ def _header(folder: Path) -> dict[str, Any]:
         )
     try:
         header: dict[str, Any] = read_json(path)
-        if header["tfscope_training"] == 2:
-            _migrate(header["recipe"])
+        if header["tfscope_training"] in (2, 3):
+            _migrate(header["recipe"], header["tfscope_training"])
         elif header["tfscope_training"] != FORMAT_VERSION:
             raise ValueError(f"format {header['tfscope_training']}, not {FORMAT_VERSION}")
     except (OSError, ValueError, KeyError, TypeError) as error:
@@ -167,9 +168,10 @@ def _header(folder: Path) -> dict[str, Any]:
     return header
 
 
-def _migrate(recipe: dict[str, Any]) -> None:
-    """Convert a recipe of format 2 to the present format, in place."""
-    recipe["scene"] = migrate_scene(recipe["scene"], 1)
+def _migrate(recipe: dict[str, Any], version: int) -> None:
+    """Convert a recipe of format 2 or 3 to the present format, in place."""
+    # The steps leave what is there already as it is.
+    recipe["scene"] = migrate_scene(recipe["scene"], 1 if version == 2 else 3)
     options = recipe["options"]
     recipe["options"] = {RENAMED.get(name, name): value for name, value in options.items()}
 

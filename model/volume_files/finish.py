@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError
-from model.scene.orientation import axis_labelled
+from model.scene.axes import axis_labelled
 from model.scene.volume import Volume, is_resolved
 from model.volume_files.grid import Grid
 

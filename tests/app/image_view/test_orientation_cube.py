@@ -13,7 +13,8 @@ from app import theme
 from app.image_view.gestures import ViewGestures
 from app.image_view.orientation_cube import PLACE, SIZE, OrientationCube
 from app.state.viewer_state import ViewerState
-from model.scene.orientation import STANDARD_VIEWS, axis_direction
+from model.scene.axes import axis_direction
+from model.scene.orientation import STANDARD_VIEWS
 from model.scene.view import View
 
 EQUAL = (3**-0.5, 3**-0.5, 3**-0.5)

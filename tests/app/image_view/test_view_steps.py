@@ -21,7 +21,8 @@ from app.image_view.view_steps import (
     tumble,
     zoom,
 )
-from model.scene.orientation import AXES, axis_direction, view_in
+from model.scene.axes import AXES, axis_direction
+from model.scene.orientation import view_in
 from model.scene.view import VIEW_ANGLE, View
 
 views = st.builds(

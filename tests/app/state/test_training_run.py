@@ -82,7 +82,7 @@ def test_what_is_asked_for_is_what_the_command_line_understands(
     volume.write_bytes(bytes(512))
     options: dict[str, Any] = {"minutes": 0.5, "preset": "draft", "lighting": "direct"}
     with qtbot.waitSignal(run.failed, timeout=PATIENCE_MS):
-        run.start(volume, tmp_path / "out", raw_layout="8x8x8_uint8", **options)
+        run.start(volume, tmp_path / "out", raw_layout="8x8x8_uint8", up="-z", **options)
     arguments = json.loads(seen.read_text())
     arguments.remove("--json-lines")
     job = tmp_path / "job.json"
@@ -90,7 +90,7 @@ def test_what_is_asked_for_is_what_the_command_line_understands(
     written = json.loads(job.read_text())
     assert {name: written[name] for name in options} == options
     assert (written["volume"]["path"], written["volume"]["raw"]) == (str(volume), "8x8x8_uint8")
-    assert written["out"] == str(tmp_path / "out")
+    assert (written["up"], written["out"]) == ("-z", str(tmp_path / "out"))
     with qtbot.waitSignal(run.failed, timeout=PATIENCE_MS):
         run.start(volume, scalar_range=(-1000.0, 300.5))
     assert "--range=-1000.0,300.5" in json.loads(seen.read_text())

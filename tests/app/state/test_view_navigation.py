@@ -9,8 +9,9 @@ from pytestqt.qtbot import QtBot
 from app.state.view_history import MOST_VIEWS, ViewHistory
 from app.state.viewer_state import HOME_VIEW, ViewerState
 from model.errors import ViewError
+from model.scene.axes import axis_direction
 from model.scene.crop import CropBox
-from model.scene.orientation import axis_direction, home_view
+from model.scene.orientation import home_view
 from model.scene.view import View
 
 BOX = (0.8, 0.48, 0.36)

@@ -6,7 +6,7 @@ from PySide6.QtGui import QColor, QImage
 from pytestqt.qtbot import QtBot
 
 from app.window.up_axis_bar import ICON, UpAxisBar
-from model.scene.orientation import AXES
+from model.scene.axes import AXES
 
 
 def test_each_button_answers_with_its_axis(qtbot: QtBot) -> None:

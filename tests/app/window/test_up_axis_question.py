@@ -10,7 +10,7 @@ from window_fakes import FakeBuilders
 
 from app.engines.messages import UpAxisRequest
 from app.window.main_window import MainWindow
-from model.scene.orientation import AXES
+from model.scene.axes import AXES
 
 WindowMaker = Callable[..., MainWindow]
 

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from model.evaluation.error_profile import error_profile, to_json
 from model.samples.sample_store import SampleBatch
+from model.scene.orientation import view_in
 from model.scene.scene import Scene
+from model.scene.view import ViewRange
 
 SCENE = Scene("a", "b", (0.0, 256.0), (20.0, 200.0), 64)
 
@@ -66,3 +69,12 @@ def test_limits_belong_to_a_group() -> None:
     assert [group.count for group in profile["azimuth"]] == [2]
     assert [group.error for group in profile["elevation"]] == [1, 2]
     assert [group.error for group in profile["distance"]] == [1, 2]
+
+
+def test_elevations_are_about_the_up_axis() -> None:
+    scene = replace(SCENE, view_range=ViewRange(up="-x"))
+    seen = [view_in("-x", 40.0, elevation) for elevation in (-75.0, 0.0, 75.0)]
+    views = np.array([[v.azimuth, v.elevation, v.roll, v.distance] for v in seen])
+    profile = error_profile(scene, samples(views, np.ones((3, 256))), np.array([1.0, 2.0, 3.0]))
+    assert [group.error for group in profile["elevation"]] == [1, 2, 3]
+    assert [group.count for group in profile["azimuth"]] == [3]

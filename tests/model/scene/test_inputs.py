@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from ramp import make_tf, make_volume
 
 from model.errors import TfscopeError
+from model.scene.axes import AXES, axis_direction
 from model.scene.inputs import (
     SceneInputs,
     condition_numbers,
@@ -20,6 +22,7 @@ from model.scene.inputs import (
 )
 from model.scene.light import LightDirection
 from model.scene.migration import FORMAT_VERSION, migrate_scene
+from model.scene.orientation import home_view
 from model.scene.scene import Scene
 from model.scene.transfer_function import ColorTF, OpacityTF
 from model.scene.view import View
@@ -164,3 +167,39 @@ def test_scenes_of_format_2_have_the_papers_tfs() -> None:
     again = Scene.from_json(json.loads(json.dumps(SCENE.to_json())))
     assert again == SCENE
     assert again.dimensions == (SCENE.dimensions)
+
+
+@pytest.mark.parametrize("up", AXES)
+def test_views_of_a_scene_stand_upright(up: str) -> None:
+    scene = Scene.of(make_volume(), 16, up=up)
+    rng = np.random.default_rng(5)
+    for _ in range(50):
+        view = draw_inputs(rng, scene).view
+        _, above, back = view.basis() @ axis_direction(up)
+        assert above > 0
+        assert abs(math.degrees(math.asin(back))) <= 80
+        assert "roll" not in outside_range(SceneInputs.of(view, make_tf()), scene)
+    home = home_view(scene.proportions, up)
+    wide = replace(scene, scalar_window=scene.scalar_range)
+    assert outside_range(SceneInputs.of(home, make_tf()), wide) == ""
+
+
+def test_a_view_that_is_upside_down_is_told_with_the_axis() -> None:
+    scene = Scene.of(make_volume(), 16, up="-z")
+    text = outside_range(SceneInputs.of(View(30, 20), make_tf()), scene)
+    assert "roll 180° (±10° with −z up)" in text.replace("roll -180", "roll 180")
+
+
+def test_a_scene_takes_the_up_axis_from_its_volume() -> None:
+    lying = replace(make_volume(), up="-y")
+    assert Scene.of(lying, 16).view_range.up == "-y"
+    assert Scene.of(lying, 16, up="+x").view_range.up == "+x"
+    assert Scene.of(make_volume(), 16).view_range.up == "+z"
+
+
+def test_scenes_of_format_3_have_views_about_z() -> None:
+    old = json.loads(json.dumps(SCENE.to_json()))
+    del old["view_range"]["up"]
+    assert Scene.from_json(migrate_scene(old, 3)) == SCENE
+    assert Scene.from_json(migrate_scene(old, 1)) == SCENE
+    assert migrate_scene({"view_range": 3}, 3) == {"view_range": 3}

@@ -13,19 +13,17 @@ from vtkmodules.vtkRenderingCore import vtkCamera
 
 from model.errors import ViewError
 from model.rendering.raycast.renderer import RaycastRenderer
+from model.scene.axes import AXES, axis_direction, upright_frame
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.orientation import (
-    AXES,
     STANDARD_VIEWS,
     WHOLE,
     angles_in,
-    axis_direction,
     faces,
     fit_distance,
     home_view,
     standard_view,
-    upright_frame,
     view_in,
 )
 from model.scene.transfer_function import ColorTF, OpacityTF

@@ -8,6 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from model.errors import ViewError
+from model.scene.axes import AXES, axis_direction
+from model.scene.orientation import view_in
 from model.scene.view import FAR_DISTANCE_RADII, View, ViewRange
 
 angles = st.floats(-720, 720)
@@ -80,3 +82,25 @@ def test_parse() -> None:
 def test_bad_views_get_one_sentence(text: str, message: str) -> None:
     with pytest.raises(ViewError, match=message):
         View.parse(text)
+
+
+@given(st.sampled_from(AXES), st.floats(0, 360), st.floats(-80, 80), st.floats(-10, 10))
+def test_vectors_are_about_the_ranges_up_axis(up: str, a: float, e: float, r: float) -> None:
+    view_range = ViewRange(up=up)
+    view = view_in(up, a, e, r, 0.7)
+    vector = view.vector(view_range)
+    assert np.abs(vector).max() <= 1 + 1e-6
+    # Elevation and roll from the axes alone: how far the camera is above the plane, and how
+    # far the up axis leans in the image.
+    right, above, back = view.basis() @ axis_direction(up)
+    assert math.degrees(math.asin(back)) == pytest.approx(e, abs=1e-6)
+    assert vector[0] * view_range.max_elevation == pytest.approx(e, abs=1e-4)
+    lean = math.degrees(math.atan2(right, above))
+    assert vector[3] * view_range.max_roll == pytest.approx(lean, abs=1e-4)
+    again = View.of_vector(vector, view_range)
+    np.testing.assert_allclose(again.basis(), view.basis(), atol=1e-5)
+
+
+def test_a_view_range_has_one_of_the_volumes_axes_up() -> None:
+    with pytest.raises(ViewError, match="not an axis"):
+        ViewRange(up="z")

@@ -177,6 +177,18 @@ def test_what_cannot_be_resumed_is_said(finished: Path, store: SampleStore, tmp_
         train(other, resume=True)
 
 
+def test_a_run_of_format_3_goes_on(store: SampleStore, tmp_path: Path) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        train(plan(store, tmp_path), on_report=Stop(2))
+    path = tmp_path / "training.json"
+    header = json.loads(path.read_text())
+    header["tfscope_training"] = 3
+    del header["recipe"]["scene"]["view_range"]["up"]
+    path.write_text(json.dumps(header))
+    train(plan(store, tmp_path), resume=True)
+    assert load_progress(tmp_path)[0].stage == "done"
+
+
 @pytest.mark.parametrize("damage", ["json", "tensors"])
 def test_a_damaged_state_is_said(store: SampleStore, tmp_path: Path, damage: str) -> None:
     with pytest.raises(KeyboardInterrupt):
