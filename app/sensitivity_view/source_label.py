@@ -88,13 +88,16 @@ class SourceLabel(QLabel):
             agreement = dispatcher.region_agreement
             if agreement is not None:
                 parts.append(f"cosine {agreement:.2f}, {trust_word(agreement)}")
-            elif exact not in dispatcher.regions:
+            elif exact not in dispatcher.regions and not self._hint:
                 recorded = self._workspace.recorded_agreement
                 parts.append(
                     "agreement not measured"
                     if recorded is None
                     else f"cosine on its test images {recorded:.2f}, {trust_word(recorded)}"
                 )
+            wanted = dispatcher.chooser.order(self._state.choices.measure, live=False)
+            if "exact" in wanted and exact not in dispatcher.regions:
+                parts.append(f"{SOURCE_NAMES[exact]} …")
             if self._hint:
                 color = theme.WARNING
                 parts.append(f"<span style='color:{color}'>outside what it was trained on</span>")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Literal
 
 from app.engines.messages import (
@@ -66,6 +67,8 @@ class EngineChooser:
     picture : Raster
         Pixels of the reference image.
     pace : Pace
+    is_outside : callable
+        Returns True while the generator is asked for what it was not trained on.
     """
 
     def __init__(self, asked: SensitivityState) -> None:
@@ -74,6 +77,7 @@ class EngineChooser:
         self.learned_size: int | None = None
         self.picture = Raster(REST_SIZE, REST_SIZE)
         self.pace = Pace()
+        self.is_outside: Callable[[], bool] = lambda: False
 
     @property
     def available(self) -> list[EngineName]:
@@ -90,8 +94,10 @@ class EngineChooser:
         """Engines to ask, the one that is shown first; while dragging, only one that keeps up."""
         names = self.available
         if len(names) == 2:
-            if self._by_differences and question in REGION_QUESTIONS:
-                # Some 90 images are made when the user chooses so, not by themselves.
+            differences = self._by_differences and question in REGION_QUESTIONS
+            if differences and not self.is_outside():
+                # Some 90 images are not made where a generator knows the answer, unless the
+                # user chooses so.
                 names = ["learned"]
             elif question == "change":
                 # The generator's takes a pass for each of many edits: seconds.

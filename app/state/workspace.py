@@ -114,6 +114,7 @@ class Workspace(QObject):
         self._ranging = VolumeOpening(builders.read_volume, self)
         self._opened: OpenedVolume | None = None
         self._first_range: RangeChoice | None = None
+        self.sensitivity.chooser.is_outside = lambda: bool(self._hint())
         self._connect()
 
     def _connect(self) -> None:
@@ -373,8 +374,11 @@ class Workspace(QObject):
             self._keeper.keep(self._opened.fingerprint, self._state.transfer_function)
 
     def _update_hint(self) -> None:
+        self.hintChanged.emit(self._hint())
+
+    def _hint(self) -> str:
         drawn = self.reference.settings.lighting
-        self.hintChanged.emit(self._model.hint(self._opened, self._state.inputs, drawn))
+        return self._model.hint(self._opened, self._state.inputs, drawn)
 
     def _reference_comes_first(self) -> bool:
         """Whether the reference is about to show a picture, which a model would hold up."""

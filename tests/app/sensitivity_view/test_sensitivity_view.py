@@ -641,6 +641,25 @@ def test_under_global_light_a_new_region_does_not_keep_the_old_answer(
     assert "by differences" in window.sensitivity.source.text()
 
 
+def test_a_generator_of_another_light_does_not_answer_alone(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
+) -> None:
+    builders.scene = Scene.of(builders.volumes["ramp"], 16, "direct")
+    window = make_window()
+    dispatcher = window.workspace.sensitivity
+    window.workspace.reference.choose(lighting="global")
+    qtbot.waitUntil(lambda: dispatcher.exact_source == "differences")
+    qtbot.waitUntil(lambda: dispatcher.is_fresh(dispatcher.regions.get("differences")))
+    qtbot.waitUntil(lambda: dispatcher.is_fresh(dispatcher.regions.get("learned")))
+    assert dispatcher.region_answer is dispatcher.regions["differences"]
+    label = window.sensitivity.source
+    dispatcher.regions.pop("differences")
+    label.refresh()
+    assert "test images" not in label.text()
+    assert "by differences …" in label.text()
+    assert "outside what it was trained on" in label.text()
+
+
 def test_an_answer_of_an_engine_that_is_no_longer_chosen_is_ignored(
     qtbot: QtBot, window: MainWindow, builders: FakeBuilders
 ) -> None:

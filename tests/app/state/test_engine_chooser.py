@@ -61,6 +61,18 @@ def test_under_global_light_a_region_is_the_generators_or_made_at_rest(
     assert chooser.quality("exact", "signed").size == SLOW_REGION_SIZE
 
 
+def test_under_a_light_that_the_generator_does_not_know_differences_are_made(
+    chooser: EngineChooser,
+) -> None:
+    chooser.exact_source = "differences"
+    chooser.is_outside = lambda: True
+    assert chooser.order("signed", live=False) == ["exact", "learned"]
+    assert chooser.order("change", live=False) == ["exact"]
+    assert chooser.order("signed", live=True) == []
+    choose(chooser, engine="learned")
+    assert chooser.order("signed", live=False) == ["learned"]
+
+
 def test_the_generators_size_of_change_is_made_on_demand_only(chooser: EngineChooser) -> None:
     assert chooser.order("change", live=False) == ["exact"]
     choose(chooser, engine="learned")
