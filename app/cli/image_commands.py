@@ -59,14 +59,14 @@ def render(
         typer.Option("--size", min=16, max=4096, help="Pixels. (default: the model's, or 256)"),
     ] = None,
     brightness: Annotated[
-        float,
+        float | None,
         typer.Option(
             "--brightness",
             min=0.25,
             max=4.0,
-            help="Factor of the colours of a PNG, as the window has it.",
+            help="Factor of the colours of a PNG, as the window has it. (default: 1, lit 1.5)",
         ),
-    ] = 1.0,
+    ] = None,
     preintegrated: Annotated[
         bool,
         typer.Option(

@@ -48,7 +48,7 @@ class RenderOrder:
     light: LightDirection | None
     crop: CropBox | None
     size: int | None
-    brightness: float
+    brightness: float | None
     preintegrated: bool
     device: str
     backend: str
@@ -116,12 +116,14 @@ def render_to_file(order: RenderOrder) -> None:
                 f"{order.out}: the image cannot be written ({reason(error)})."
             ) from error
     else:
-        from app.figures.picture import save_picture
+        from app.figures.picture import save_picture, usual_brightness
 
-        facts = rendered.facts()
-        if order.brightness != 1:
-            facts["Brightness"] = f"{order.brightness:g}"
-        save_picture(order.out, order.brightness * rendered.rgba[..., :3], facts)
+        facts, brightness = rendered.facts(), order.brightness
+        if brightness is None:
+            brightness = usual_brightness(rendered.lighting)
+        if brightness != 1:
+            facts["Brightness"] = f"{brightness:g}"
+        save_picture(order.out, brightness * rendered.rgba[..., :3], facts)
 
 
 def load_fitted(path: Path, scalar_range: Range) -> TransferFunction:

@@ -8,11 +8,12 @@ from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QSlider, QToolButton, QWidget
 
 from app.controls import text_button
+from app.figures.picture import LIT_BRIGHTNESS
 from app.state.brightness import BRIGHTEST, DARKEST, STEPS_PER_OCTAVE, Brightness
 
 
 class BrightnessSlider(QWidget):
-    """Shows and changes the brightness, with a button that sets it back to 1.
+    """Shows and changes the brightness, with a button that sets it back to the usual one.
 
     Parameters
     ----------
@@ -30,19 +31,20 @@ class BrightnessSlider(QWidget):
         )
         self.slider.setMinimumWidth(150)
         self.slider.setToolTip(
-            "Show both images brighter or darker, as with another light. "
-            "Saved pictures are as bright as they are shown."
+            "Show both images brighter or darker, as with another light. Lit images are shown "
+            f"{LIT_BRIGHTNESS:g} times as bright as they are computed unless you choose. Saved "
+            "pictures are as bright as they are shown."
         )
         self.number = QLabel()
         # Wide enough for any number, so that the slider keeps its place.
         self.number.setMinimumWidth(self.fontMetrics().horizontalAdvance("0.00×"))
-        self.reset: QToolButton = text_button("Reset", "Show the images as they are")
+        self.reset: QToolButton = text_button("Reset", "The usual brightness of this light")
         row = QHBoxLayout(self)
         row.setContentsMargins(20, 4, 12, 4)
         for widget in (label, self.slider, self.number, self.reset):
             row.addWidget(widget)
         self.slider.valueChanged.connect(brightness.set_step)
-        self.reset.clicked.connect(lambda: brightness.set(1.0))
+        self.reset.clicked.connect(lambda: brightness.set(None))
         brightness.changed.connect(self._show)
         self._show()
 
@@ -50,4 +52,4 @@ class BrightnessSlider(QWidget):
         with QSignalBlocker(self.slider):
             self.slider.setValue(self._brightness.step)
         self.number.setText(f"{self._brightness.value:.3g}×")
-        self.reset.setEnabled(self._brightness.value != 1.0)
+        self.reset.setEnabled(self._brightness.is_chosen)

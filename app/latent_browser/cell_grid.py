@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app import theme
 from app.image_view.image_canvas import to_qimage
+from app.state.brightness import Brightness
 from app.state.latent_pictures import GridPicture
 from model.latent.interpolation import CELLS
 
@@ -29,8 +30,9 @@ class CellGrid(QWidget):
     hovered = Signal(object)
     """Emitted with the cell under the mouse, or None."""
 
-    def __init__(self) -> None:
+    def __init__(self, brightness: Brightness) -> None:
         super().__init__()
+        self._brightness = brightness
         self._picture: GridPicture | None = None
         self._images: dict[int, QImage] = {}
         self._stale = False
@@ -40,6 +42,7 @@ class CellGrid(QWidget):
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self.setMinimumSize(QSize(180, 180))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        brightness.changed.connect(lambda _value: self._paint_images())
 
     @property
     def images(self) -> dict[int, QImage]:
@@ -55,11 +58,12 @@ class CellGrid(QWidget):
         """Show the cells' pictures; None for none."""
         self._picture = picture
         self._stale = False
-        self._images = (
-            {}
-            if picture is None
-            else {cell: to_qimage(image) for cell, image in picture.images.items()}
-        )
+        self._paint_images()
+
+    def _paint_images(self) -> None:
+        drawn = {} if self._picture is None else self._picture.images
+        brightness = self._brightness.value
+        self._images = {cell: to_qimage(image, brightness) for cell, image in drawn.items()}
         self.update()
 
     def set_stale(self, stale: bool) -> None:

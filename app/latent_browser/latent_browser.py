@@ -95,8 +95,9 @@ class LatentBrowser(QWidget):
         self._brushes: list[Brush] = []
         self.search = SearchControl(state, work, regions, reference, self)
         self.bar = BrowserBar(self._latent)
-        self.map = MapView(self._latent, work.session, work.pictures)
-        self.grid = CellGrid()
+        brightness = reference.brightness
+        self.map = MapView(self._latent, work.session, work.pictures, brightness)
+        self.grid = CellGrid(brightness)
         self.preview = Preview(reference, editor.area)
         self.status = QLabel()
         self.status.setProperty("role", "dim")

@@ -101,8 +101,10 @@ def paint_neighbours(painter: QPainter, frame: MapFrame, places: NDArray[np.floa
         painter.drawEllipse(QPointF(x, y), 4, 4)
 
 
-def paint_names(painter: QPainter, frame: MapFrame, places: Sequence[NamedPlace]) -> None:
-    """Mark named places by a diamond and their names."""
+def paint_names(
+    painter: QPainter, frame: MapFrame, places: Sequence[NamedPlace], brightness: float
+) -> None:
+    """Mark named places by a diamond, their names, and pictures as bright as others."""
     metrics = QFontMetricsF(painter.font())
     for named in places:
         at = frame.pixel(named.place)
@@ -117,9 +119,8 @@ def paint_names(painter: QPainter, frame: MapFrame, places: Sequence[NamedPlace]
         paint_text_box(painter, box, named.name)
         if named.picture is not None:
             edge = NAMED_PICTURE
-            painter.drawImage(
-                QRectF(box.left(), box.bottom() + 2, edge, edge), to_qimage(named.picture)
-            )
+            below = QRectF(box.left(), box.bottom() + 2, edge, edge)
+            painter.drawImage(below, to_qimage(named.picture, brightness))
 
 
 def paint_text_box(painter: QPainter, box: QRectF, text: str) -> None:

@@ -33,6 +33,7 @@ from app.latent_browser.point_cloud import (
     density_contours,
     draw_points,
 )
+from app.state.brightness import Brightness
 from app.state.latent_pictures import LatentPictures
 from app.state.latent_session import LatentSession
 from app.state.latent_state import LatentState, Place
@@ -60,6 +61,7 @@ class MapView(QWidget):
     latent : LatentState
     session : LatentSession
     pictures : LatentPictures
+    brightness : Brightness
     """
 
     chosen = Signal()
@@ -68,12 +70,17 @@ class MapView(QWidget):
     """Emitted with the place of a right click, and its point on the screen."""
 
     def __init__(
-        self, latent: LatentState, session: LatentSession, pictures: LatentPictures
+        self,
+        latent: LatentState,
+        session: LatentSession,
+        pictures: LatentPictures,
+        brightness: Brightness,
     ) -> None:
         super().__init__()
         self._latent = latent
         self._session = session
         self._pictures = pictures
+        self._brightness = brightness
         self._frame = MapFrame(1, 1)
         self._shades: Shades | None = None
         self._points: QImage | None = None
@@ -102,6 +109,7 @@ class MapView(QWidget):
         session.filterChanged.connect(self._take_thumbnails)
         latent.trailChanged.connect(self.update)
         pictures.thumbnailsDrawn.connect(self._take_thumbnails)
+        brightness.changed.connect(lambda _value: self._brighten())
 
     @property
     def frame(self) -> MapFrame:
@@ -192,7 +200,7 @@ class MapView(QWidget):
         if self._lasso or latent.lasso:
             marks.paint_lasso(painter, frame, self._lasso or latent.lasso or ())
         marks.paint_trail(painter, frame, latent.trail)
-        marks.paint_names(painter, frame, latent.places)
+        marks.paint_names(painter, frame, latent.places, self._brightness.value)
         if self._session.place is not None:
             code = self._session.present_code
             if code is not None:
@@ -367,8 +375,12 @@ class MapView(QWidget):
             image = pictures.thumbnails.get(index, pictures.stale_thumbnails.get(index))
             if image is None:
                 return None
-            self._thumbnails[index] = to_qimage(image)
+            self._thumbnails[index] = to_qimage(image, self._brightness.value)
         return self._thumbnails[index]
+
+    def _brighten(self) -> None:
+        self._thumbnails.clear()
+        self.update()
 
     def _take_thumbnails(self) -> None:
         # What is drawn anew replaces what was stale.

@@ -6,8 +6,10 @@ import math
 
 from PySide6.QtCore import QObject, Signal
 
+from app.figures.picture import usual_brightness
 from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
+from model.scene.scene import Lighting
 
 DARKEST, BRIGHTEST = 0.25, 4.0
 
@@ -19,7 +21,7 @@ class Brightness(QObject):
     """Factor of the colours of both images, of previews and of saved pictures.
 
     It is that of the light, where there is one, and changes neither the TF nor what is computed
-    about it.
+    about it. Until it is chosen, it is the usual one of the light.
 
     Parameters
     ----------
@@ -31,31 +33,47 @@ class Brightness(QObject):
     def __init__(self, preferences: Preferences, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._preferences = preferences
-        self._value = 1.0
+        self._chosen: float | None = None
+        self._usual = 1.0
         self._fingerprint = ""
         self._series: object = None
 
     @property
     def value(self) -> float:
         """The factor, :data:`DARKEST` to :data:`BRIGHTEST`; 1 shows images as they are."""
-        return self._value
+        return self._usual if self._chosen is None else self._chosen
 
-    def set(self, value: float) -> None:
-        """Set the factor, within its limits."""
-        value = min(max(value, DARKEST), BRIGHTEST)
-        if value != self._value:
-            self._value = value
-            if self._fingerprint:
-                self._preferences.note_volume(self._fingerprint, brightness=value)
-            self.changed.emit(value)
+    @property
+    def is_chosen(self) -> bool:
+        """Whether it was chosen, and is not the usual one of the light."""
+        return self._chosen is not None
+
+    def set(self, value: float | None) -> None:
+        """Set the factor, within its limits; None for the usual one."""
+        self._choose(None if value is None else min(max(value, DARKEST), BRIGHTEST))
+        if self._fingerprint:
+            self._preferences.note_volume(self._fingerprint, brightness=self._chosen)
+
+    def set_lighting(self, lighting: Lighting) -> None:
+        """Follow the light of the reference."""
+        before, self._usual = self.value, usual_brightness(lighting)
+        if self.value != before:
+            self.changed.emit(self.value)
 
     def start_volume(self, opened: OpenedVolume) -> None:
         """Show a volume as bright as the last time; the next time step as the one before."""
         before, self._series = self._series, opened.volume.series
         self._fingerprint = opened.fingerprint
         known = self._preferences.volume(opened.fingerprint).brightness
-        if known != 1 or before != self._series:
-            self.set(known)
+        if known is not None or before != self._series:
+            self._choose(known)
+        elif self._chosen is not None:
+            self._preferences.note_volume(self._fingerprint, brightness=self._chosen)
+
+    def _choose(self, value: float | None) -> None:
+        if value != self._chosen:
+            self._chosen = value
+            self.changed.emit(self.value)
 
     @property
     def step(self) -> int:

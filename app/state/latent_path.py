@@ -52,6 +52,11 @@ class LatentPath(QObject):
     session : LatentSession
     pictures : LatentPictures
         Knows the engines, and which of them draws.
+
+    Attributes
+    ----------
+    brightness : float
+        Factor of a movie's colours.
     """
 
     frameDrawn = Signal(object)
@@ -68,6 +73,7 @@ class LatentPath(QObject):
         parent: QObject,
     ) -> None:
         super().__init__(parent)
+        self.brightness = 1.0
         self._state = state
         self._latent = latent
         self._session = session
@@ -183,7 +189,11 @@ class LatentPath(QObject):
         )
         if self._movie is not None:
             self._frames.append(
-                movie_frame(result.value[0], self._tfs[number], request.inputs.color_tf)
+                movie_frame(
+                    np.float32(self.brightness) * result.value[0],
+                    self._tfs[number],
+                    request.inputs.color_tf,
+                )
             )
             self._show()
 

@@ -60,8 +60,8 @@ class KnownVolume:
         Of the reference image.
     light : tuple of float
         Azimuth and elevation of the light that the user has moved, in degrees; else empty.
-    brightness : float
-        Factor of the images' colours, 0.25 to 4.
+    brightness : float or None
+        Factor of the images' colours, 0.25 to 4; None for the usual one of the light.
     crop : tuple of float
         Least fractions along x, y and z of the part that is shown, then the greatest; empty for
         all of it.
@@ -78,7 +78,7 @@ class KnownVolume:
     view: tuple[float, ...] = ()
     lighting: LightingChoice = "auto"
     light: tuple[float, ...] = ()
-    brightness: float = 1.0
+    brightness: float | None = None
     crop: tuple[float, ...] = ()
     others: dict[str, Any] = field(default_factory=dict)
 
@@ -228,7 +228,7 @@ _VOLUME_CHECKS: Checks = {
     "view": _view,
     "lighting": one_of("auto", "none", "direct", "global"),
     "light": _light,
-    "brightness": number(0.25, 4.0),
+    "brightness": either(one_of(None), number(0.25, 4.0)),
     "crop": _crop,
 }
 

@@ -30,6 +30,10 @@ TICK_MS = 500
 NICENESS = 10
 """Priority of the run below the window's, where the system has priorities."""
 
+TRAINED_LIGHT: dict[Lighting, Lighting] = {"none": "none", "direct": "direct", "global": "direct"}
+"""Light that a model learns where the window shows one: a network would take hours to learn
+scattering, as images under global light are not drawn by the thousand."""
+
 TFSCOPE = (sys.executable, str(Path(__file__).resolve().parents[2] / "main.py"))
 
 
@@ -106,6 +110,7 @@ class TrainingRun(QObject):
         preset : str
             See :data:`model.training.options.PRESETS`.
         lighting : {"none", "direct", "global"}
+            The model can follow the light's direction.
         scalar_range : tuple of float, or None
             Range that the TFs lie over; None for the volume's.
         raw_layout : str
@@ -117,6 +122,8 @@ class TrainingRun(QObject):
             return
         order = [*("train", "--volume", str(volume_path.absolute()), "--preset", preset)]
         order += [*("--minutes", f"{minutes:g}", "--lighting", lighting, "--json-lines")]
+        if lighting != "none":
+            order.append("--movable-light")
         if scalar_range is not None:
             lo, hi = scalar_range
             # One word, as it may begin with a minus.

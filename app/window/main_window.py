@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QEvent, QSize, Qt
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
 from PySide6.QtWidgets import (
     QHBoxLayout,
-    QLabel,
     QMainWindow,
     QMessageBox,
     QSplitter,
@@ -31,7 +31,7 @@ from app.state.latent_state import LatentChoices, LatentState
 from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
 from app.state.sensitivity_state import SensitivityState
-from app.state.training_run import TrainingRun
+from app.state.training_run import TRAINED_LIGHT, TrainingRun
 from app.state.transfer_function_store import TransferFunctionStore
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
@@ -47,6 +47,7 @@ from app.window.overlays import Overlays
 from app.window.pane_layout import PaneLayout
 from app.window.picture_saving import PictureSaving
 from app.window.preset_pictures import PresetPictures
+from app.window.status_line import StatusLine
 from app.window.training_bar import TrainingBar
 from app.window.up_axis_bar import UpAxisBar
 from app.window.up_axis_question import UpAxisQuestion
@@ -116,7 +117,7 @@ class MainWindow(QMainWindow):
         self.up_axis_bar = UpAxisBar()
         self.crop_bar = CropBar(self.state)
         self.browse = QToolButton()
-        self._view_label = QLabel()
+        self.status = StatusLine(self.state)
         self._offers = QHBoxLayout()
         self._splitter = QSplitter(Qt.Orientation.Vertical)
         self._lay_out()
@@ -143,9 +144,16 @@ class MainWindow(QMainWindow):
         self.files = FileDialogs(self, self.state, self.opening, self.preferences)
         self.pictures = PictureSaving(self, self.state, self.files, self.brightness)
         self._question = UpAxisQuestion(
-            self.up_axis_bar, self.state, self.workspace, analyst, reference, self.preferences
+            self.up_axis_bar,
+            self.state,
+            self.workspace,
+            analyst,
+            reference,
+            self.brightness,
+            self.preferences,
         )
-        PresetPictures(self.editor.menu.presets, self.state, analyst, reference)
+        presets = self.editor.menu.presets
+        PresetPictures(presets, self.state, analyst, reference, self.brightness)
         self.light_notice = LightNotice(self.reference, self.workspace.reference)
         self.emptiness = [
             EmptinessNotice(pane, self.state, self.workspace)
@@ -172,7 +180,6 @@ class MainWindow(QMainWindow):
         self._menus = Menus(self, parts)
         self._connect()
         self._show_model()
-        self._show_view()
         if self.preferences.start_problem:
             self.notice.tell(self.preferences.start_problem)
 
@@ -180,8 +187,6 @@ class MainWindow(QMainWindow):
         self.browse.clicked.connect(lambda on: self.latent_state.choose(shown=on))
         self.latent_state.choicesChanged.connect(self._show_browser)
         self._show_browser(self.latent_state.choices)
-        self.state.viewChanged.connect(self._show_view)
-        self.state.navigationChanged.connect(self._show_view)
         self.workspace.modelChanged.connect(self._show_model)
         self.crop_bar.shownChanged.connect(self._show_crop_handles)
         self.sensitivity_state.toolChanged.connect(self._show_crop_handles)
@@ -193,6 +198,10 @@ class MainWindow(QMainWindow):
         )
         self.workspace.volumeOpened.connect(self._show_volume)
         self.workspace.volumeOpened.connect(self.brightness.start_volume)
+        self.workspace.reference.settingsChanged.connect(
+            lambda settings: self.brightness.set_lighting(settings.lighting)
+        )
+        self.brightness.changed.connect(partial(setattr, self.workspace.latent.path, "brightness"))
         self.workspace.rangeChanged.connect(self._show_range)
         # Errors of an earlier file no longer apply.
         self.workspace.volumeRead.connect(self.notice.clear)
@@ -202,22 +211,18 @@ class MainWindow(QMainWindow):
             self.workspace, self.opening, self.files, self.pictures, self.browser,
         ):  # fmt: skip
             source.problem.connect(self._tell)
-            source.news.connect(self.statusBar().showMessage)
+            source.news.connect(self.status.tell)
         self.preferences.problem.connect(self._tell)
         self.training_bar.trainRequested.connect(self._train)
         self.training_bar.openRequested.connect(self.files.open_model)
         self.training_bar.trained.connect(self.opening.open_model)
+        self.workspace.reference.settingsChanged.connect(self.training_bar.set_settings)
 
     @property
     def errors(self) -> list[str]:
         """Errors shown by the two images."""
         clients = (self.generator.client, self.reference.client)
         return [client.error for client in clients if client.error]
-
-    @property
-    def view_text(self) -> str:
-        """Displayed text of the view's numbers."""
-        return self._view_label.text()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Show what an edit would change while W is held; end what is under way by Escape."""
@@ -286,9 +291,9 @@ class MainWindow(QMainWindow):
         splitter = self._splitter
         splitter.setHandleWidth(12)
         splitter.setChildrenCollapsible(False)
-        splitter.addWidget(self.panes)
+        splitter.addWidget(self._images_and_lines())
         splitter.addWidget(self.editor)
-        # The editor stays where it is when a line above the images appears or goes.
+        # The editor stays where it is when a line below the images appears or goes.
         splitter.setStretchFactor(0, 1)
         splitter.setStretchFactor(1, 0)
         splitter.setSizes([530, 260])
@@ -296,24 +301,27 @@ class MainWindow(QMainWindow):
         column = QVBoxLayout(central)
         column.setContentsMargins(14, 8, 14, 4)
         column.setSpacing(8)
-        column.addWidget(self.notice)
-        # In one row, as whatever stands above the images takes of their height.
+        column.addWidget(splitter, 1)
+        self.setCentralWidget(central)
+        self.setStatusBar(self.status)
+        self.setWindowTitle("tfscope")
+        self.setAcceptDrops(True)
+        self.resize(self._first_size())
+
+    def _images_and_lines(self) -> QWidget:
+        """Return the images above the lines that come and go: no control moves when they do."""
+        images = QWidget()
+        column = QVBoxLayout(images)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(8)
+        column.addWidget(self.panes, 1)
+        # In one row, as whatever stands below the images takes of their height.
         self._offers.addWidget(self.up_axis_bar)
         self._place_training_bar()
         column.addLayout(self._offers)
         column.addWidget(self.crop_bar)
-        column.addWidget(splitter, 1)
-        self.setCentralWidget(central)
-        self._view_label.setProperty("role", "dim")
-        self._view_label.setToolTip(
-            "The view: azimuth / elevation / roll, the distance from the volume, and the pan"
-        )
-        self._view_label.setContentsMargins(0, 0, 14, 0)
-        self.statusBar().addPermanentWidget(self._view_label)
-        self.statusBar().setSizeGripEnabled(False)
-        self.setWindowTitle("tfscope")
-        self.setAcceptDrops(True)
-        self.resize(self._first_size())
+        column.addWidget(self.notice)
+        return images
 
     def _first_size(self) -> QSize:
         """Return the usual size, or that of a smaller screen."""
@@ -340,7 +348,7 @@ class MainWindow(QMainWindow):
         self.browser.bar.set_model(self.workspace.latent.pictures.learned_size is not None)
 
     def _place_training_bar(self) -> None:
-        """Put it beside the reference's controls where there is room, else above the images."""
+        """Put it beside the reference's controls where there is room, else below the images."""
         bar = self.training_bar
         beside = self.panes.is_reference_alone and not bar.needs_room
         if bar.parentWidget() is not None and beside == self.reference.isAncestorOf(bar):
@@ -350,16 +358,6 @@ class MainWindow(QMainWindow):
         else:
             self._offers.addWidget(bar, 1)
 
-    def _show_view(self) -> None:
-        view = self.state.view
-        azimuth, elevation, roll = self.state.angles
-        text = f"{azimuth:.0f}° / {elevation:.0f}° / {roll:.0f}°   {view.distance:.2f}"
-        # The sum makes 0 of -0.
-        pan_x, pan_y = (round(pan, 2) + 0.0 for pan in (view.pan_x, view.pan_y))
-        if pan_x or pan_y:
-            text += f"   {pan_x:+.2f}, {pan_y:+.2f}"
-        self._view_label.setText(text)
-
     def _tell(self, text: str) -> None:
         self.notice.tell(text)
 
@@ -368,11 +366,9 @@ class MainWindow(QMainWindow):
         opened = self.workspace.opened
         if opened is None:
             return
-        lighting = self.workspace.reference.settings.lighting
         self.training.start(
             opened.path,
-            # Images under global light take too long to be drawn by the thousand.
-            lighting="direct" if lighting == "global" else lighting,
+            lighting=TRAINED_LIGHT[self.workspace.reference.settings.lighting],
             scalar_range=opened.volume.scalar_range,
             raw_layout=self.preferences.volume(opened.fingerprint).raw_layout,
             up=self.state.up_axis,

@@ -1,4 +1,4 @@
-"""A bar at the top of the window for errors and important notices."""
+"""A bar below the images for errors and important notices."""
 
 from __future__ import annotations
 

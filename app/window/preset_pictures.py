@@ -9,6 +9,7 @@ from PySide6.QtGui import QImage
 
 from app.engines.client import EngineClient
 from app.engines.messages import PresetRequest
+from app.state.brightness import Brightness
 from app.state.viewer_state import ViewerState
 from app.tf_editor.preset_menu import PICTURE, PresetMenu
 from app.window.small_pictures import SmallPictures
@@ -24,6 +25,7 @@ class PresetPictures(QObject):
     state : ViewerState
     analyst, reference : EngineClient
         Draw the pictures; see :class:`~app.window.small_pictures.SmallPictures`.
+    brightness : Brightness
     """
 
     def __init__(
@@ -32,12 +34,13 @@ class PresetPictures(QObject):
         state: ViewerState,
         analyst: EngineClient,
         reference: EngineClient,
+        brightness: Brightness,
     ) -> None:
         super().__init__(menu)
         self._menu = menu
         self._state = state
         self._names: tuple[str, ...] = ()
-        self._pictures = SmallPictures(PresetRequest, PICTURE, analyst, reference, self)
+        self._pictures = SmallPictures(PresetRequest, PICTURE, analyst, reference, brightness, self)
         self._pictures.drawn.connect(self._show)
         menu.picturesWanted.connect(self._ask)
 

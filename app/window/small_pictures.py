@@ -10,6 +10,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from app.engines.client import EngineClient
 from app.engines.messages import BatchRequest, Quality, Result
 from app.image_view.image_canvas import to_qimage
+from app.state.brightness import Brightness
 from model.scene.inputs import SceneInputs
 
 COARSENESS = 2.0
@@ -35,6 +36,8 @@ class SmallPictures(QObject):
         The ray caster, which draws them.
     reference : EngineClient
         Draws them while the ray caster is compiled.
+    brightness : Brightness
+        Of the pictures, too.
     """
 
     drawn = Signal(object)
@@ -46,12 +49,14 @@ class SmallPictures(QObject):
         size: int,
         analyst: EngineClient,
         reference: EngineClient,
+        brightness: Brightness,
         parent: QObject,
     ) -> None:
         super().__init__(parent)
         self._kind = kind
         self._quality = Quality(size, COARSENESS)
         self._analyst, self._reference = analyst, reference
+        self._brightness = brightness
         self._asked = 0
         self._wanted: BatchRequest | None = None
         self._patience = QTimer(self, singleShot=True, interval=PATIENCE_MS)
@@ -76,4 +81,5 @@ class SmallPictures(QObject):
         if not isinstance(request, self._kind) or result.value is None:
             return
         if request.sequence == self._asked:
-            self.drawn.emit([to_qimage(np.asarray(image)) for image in result.value])
+            brightness = self._brightness.value
+            self.drawn.emit([to_qimage(np.asarray(image), brightness) for image in result.value])

@@ -5,23 +5,22 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Literal
 
-from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtGui import QColor, QPalette, QResizeEvent
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QColor, QPalette
 from PySide6.QtWidgets import (
     QFrame,
     QHBoxLayout,
-    QLabel,
     QProgressBar,
     QPushButton,
-    QSizePolicy,
     QToolButton,
     QWidget,
 )
 
 from app import theme
-from app.controls import text_button
+from app.controls import ElidedLabel, text_button
+from app.engines.engines import ReferenceSettings
 from app.state.training_clock import usual_minutes
-from app.state.training_run import TrainingRun
+from app.state.training_run import TRAINED_LIGHT, TrainingRun
 
 HEIGHT = 30
 """Of the line, in pixels."""
@@ -62,18 +61,18 @@ class TrainingBar(QFrame):
         self._folder: Path | None = None
         self.setProperty("role", "panel")
         self.setFixedHeight(HEIGHT)
-        self._label = _Line()
+        self._label = ElidedLabel()
         self._progress = QProgressBar()
         self._progress.setRange(0, STEPS)
         self._progress.setTextVisible(False)
         self._progress.setFixedSize(*BAR_SIZE)
-        about = f"about {usual_minutes()} min"
         self.train = _button(
-            f"Train a model ({about})",
+            "",
             "Trains a model of this volume beside the window. It draws the volume without its "
-            "file, and is kept for the next time. Under global light it learns direct light, as "
-            "images are drawn by the thousand.",
+            "file, and is kept for the next time. In light it learns to follow the light's "
+            "direction. Global light would take hours to learn: it learns direct light instead.",
         )
+        self._name_light(learned_otherwise=False)
         self.open = _button("Open a model…", "Choose the folder of a model of this volume")
         self.cancel = _button("Cancel", "Stop the training; it goes on from there if started again")
         self.show_model = _button("Show", "Open the model beside the reference")
@@ -99,6 +98,15 @@ class TrainingBar(QFrame):
         """Say whether the open volume is without a model."""
         self._is_offered = offered
         self._refresh()
+
+    def set_settings(self, settings: ReferenceSettings) -> None:
+        """Say on the button which light a model learns, where the reference has another."""
+        lighting = settings.lighting
+        self._name_light(learned_otherwise=TRAINED_LIGHT[lighting] != lighting)
+
+    def _name_light(self, learned_otherwise: bool) -> None:
+        light = " under direct light" if learned_otherwise else ""
+        self.train.setText(f"Train a model{light} (about {usual_minutes()} min)")
 
     def _lay_out(self) -> None:
         row = QHBoxLayout(self)
@@ -154,37 +162,6 @@ class TrainingBar(QFrame):
         for button in (self.train, self.open):
             button.setVisible(asks and self._is_offered)
         self.setVisible(self._is_offered or phase != "offer")
-
-
-class _Line(QLabel):
-    """A sentence in one line, cut where there is no room for it; the tooltip has all of it."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.full_text = ""
-        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        self.setTextFormat(Qt.TextFormat.PlainText)
-
-    def set_full_text(self, text: str) -> None:
-        """Set the sentence."""
-        self.full_text = text
-        self._cut()
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        """Cut the sentence to the new width."""
-        super().resizeEvent(event)
-        self._cut()
-
-    def minimumSizeHint(self) -> QSize:
-        """Take any width."""
-        return QSize(0, super().minimumSizeHint().height())
-
-    def _cut(self) -> None:
-        shown = self.fontMetrics().elidedText(
-            self.full_text, Qt.TextElideMode.ElideRight, self.width()
-        )
-        self.setText(shown)
-        self.setToolTip(self.full_text if shown != self.full_text else "")
 
 
 def _button(text: str, tip: str) -> QPushButton:

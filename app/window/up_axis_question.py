@@ -9,6 +9,7 @@ from PySide6.QtGui import QImage
 
 from app.engines.client import EngineClient
 from app.engines.messages import UpAxisRequest
+from app.state.brightness import Brightness
 from app.state.preferences import Preferences
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
@@ -32,6 +33,7 @@ class UpAxisQuestion(QObject):
     workspace : Workspace
     analyst, reference : EngineClient
         Draw the buttons' pictures; see :class:`~app.window.small_pictures.SmallPictures`.
+    brightness : Brightness
     preferences : Preferences
     """
 
@@ -42,6 +44,7 @@ class UpAxisQuestion(QObject):
         workspace: Workspace,
         analyst: EngineClient,
         reference: EngineClient,
+        brightness: Brightness,
         preferences: Preferences,
     ) -> None:
         super().__init__(bar)
@@ -49,7 +52,7 @@ class UpAxisQuestion(QObject):
         self._state = state
         self._workspace = workspace
         self._preferences = preferences
-        self._pictures = SmallPictures(UpAxisRequest, PICTURE, analyst, reference, self)
+        self._pictures = SmallPictures(UpAxisRequest, PICTURE, analyst, reference, brightness, self)
         self._pictures.drawn.connect(self._show_pictures)
         workspace.volumeStarted.connect(self._consider)
         bar.chosen.connect(state.set_up_axis)

@@ -373,12 +373,15 @@ def test_a_study_writes_its_table_and_goes_on(
 
 
 def test_a_png_shows_the_image_on_black(raw_file: Path, tf_file: Path, tmp_path: Path) -> None:
-    for name in ("image.npy", "image.png"):
+    chosen = {"image.npy": [], "image.png": ["--brightness", "1"], "usual.png": []}
+    for name, brightness in chosen.items():
         arguments = f"render --volume {raw_file} --tf {tf_file} --size 32 --lighting direct"
-        assert run([*arguments.split(), "--out", str(tmp_path / name)]) == 0
-    pixels = imread(tmp_path / "image.png")
+        out = ["--out", str(tmp_path / name)]
+        assert run([*arguments.split(), *brightness, *out]) == 0
     expected = np.load(tmp_path / "image.npy")[..., :3]
-    np.testing.assert_allclose(pixels / 255, expected, atol=1e-6)
+    np.testing.assert_allclose(imread(tmp_path / "image.png") / 255, expected, atol=1e-6)
+    usual = np.minimum(1.5 * expected, 1)
+    np.testing.assert_allclose(imread(tmp_path / "usual.png") / 255, usual, atol=0.003)
 
 
 def test_a_layout_can_be_given(raw_file: Path, tmp_path: Path) -> None:

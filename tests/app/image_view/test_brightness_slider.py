@@ -3,6 +3,7 @@ from __future__ import annotations
 import pytest
 from pytestqt.qtbot import QtBot
 
+from app.figures.picture import LIT_BRIGHTNESS
 from app.image_view.brightness_slider import BrightnessSlider
 from app.state.brightness import BRIGHTEST, DARKEST, Brightness
 from app.state.preferences import Preferences
@@ -25,8 +26,26 @@ def test_slider_and_brightness_follow_one_another(qtbot: QtBot) -> None:
     assert brightness.value == DARKEST
     sliders[1].reset.click()
     assert brightness.value == 1 and one.value() == 0
+    assert not brightness.is_chosen
     # Every step of the slider is one of the brightness, and comes back as itself.
     for step in range(one.minimum(), one.maximum() + 1):
         one.setValue(step)
         assert brightness.value == pytest.approx(2 ** (step / 8), abs=6e-4)
         assert brightness.step == step
+
+
+def test_what_is_not_chosen_follows_the_light(qtbot: QtBot) -> None:
+    preferences = Preferences(None)
+    brightness = Brightness(preferences, preferences)
+    slider = BrightnessSlider(brightness)
+    qtbot.addWidget(slider)
+    brightness.set_lighting("direct")
+    assert brightness.value == LIT_BRIGHTNESS and slider.number.text() == "1.5×"
+    assert not slider.reset.isEnabled()
+    brightness.set_lighting("none")
+    assert brightness.value == 1
+    brightness.set(1.0)
+    brightness.set_lighting("global")
+    assert brightness.value == 1 and slider.reset.isEnabled()
+    slider.reset.click()
+    assert brightness.value == LIT_BRIGHTNESS

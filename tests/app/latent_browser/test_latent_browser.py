@@ -199,7 +199,7 @@ def test_a_click_can_give_modes(qtbot: QtBot, window: MainWindow) -> None:
     assert not opacity.points
     wanted, _ = window.workspace.latent.session.tf_at(window.latent_state.hover or (0, 0))
     assert opacity.sample() == pytest.approx(wanted.sample(), abs=0.05)
-    assert "modes" in window.statusBar().currentMessage()
+    assert "modes" in window.status.news
 
 
 def test_the_brush_is_moved_resized_and_drawn_anew(qtbot: QtBot, window: MainWindow) -> None:

@@ -90,10 +90,13 @@ def test_what_is_asked_for_is_what_the_command_line_understands(
     written = json.loads(job.read_text())
     assert {name: written[name] for name in options} == options
     assert (written["volume"]["path"], written["volume"]["raw"]) == (str(volume), "8x8x8_uint8")
+    assert written["movable_light"]
     assert (written["up"], written["out"]) == ("-z", str(tmp_path / "out"))
     with qtbot.waitSignal(run.failed, timeout=PATIENCE_MS):
         run.start(volume, scalar_range=(-1000.0, 300.5))
-    assert "--range=-1000.0,300.5" in json.loads(seen.read_text())
+    unlit = json.loads(seen.read_text())
+    assert "--range=-1000.0,300.5" in unlit
+    assert "--movable-light" not in unlit
 
 
 @pytest.mark.parametrize(

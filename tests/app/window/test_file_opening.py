@@ -63,7 +63,7 @@ def test_a_tf_of_another_kind_of_data_is_stretched(window: MainWindow, tmp_path:
     window.opening.open_transfer_function(tmp_path / "tf.json")
     assert window.state.scalar_range == (100.0, 200.0)
     assert window.state.transfer_function.opacity.modes[0].mean == 125.0
-    assert "fitted" in window.statusBar().currentMessage()
+    assert "fitted" in window.status.news
 
 
 def test_beside_a_model_a_tf_keeps_to_its_range(make_window: WindowMaker, tmp_path: Path) -> None:

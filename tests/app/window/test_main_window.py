@@ -74,7 +74,7 @@ def test_dragging_in_either_image_moves_both(
         for engine in (builders.generators[-1], builders.references[-1]):
             assert engine.requests[-1].inputs.view == window.state.view
             assert not engine.requests[-1].quality.live
-    assert window.view_text.startswith(f"{window.state.view.azimuth:.0f}° / ")
+    assert window.status.view_text.startswith(f"{window.state.view.azimuth:.0f}° / ")
 
 
 def test_the_first_drag_frames_are_live_and_the_last_is_final(
@@ -504,7 +504,7 @@ def test_each_volume_is_seen_in_the_light_that_it_was_given(
     assert shown(opened("other", first)) == fresh
     # What a start has asked for is not kept.
     first.workspace.reference.place_light(light)
-    assert first.brightness.value == 1
+    assert not first.brightness.is_chosen
     first.close()
     second = opened("other")
     assert shown(second) == fresh
@@ -592,9 +592,9 @@ def test_the_first_window_fits_the_screen(
 def test_a_pan_is_told_where_it_can_be_seen(make_window: WindowMaker) -> None:
     window = make_window()
     window.state.set_view(View(pan_x=0.25, pan_y=-0.004))
-    assert window.view_text.endswith("+0.25, +0.00")
+    assert window.status.view_text.endswith("+0.25, +0.00")
     window.state.set_view(View(pan_x=0.003, pan_y=-0.004))
-    assert window.view_text.endswith("1.00")
+    assert window.status.view_text.endswith("1.00")
 
 
 def test_the_menu_knows_a_remembered_trackball(

@@ -33,7 +33,7 @@ def test_a_picture_of_any_size_is_saved(
     place = tmp_path / "picture.png"
     window.pictures.draw(window.reference, PictureChoice(90, 40, background), place)
     qtbot.waitUntil(place.exists)
-    qtbot.waitUntil(lambda: "Saved" in window.statusBar().currentMessage())
+    qtbot.waitUntil(lambda: "Saved" in window.status.news)
     saved = QImage(str(place))
     assert (saved.width(), saved.height()) == (90, 40)
     assert saved.pixelColor(5, 5).getRgb() == pixel
@@ -43,7 +43,7 @@ def test_a_picture_of_any_size_is_saved(
 def test_a_picture_is_copied_with_its_legend(qtbot: QtBot, window: MainWindow) -> None:
     choice = PictureChoice(300, 200, (0, 0, 0), legend=True)
     window.pictures.draw(window.reference, choice, None)
-    qtbot.waitUntil(lambda: window.statusBar().currentMessage() == "Copied.")
+    qtbot.waitUntil(lambda: window.status.news == "Copied.")
     copied = QGuiApplication.clipboard().image()
     assert (copied.width(), copied.height()) == (300, 200)
     colors = {copied.pixel(x, y) for x in range(200, 300, 3) for y in range(60, 200, 3)}

@@ -17,6 +17,7 @@ def test_each_preset_shows_the_volume_and_can_be_taken(
     window = make_window(model=None)
     menu, state = window.editor.menu.presets, window.state
     qtbot.waitUntil(lambda: window.workspace.is_settled)
+    window.brightness.set(1.0)
     menu.aboutToShow.emit()
 
     def asked() -> list[PresetRequest]:

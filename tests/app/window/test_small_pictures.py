@@ -12,6 +12,8 @@ from window_fakes import PATIENCE_S, FakeEngine
 
 from app.engines.client import EngineClient
 from app.engines.messages import PresetRequest
+from app.state.brightness import Brightness
+from app.state.preferences import Preferences
 from app.window import small_pictures
 from app.window.small_pictures import SmallPictures
 from model.scene.inputs import SceneInputs
@@ -38,7 +40,8 @@ def test_the_reference_draws_while_the_ray_caster_is_compiled(
 
     analyst.start(compile_first, "")
     reference.start(lambda: engines[1], "")
-    pictures = SmallPictures(PresetRequest, SIZE, analyst, reference, owner)
+    brightness = Brightness(Preferences(None), owner)
+    pictures = SmallPictures(PresetRequest, SIZE, analyst, reference, brightness, owner)
     inputs = SceneInputs.of(View(), make_tf())
     wanted = [inputs, replace(inputs, view=View(90.0))]
     try:
@@ -51,9 +54,12 @@ def test_the_reference_draws_while_the_ray_caster_is_compiled(
         with qtbot.waitSignal(pictures.drawn):
             compiled.set()
         assert len(engines[0].others) == len(engines[1].others) == 1
-        # Once it is there, the reference is not asked.
-        with qtbot.waitSignal(pictures.drawn):
+        # Once it is there, the reference is not asked; the pictures are as bright as the image.
+        brightness.set(2.0)
+        with qtbot.waitSignal(pictures.drawn) as brightest:
             pictures.ask(wanted)
+        assert brightest.args is not None
+        assert [level(image) for image in brightest.args[0]] == pytest.approx([0, 51], abs=1)
         qtbot.wait(20)
         assert (len(engines[0].others), len(engines[1].others)) == (2, 1)
     finally:

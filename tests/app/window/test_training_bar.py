@@ -7,6 +7,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QPushButton, QToolButton
 from pytestqt.qtbot import QtBot
 
+from app.engines.engines import ReferenceSettings
 from app.state.training_run import TrainingRun
 from app.window.training_bar import HEIGHT, TrainingBar
 
@@ -64,6 +65,14 @@ def test_a_volume_without_a_model_is_offered_one(qtbot: QtBot, bar: TrainingBar)
         press(qtbot, bar.open)
     bar.set_offered(False)
     assert bar.isHidden()
+
+
+def test_the_button_says_where_a_model_learns_another_light(bar: TrainingBar) -> None:
+    for lighting in ("none", "direct"):
+        bar.set_settings(ReferenceSettings(lighting))
+        assert "light" not in bar.train.text()
+    bar.set_settings(ReferenceSettings("global"))
+    assert "under direct light" in bar.train.text()
 
 
 def test_a_training_stays_in_sight_and_can_be_cancelled(

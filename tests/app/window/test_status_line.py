@@ -1,0 +1,54 @@
+from __future__ import annotations
+
+import pytest
+from pytestqt.qtbot import QtBot
+
+from app.state.viewer_state import ViewerState
+from app.window.status_line import StatusLine
+from model.scene.view import View
+
+LONG = "The TF is as you left it; Presets has others, and the one to begin with. " * 3
+
+
+@pytest.fixture
+def state() -> ViewerState:
+    return ViewerState()
+
+
+@pytest.fixture
+def line(qtbot: QtBot, state: ViewerState) -> StatusLine:
+    line = StatusLine(state)
+    qtbot.addWidget(line)
+    line.resize(600, 24)
+    line.show()
+    return line
+
+
+def test_a_long_sentence_ends_before_the_views_numbers(line: StatusLine) -> None:
+    line.tell(LONG)
+    assert line.news == LONG
+    assert line._news.text().endswith("…")
+    assert line._news.toolTip() == LONG
+    assert line._news.geometry().right() <= line._view.geometry().left()
+
+
+def test_a_sentence_goes_after_a_time_unless_it_is_about_what_is_under_way(
+    qtbot: QtBot, line: StatusLine
+) -> None:
+    line._rest.setInterval(20)
+    line.tell("Reading a.nrrd …")
+    qtbot.wait(60)
+    assert line.news == "Reading a.nrrd …"
+    line.tell("Saved a.png.")
+    assert line.news == "Saved a.png."
+    qtbot.waitUntil(lambda: line.news == "")
+
+
+def test_the_views_numbers_are_about_the_up_axis(line: StatusLine, state: ViewerState) -> None:
+    state.set_view(View(40.0, -10.0, 0.0, 0.75))
+    assert line.view_text == "40° / -10° / 0°   0.75"
+    state.set_view(View(40.0, -10.0, 0.0, 0.75, 0.25, -0.001))
+    assert line.view_text.endswith("+0.25, +0.00")
+    state.set_view(View(40.0, -10.0))
+    state.set_up_axis("-z")
+    assert line.view_text == "40° / -10° / 0°   1.00"
