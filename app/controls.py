@@ -71,6 +71,13 @@ def text_button(text: str, tip: str) -> QToolButton:
     return button
 
 
+def quiet_button(text: str, tip: str) -> QToolButton:
+    """Return a small button that never takes the keys."""
+    button = text_button(text, tip)
+    button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+    return button
+
+
 def picture_icon(picture: QImage | None, size: int) -> QIcon:
     """Return an icon of a picture, or a black one as large: nothing moves when a picture comes."""
     if picture is None or picture.isNull():

@@ -206,7 +206,9 @@ class ImageCanvas(QWidget):
         elif self._hint:
             painter.setPen(QColor(theme.WARNING))
             bottom = Qt.AlignmentFlag.AlignBottom | Qt.AlignmentFlag.AlignHCenter
-            painter.drawText(text_rect, bottom | flags, self._hint)
+            # Over the picture that it is about, not beside it.
+            below = text_rect if self._image is None else self.image_rect & text_rect
+            painter.drawText(below, bottom | flags, self._hint)
         painter.end()
 
     def _image_rect(self, image: QImage) -> QRect:

@@ -7,20 +7,18 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Signal
 from PySide6.QtWidgets import (
-    QCheckBox,
-    QComboBox,
     QGridLayout,
     QHBoxLayout,
     QLabel,
     QPushButton,
-    QToolButton,
     QVBoxLayout,
     QWidget,
 )
 
-from app.controls import text_button
+from app.controls import quiet_button, text_button
+from app.sensitivity_view.field_bar import FieldBar
 from app.sensitivity_view.held_button import HeldButton
 from app.sensitivity_view.response_layer import ResponseLayer
 from app.state.edit_trials import IntervalTrial
@@ -42,6 +40,12 @@ from model.sensitivity.intervals import Interval
 
 PANEL_WIDTH = 300
 ROWS = 3
+
+RENDER_TIP = "Render a mode in each interval, and measure the change"
+WHAT_IF_TIP = (
+    "Show what a mode at the value under the mouse (or at value 1) would change: "
+    "click to see it until the next click, or hold (W)"
+)
 
 
 class FindingsPanel(QWidget):
@@ -92,43 +96,22 @@ class FindingsPanel(QWidget):
         self.adds = [QPushButton("Add") for _ in range(ROWS)]
         for button in self.adds:
             button.setToolTip("Add a mode at this value, in a colour that stands out")
-        self.raises = [_small("▲", "Raise the opacity of this value") for _ in range(ROWS)]
-        self.lowers = [_small("▼", "Lower the opacity of this value") for _ in range(ROWS)]
-        self.isolates = [_small("only", "Show this value alone") for _ in range(ROWS)]
+        self.raises = [quiet_button("▲", "Raise the opacity of this value") for _ in range(ROWS)]
+        self.lowers = [quiet_button("▼", "Lower the opacity of this value") for _ in range(ROWS)]
+        self.isolates = [quiet_button("only", "Show this value alone") for _ in range(ROWS)]
         self.height_box = NumberBox()
         self.height_box.setFixedWidth(56)
         self.height_box.show_value(sensitivity.choices.height)
         self.height_box.setToolTip("Opacity of the modes whose effect is predicted")
         self.render_button = QPushButton("Render")
-        self.render_button.setToolTip("Render a mode in each interval, and measure the change")
         self.what_if_button = HeldButton("What if")
-        self.what_if_button.setToolTip(
-            "Show what a mode at the value under the mouse (or at value 1) would change: "
-            "click to see it until the next click, or hold (W)"
-        )
-        self.pin = _small(
-            "Pin",
-            "Keep the value under the mouse when it leaves the plot (P); Escape ends it",
-        )
-        self.pin.setCheckable(True)
-        self.add_band = _small("Add", "Add a mode at the pinned value, in a colour that stands out")
-        self.style_box = QComboBox()
-        self.style_box.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        self.style_box.addItems(["Area", "Lines"])
-        self.style_box.setToolTip(
-            "How the effect of the value under the mouse is drawn over the images"
-        )
-        self.fade = QCheckBox("Doubts")
-        self.fade.setToolTip("Fade the effect to grey where the generator and the exact one differ")
-        self.locked = QCheckBox("Lock scale")
-        self.locked.setToolTip("Keep the scales of colours and curve as they are, to compare")
+        self.field_bar = FieldBar(sensitivity, self._best_value)
         self.result = QLabel()
         self.result.setProperty("role", "dim")
         self.result.setWordWrap(True)
         self._lay_out(source, visible)
         self._connect()
         self.refresh()
-        self._show_band(None)
 
     def add_mode(self, index: int) -> None:
         """Add a mode in an interval, in a colour that stands out: one undo step."""
@@ -173,8 +156,8 @@ class FindingsPanel(QWidget):
                 button.setEnabled(fresh)
         if not self.rows[0].text():
             self.rows[0].setText(self._nothing_text(picked, fresh))
-        self.render_button.setEnabled(fresh and not picked and bool(self._layer.intervals))
-        self.fade.setVisible(dispatcher.learned_fits)
+        self._enable_render(picked, fresh)
+        self.field_bar.fade.setVisible(dispatcher.learned_fits)
         self._enable_what_if()
 
     def _nothing_text(self, picked: bool, fresh: bool) -> str:
@@ -195,9 +178,25 @@ class FindingsPanel(QWidget):
         slow = not picked and self._dispatcher.exact_source == "differences"
         return "computing some 90 images …" if slow else "computing …"
 
+    def _enable_render(self, picked: bool, fresh: bool) -> None:
+        lacking = ""
+        if picked:
+            lacking = "Go back to the list of edits first (Escape)"
+        elif not fresh:
+            lacking = "The edits that show most are still computed"
+        elif not self._layer.intervals:
+            lacking = "There is nothing to render: no value stands out"
+        self.render_button.setEnabled(not lacking)
+        self.render_button.setToolTip(_tip(RENDER_TIP, lacking))
+
     def _enable_what_if(self) -> None:
-        possible = bool(self._dispatcher.chooser.available)
-        self.what_if_button.setEnabled(possible and self._what_if_edit() is not None)
+        lacking = ""
+        if not self._dispatcher.chooser.available:
+            lacking = "Switch Sensitivity on first"
+        elif self._what_if_edit() is None:
+            lacking = "Point at a value in the plot of the TF first"
+        self.what_if_button.setEnabled(not lacking)
+        self.what_if_button.setToolTip(_tip(WHAT_IF_TIP, lacking))
 
     def start_what_if(self) -> None:
         """Have the edit at the band, or at the best interval, rendered."""
@@ -243,10 +242,6 @@ class FindingsPanel(QWidget):
         label.setProperty("role", "dim")
         for widget in (label, self.height_box, self.render_button, self.what_if_button):
             height.addWidget(widget)
-        view = QHBoxLayout()
-        view.setSpacing(4)
-        for part in (self.pin, self.add_band, self.style_box, self.fade, self.locked):
-            view.addWidget(part)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(6)
@@ -257,7 +252,7 @@ class FindingsPanel(QWidget):
         layout.addStretch()
         layout.addWidget(self.result)
         layout.addLayout(height)
-        layout.addLayout(view)
+        layout.addWidget(self.field_bar)
 
     def _connect(self) -> None:
         sensitivity = self._sensitivity
@@ -285,33 +280,13 @@ class FindingsPanel(QWidget):
         self.what_if_button.turnedOn.connect(self.start_what_if)
         self.what_if_button.turnedOff.connect(self.end_what_if)
         self.height_box.valueChanged.connect(lambda height: sensitivity.choose(height=height))
-        self.pin.clicked.connect(self.toggle_pin)
-        self.add_band.clicked.connect(self.add_mode_over_band)
-        self.style_box.activated.connect(
-            lambda i: sensitivity.choose(style="contours" if i else "map")
-        )
-        self.fade.toggled.connect(lambda on: sensitivity.choose(fade=on))
-        self.locked.toggled.connect(lambda on: sensitivity.choose(locked=on))
+        self.field_bar.addRequested.connect(self.add_mode_over_band)
         sensitivity.choicesChanged.connect(lambda _choices: self._forget_rendered())
         sensitivity.placeChanged.connect(lambda _place: self.refresh())
-        sensitivity.bandChanged.connect(self._show_band)
+        sensitivity.bandChanged.connect(lambda _band: self._enable_what_if())
 
-    def toggle_pin(self) -> None:
-        """Pin the band, or release it."""
-        band = self._sensitivity.band
-        if band is not None and band.pinned:
-            self._sensitivity.unpin()
-        elif band is not None:
-            self._sensitivity.pin()
-        elif self._layer.intervals:
-            self._sensitivity.pin(self._layer.intervals[0].value)
-        self._show_band(self._sensitivity.band)
-
-    def _show_band(self, _band: object) -> None:
-        band = self._sensitivity.band
-        self.pin.setChecked(band is not None and band.pinned)
-        self.add_band.setEnabled(band is not None and band.pinned)
-        self._enable_what_if()
+    def _best_value(self) -> float | None:
+        return self._layer.intervals[0].value if self._layer.intervals else None
 
     def _width(self) -> float:
         """Standard deviation of edits in the data's units."""
@@ -388,7 +363,6 @@ class FindingsPanel(QWidget):
         return f"{found.value:.4g}   {100 * found.share:.0f} %"
 
 
-def _small(text: str, tip: str) -> QToolButton:
-    button = text_button(text, tip)
-    button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-    return button
+def _tip(text: str, lacking: str) -> str:
+    """Return a tooltip; where something is lacking, it comes first."""
+    return f"{lacking}.\n{text}" if lacking else text

@@ -294,7 +294,7 @@ class ResponseLayer(QObject):
         self._limit = limit
         signed = choices.measure == "signed"
         self._view.setYRange(-limit if signed else -0.02 * limit, limit, padding=0)
-        self._axis.setLabel("Δ / +.01")
+        self._axis.setLabel("Change per +.01")
         what = "brighter (above 0) or darker" if signed else "size of the change"
         self._axis.setToolTip(
             "Change of the region's pixel values (0 to 1) by an edit that adds .01 of opacity "

@@ -10,6 +10,9 @@ from app.state.sensitivity_dispatcher import SensitivityDispatcher
 from app.state.sensitivity_state import SensitivityState
 from model.sensitivity.contributions import contributions
 
+JOINED = "\N{NO-BREAK SPACE}"
+"""Between a value and its share, which stay in one line."""
+
 
 class VisibleLabel(QLabel):
     """Says of which values the active region, or the whole image, consists.
@@ -53,7 +56,9 @@ class VisibleLabel(QLabel):
             return
         scalar_range = answer.request.inputs.opacity_tf.scalar_range
         found = contributions(answer.value[0], scalar_range)
-        values = ", ".join(f"{_short(each.value)} ({100 * each.share:.0f} %)" for each in found)
+        values = ", ".join(
+            f"{_short(each.value)}{JOINED}({100 * each.share:.0f}{JOINED}%)" for each in found
+        )
         text = f"visible: {values}" if found else "visible: nothing, it is black"
         self.setText(f"<span style='color:{VISIBLE}'>■</span> {text}")
 

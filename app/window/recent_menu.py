@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
@@ -53,8 +55,8 @@ class RecentMenus(QObject):
     def _fill_recent(self, menu: QMenu, kind: RecentKind) -> None:
         menu.clear()
         paths = self._preferences.recent(kind)
-        for path in paths:
-            action = add_action(menu, _name(path), partial(self._opening.open_recent, kind, path))
+        for path, name in zip(paths, menu_names(paths), strict=True):
+            action = add_action(menu, name, partial(self._opening.open_recent, kind, path))
             action.setToolTip(str(path))
             action.setEnabled(path.exists())
         if paths:
@@ -79,6 +81,9 @@ class RecentMenus(QObject):
         close.setEnabled(self._workspace.has_model)
 
 
-def _name(path: Path) -> str:
-    """Name of a file, with its folder; `&` marks no key."""
-    return f"{path.name}  ({path.parent.name})".replace("&", "&&")
+def menu_names(paths: Sequence[Path]) -> list[str]:
+    """Return names of files for a menu: with their folders where they are alike."""
+    alike = Counter(path.name for path in paths)
+    names = [p.name if alike[p.name] == 1 else f"{p.name}  ({p.parent.name})" for p in paths]
+    # An ampersand would mark a key.
+    return [name.replace("&", "&&") for name in names]

@@ -2,8 +2,8 @@
 
 On some samples of a scene, a model is compared with the volume averaged to
 half its resolution, with the volume averaged to the model's bytes, both drawn by the ray
-caster's kernels under the scene's light, and with the ray caster on the whole volume. Where
-the truth is VTK's scattering, VTK is timed, too.
+caster's kernels under the scene's light, with the ray caster on the whole volume, and with VTK
+where it draws the same images.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ from model.rendering.raycast.renderer import RaycastRenderer
 from model.samples.sample_rendering import make_renderer, render_samples
 from model.samples.sampling import draw_sample
 from model.scene.inputs import SceneInputs
+from model.scene.scene import Scene
 from model.scene.volume import Volume
 from model.sensitivity.agreement import sensitivity_agreement
 
@@ -35,7 +36,7 @@ WORTH_WHILE = 1.5
 """Speed over the ray caster's from which on a model pays although it is less exact."""
 
 TIMED = 3
-"""Samples that VTK's scattering is timed on: it takes seconds for each."""
+"""Samples that VTK is timed on: its scattering takes seconds for each."""
 
 RECORDED = 48
 """Samples that the sentence in a model's card is measured on."""
@@ -117,23 +118,28 @@ def compare_alternatives(
     finally:
         renderer.close()
     said = verdict(rows[0], rows[2], rows[3])
-    if scene.is_scattering:
-        scattering = make_renderer(volume, scene)
+    if is_drawn_by_vtk(scene):
+        vtk = make_renderer(volume, replace(scene, renderer="vtk"))
         try:
             rows.append(
                 _measured(
                     "VTK",
-                    lambda inputs: scattering.render(inputs, size),
+                    lambda inputs: vtk.render(inputs, size),
                     volume.scalars.nbytes,
                     samples[:TIMED],
                     truth[:TIMED],
                 )
             )
         finally:
-            scattering.close()
+            vtk.close()
         on_progress(len(rows))
-        said += f" VTK itself takes {rows[-1].ms / rows[0].ms:.0f} times as long."
+        said += f" VTK takes {_times(rows[-1].ms / rows[0].ms)} as long as the model."
     return {"count": len(samples), "rows": [asdict(row) for row in rows], "verdict": said}
+
+
+def is_drawn_by_vtk(scene: Scene) -> bool:
+    """Return True if VTK's images are those of a scene: all but the ray caster's global light."""
+    return scene.renderer == "vtk" or scene.lighting != "global"
 
 
 def record_verdict(folder: Path, volume: Volume) -> str:
@@ -199,6 +205,10 @@ def verdict(model: Alternative, coarse: Alternative, renderer: Alternative) -> s
         "With the volume at hand, the ray caster serves better: this model is "
         f"{only}{speed}, {link} {quality}."
     )
+
+
+def _times(ratio: float) -> str:
+    return f"{ratio:.0f} times" if ratio >= 10 else f"{ratio:.1f} times"
 
 
 def _coarse(generator: Generator, volume: Volume, most: int) -> Draw:

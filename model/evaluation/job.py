@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import DatasetError, VolumeError
-from model.evaluation.alternatives import compare_alternatives
+from model.evaluation.alternatives import compare_alternatives, is_drawn_by_vtk
 from model.evaluation.error_profile import Group, error_profile, to_json
 from model.evaluation.forecast import EvaluationParts, forecast_seconds
 from model.evaluation.holdout import evaluate, pictures
@@ -267,7 +267,7 @@ def _measure(
     }
     if volume is not None:
         first = range(parts.compared)
-        ways = 5 if store.scene.is_scattering else 4
+        ways = 5 if is_drawn_by_vtk(store.scene) else 4
         inputs = [draw_sample(store.scene, store.seed, "holdout", index) for index in first]
         figures["alternatives"] = compare_alternatives(
             generator,

@@ -61,3 +61,13 @@ def test_a_hint_is_painted_at_the_lower_edge(canvas: ImageCanvas) -> None:
     after = canvas.grab().toImage()
     assert before.copy(0, 0, 300, 50) == after.copy(0, 0, 300, 50)
     assert before != after
+
+
+def test_a_hint_is_no_wider_than_the_image(canvas: ImageCanvas) -> None:
+    canvas.show_image(to_qimage(np.zeros((8, 8, 4), dtype=np.float32)))
+    before = canvas.grab().toImage()
+    canvas.set_hint("Outside the training range: elevation 85")
+    after = canvas.grab().toImage()
+    for left in (0, 200):
+        assert before.copy(left, 0, 100, 100) == after.copy(left, 0, 100, 100)
+    assert before != after

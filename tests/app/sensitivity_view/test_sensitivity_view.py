@@ -332,7 +332,7 @@ def test_a_kept_band_ends_as_users_expect(qtbot: QtBot, window: MainWindow, how:
     window.editor.select_strongest()
     drag(viewport, *(over_plot(window, value, 0.5) for value in (140.0, 150.0, 160.0)))
     qtbot.waitUntil(lambda: "Escape" in window.sensitivity.exact.caption)
-    assert window.sensitivity.findings.pin.isChecked()
+    assert window.sensitivity.findings.field_bar.pin.isChecked()
     if how == "click":
         QTest.mouseClick(viewport, Qt.MouseButton.LeftButton, pos=over_plot(window, 190.0, 0.7))
         assert state.band is not None and not state.band.pinned
@@ -341,7 +341,7 @@ def test_a_kept_band_ends_as_users_expect(qtbot: QtBot, window: MainWindow, how:
         focused = window.editor.area.widget if "plot" in how else window.reference.canvas
         QTest.keyClick(focused, Qt.Key.Key_Escape)
     assert state.band is None and window.reference.canvas.cover is None
-    assert not window.sensitivity.findings.pin.isChecked()
+    assert not window.sensitivity.findings.field_bar.pin.isChecked()
 
 
 def test_escape_ends_one_thing_after_the_other(window: MainWindow) -> None:
@@ -569,11 +569,16 @@ def test_the_values_that_a_region_shows_are_named(
 
     monkeypatch.setattr(builders.analysts[-1], "visibility", two_values)
     label, state = window.sensitivity.visible, window.sensitivity_state
+
+    def text() -> str:
+        # No line ends between a value and its share.
+        return label.text().replace("\N{NO-BREAK SPACE}", " ")
+
     state.add_region(Outline.rectangle(0.1, 0.1, 0.4, 0.4))
     state.finish_region()
-    qtbot.waitUntil(lambda: "visible: 120 (75 %), 180 (25 %)" in label.text())
+    qtbot.waitUntil(lambda: "visible: 120 (75 %), 180 (25 %)" in text())
     state.activate(None)
-    qtbot.waitUntil(lambda: "visible: 180 (100 %)" in label.text())
+    qtbot.waitUntil(lambda: "visible: 180 (100 %)" in text())
     # The list of a clicked place says it of that.
     state.pick((0.5, 0.5))
     assert label.text() == ""
@@ -731,7 +736,7 @@ def test_a_region_cannot_be_lost_outside_the_image(qtbot: QtBot, window: MainWin
     state.finish_region()
     assert state.outline.mask(16).any()
     state.pin(150.0)
-    window.sensitivity.findings.add_band.click()
+    window.sensitivity.findings.field_bar.add.click()
     assert window.state.undo_stack.undoText() == "add mode"
     QTest.keyClick(window, Qt.Key.Key_W)
     qtbot.waitUntil(lambda: "learned: RMSE" in window.sensitivity.findings.result.text())
@@ -753,6 +758,27 @@ def test_what_is_still_computed_is_not_called_nothing(
     window.sensitivity_state.pick((0.7, 0.7))
     assert findings.rows[0].text() == "computing …"
     qtbot.waitUntil(lambda: "100 %" in findings.rows[0].text())
+
+
+def test_a_button_that_is_grey_says_why(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
+) -> None:
+    findings, state = window.sensitivity.findings, window.sensitivity_state
+    qtbot.waitUntil(findings.render_button.isEnabled)
+    assert findings.render_button.toolTip().startswith("Render a mode")
+    assert findings.what_if_button.toolTip().startswith("Show what a mode")
+    state.pick((0.5, 0.5))
+    assert not findings.render_button.isEnabled()
+    assert findings.render_button.toolTip().startswith("Go back to the list")
+    state.pick(None)
+    builders.analysts[-1].gate = threading.Semaphore(0)
+    state.choose(engine="exact")
+    assert findings.render_button.toolTip().startswith("The edits that show most are still")
+    builders.analysts[-1].gate.release(40)
+    builders.analysts[-1].gate = None
+    state.choose(shown=False)
+    assert not findings.what_if_button.isEnabled()
+    assert findings.what_if_button.toolTip().startswith("Switch Sensitivity on")
 
 
 def test_switching_off_ends_a_drag(window: MainWindow) -> None:
@@ -777,7 +803,7 @@ def test_keys_and_buttons_without_a_volume_do_no_harm(qtbot: QtBot, builders: Fa
         QTest.keyClick(window, key)
     drag(window.generator.canvas, QPoint(30, 30), QPoint(60, 60), QPoint(90, 90))
     findings = window.sensitivity.findings
-    for button in (findings.render_button, findings.add_band, *findings.adds):
+    for button in (findings.render_button, findings.field_bar.add, *findings.adds):
         button.click()
     assert window.sensitivity.result() is None
     window.close()

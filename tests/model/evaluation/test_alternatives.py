@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from model.errors import CheckpointError
 from model.evaluation.alternatives import (
     Alternative,
     compare_alternatives,
+    is_drawn_by_vtk,
     record_verdict,
     verdict,
 )
@@ -56,9 +58,11 @@ def test_each_is_measured_on_the_same_truth(folder: Path, volume: Volume, scene:
         "volume at half resolution",
         "volume at the model's bytes",
         "ray caster",
+        "VTK",
     ]
     # All but the rounding to bytes.
     assert rows["ray caster"]["rmse"] < 1 / 255
+    assert rows["VTK"]["rmse"] < 0.005
     expected = np.mean(
         [
             np.sqrt(np.mean((generator.render(s)[..., :3] - image[..., :3] / 255) ** 2))
@@ -86,8 +90,16 @@ def test_where_vtk_scatters_it_is_timed_too(volume: Volume, tmp_path: Path) -> N
     *_, ray_caster, vtk = found["rows"]
     assert (ray_caster["name"], vtk["name"]) == ("ray caster", "VTK")
     assert vtk["rmse"] < 1 / 255 < ray_caster["rmse"]
-    times = f"{vtk['ms'] / found['rows'][0]['ms']:.0f}"
-    assert found["verdict"].endswith(f"VTK itself takes {times} times as long.")
+    ratio = vtk["ms"] / found["rows"][0]["ms"]
+    said = re.search(r"VTK takes ([\d.]+) times as long as the model\.$", found["verdict"])
+    assert said is not None
+    assert float(said[1]) == pytest.approx(ratio, rel=0.06)
+
+
+def test_vtk_does_not_draw_the_ray_casters_shadows(volume: Volume) -> None:
+    assert is_drawn_by_vtk(Scene.of(volume, 32, "direct", renderer="raycast"))
+    assert is_drawn_by_vtk(Scene.of(volume, 32, "global", renderer="vtk"))
+    assert not is_drawn_by_vtk(Scene.of(volume, 32, "global", renderer="raycast"))
 
 
 @pytest.mark.slow

@@ -1,0 +1,81 @@
+"""What is kept of the value under the mouse, and how its effect is drawn over the images."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QCheckBox, QComboBox, QHBoxLayout, QWidget
+
+from app.controls import quiet_button
+from app.state.sensitivity_state import SensitivityState
+
+
+class FieldBar(QWidget):
+    """Pins the band of values whose effect is shown, and says how it is drawn.
+
+    Parameters
+    ----------
+    sensitivity : SensitivityState
+    best_value : callable
+        Returns the value to pin while the mouse is over none; None for none.
+    """
+
+    addRequested = Signal()
+    """Emitted when a mode shall be added over the pinned band."""
+
+    def __init__(
+        self, sensitivity: SensitivityState, best_value: Callable[[], float | None]
+    ) -> None:
+        super().__init__()
+        self._sensitivity = sensitivity
+        self._best_value = best_value
+        self.pin = quiet_button(
+            "Pin",
+            "Keep the value under the mouse when it leaves the plot (P); Escape ends it",
+        )
+        self.pin.setCheckable(True)
+        self.add = quiet_button(
+            "Add", "Add a mode at the pinned value, in a colour that stands out"
+        )
+        self.style_box = QComboBox()
+        self.style_box.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.style_box.addItems(["Area", "Lines"])
+        self.style_box.setToolTip(
+            "How the effect of the value under the mouse is drawn over the images"
+        )
+        self.fade = QCheckBox("Doubts")
+        self.fade.setToolTip("Fade the effect to grey where the generator and the exact one differ")
+        self.locked = QCheckBox("Lock scale")
+        self.locked.setToolTip("Keep the scales of colours and curve as they are, to compare")
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(4)
+        for part in (self.pin, self.add, self.style_box, self.fade, self.locked):
+            row.addWidget(part)
+        self.pin.clicked.connect(self.toggle_pin)
+        self.add.clicked.connect(self.addRequested)
+        self.style_box.activated.connect(
+            lambda i: sensitivity.choose(style="contours" if i else "map")
+        )
+        self.fade.toggled.connect(lambda on: sensitivity.choose(fade=on))
+        self.locked.toggled.connect(lambda on: sensitivity.choose(locked=on))
+        sensitivity.bandChanged.connect(lambda _band: self._show_band())
+        self._show_band()
+
+    def toggle_pin(self) -> None:
+        """Pin the band, or release it."""
+        band, best = self._sensitivity.band, self._best_value()
+        if band is not None and band.pinned:
+            self._sensitivity.unpin()
+        elif band is not None:
+            self._sensitivity.pin()
+        elif best is not None:
+            self._sensitivity.pin(best)
+        self._show_band()
+
+    def _show_band(self) -> None:
+        band = self._sensitivity.band
+        pinned = band is not None and band.pinned
+        self.pin.setChecked(pinned)
+        self.add.setEnabled(pinned)
