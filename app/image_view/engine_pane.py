@@ -15,6 +15,7 @@ from app.engines.messages import ImageRequest, Result, StandInRequest
 from app.engines.states import EngineState
 from app.image_view.image_canvas import ImageCanvas, to_qimage
 from app.state.brightness import Brightness
+from app.state.engine_chooser import EngineName
 
 WITHOUT_IMAGE = (EngineState.WAITING, EngineState.LOADING, EngineState.PAUSED)
 """States in which no image is shown."""
@@ -38,6 +39,8 @@ class EnginePane(QWidget):
     title : str
     client : EngineClient
     brightness : Brightness
+    engine : {"exact", "learned"}
+        Whose light its images have.
     stand_in : EngineClient, optional
         Another engine, whose images are shown until the engine's own are there.
     """
@@ -50,12 +53,14 @@ class EnginePane(QWidget):
         title: str,
         client: EngineClient,
         brightness: Brightness,
+        engine: EngineName,
         stand_in: EngineClient | None = None,
         parent: QWidget | None = None,
     ) -> None:
         super().__init__(parent)
         self.client = client
         self.brightness = brightness
+        self.engine: EngineName = engine
         self._newest = (-1, False)
         self._rgba: NDArray[np.float32] | None = None
         # The generator's images have one size, in a drag and at rest.
@@ -152,13 +157,14 @@ class EnginePane(QWidget):
         rgba = result.value
         assert rgba is not None
         self._rgba = rgba
-        self.canvas.show_image(to_qimage(rgba, self.brightness.value))
+        self.canvas.show_image(to_qimage(rgba, self.brightness.of(self.engine)))
         height, width, _ = rgba.shape
         cropped = "" if request.inputs.crop is None else "cropped"
         facts = [cropped, by, f"{width} × {height}", f"{1000 * result.seconds:.0f} ms"]
         self._detail.setText("   ".join(fact for fact in facts if fact))
         self.imageShown.emit(result.request.inputs, rgba)
 
-    def _show_brightness(self, brightness: float) -> None:
+    def _show_brightness(self) -> None:
         if self._rgba is not None:
+            brightness = self.brightness.of(self.engine)
             self.canvas.replace_image(to_qimage(self._rgba, brightness))

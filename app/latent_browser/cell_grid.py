@@ -42,7 +42,7 @@ class CellGrid(QWidget):
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self.setMinimumSize(QSize(180, 180))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        brightness.changed.connect(lambda _value: self._paint_images())
+        brightness.changed.connect(self._paint_images)
 
     @property
     def images(self) -> dict[int, QImage]:
@@ -61,9 +61,11 @@ class CellGrid(QWidget):
         self._paint_images()
 
     def _paint_images(self) -> None:
-        drawn = {} if self._picture is None else self._picture.images
-        brightness = self._brightness.value
-        self._images = {cell: to_qimage(image, brightness) for cell, image in drawn.items()}
+        self._images = {}
+        if self._picture is not None:
+            brightness = self._brightness.of(self._picture.source)
+            images = self._picture.images.items()
+            self._images = {cell: to_qimage(image, brightness) for cell, image in images}
         self.update()
 
     def set_stale(self, stale: bool) -> None:

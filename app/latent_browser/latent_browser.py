@@ -342,9 +342,8 @@ class LatentBrowser(QWidget):
         of = {0: "nearest sample, none in the disc", 1: "one sample"}.get(
             picture.samples, f"{picture.samples} samples"
         )
-        self.preview.show_picture(
-            picture.image, f"Under the mouse: {of}; {source}, {1000 * picture.seconds:.0f} ms"
-        )
+        text = f"Under the mouse: {of}; {source}, {1000 * picture.seconds:.0f} ms"
+        self.preview.show_picture(picture.image, text, picture.source)
 
     # Places and paths.
 
@@ -415,8 +414,9 @@ class LatentBrowser(QWidget):
             return
         self.map.mark_path(frame.place)
         self.preview.show_tf(frame.tf)
-        self.preview.show_picture(frame.image, f"Path: {frame.number + 1} of {frame.count}")
-        self._tell(f"Path: picture {frame.number + 1} of {frame.count}")
+        text = f"Path: picture {frame.number + 1} of {frame.count}"
+        self.preview.show_picture(frame.image, text, self._work.path.engine)
+        self._tell(text)
 
     def _path_ended(self, text: str) -> None:
         if text.startswith("Saved "):

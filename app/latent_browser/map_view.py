@@ -109,7 +109,7 @@ class MapView(QWidget):
         session.filterChanged.connect(self._take_thumbnails)
         latent.trailChanged.connect(self.update)
         pictures.thumbnailsDrawn.connect(self._take_thumbnails)
-        brightness.changed.connect(lambda _value: self._brighten())
+        brightness.changed.connect(self._brighten)
 
     @property
     def frame(self) -> MapFrame:
@@ -200,7 +200,7 @@ class MapView(QWidget):
         if self._lasso or latent.lasso:
             marks.paint_lasso(painter, frame, self._lasso or latent.lasso or ())
         marks.paint_trail(painter, frame, latent.trail)
-        marks.paint_names(painter, frame, latent.places, self._brightness.value)
+        marks.paint_names(painter, frame, latent.places, self._factor)
         if self._session.place is not None:
             code = self._session.present_code
             if code is not None:
@@ -375,8 +375,12 @@ class MapView(QWidget):
             image = pictures.thumbnails.get(index, pictures.stale_thumbnails.get(index))
             if image is None:
                 return None
-            self._thumbnails[index] = to_qimage(image, self._brightness.value)
+            self._thumbnails[index] = to_qimage(image, self._factor)
         return self._thumbnails[index]
+
+    @property
+    def _factor(self) -> float:
+        return self._brightness.of(self._pictures.source)
 
     def _brighten(self) -> None:
         self._thumbnails.clear()

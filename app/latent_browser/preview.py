@@ -14,6 +14,7 @@ from app import theme
 from app.image_view.engine_pane import EnginePane
 from app.image_view.image_canvas import to_qimage
 from app.latent_browser.map_marks import paint_text_box
+from app.state.engine_chooser import EngineName
 from app.tf_editor.plot_area import PlotArea
 from model.scene.transfer_function import OpacityTF
 
@@ -59,13 +60,18 @@ class Preview(QObject):
             self._area.draw(self._curve, tf.sample(), tf.scalar_range, are_opacities=True)
         self._curve.setVisible(tf is not None)
 
-    def show_picture(self, image: NDArray[np.float32] | None, caption: str = "") -> None:
-        """Show a picture (S, S, 4) in place of the reference's; None for the reference's."""
+    def show_picture(
+        self,
+        image: NDArray[np.float32] | None,
+        caption: str = "",
+        engine: EngineName = "exact",
+    ) -> None:
+        """Show an engine's picture (S, S, 4) instead of the reference's; None for the latter."""
         if image is None and not self._covers:
             return
         self._covers = image is not None
         self._caption = caption if self._covers else ""
-        brightness = self._pane.brightness.value
+        brightness = self._pane.brightness.of(engine)
         self._pane.canvas.show_cover(None if image is None else to_qimage(image, brightness))
 
     def _paint(self, painter: QPainter, rect: QRect) -> None:

@@ -7,6 +7,7 @@ import math
 from PySide6.QtCore import QObject, Signal
 
 from app.figures.picture import usual_brightness
+from app.state.engine_chooser import EngineName
 from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
 from model.scene.scene import Lighting
@@ -21,27 +22,32 @@ class Brightness(QObject):
     """Factor of the colours of both images, of previews and of saved pictures.
 
     It is that of the light, where there is one, and changes neither the TF nor what is computed
-    about it. Until it is chosen, it is the usual one of the light.
+    about it. Until it is chosen, it is the usual one of the light. Where model and reference have
+    different light, each has its own usual one, and both are changed by the same factor.
 
     Parameters
     ----------
     preferences : Preferences
     """
 
-    changed = Signal(float)
+    changed = Signal()
 
     def __init__(self, preferences: Preferences, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._preferences = preferences
         self._chosen: float | None = None
-        self._usual = 1.0
+        self._usual: dict[EngineName, float] = {"exact": 1.0, "learned": 1.0}
         self._fingerprint = ""
         self._series: object = None
 
     @property
     def value(self) -> float:
-        """The factor, :data:`DARKEST` to :data:`BRIGHTEST`; 1 shows images as they are."""
-        return self._usual if self._chosen is None else self._chosen
+        """The reference's factor, from :data:`DARKEST` to :data:`BRIGHTEST`; 1 changes nothing."""
+        return self._usual["exact"] if self._chosen is None else self._chosen
+
+    def of(self, engine: EngineName) -> float:
+        """Return the factor of an engine's images, under its own light."""
+        return self.value * self._usual[engine] / self._usual["exact"]
 
     @property
     def is_chosen(self) -> bool:
@@ -54,11 +60,12 @@ class Brightness(QObject):
         if self._fingerprint:
             self._preferences.note_volume(self._fingerprint, brightness=self._chosen)
 
-    def set_lighting(self, lighting: Lighting) -> None:
-        """Follow the light of the reference."""
-        before, self._usual = self.value, usual_brightness(lighting)
-        if self.value != before:
-            self.changed.emit(self.value)
+    def set_lighting(self, engine: EngineName, lighting: Lighting) -> None:
+        """Follow the light of an engine's images: of the reference, or of the model."""
+        usual = usual_brightness(lighting)
+        if usual != self._usual[engine]:
+            self._usual[engine] = usual
+            self.changed.emit()
 
     def start_volume(self, opened: OpenedVolume) -> None:
         """Show a volume as bright as the last time; the next time step as the one before."""
@@ -73,7 +80,7 @@ class Brightness(QObject):
     def _choose(self, value: float | None) -> None:
         if value != self._chosen:
             self._chosen = value
-            self.changed.emit(self.value)
+            self.changed.emit()
 
     @property
     def step(self) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -55,8 +56,8 @@ class LatentPath(QObject):
 
     Attributes
     ----------
-    brightness : float
-        Factor of a movie's colours.
+    brightness : callable
+        Returns the factor of a movie's colours for the engine that draws it.
     """
 
     frameDrawn = Signal(object)
@@ -73,7 +74,7 @@ class LatentPath(QObject):
         parent: QObject,
     ) -> None:
         super().__init__(parent)
-        self.brightness = 1.0
+        self.brightness: Callable[[EngineName], float] = lambda _engine: 1.0
         self._state = state
         self._latent = latent
         self._session = session
@@ -96,6 +97,11 @@ class LatentPath(QObject):
         for client in pictures.clients.values():
             client.resultReady.connect(self._take)
         session.mapClosed.connect(self.cancel)
+
+    @property
+    def engine(self) -> EngineName:
+        """The engine that draws the frames."""
+        return self._engine
 
     @property
     def is_movie(self) -> bool:
@@ -190,7 +196,7 @@ class LatentPath(QObject):
         if self._movie is not None:
             self._frames.append(
                 movie_frame(
-                    np.float32(self.brightness) * result.value[0],
+                    np.float32(self.brightness(self._engine)) * result.value[0],
                     self._tfs[number],
                     request.inputs.color_tf,
                 )

@@ -28,6 +28,7 @@ from app.state.volume_opening import VolumeOpening
 from model.errors import TfscopeError
 from model.scene.range_choice import RangeChoice
 from model.scene.range_fitting import fit_to_range, fit_to_volume, range_of
+from model.scene.scene import Lighting
 from model.scene.transfer_function import Range, TransferFunction
 from model.volume_files.raw import RawLayout
 
@@ -147,6 +148,12 @@ class Workspace(QObject):
     def has_model(self) -> bool:
         """Whether a model is open, of this volume or of another one."""
         return self._model.folder is not None
+
+    @property
+    def model_lighting(self) -> Lighting:
+        """Lighting of the open model's images; none without one."""
+        scene = self._model.scene_for(self._opened)
+        return "none" if scene is None else scene.lighting
 
     @property
     def recorded_agreement(self) -> float | None:

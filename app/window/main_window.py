@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QEvent, QSize, Qt
@@ -90,8 +89,10 @@ class MainWindow(QMainWindow):
             EngineClient(name, self) for name in ("generator", "reference", "analyst")
         )
         self.brightness = Brightness(self.preferences, self)
-        self.generator = EnginePane("Generator", generator, self.brightness)
-        self.reference = EnginePane("Reference", reference, self.brightness, stand_in=analyst)
+        self.generator = EnginePane("Generator", generator, self.brightness, "learned")
+        self.reference = EnginePane(
+            "Reference", reference, self.brightness, "exact", stand_in=analyst
+        )
         self.editor = TransferFunctionEditor(self.state)
         self.notice = NoticeBar()
         self.workspace = Workspace(
@@ -199,9 +200,9 @@ class MainWindow(QMainWindow):
         self.workspace.volumeOpened.connect(self._show_volume)
         self.workspace.volumeOpened.connect(self.brightness.start_volume)
         self.workspace.reference.settingsChanged.connect(
-            lambda settings: self.brightness.set_lighting(settings.lighting)
+            lambda settings: self.brightness.set_lighting("exact", settings.lighting)
         )
-        self.brightness.changed.connect(partial(setattr, self.workspace.latent.path, "brightness"))
+        self.workspace.latent.path.brightness = self.brightness.of
         self.workspace.rangeChanged.connect(self._show_range)
         # Errors of an earlier file no longer apply.
         self.workspace.volumeRead.connect(self.notice.clear)
@@ -343,6 +344,7 @@ class MainWindow(QMainWindow):
     def _show_model(self) -> None:
         """Make room for the generator's image, or give it to the reference."""
         self.panes.set_model(self.workspace.has_model)
+        self.brightness.set_lighting("learned", self.workspace.model_lighting)
         opened = self.workspace.opened
         self.training_bar.set_offered(opened is not None and not self.workspace.has_model)
         self.browser.bar.set_model(self.workspace.latent.pictures.learned_size is not None)

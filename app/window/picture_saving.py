@@ -13,6 +13,7 @@ from app.figures.picture import save_image
 from app.image_view.engine_pane import EnginePane
 from app.image_view.picture import compose
 from app.state.brightness import Brightness
+from app.state.engine_chooser import EngineName
 from app.state.viewer_state import ViewerState
 from app.window.file_dialogs import FileDialogs
 from app.window.legend import legend_painter
@@ -52,7 +53,7 @@ class PictureSaving(QObject):
         """Unit of the volume's scalars, for the legend."""
         self._last: PictureChoice | None = None
         self._sequence = 0
-        self._wanted: tuple[int, PictureChoice, Path | None] | None = None
+        self._wanted: tuple[int, PictureChoice, Path | None, EngineName] | None = None
         self._followed: set[EnginePane] = set()
 
     def save(self, pane: EnginePane) -> None:
@@ -87,7 +88,7 @@ class PictureSaving(QObject):
         """Have a picture drawn, and save it to a file; without one, copy it to the clipboard."""
         self._last = choice
         self._sequence += 1
-        self._wanted = self._sequence, choice, place
+        self._wanted = self._sequence, choice, place, pane.engine
         if pane not in self._followed:
             self._followed.add(pane)
             pane.client.resultReady.connect(self._take)
@@ -99,7 +100,7 @@ class PictureSaving(QObject):
     def _take(self, result: Result) -> None:
         if not isinstance(result.request, PictureRequest) or self._wanted is None:
             return
-        sequence, choice, place = self._wanted
+        sequence, choice, place, engine = self._wanted
         if result.request.sequence != sequence:
             return
         self._wanted = None
@@ -111,7 +112,8 @@ class PictureSaving(QObject):
             tf = result.request.inputs.transfer_function
             paint = legend_painter(tf, self.units, background=choice.background)
         try:
-            image = compose(result.value, choice.background, paint, self._brightness.value)
+            brightness = self._brightness.of(engine)
+            image = compose(result.value, choice.background, paint, brightness)
         except RenderError as error:
             self.problem.emit(str(error))
             return

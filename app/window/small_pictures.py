@@ -81,5 +81,5 @@ class SmallPictures(QObject):
         if not isinstance(request, self._kind) or result.value is None:
             return
         if request.sequence == self._asked:
-            brightness = self._brightness.value
+            brightness = self._brightness.of("exact")
             self.drawn.emit([to_qimage(np.asarray(image), brightness) for image in result.value])

@@ -39,13 +39,20 @@ def test_what_is_not_chosen_follows_the_light(qtbot: QtBot) -> None:
     brightness = Brightness(preferences, preferences)
     slider = BrightnessSlider(brightness)
     qtbot.addWidget(slider)
-    brightness.set_lighting("direct")
+    brightness.set_lighting("exact", "direct")
     assert brightness.value == LIT_BRIGHTNESS and slider.number.text() == "1.5×"
     assert not slider.reset.isEnabled()
-    brightness.set_lighting("none")
+    # A model that was trained without light is shown as it is, and changed by the same factor.
+    assert brightness.of("learned") == 1
+    brightness.set(3.0)
+    assert (brightness.of("exact"), brightness.of("learned")) == (3, 2)
+    brightness.set_lighting("learned", "direct")
+    assert brightness.of("learned") == 3
+    brightness.set(None)
+    brightness.set_lighting("exact", "none")
     assert brightness.value == 1
     brightness.set(1.0)
-    brightness.set_lighting("global")
+    brightness.set_lighting("exact", "global")
     assert brightness.value == 1 and slider.reset.isEnabled()
     slider.reset.click()
     assert brightness.value == LIT_BRIGHTNESS

@@ -16,7 +16,7 @@ from model.errors import CheckpointError, RenderError
 @pytest.fixture
 def pane(qtbot: QtBot) -> EnginePane:
     preferences = Preferences(None)
-    pane = EnginePane("Engine", EngineClient("test"), Brightness(preferences, preferences))
+    pane = EnginePane("Engine", EngineClient("test"), Brightness(preferences, preferences), "exact")
     preferences.setParent(pane)
     qtbot.addWidget(pane, before_close_func=close)
     return pane
