@@ -99,7 +99,7 @@ class Dispatcher(QObject):
         first = FIRST_SCALE if self.begins_coarse else min(1.0, FIRST_SIZE / _size(self.raster))
         kind = (ImageRequest, False)
         scale = self._pace.scale(kind, _size(self.raster), REST_SECONDS, first)
-        return _scaled(self.raster, scale)
+        return self.raster.scaled(scale)
 
     def forget_times(self) -> None:
         """Forget how long images took, as another volume, light or renderer is drawn."""
@@ -156,7 +156,7 @@ class Dispatcher(QObject):
         seconds = SCATTERING_LIVE_SECONDS if self.begins_coarse else LIVE_SECONDS
         first = FIRST_SCALE if self.begins_coarse else 0.35
         scale = self._pace.scale((kind, True), _size(self.raster), seconds, first)
-        raster = _scaled(self.raster, scale)
+        raster = self.raster.scaled(scale)
         coarseness = STAND_IN_COARSENESS if kind is StandInRequest else LIVE_COARSENESS
         if self.begins_coarse:
             coarseness = 1.0
@@ -191,7 +191,3 @@ class Dispatcher(QObject):
 def _size(raster: Raster) -> float:
     """Size of the square with as many pixels."""
     return float((raster.width * raster.height) ** 0.5)
-
-
-def _scaled(raster: Raster, scale: float) -> Raster:
-    return Raster(max(round(raster.width * scale), 16), max(round(raster.height * scale), 16))

@@ -126,10 +126,9 @@ class EngineChooser:
 
     def _sized(self, size: int, live: bool = False) -> Quality:
         """Quality of an answer of the reference's proportions, with a square of this size."""
-        width, height, shorter = self.picture.width, self.picture.height, self.picture.shorter
-        if width == height:
+        if self.picture.width == self.picture.height:
             return Quality(size, live=live)
-        raster = Raster(round(size * width / shorter), round(size * height / shorter))
+        raster = self.picture.scaled(size / self.picture.shorter)
         return Quality(size, live=live, raster=raster)
 
     @property

@@ -88,6 +88,11 @@ class Raster:
         """Shorter side of the picture in pixels: the size of the square in its middle."""
         return min(self.width, self.height)
 
+    def scaled(self, scale: float) -> Raster:
+        """Return the whole picture with more or fewer pixels, 16 along each side at least."""
+        sides = (max(round(side * scale), 16) for side in (self.width, self.height))
+        return Raster(*sides)
+
     def tiles(self, columns: int, rows: int) -> Iterator[Raster]:
         """Divide the part into tiles of at most this size, row by row."""
         for top in range(self.top, self.bottom, rows):

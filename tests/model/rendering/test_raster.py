@@ -124,3 +124,11 @@ def test_both_renderers_agree_on_panned_cropped_and_wide_pictures(volume: Volume
         made.close()
     assert np.sqrt(np.mean((images[0] - images[1]) ** 2)) < 0.01
     assert images[0][..., 3].mean() > 0.03
+
+
+def test_a_scaled_picture_keeps_its_proportions() -> None:
+    whole = Raster(1200, 300)
+    assert whole.scaled(0.5) == Raster(600, 150)
+    assert whole.scaled(0.5).reach == whole.reach
+    assert Raster(100, 80, 10, 10, 20, 20).scaled(2) == Raster(200, 160)
+    assert whole.scaled(0.001) == Raster(16, 16)
