@@ -105,6 +105,10 @@ class LatentBrowser(QWidget):
         self.status.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.cancel = QPushButton("Cancel")
         self.cancel.hide()
+        self.keep = QPushButton("Make it the TF")
+        self.keep.setToolTip("End the path, and take the TF of the picture that is shown")
+        self.keep.hide()
+        self._frame: Frame | None = None
         # The map keeps its size when the button comes.
         self.status.setMinimumHeight(self.cancel.sizeHint().height())
         self.map.show_message(NO_VOLUME)
@@ -155,6 +159,7 @@ class LatentBrowser(QWidget):
         images.addWidget(self.grid, 1)
         below = QHBoxLayout()
         below.addWidget(self.status, 1)
+        below.addWidget(self.keep)
         below.addWidget(self.cancel)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
@@ -211,6 +216,7 @@ class LatentBrowser(QWidget):
         work.path.frameDrawn.connect(self._show_frame)
         work.path.ended.connect(self._path_ended)
         self.cancel.clicked.connect(self._stop)
+        self.keep.clicked.connect(self._take_frame)
         self._fill_search()
 
     def _choices_changed(self, choices: LatentChoices) -> None:
@@ -404,7 +410,14 @@ class LatentBrowser(QWidget):
             self.problem.emit(str(error))
         self._show_cancel()
 
+    def _take_frame(self) -> None:
+        frame = self._frame
+        self._work.path.cancel()
+        if frame is not None:
+            self.take(frame.tf, "TF of the path", frame.place)
+
     def _show_frame(self, frame: Frame | None) -> None:
+        self._frame = frame
         if frame is None:
             self.preview.show_tf(None)
             self.preview.show_picture(None)
@@ -412,6 +425,7 @@ class LatentBrowser(QWidget):
             self._show_cancel()
             self._tell("Writing the movie …" if self._work.path.is_movie else "")
             return
+        self._show_cancel()
         self.map.mark_path(frame.place)
         self.preview.show_tf(frame.tf)
         text = f"Path: picture {frame.number + 1} of {frame.count}"
@@ -450,6 +464,8 @@ class LatentBrowser(QWidget):
         work = self._work
         running = work.search.is_running or work.path.is_running or work.session.is_embedding
         self.cancel.setVisible(running)
+        playing = work.path.is_running and not work.path.is_movie and self._frame is not None
+        self.keep.setVisible(playing)
         self._fill_search()
 
     def _tell(self, text: str = "") -> None:

@@ -22,9 +22,11 @@ from window_fakes import FakeBuilders
 from app.engines.messages import GridRequest, HoverRequest, ThumbnailRequest
 from app.latent_browser.browser_bar import parsed_band
 from app.latent_browser.map_view import MapView
+from app.state.latent_path import Frame
 from app.window.main_window import MainWindow
 from model.errors import LatentError
 from model.latent.embedding import EmbeddingProcess
+from model.scene.tf_fitting import tf_difference
 from model.scene.transfer_function import GaussianMode, OpacityTF, TransferFunction
 from model.scene.view import View
 
@@ -374,6 +376,24 @@ def test_places_are_named_played_and_kept(qtbot: QtBot, window: MainWindow, tmp_
     dialog.accept()
     latent.forget_place(1)
     assert [named.name for named in latent.places] == ["ribs"]
+
+
+def test_the_tf_of_a_paths_picture_can_be_taken(qtbot: QtBot, window: MainWindow) -> None:
+    browser, work = window.browser, window.workspace.latent
+    for place in ((-0.5, 0.1), (0.5, 0.4)):
+        tf, _ = work.session.tf_at(place)
+        window.latent_state.name_place(place, tf)
+    assert not browser.keep.isVisible()
+    frames: list[Frame] = []
+    work.path.frameDrawn.connect(lambda frame: frames.append(frame) if frame else None)
+    browser.bar.playRequested.emit()
+    qtbot.waitUntil(lambda: len(frames) > 10)
+    assert browser.keep.isVisible()
+    shown = frames[-1]
+    browser.keep.click()
+    assert not work.path.is_running and not browser.keep.isVisible()
+    assert window.state.undo_stack.undoText() == "TF of the path"
+    assert tf_difference(window.state.transfer_function.opacity, shown.tf) < 0.05
 
 
 def test_a_path_is_cancelled(qtbot: QtBot, window: MainWindow) -> None:
