@@ -64,7 +64,7 @@ def render(
             "--brightness",
             min=0.25,
             max=4.0,
-            help="Factor of the colours of a PNG, as the window has it. (default: 1, lit 1.5)",
+            help="Of a PNG, as in the window. (default: 1; lit images, which are dim, 2)",
         ),
     ] = None,
     preintegrated: Annotated[

@@ -116,14 +116,17 @@ def render_to_file(order: RenderOrder) -> None:
                 f"{order.out}: the image cannot be written ({reason(error)})."
             ) from error
     else:
-        from app.figures.picture import save_picture, usual_brightness
+        from app.figures.picture import save_picture
+        from model.rendering.brightness import brighten, usual_brightness
 
         facts, brightness = rendered.facts(), order.brightness
         if brightness is None:
             brightness = usual_brightness(rendered.lighting)
         if brightness != 1:
             facts["Brightness"] = f"{brightness:g}"
-        save_picture(order.out, brightness * rendered.rgba[..., :3], facts)
+        colors = np.clip(rendered.rgba[..., :3], 0, 1)
+        brighten(colors, brightness)
+        save_picture(order.out, colors, facts)
 
 
 def load_fitted(path: Path, scalar_range: Range) -> TransferFunction:

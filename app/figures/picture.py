@@ -12,20 +12,9 @@ from numpy.typing import NDArray
 
 from model.errors import RenderError, reason
 from model.files import write_atomically
-from model.scene.scene import Lighting
 
 if TYPE_CHECKING:
     from PySide6.QtGui import QImage
-
-LIT_BRIGHTNESS = 1.5
-"""Usual factor of the colours of lit images: light from one side leaves them dim. It brings 95 % of
-the pixels of ten of them, five volumes under direct and under global light, below .66 to .91 of the
-full brightness, .81 in the mean."""
-
-
-def usual_brightness(lighting: Lighting) -> float:
-    """Return the factor of the colours that images are shown with while nobody chooses one."""
-    return 1.0 if lighting == "none" else LIT_BRIGHTNESS
 
 
 def save_picture(path: Path, image: NDArray[np.floating], facts: Mapping[str, str]) -> None:

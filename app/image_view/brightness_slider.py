@@ -8,8 +8,8 @@ from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QSlider, QToolButton, QWidget
 
 from app.controls import text_button
-from app.figures.picture import LIT_BRIGHTNESS
 from app.state.brightness import BRIGHTEST, DARKEST, STEPS_PER_OCTAVE, Brightness
+from model.rendering.brightness import LIT_BRIGHTNESS
 
 
 class BrightnessSlider(QWidget):
@@ -31,9 +31,9 @@ class BrightnessSlider(QWidget):
         )
         self.slider.setMinimumWidth(150)
         self.slider.setToolTip(
-            "Show both images brighter or darker, as with another light. Lit images are shown "
-            f"{LIT_BRIGHTNESS:g} times as bright as they are computed unless you choose. Saved "
-            "pictures are as bright as they are shown."
+            "Show both images brighter or darker: dark colours by this factor, bright ones by "
+            f"less, so that nothing burns out. Lit images have {LIT_BRIGHTNESS:g}× unless you "
+            "choose. Saved pictures are as bright as they are shown."
         )
         self.number = QLabel()
         # Wide enough for any number, so that the slider keeps its place.
@@ -51,5 +51,5 @@ class BrightnessSlider(QWidget):
     def _show(self) -> None:
         with QSignalBlocker(self.slider):
             self.slider.setValue(self._brightness.step)
-        self.number.setText(f"{self._brightness.value:.3g}×")
+        self.number.setText(f"{self._brightness.value:.2f}×")
         self.reset.setEnabled(self._brightness.is_chosen)

@@ -11,6 +11,7 @@ from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QPen, QResizeEv
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app import theme
+from model.rendering.brightness import brighten
 from model.rendering.raster import Raster
 from model.scene.region import Reach
 
@@ -29,13 +30,12 @@ def to_qimage(rgba: NDArray[np.float32], brightness: float = 1.0) -> QImage:
     rgba : ndarray of float32, shape (H, W, 4)
         Colour premultiplied on black; values outside [0, 1] are clipped.
     brightness : float
-        Factor of the colours.
+        See :func:`model.rendering.brightness.brighten`.
     """
     rgb = np.nan_to_num(rgba[..., :3])
     # In place: it is done for every image of a drag.
-    if brightness != 1:
-        rgb *= np.float32(brightness)
     np.clip(rgb, 0.0, 1.0, out=rgb)
+    brighten(rgb, brightness)
     rgb *= np.float32(255)
     levels = np.ascontiguousarray(np.rint(rgb, out=rgb).astype(np.uint8))
     height, width = levels.shape[:2]

@@ -10,6 +10,7 @@ from PySide6.QtCore import QRect
 from PySide6.QtGui import QImage, QPainter
 
 from model.errors import RenderError
+from model.rendering.brightness import brighten
 
 Background = tuple[int, int, int]
 """Red, green and blue, each 0..255."""
@@ -39,7 +40,7 @@ def compose(
     legend_painter : callable or None
         Paints over the picture, given the rectangle that it fills.
     brightness : float
-        Factor of the rendering's colours.
+        See :func:`model.rendering.brightness.brighten`.
 
     Returns
     -------
@@ -72,8 +73,7 @@ def compose(
         # fmax and fmin take the number where the other is NaN.
         band = np.fmin(np.fmax(rgba[rows], np.float32(0)), full)
         band /= full
-        if brightness != 1:
-            band[..., :3] = np.fmin(band[..., :3] * np.float32(brightness), np.float32(1))
+        brighten(band[..., :3], brightness)
         _put_over(band, background)
         band *= 255
         band += 0.5  # uint8 cuts off: rounds to the nearest

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
@@ -96,6 +96,8 @@ class FindingsPanel(QWidget):
         self.adds = [QPushButton("Add") for _ in range(ROWS)]
         for button in self.adds:
             button.setToolTip("Add a mode at this value, in a colour that stands out")
+            # After a click, keys such as R are the window's again.
+            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.raises = [quiet_button("▲", "Raise the opacity of this value") for _ in range(ROWS)]
         self.lowers = [quiet_button("▼", "Lower the opacity of this value") for _ in range(ROWS)]
         self.isolates = [quiet_button("only", "Show this value alone") for _ in range(ROWS)]
@@ -104,6 +106,7 @@ class FindingsPanel(QWidget):
         self.height_box.show_value(sensitivity.choices.height)
         self.height_box.setToolTip("Opacity of the modes whose effect is predicted")
         self.render_button = QPushButton("Render")
+        self.render_button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.what_if_button = HeldButton("What if")
         self.field_bar = FieldBar(sensitivity, self._best_value)
         self.result = QLabel()

@@ -1,4 +1,4 @@
-"""Brightness of the images: a factor of their colours, kept for each volume."""
+"""Brightness of the images: how bright they are shown, kept for each volume."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import math
 
 from PySide6.QtCore import QObject, Signal
 
-from app.figures.picture import usual_brightness
 from app.state.engine_chooser import EngineName
 from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
+from model.rendering.brightness import usual_brightness
 from model.scene.scene import Lighting
 
 DARKEST, BRIGHTEST = 0.25, 4.0
@@ -19,7 +19,7 @@ STEPS_PER_OCTAVE = 8
 
 
 class Brightness(QObject):
-    """Factor of the colours of both images, of previews and of saved pictures.
+    """Brightness of both images, of previews and of saved pictures.
 
     It is that of the light, where there is one, and changes neither the TF nor what is computed
     about it. Until it is chosen, it is the usual one of the light. Where model and reference have
@@ -42,11 +42,11 @@ class Brightness(QObject):
 
     @property
     def value(self) -> float:
-        """The reference's factor, from :data:`DARKEST` to :data:`BRIGHTEST`; 1 changes nothing."""
+        """That of the reference, :data:`DARKEST` to :data:`BRIGHTEST`; 1 changes nothing."""
         return self._usual["exact"] if self._chosen is None else self._chosen
 
     def of(self, engine: EngineName) -> float:
-        """Return the factor of an engine's images, under its own light."""
+        """Return that of an engine's images, under its own light."""
         return self.value * self._usual[engine] / self._usual["exact"]
 
     @property

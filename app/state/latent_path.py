@@ -57,7 +57,7 @@ class LatentPath(QObject):
     Attributes
     ----------
     brightness : callable
-        Returns the factor of a movie's colours for the engine that draws it.
+        Returns the brightness of a movie, given the engine that draws it.
     """
 
     frameDrawn = Signal(object)
@@ -196,9 +196,10 @@ class LatentPath(QObject):
         if self._movie is not None:
             self._frames.append(
                 movie_frame(
-                    np.float32(self.brightness(self._engine)) * result.value[0],
+                    result.value[0],
                     self._tfs[number],
                     request.inputs.color_tf,
+                    self.brightness(self._engine),
                 )
             )
             self._show()

@@ -7,6 +7,8 @@ import math
 from PySide6.QtGui import QValidator
 from PySide6.QtWidgets import QDoubleSpinBox, QToolTip, QWidget
 
+from app.number_entry import NumberKeys
+
 _MAX_DECIMALS = 320
 
 SHOWN_DIGITS = 4
@@ -24,6 +26,7 @@ class NumberBox(QDoubleSpinBox):
         self._digits = 6
         self._meaning = ""
         self.setKeyboardTracking(False)
+        NumberKeys(self)
         self.lineEdit().setTextMargins(6, 0, 6, 0)
         self.set_limits(0.0, 1.0)
 

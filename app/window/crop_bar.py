@@ -5,9 +5,10 @@ from __future__ import annotations
 from functools import partial
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QSpinBox, QWidget
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QWidget
 
 from app.controls import text_button
+from app.number_entry import NumberKeys, WholeNumberBox
 from app.state.crop_planes import (
     WITHOUT_VOLUME,
     axis_name,
@@ -145,9 +146,10 @@ class CropBar(QFrame):
         self._show()
 
 
-def _voxel_box() -> QSpinBox:
+def _voxel_box() -> WholeNumberBox:
     """A box for the number of a voxel; typed numbers apply on Enter or focus loss."""
-    box = QSpinBox()
+    box = WholeNumberBox()
+    NumberKeys(box)
     box.setKeyboardTracking(False)
     box.setAlignment(Qt.AlignmentFlag.AlignRight)
     return box

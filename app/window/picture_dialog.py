@@ -16,12 +16,12 @@ from PySide6.QtWidgets import (
     QFormLayout,
     QHBoxLayout,
     QLabel,
-    QSpinBox,
     QVBoxLayout,
     QWidget,
 )
 
 from app.image_view.picture import LARGEST_SIZE, Background
+from app.number_entry import WholeNumberBox
 from model.volume_files.checks import readable_size
 
 LEAST_SIZE = 16
@@ -83,7 +83,7 @@ class PictureDialog(QDialog):
         self._color: Background = (128, 128, 128)
         self._shown_row = 0
         self.size_box = QComboBox()
-        self.width_box, self.height_box = QSpinBox(), QSpinBox()
+        self.width_box, self.height_box = WholeNumberBox(), WholeNumberBox()
         self.keep = QCheckBox("Keep the proportions of what is shown")
         self.keep.setChecked(True)
         self.background_box = QComboBox()
@@ -166,7 +166,7 @@ class PictureDialog(QDialog):
         else:
             self._show_size(*size)
 
-    def _take_side(self, changed: QSpinBox, _value: int) -> None:
+    def _take_side(self, changed: WholeNumberBox, _value: int) -> None:
         """Let the other side follow the one that was changed, and name the preset."""
         width, height = self.width_box.value(), self.height_box.value()
         if self.keep.isChecked():

@@ -16,12 +16,12 @@ from PySide6.QtWidgets import (
     QFormLayout,
     QHBoxLayout,
     QLabel,
-    QSpinBox,
     QVBoxLayout,
     QWidget,
 )
 
 from app import theme
+from app.number_entry import WholeNumberBox
 from app.state.latest_call import LatestCall
 from app.tf_editor.number_box import NumberBox
 from app.window.slice_preview import SlicePreview
@@ -65,7 +65,7 @@ class RawDialog(QDialog):
         self.setWindowTitle(f"Open raw file {path.name}")
         self.guess_box = QComboBox()
         self.guess_box.setPlaceholderText("As entered below")
-        self.dimension_boxes = [QSpinBox() for _ in range(3)]
+        self.dimension_boxes = [WholeNumberBox() for _ in range(3)]
         self.type_box, self.order_box = QComboBox(), QComboBox()
         self.spacing_boxes = [NumberBox() for _ in range(3)]
         self.slices = [SlicePreview(f"Middle slice across {axis}") for axis in "xyz"]
@@ -230,7 +230,7 @@ def _render_previews(path: Path, layout: RawLayout) -> Previews:
     return layout, [preview(path, layout, axis) for axis in range(3)]
 
 
-def _row(boxes: list[QSpinBox] | list[NumberBox]) -> QHBoxLayout:
+def _row(boxes: list[WholeNumberBox] | list[NumberBox]) -> QHBoxLayout:
     """Return boxes for x, y and z side by side."""
     row = QHBoxLayout()
     for number, box in enumerate(boxes):

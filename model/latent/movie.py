@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from model.errors import RenderError
 from model.files import write_atomically
+from model.rendering.brightness import brighten
 from model.scene.transfer_function import ColorTF, OpacityTF
 
 SUFFIXES = (".mp4", ".gif")
@@ -54,7 +55,9 @@ def write_movie(path: Path, frames: Sequence[NDArray[np.uint8]], frames_per_seco
     return path
 
 
-def movie_frame(image: NDArray[np.float32], tf: OpacityTF, colors: ColorTF) -> NDArray[np.uint8]:
+def movie_frame(
+    image: NDArray[np.float32], tf: OpacityTF, colors: ColorTF, brightness: float = 1.0
+) -> NDArray[np.uint8]:
     """Image (S, S, 4) on black, with a plot of its TF below: uint8 (H, S, 3), H and S even."""
     size = image.shape[1] // 2 * 2
     height = max(int(STRIP_SHARE * size) // 2 * 2, 8)
@@ -72,4 +75,5 @@ def movie_frame(image: NDArray[np.float32], tf: OpacityTF, colors: ColorTF) -> N
     )
     strip[on_line] = _LINE
     picture = np.clip(np.nan_to_num(image[:size, :size, :3]), 0, 1)
+    brighten(picture, brightness)
     return np.rint(255 * np.concatenate([picture, strip])).astype(np.uint8)

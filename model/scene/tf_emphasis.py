@@ -35,11 +35,16 @@ DARK = 10
 LEAST_RAISE = 0.05
 """Opacity that :func:`raise_value` adds at least."""
 
+TINY = 1e-12
+
 
 def add_striking_mode(
     tf: TransferFunction, value: float, width: float, height: float, shown: NDArray[np.floating]
 ) -> TransferFunction:
     """Add a mode whose colour stands out from what an image region shows.
+
+    What is opaque already keeps its colour: the mode's is mixed into that of the TF by their
+    opacities, so that an image changes by what the mode adds, and not by new colours.
 
     Parameters
     ----------
@@ -53,7 +58,14 @@ def add_striking_mode(
     shown : ndarray, shape (n, 3)
         Colours that the region shows now, in [0, 1].
     """
-    color = recolor_around(tf.color, value, width, striking_color(shown))
+    stops = _values_in_reach(tf.color, value, width)
+    added = height * np.exp(-(((stops - value) / width) ** 2) / 2)
+    shares = added / np.maximum(added + tf.opacity(stops), TINY)
+    # From two widths away, colours are as they were.
+    shares[np.abs(stops - value) > 1.99 * width] = 0
+    before = np.asarray(tf.color(stops))
+    mixed = before + shares[:, None] * (np.array(striking_color(shown)) - before)
+    color = _recolored(tf.color, stops, mixed)
     return TransferFunction(_plus_mode(tf.opacity, value, width, height), color)
 
 
@@ -75,18 +87,18 @@ def striking_color(shown: NDArray[np.floating]) -> tuple[float, float, float]:
     return STRIKING_COLORS[int(nearest.argmax())]
 
 
-def recolor_around(
-    color: ColorTF, value: float, width: float, rgb: tuple[float, float, float]
-) -> ColorTF:
-    """Set the colour of a value, and leave those from two widths away as they are."""
-    lo, hi = color.scalar_range
-    left, right = max(value - 2 * width, lo), min(value + 2 * width, hi)
-    kept = [stop for stop in color.stops if not left <= stop[0] <= right or stop[0] in (lo, hi)]
-    added = [_stop(v, *color(v)) for v in (left, right) if lo < v < hi]
-    at = min(max(value, lo), hi)
-    inner = [stop for stop in kept if stop[0] != at]
-    stops = sorted([*inner, *added, _stop(at, *rgb)])
-    return replace(color, stops=tuple(stops))
+def _values_in_reach(color: ColorTF, value: float, width: float) -> NDArray[np.float64]:
+    """Values up to two widths from one, inside the range: where a mode has its colour."""
+    values = value + width * np.array([-2.0, -1.0, 0.0, 1.0, 2.0])
+    return np.unique(np.clip(values, *color.scalar_range))
+
+
+def _recolored(color: ColorTF, values: NDArray[np.float64], colors: NDArray[np.float64]) -> ColorTF:
+    """Replace the stops between some values, the first and the last included, by others."""
+    kept = [stop for stop in color.stops if not values[0] <= stop[0] <= values[-1]]
+    rows = np.column_stack([values, colors]).tolist()
+    added = [(value, red, green, blue) for value, red, green, blue in rows]
+    return replace(color, stops=tuple(sorted([*kept, *added])))
 
 
 def raise_value(opacity: OpacityTF, value: float, width: float) -> OpacityTF:
@@ -130,11 +142,6 @@ def isolate_value(opacity: OpacityTF, value: float, width: float) -> OpacityTF:
         return replace(opacity, modes=(max(near, key=lambda mode: mode.amplitude),))
     mode = GaussianMode(value, math.sqrt(2) * width, max(now, LEAST_RAISE))
     return OpacityTF(opacity.scalar_range, (mode,))
-
-
-def _stop(value: float, *rgb: float) -> tuple[float, float, float, float]:
-    red, green, blue = (float(part) for part in rgb)
-    return value, red, green, blue
 
 
 def _plus_mode(opacity: OpacityTF, value: float, width: float, height: float) -> OpacityTF:

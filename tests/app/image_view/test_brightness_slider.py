@@ -3,10 +3,10 @@ from __future__ import annotations
 import pytest
 from pytestqt.qtbot import QtBot
 
-from app.figures.picture import LIT_BRIGHTNESS
 from app.image_view.brightness_slider import BrightnessSlider
 from app.state.brightness import BRIGHTEST, DARKEST, Brightness
 from app.state.preferences import Preferences
+from model.rendering.brightness import LIT_BRIGHTNESS
 
 
 def test_slider_and_brightness_follow_one_another(qtbot: QtBot) -> None:
@@ -19,7 +19,7 @@ def test_slider_and_brightness_follow_one_another(qtbot: QtBot) -> None:
     assert brightness.value == 1 and one.value() == 0 and not sliders[0].reset.isEnabled()
     one.setValue(8)
     assert brightness.value == 2
-    assert other.value() == 8 and sliders[1].number.text() == "2×"
+    assert other.value() == 8 and sliders[1].number.text() == "2.00×"
     brightness.set(100.0)
     assert brightness.value == BRIGHTEST and one.value() == one.maximum()
     one.setValue(one.minimum())
@@ -40,12 +40,12 @@ def test_what_is_not_chosen_follows_the_light(qtbot: QtBot) -> None:
     slider = BrightnessSlider(brightness)
     qtbot.addWidget(slider)
     brightness.set_lighting("exact", "direct")
-    assert brightness.value == LIT_BRIGHTNESS and slider.number.text() == "1.5×"
+    assert brightness.value == LIT_BRIGHTNESS and slider.number.text() == "2.00×"
     assert not slider.reset.isEnabled()
     # A model that was trained without light is shown as it is, and changed by the same factor.
     assert brightness.of("learned") == 1
     brightness.set(3.0)
-    assert (brightness.of("exact"), brightness.of("learned")) == (3, 2)
+    assert (brightness.of("exact"), brightness.of("learned")) == (3, 1.5)
     brightness.set_lighting("learned", "direct")
     assert brightness.of("learned") == 3
     brightness.set(None)

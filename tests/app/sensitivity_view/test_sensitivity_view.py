@@ -453,7 +453,9 @@ def test_a_flag_adds_a_mode_in_a_colour_that_stands_out(qtbot: QtBot, window: Ma
     assert len(tf.opacity.modes) == len(before.opacity.modes) + 1
     assert mode.mean == pytest.approx(interval.value)
     assert mode.amplitude == pytest.approx(window.sensitivity_state.choices.height)
-    assert tuple(tf.color(mode.mean)) in [pytest.approx(color) for color in STRIKING_COLORS]
+    assert tuple(tf.color(mode.mean)) in [
+        pytest.approx(color, abs=0.02) for color in STRIKING_COLORS
+    ]
     # At once again: the answer is about the image before.
     QTest.mouseClick(window.editor.area.widget.viewport(), Qt.MouseButton.LeftButton, pos=flag)
     window.sensitivity.findings.adds[0].click()

@@ -59,7 +59,7 @@ def test_the_reference_draws_while_the_ray_caster_is_compiled(
         with qtbot.waitSignal(pictures.drawn) as brightest:
             pictures.ask(wanted)
         assert brightest.args is not None
-        assert [level(image) for image in brightest.args[0]] == pytest.approx([0, 51], abs=1)
+        assert [level(image) for image in brightest.args[0]] == pytest.approx([0, 46], abs=1)
         qtbot.wait(20)
         assert (len(engines[0].others), len(engines[1].others)) == (2, 1)
     finally:

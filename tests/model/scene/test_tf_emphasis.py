@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from ramp import make_tf
@@ -10,7 +12,6 @@ from model.scene.tf_emphasis import (
     isolate_value,
     lower_value,
     raise_value,
-    recolor_around,
     striking_color,
 )
 from model.scene.transfer_function import OpacityTF
@@ -63,11 +64,27 @@ def test_the_colour_is_far_from_what_is_shown() -> None:
 
 def test_a_striking_mode_has_its_colour_and_leaves_the_others() -> None:
     shown = np.tile((1.0, 1.0, 1.0), (9, 1))
+    clear = replace(TF, opacity=NOTHING)
     for value in (100.0, 152.0, 200.0):
-        found = add_striking_mode(TF, value, 3.0, 0.3, shown)
-        assert found.opacity.modes[:-1] == TF.opacity.modes
+        found = add_striking_mode(clear, value, 3.0, 0.3, shown)
         assert found.opacity.modes[-1].mean == value
         assert tuple(found.color(value)) == pytest.approx(striking_color(shown))
         far = np.array([v for v in np.linspace(100, 200, 41) if abs(v - value) > 6.01])
         np.testing.assert_allclose(found.color(far), TF.color(far), atol=0.02)
-    assert len(recolor_around(TF.color, 150.0, 3.0, (1.0, 0.0, 0.0)).stops) == 5
+    assert add_striking_mode(TF, 152.0, 3.0, 0.3, shown).opacity.modes[:-1] == TF.opacity.modes
+
+
+@pytest.mark.parametrize("height", [0.02, 0.2])
+def test_what_is_opaque_keeps_its_colour_but_for_what_the_mode_adds(height: float) -> None:
+    shown = np.tile((1.0, 1.0, 1.0), (9, 1))
+    striking = np.array(striking_color(shown))
+    found = add_striking_mode(TF, 130.0, 3.0, height, shown)
+    values = np.linspace(100, 200, 201)
+    added = np.clip(found.opacity(values) - TF.opacity(values), 0, None)
+    share = added / np.maximum(added + TF.opacity(values), 1e-12)
+    expected = TF.color(values) + share[:, None] * (striking - TF.color(values))
+    # Straight lines between the stops, of which there are five.
+    weight = np.maximum(TF.opacity(values), 0.02)[:, None]
+    assert np.abs(weight * (found.color(values) - expected)).max() < 0.25 * height
+    change = np.abs(found.color(130.0) - TF.color(130.0)).max()
+    assert change <= 1.01 * height / (height + 0.5)

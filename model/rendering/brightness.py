@@ -1,0 +1,40 @@
+"""How bright rendered images are shown: a display curve, applied after all that is computed."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.scene.scene import Lighting
+
+LIT_BRIGHTNESS = 2.0
+"""Usual brightness of lit images, which light from one side leaves dim: of ten of them, five
+volumes under direct and global light, 95 % of the pixels are below .45 to .70 of the full one."""
+
+
+def usual_brightness(lighting: Lighting) -> float:
+    """Return the brightness that images are shown with while nobody chooses one."""
+    return 1.0 if lighting == "none" else LIT_BRIGHTNESS
+
+
+def brighten(colors: NDArray[np.float32], brightness: float) -> None:
+    """Make colours brighter or darker in place: dark ones by a factor, bright ones by less.
+
+    Black stays black, full stays full and hues stay as they are. So a bright surface keeps its
+    shape, where a mere factor would burn it out.
+
+    Parameters
+    ----------
+    colors : ndarray of float32, shape (..., 3)
+        In [0, 1].
+    brightness : float
+        Factor b of dark colours; one whose largest component is m is multiplied by
+        b / (1 + (b - 1) m).
+    """
+    if brightness == 1:
+        return
+    largest = np.maximum(np.maximum(colors[..., 0], colors[..., 1]), colors[..., 2])
+    largest *= np.float32(brightness - 1)
+    largest += 1
+    np.divide(np.float32(brightness), largest, out=largest)
+    colors *= largest[..., None]
