@@ -22,6 +22,9 @@ STAND_IN_COARSENESS = 2.0
 REST_SECONDS = 3.0
 """Time that the first image at rest may take; where all pixels take longer, they follow it."""
 
+STAND_IN_SECONDS = 1.5
+"""Time that the ray caster's image at rest may take, which is shown until VTK's is there."""
+
 LONGEST_SECONDS = 120.0
 """Time that an image of all pixels may take, unless their number is the user's choice."""
 
@@ -108,7 +111,8 @@ class Dispatcher(QObject):
     def send(self) -> None:
         """Request the final images of the present state.
 
-        Where the reference takes long, coarser images come first; see :meth:`_note`.
+        Where the reference takes long, the ray caster's image comes first, or where it may not
+        stand in, coarser ones; see :meth:`_note`.
         """
         self._sequence += 1
         raster = self.final_raster
@@ -119,11 +123,27 @@ class Dispatcher(QObject):
         expected = self._pace.expected((ImageRequest, False), _size(raster))
         is_slow = expected is None or expected > SOON_SECONDS
         if self._stands_in() and is_slow:
-            self._submit(self._stand_in, StandInRequest, final)
+            sharp = self._stand_in_raster
+            self._submit(self._stand_in, StandInRequest, Quality(sharp.shorter, raster=sharp))
+            if sharp.width >= raster.width and self._takes_not_too_long(self.raster):
+                # A coarse image of VTK's would take the place of a sharper one.
+                final = Quality(self.raster.shorter, raster=self.raster)
         if self.begins_coarse and is_slow:
             self._ask_reference(self._live(ImageRequest))
         else:
             self._ask_reference(final)
+
+    @property
+    def _stand_in_raster(self) -> Raster:
+        """Pixels of the ray caster's image at rest."""
+        kind = (StandInRequest, False)
+        return self.raster.scaled(
+            self._pace.scale(kind, _size(self.raster), STAND_IN_SECONDS, first=1.0)
+        )
+
+    def _takes_not_too_long(self, raster: Raster) -> bool:
+        expected = self._pace.expected((ImageRequest, False), _size(raster))
+        return self.is_fixed or expected is None or expected <= LONGEST_SECONDS
 
     def _ask_reference(self, quality: Quality) -> None:
         self._sent = quality
@@ -182,8 +202,7 @@ class Dispatcher(QObject):
         raster = self.final_raster
         if not drawn.live and raster.width <= drawn.pixels.width:
             raster = self.raster
-            whole = self._pace.expected((ImageRequest, False), _size(raster)) or 0.0
-            if raster.width <= drawn.pixels.width or whole > LONGEST_SECONDS:
+            if raster.width <= drawn.pixels.width or not self._takes_not_too_long(raster):
                 return None
         return Quality(raster.shorter, raster=raster)
 

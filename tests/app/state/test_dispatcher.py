@@ -6,7 +6,7 @@ import pytest
 from PySide6.QtCore import QObject, Signal
 
 from app.engines.messages import ImageRequest, Request, Result, StandInRequest
-from app.state.dispatcher import LONGEST_SECONDS, REST_SECONDS, Dispatcher
+from app.state.dispatcher import LONGEST_SECONDS, REST_SECONDS, STAND_IN_SECONDS, Dispatcher
 from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
 from model.scene.view import View
@@ -85,6 +85,32 @@ def test_what_takes_minutes_is_left_coarse(dispatcher: Dispatcher, clients: list
     dispatcher.is_fixed = True
     dispatcher.send()
     assert reference.asked[-1].quality.pixels == PANE
+
+
+def test_the_ray_casters_sharp_image_comes_before_vtks(
+    dispatcher: Dispatcher, clients: list[Client]
+) -> None:
+    _, reference, stand_in = clients
+    dispatcher.may_stand_in = True
+    slow = 2 * REST_SECONDS / (PANE.width * PANE.height)
+    dispatcher.send()
+    assert stand_in.asked[-1].quality.pixels == PANE
+    # No coarse image of VTK's takes the place of the sharp one.
+    assert reference.answer(slow).quality.pixels == PANE
+    assert len(reference.asked) == 1
+    # Where the ray caster takes long, too, its image has fewer pixels.
+    for factor, scale in ((3.9, 0.5), (100.0, 0.18)):
+        for _ in range(12):
+            stand_in.answer(factor * STAND_IN_SECONDS / (PANE.width * PANE.height))
+        dispatcher.send()
+        assert stand_in.asked[-1].quality.pixels == PANE.scaled(scale)
+    # VTK's coarse image is then the sharper one.
+    assert reference.asked[-1].quality.pixels.width < PANE.width
+    # Where VTK takes minutes, it is not asked for all pixels.
+    for _ in range(8):
+        reference.answer(2 * LONGEST_SECONDS / (PANE.width * PANE.height))
+    dispatcher.send()
+    assert reference.asked[-1].quality.pixels.width < PANE.width
 
 
 def test_an_image_that_takes_long_begins_coarse(
