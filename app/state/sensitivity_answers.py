@@ -15,6 +15,8 @@ from app.engines.messages import (
     VisibilityRequest,
 )
 from model.scene.inputs import SceneInputs
+from model.scene.transfer_function import TF_SAMPLES, Range
+from model.sensitivity.cosine import cosine
 from model.sensitivity.what_if import WhatIf
 
 Source = Literal["exact", "differences", "learned"]
@@ -25,6 +27,9 @@ SOURCE_NAMES: dict[Source, str] = {
     "differences": "by differences",
     "learned": "learned",
 }
+
+NEGLIGIBLE = 1e-6
+"""Norm of responses, per unit of opacity, up to which they are rounding."""
 
 _R = TypeVar("_R", bound=Request)
 
@@ -73,3 +78,15 @@ def same_question(one: Answer[Any] | None, other: Answer[Any] | None) -> bool:
     for name in ("sequence", "quality"):
         del a[name], b[name]
     return a == b
+
+
+def agreement(
+    one: RegionAnswer, other: RegionAnswer, scalar_range: Range, window: Range
+) -> float | None:
+    """Return the cosine of two responses over a window; None where they are but rounding."""
+    values = np.linspace(*scalar_range, TF_SAMPLES)
+    inside = (values >= window[0]) & (values <= window[1])
+    a, b = one.value[inside], other.value[inside]
+    if max(float(np.linalg.norm(a)), float(np.linalg.norm(b))) < NEGLIGIBLE:
+        return None
+    return cosine(a, b)

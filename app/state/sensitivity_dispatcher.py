@@ -6,6 +6,7 @@ the one that is fast enough is asked; at rest both, so that they can be compared
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -32,17 +33,14 @@ from app.state.sensitivity_answers import (
     RegionAnswer,
     Source,
     VisibilityAnswer,
+    agreement,
     same_question,
 )
 from app.state.sensitivity_state import Choices, SensitivityState
 from app.state.viewer_state import ViewerState
 from model.scene.region import Outline
 from model.scene.tf_perturbation import edit_over
-from model.scene.transfer_function import TF_SAMPLES, Range
-from model.sensitivity.cosine import cosine
-
-NEGLIGIBLE = 1e-6
-"""Norm of responses, per unit of opacity, up to which they are rounding."""
+from model.scene.transfer_function import Range
 
 BAND_REST_MS = 150
 """Time without a change after which a field is asked for at full quality."""
@@ -70,6 +68,8 @@ class SensitivityDispatcher(QObject):
         than the present one: see :meth:`is_fresh`.
     fields : dict
         Newest answer of each source about the band of values.
+    is_drawing : callable
+        Returns True while the reference is drawn, which many images by differences would hold up.
     visibility, pick : Answer or None
         Visibility of the scalar values in the active region and the whole image, and at the
         clicked place.
@@ -108,8 +108,10 @@ class SensitivityDispatcher(QObject):
             lambda source: self.fields.get(source),
             self,
         )
+        self.is_drawing: Callable[[], bool] = lambda: False
         self._forgotten = 0
         self._place_asked: tuple[Outline, ...] = ()
+        self._waits = False
         self._sequence = 0
         self._problems: dict[Source, str] = {}
         state.inputsChanged.connect(self._ask_live)
@@ -144,6 +146,11 @@ class SensitivityDispatcher(QObject):
         self.window, self.chooser.exact_source = window, source
         self.chooser.pace = Pace()
         self._forget()
+
+    def take_up_differences(self) -> None:
+        """Ask what had to wait for the reference."""
+        if self._waits and not self.is_drawing():
+            self._ask_region()
 
     def stop(self) -> None:
         """Ask nothing any more."""
@@ -213,13 +220,7 @@ class SensitivityDispatcher(QObject):
         exact, learned = self._both(self.regions)
         if exact is None or learned is None or not self.is_fresh(exact):
             return None
-        values = np.linspace(*self._state.scalar_range, TF_SAMPLES)
-        inside = (values >= self.window[0]) & (values <= self.window[1])
-        norms = [float(np.linalg.norm(answer.value[inside])) for answer in (exact, learned)]
-        # Of two that are nothing but rounding the cosine means nothing.
-        return (
-            None if max(norms) < NEGLIGIBLE else cosine(learned.value[inside], exact.value[inside])
-        )
+        return agreement(learned, exact, self._state.scalar_range, self.window)
 
     def edit(self) -> NDArray[np.float32] | None:
         """Return the edit of the present band; None without one."""
@@ -271,7 +272,11 @@ class SensitivityDispatcher(QObject):
             if not asked.issuperset(self.regions):
                 self.regions = {s: answer for s, answer in self.regions.items() if s in asked}
                 self.regionAnswered.emit()
+        self._waits = "exact" in names and self.exact_source == "differences" and self.is_drawing()
         for name in names:
+            if name == "exact" and self._waits:
+                self._clients[name].abandon(RegionSensitivityRequest)
+                continue
             quality = self.chooser.quality(name, measure, live)
             if len(names) == 2 and not outline.points:  # the image that both have
                 quality = replace(quality, raster=None)

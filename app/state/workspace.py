@@ -116,6 +116,7 @@ class Workspace(QObject):
         self._opened: OpenedVolume | None = None
         self._first_range: RangeChoice | None = None
         self.sensitivity.chooser.is_outside = lambda: bool(self._hint())
+        self.sensitivity.is_drawing = self._draws_reference
         self._connect()
 
     def _connect(self) -> None:
@@ -131,6 +132,7 @@ class Workspace(QObject):
         reference = self._clients[1]
         reference.resultReady.connect(lambda _result: self._model.begin())
         reference.settled.connect(self._model.begin)
+        reference.settled.connect(self.sensitivity.take_up_differences)
         for client in self._clients:
             client.settled.connect(self._report_settled)
 
@@ -163,10 +165,8 @@ class Workspace(QObject):
     @property
     def is_settled(self) -> bool:
         """True if both images are final or replaced by a message."""
-        hidden = self._dispatcher.hidden
-        if self._opening.is_busy or self._ranging.is_busy:
-            return False
-        return all(client in hidden or client.is_settled for client in self._clients)
+        drawn = all(c in self._dispatcher.hidden or c.is_settled for c in self._clients)
+        return drawn and not self._opening.is_busy and not self._ranging.is_busy
 
     def open_volume(
         self,
@@ -384,15 +384,16 @@ class Workspace(QObject):
         self.hintChanged.emit(self._hint())
 
     def _hint(self) -> str:
-        drawn = self.reference.settings.lighting
-        return self._model.hint(self._opened, self._state.inputs, drawn)
+        lighting = self.reference.settings.lighting
+        return self._model.hint(self._opened, self._state.inputs, lighting)
 
     def _reference_comes_first(self) -> bool:
         """Whether the reference is about to show a picture, which a model would hold up."""
-        reference = self._clients[1]
-        if reference in self._dispatcher.hidden:
-            return False
-        return self._opening.is_busy or (self._opened is not None and not reference.is_settled)
+        opening = self._opening.is_busy and self._clients[1] not in self._dispatcher.hidden
+        return opening or (self._opened is not None and self._draws_reference())
+
+    def _draws_reference(self) -> bool:
+        return self._clients[1] not in self._dispatcher.hidden and not self._clients[1].is_settled
 
     def _report_settled(self) -> None:
         if self.is_settled:

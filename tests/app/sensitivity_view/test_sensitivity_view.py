@@ -667,6 +667,29 @@ def test_a_generator_of_another_light_does_not_answer_alone(
     assert "outside what it was trained on" in label.text()
 
 
+def test_differences_wait_for_the_references_image(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
+) -> None:
+    window = make_window(model=None)
+    dispatcher = window.workspace.sensitivity
+    window.workspace.reference.choose(lighting="global")
+    qtbot.waitUntil(lambda: dispatcher.is_fresh(dispatcher.regions.get("differences")))
+
+    def asked() -> int:
+        analyst = builders.analysts[-1]
+        return sum(isinstance(r, RegionSensitivityRequest) for r in analyst.others)
+
+    count, reference = asked(), builders.references[-1]
+    reference.gate = threading.Semaphore(0)
+    window.state.set_view(View(77.0, 5.0))
+    qtbot.wait(50)
+    assert asked() == count and dispatcher.is_waiting
+    reference.gate.release(20)
+    reference.gate = None
+    qtbot.waitUntil(lambda: dispatcher.is_fresh(dispatcher.regions.get("differences")))
+    assert asked() == count + 1
+
+
 def test_an_answer_of_an_engine_that_is_no_longer_chosen_is_ignored(
     qtbot: QtBot, window: MainWindow, builders: FakeBuilders
 ) -> None:
