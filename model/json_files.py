@@ -45,6 +45,8 @@ def parse_json(content: bytes) -> Any:
         return json.loads(content.decode("utf-8-sig"))
     except RecursionError:
         raise MalformedError("its brackets are nested too deeply") from None
+    except UnicodeDecodeError:
+        raise MalformedError("it is no text") from None
     except ValueError as error:
         raise MalformedError(str(error)) from None
 

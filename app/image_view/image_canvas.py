@@ -18,6 +18,9 @@ from model.scene.region import Reach
 _MARGIN = 14
 
 
+LEAST_GAP = 8
+"""Pixels beside a picture that are not only rounding of its proportions."""
+
 Decoration = Callable[[QPainter, QRect], None]
 """Paints over an image, given the rectangle that it fills."""
 
@@ -186,7 +189,8 @@ class ImageCanvas(QWidget):
                 is_square = self._cover.width() == self._cover.height()
                 painter.drawImage(self.image_rect if is_square else rect, self._cover)
             painter.setOpacity(1.0)
-            if rect.width() < self.width() - 1 or rect.height() < self.height() - 1:
+            gaps = self.width() - rect.width(), self.height() - rect.height()
+            if max(gaps) > LEAST_GAP:
                 # Where a picture ends, the volume may be cut: that is to be seen.
                 painter.setPen(QPen(QColor(theme.BORDER), 1))
                 painter.setBrush(Qt.BrushStyle.NoBrush)

@@ -47,6 +47,7 @@ class BrowserBar(QWidget):
     seekRequested = Signal(str)
     """Emitted with "more", "less", "remember", "picture", "region", "file" or "stop"."""
     problem = Signal(str)
+    """Emitted with an error sentence; empty when what was wrong has been mended."""
 
     def __init__(self, latent: LatentState) -> None:
         super().__init__()
@@ -209,6 +210,7 @@ class BrowserBar(QWidget):
                 f"'{text}' is not a range of scalar values; write two numbers, such as 90 to 120."
             )
             return
+        self.problem.emit("")
         self._latent.choose(band=band)
 
 

@@ -73,7 +73,7 @@ class LatentBrowser(QWidget):
     """
 
     problem = Signal(str)
-    """Emitted with an error sentence for the notice bar."""
+    """Emitted with an error sentence for the notice bar; empty when it no longer holds."""
     news = Signal(str)
     """Emitted with a sentence for the status bar."""
 

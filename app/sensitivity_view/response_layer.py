@@ -121,6 +121,11 @@ class ResponseLayer(QObject):
             "learned": pg.PlotCurveItem(pen=pg.mkPen(LEARNED, width=2), antialias=True),
         }
         self._band = _filled(BAND, 110)
+        ground = QColor(theme.BACKGROUND)
+        ground.setAlpha(200)
+        self._value = pg.TextItem(color=theme.TEXT, fill=ground)
+        self._value.setZValue(90)
+        area.opacity.addItem(self._value, ignoreBounds=True)
         self._zero = pg.InfiniteLine(0, angle=0, pen=pg.mkPen(theme.BORDER, width=1))
         area.opacity.addItem(self._visible, ignoreBounds=True)
         area.opacity.addItem(self._visible_region, ignoreBounds=True)
@@ -141,6 +146,7 @@ class ResponseLayer(QObject):
         viewport.installEventFilter(self)
         area.axisChanged.connect(self._place_flags)
         area.axisChanged.connect(self._mark_cut)
+        area.axisChanged.connect(self._show_band)
         dispatcher.regionAnswered.connect(self.refresh)
         dispatcher.visibilityAnswered.connect(self._show_visibility)
         sensitivity.bandChanged.connect(lambda _band: self._show_band())
@@ -157,6 +163,11 @@ class ResponseLayer(QObject):
     def arrows(self) -> list[float]:
         """Scalar values at which arrows say that a curve leaves the plot."""
         return [self._area.axis.value(place) for place in self._cut.getData()[0]]
+
+    @property
+    def value_text(self) -> str:
+        """The scalar values of the band as they are displayed; empty without one."""
+        return self._value.toPlainText() if self._value.isVisible() else ""
 
     def curve(self, name: str) -> NDArray[np.float64]:
         """Return the responses shown as a curve, "exact" or "learned"; empty if hidden."""
@@ -345,8 +356,16 @@ class ResponseLayer(QObject):
 
     def _show_band(self) -> None:
         band, choices = self._sensitivity.band, self._sensitivity.choices
-        self._band.setVisible(band is not None and choices.shown)
+        for item in (self._band, self._value):
+            item.setVisible(band is not None and choices.shown)
         if band is not None:
+            places = [self._area.axis.place(value) for value in band.values]
+            one, other = (f"{value:.4g}" for value in band.values)
+            self._value.setText(one if one == other else f"{one} to {other}")
+            # Beside the band, where there is room.
+            right = places[1] < 0.75
+            self._value.setAnchor((-0.15, 0.0) if right else (1.15, 0.0))
+            self._value.setPos(places[1 if right else 0], 1.0)
             edit = edit_over(band.values, self._state.scalar_range, choices.width)
             heights = BAND_HEIGHT * edit / edit.max()
             self._area.draw(self._band, heights, self._state.scalar_range)

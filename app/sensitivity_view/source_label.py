@@ -101,4 +101,16 @@ class SourceLabel(QLabel):
             if self._hint:
                 color = theme.WARNING
                 parts.append(f"<span style='color:{color}'>outside what it was trained on</span>")
+        elif missing := self._missing_learned():
+            parts.append(missing)
         return " &nbsp; ".join(parts)
+
+    def _missing_learned(self) -> str:
+        """Say why a model of this volume gives no answer; empty if it does, or need not."""
+        if self._state.choices.engine == "exact":
+            return ""
+        if self._hint and not self._dispatcher.learned_fits:
+            return "learned: not over this range"
+        if self._dispatcher.learned_fits and not self._state.outline.is_in_square:
+            return "learned: not beside the model's image"
+        return ""

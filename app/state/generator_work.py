@@ -166,8 +166,11 @@ class GeneratorWork(QObject):
                 f"Trained with {LIGHTS[scene.lighting]}; the reference has {LIGHTS[drawn]}"
             )
         if inputs.opacity_tf.scalar_range != scene.scalar_range:
-            lo, hi = scene.scalar_range
-            hints.append(f"Trained with values from {lo:.5g} to {hi:.5g}; the TF covers others")
+            trained, present = (
+                f"{lo:.5g} to {hi:.5g}"
+                for lo, hi in (scene.scalar_range, inputs.opacity_tf.scalar_range)
+            )
+            hints.append(f"Trained with TFs over {trained}; this one is over {present}")
         return ". ".join(filter(None, hints))
 
     def _note_failure(self, state: EngineState) -> None:

@@ -147,6 +147,7 @@ class SensitivityState(QObject):
         self._count += 1
         self.regions = (*self.regions, NamedRegion(f"Region {self._count}", outline))
         self.active = len(self.regions) - 1
+        self._end_pick()
         self.regionsChanged.emit()
 
     def change_region(self, outline: Outline, reach: Reach = SQUARE) -> None:
@@ -183,8 +184,9 @@ class SensitivityState(QObject):
             self.activate(None)
 
     def activate(self, index: int | None) -> None:
-        """Make a region the active one; None for the whole image."""
+        """Make a region the active one; None for the whole image. Its answer is asked for now."""
         self.active = index
+        self._end_pick()
         self.regionsChanged.emit()
         self.regionChangeFinished.emit()
 
@@ -219,6 +221,10 @@ class SensitivityState(QObject):
         """Ask what shows at a place of the image; None for nowhere."""
         self.place = place
         self.placeChanged.emit(place)
+
+    def _end_pick(self) -> None:
+        if self.place is not None:
+            self.pick(None)
 
     def start_volume(self, series: object) -> None:
         """Forget what belongs to the volume before.

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QEvent, QSize, Qt
+from PySide6.QtCore import QEvent, QObject, QSize, Qt
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
 from PySide6.QtWidgets import (
     QHBoxLayout,
@@ -211,9 +212,9 @@ class MainWindow(QMainWindow):
         for source in (
             self.workspace, self.opening, self.files, self.pictures, self.browser,
         ):  # fmt: skip
-            source.problem.connect(self._tell)
+            source.problem.connect(partial(self._tell, source))
             source.news.connect(self.status.tell)
-        self.preferences.problem.connect(self._tell)
+        self.preferences.problem.connect(self.notice.tell)
         self.training_bar.trainRequested.connect(self._train)
         self.training_bar.openRequested.connect(self.files.open_model)
         self.training_bar.trained.connect(self.opening.open_model)
@@ -360,8 +361,13 @@ class MainWindow(QMainWindow):
         else:
             self._offers.addWidget(bar, 1)
 
-    def _tell(self, text: str) -> None:
-        self.notice.tell(text)
+    def _tell(self, source: QObject, text: str) -> None:
+        """Show an error; one about what was tried last replaces the one before."""
+        if not text:
+            self.notice.clear("browser")
+            return
+        key = {self.opening: "opening", self.files: "files", self.browser: "browser"}
+        self.notice.tell(text, key=key.get(source, ""))
 
     def _train(self) -> None:
         """Train a model of the open volume, as it is shown."""

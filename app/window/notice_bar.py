@@ -18,8 +18,9 @@ MOST_ACTIONS = 2
 
 
 class NoticeBar(QFrame):
-    """Lists notices, the newest first, until the user dismisses each; hidden without any.
+    """Lists notices, the newest lowest, until the user dismisses each; hidden without any.
 
+    It grows upwards: when the lowest is dismissed, the button of the next is in its place.
     Escape dismisses the notice whose button has the focus.
     """
 
@@ -38,7 +39,7 @@ class NoticeBar(QFrame):
         return "\n".join(line.text for line in self._lines)
 
     def tell(self, text: str, *actions: Action, key: str = "") -> None:
-        """Show a notice above those that are there.
+        """Show a notice below those that are there.
 
         Parameters
         ----------
@@ -65,7 +66,7 @@ class NoticeBar(QFrame):
         line.row.addWidget(line.dismissal)
         line.dismissal.clicked.connect(partial(self._remove, line))
         self._lines.insert(0, line)
-        self._column.insertWidget(0, line)
+        self._column.addWidget(line)
         line.show()
         for old in self._lines[MOST_NOTICES:]:
             self._remove(old)

@@ -785,6 +785,39 @@ def test_what_is_still_computed_is_not_called_nothing(
     qtbot.waitUntil(lambda: "100 %" in findings.rows[0].text())
 
 
+def test_the_value_under_the_mouse_is_named(window: MainWindow) -> None:
+    state, layer = window.sensitivity_state, window.sensitivity.responses
+    assert layer.value_text == ""
+    state.hover(150.3)
+    assert layer.value_text == "150.3"
+    state.pin(140.0, 199.96)
+    assert layer.value_text == "140 to 200"
+    state.choose(shown=False)
+    assert layer.value_text == ""
+
+
+def test_a_region_takes_the_place_of_what_was_clicked(qtbot: QtBot, window: MainWindow) -> None:
+    state, findings = window.sensitivity_state, window.sensitivity.findings
+    state.pick((0.5, 0.5))
+    assert findings.heading.text() == "At the clicked place"
+    state.add_region(Outline.rectangle(0.2, 0.2, 0.4, 0.4))
+    state.finish_region()
+    assert findings.heading.text() == "Where an edit shows most" and state.place is None
+    state.pick((0.5, 0.5))
+    state.activate(None)
+    assert state.place is None
+
+
+def test_a_missing_answer_of_the_model_is_explained(qtbot: QtBot, window: MainWindow) -> None:
+    state, label = window.sensitivity_state, window.sensitivity.source
+    state.add_region(Outline.rectangle(-0.6, 0.2, 0.4, 0.4))
+    state.finish_region()
+    qtbot.waitUntil(lambda: "learned: not beside the model's image" in label.text())
+    state.choose(engine="exact")
+    qtbot.waitUntil(lambda: "exact" in label.text())
+    assert "not beside" not in label.text()
+
+
 def test_a_button_that_is_grey_says_why(
     qtbot: QtBot, window: MainWindow, builders: FakeBuilders
 ) -> None:

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from functools import partial
 
 import pytest
-from PySide6.QtCore import QObject, Qt, Signal
+from PySide6.QtCore import QObject, QPoint, Qt, Signal
 from PySide6.QtWidgets import QApplication, QPushButton, QToolButton, QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
@@ -82,8 +82,8 @@ def test_escape_dismisses_one_after_another(qtbot: QtBot, bar: NoticeBar) -> Non
 
 
 def test_each_notice_has_its_own_dismissal(qtbot: QtBot, bar: NoticeBar) -> None:
-    bar.tell("<b>below</b> & more")
     bar.tell("above")
+    bar.tell("<b>below</b> & more")
     dismissals = [b for b in bar.findChildren(QToolButton) if b.accessibleName() == "Dismiss"]
     below = max(dismissals, key=lambda b: b.mapTo(bar, b.rect().topLeft()).y())
     qtbot.mouseClick(below, Qt.MouseButton.LeftButton)
@@ -98,3 +98,14 @@ def test_a_signal_can_tell(bar: NoticeBar) -> None:
     source.problem.connect(bar.tell)
     source.problem.emit("broken")
     assert bar.text == "broken"
+
+
+def test_the_next_button_takes_the_place_of_the_one_that_was_pressed(
+    qtbot: QtBot, bar: NoticeBar
+) -> None:
+    for text in ("older", "newer"):
+        bar.tell(text)
+    older, newer = (bar._lines[n].dismissal for n in (1, 0))
+    qtbot.waitUntil(lambda: newer.mapTo(bar, QPoint()).y() > older.mapTo(bar, QPoint()).y())
+    newer.click()
+    assert bar.text == "older"
