@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from model.scene.crop import CropBox
 from model.scene.default_tf import default_transfer_function
 from model.scene.robust_range import robust_range
 from model.scene.scene import default_scalar_window
@@ -37,8 +36,8 @@ class OpenedVolume:
         Over the volume's scalar range.
     window : tuple of float
         Scalar values of interest, within the scalar range.
-    shown : CropBox
-        Part of the volume that the default TF shows.
+    shown : ndarray of float64, shape (n, 3)
+        Places around what the default TF shows, as fractions of the volume's lengths.
     """
 
     path: Path
@@ -48,14 +47,14 @@ class OpenedVolume:
     fingerprint: str
     default: TransferFunction
     window: Range
-    shown: CropBox
+    shown: NDArray[np.float64]
 
     @classmethod
     def of(cls, path: Path, volume: Volume) -> OpenedVolume:
         """Compute the derived data over the volume's scalar range; may take a second."""
         counts, edges = volume.histogram(256, beyond=True)
         default, window = default_transfer_function(volume), default_scalar_window(volume)
-        shown = ThinnedVolume.of(volume).shown_box(default.opacity)
+        shown = ThinnedVolume.of(volume).shown_points(default.opacity)
         return cls(path, volume, counts, edges, volume.fingerprint, default, window, shown)
 
     def over(self, scalar_range: Range) -> OpenedVolume:

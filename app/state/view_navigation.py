@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
 from app.state.view_history import ViewHistory
 from model.scene.axes import DEFAULT_UP, axis_direction, axis_labelled
-from model.scene.crop import CropBox
 from model.scene.orientation import (
     FARTHEST_HOME,
     WHOLE,
@@ -218,7 +219,7 @@ class ViewNavigation(QObject):
         up: str = "",
         axis_labels: tuple[str, ...] = (),
         view: View | None = None,
-        shown: CropBox = WHOLE,
+        shown: NDArray[np.float64] = WHOLE,
         reach: Reach = SQUARE,
     ) -> None:
         """Look at another volume, from its home view; the history of views starts anew.
@@ -233,8 +234,9 @@ class ViewNavigation(QObject):
             The volume's.
         view : View or None
             Initial view; None for the home view.
-        shown : CropBox
-            Part of the volume that the home view must have in the image.
+        shown : ndarray of float64, shape (n, 3)
+            Places that the home view must have in the image, see
+            :func:`~model.scene.orientation.home_view`.
         reach : tuple of float
             See :meth:`set_reach`.
 
@@ -245,7 +247,7 @@ class ViewNavigation(QObject):
         """
         up = up or DEFAULT_UP
         front = axis_labelled("A", axis_labels)
-        home = home_view(proportions, up, front=front, box=shown, reach=reach)
+        home = home_view(proportions, up, front=front, points=shown, reach=reach)
         self._view_moving = False
         self._proportions, self._axis_labels, self._shown = proportions, axis_labels, shown
         self._up_axis, self._home, self._reach = up, home, reach
@@ -259,7 +261,7 @@ class ViewNavigation(QObject):
             self._proportions,
             self._up_axis,
             front=self.front_axis,
-            box=self._shown,
+            points=self._shown,
             reach=self._reach,
         )
 

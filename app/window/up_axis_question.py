@@ -80,8 +80,8 @@ class UpAxisQuestion(QObject):
         opened = self._workspace.opened
         if opened is None or self._bar.isHidden():
             return
-        proportions, box = opened.volume.proportions, opened.shown
-        views = [home_view(proportions, axis, box=box) for axis in AXES]
+        proportions, points = opened.volume.proportions, opened.shown
+        views = [home_view(proportions, axis, points=points) for axis in AXES]
         self._pictures.ask([replace(self._state.inputs, view=view) for view in views])
 
     def _show_pictures(self, images: list[QImage]) -> None:

@@ -33,8 +33,17 @@ HOME_AZIMUTH, HOME_ELEVATION = 30.0, 15.0
 NEAREST_HOME, FARTHEST_HOME = 0.4, 1.0
 """Limits of the home view's distance: what generators are trained for, and the whole volume."""
 
-WHOLE = CropBox()
-"""All of a volume."""
+
+def corners(box: CropBox) -> NDArray[np.float64]:
+    """Return the corners of a box as fractions of the volume's lengths, shape (8, 3)."""
+    return np.array(list(itertools.product(*zip(box.low, box.high, strict=True))))
+
+
+WHOLE = corners(CropBox())
+"""Corners of a volume: what has them in the image has all of it."""
+
+HALVINGS = 20
+"""Halvings of the interval in which the nearest distance of a home view is searched."""
 
 MARGIN = 0.03
 """Part of half the image's side that is left free around a volume that just fits."""
@@ -81,10 +90,10 @@ def fit_distance(
     proportions: tuple[float, float, float],
     view: View | NDArray[np.float64],
     margin: float = MARGIN,
-    box: CropBox = WHOLE,
+    points: NDArray[np.float64] = WHOLE,
     reach: Reach = SQUARE,
 ) -> float:
-    """Smallest distance at which a box of the volume lies inside the image.
+    """Smallest distance at which places of the volume lie inside the image.
 
     Parameters
     ----------
@@ -94,8 +103,9 @@ def fit_distance(
         Only its axes matter: rows right, up and back.
     margin : float
         Part of half the image's side that is left free.
-    box : CropBox
-        Part of the volume; by default, all of it. The view is aimed at the volume's centre.
+    points : ndarray of float64, shape (n, 3)
+        The places, as fractions of the volume's lengths along x, y and z; by default, its
+        corners. The view is aimed at the volume's centre.
     reach : tuple of float
         The image's, see :data:`model.scene.region.Reach`; by default a square one's.
 
@@ -105,10 +115,7 @@ def fit_distance(
         In a view's units; up to 1 without a margin.
     """
     basis = view.basis() if isinstance(view, View) else view
-    # In units of the bounding sphere's radius, as its diameter is 1.
-    sides = zip(box.low, box.high, strict=True)
-    corners = (2.0 * np.array(list(itertools.product(*sides))) - 1.0) * proportions
-    right, up, back = basis @ corners.T
+    right, up, back = basis @ _in_radii(points, proportions).T
     tangent = (1.0 - margin) * math.tan(math.radians(VIEW_ANGLE / 2))
     across, along = np.abs(right) / (2 * reach[0]), np.abs(up) / (2 * reach[1])
     needed = back + np.maximum(across, along) / tangent
@@ -120,10 +127,13 @@ def home_view(
     up: str = DEFAULT_UP,
     *,
     front: str = "",
-    box: CropBox = WHOLE,
+    points: NDArray[np.float64] = WHOLE,
     reach: Reach = SQUARE,
 ) -> View:
-    """Initial view of a volume: upright, from above and the side, with a box in the image.
+    """Initial view of a volume: upright, from above and the side, with some places in the image.
+
+    In an image of all shapes but a square, they are in its middle; the square is what models
+    draw, whose pictures are not panned.
 
     Parameters
     ----------
@@ -131,14 +141,43 @@ def home_view(
         The volume's.
     up, front : str
         See :func:`upright_frame`.
-    box : CropBox
-        Part of the volume that must be in the image; by default, all of it.
+    points : ndarray of float64, shape (n, 3)
+        What must be in the image; by default, all of the volume.
     reach : tuple of float
         The image's, see :func:`fit_distance`.
     """
     view = view_in(up, HOME_AZIMUTH, HOME_ELEVATION, front=front)
-    distance = fit_distance(proportions, view, box=box, reach=reach)
-    return replace(view, distance=min(max(distance, NEAREST_HOME), FARTHEST_HOME))
+    distance = fit_distance(proportions, view, points=points, reach=reach)
+    fitting = replace(view, distance=min(max(distance, NEAREST_HOME), FARTHEST_HOME))
+    return fitting if reach == SQUARE else _centred(fitting, _in_radii(points, proportions), reach)
+
+
+def _centred(view: View, places: NDArray[np.float64], reach: Reach) -> View:
+    """Pan a view that has places in the image to their middle, and come as near as they allow."""
+    right, up, back = view.basis() @ places.T
+    tangent = math.tan(math.radians(VIEW_ANGLE / 2))
+    room = (1.0 - MARGIN) * 2 * np.array(reach)
+
+    def ends(distance: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        image = np.stack([right, up]) / (tangent * (distance * FAR_DISTANCE_RADII - back))
+        return image.min(axis=1), image.max(axis=1)
+
+    near, far = NEAREST_HOME, view.distance
+    for _ in range(HALVINGS):
+        distance = (near + far) / 2
+        low, high = ends(distance)
+        near, far = (near, distance) if ((high - low) / 2 <= room).all() else (distance, far)
+    low, high = ends(far)
+    pan_x, pan_y = map(float, -(low + high) / 2)
+    return replace(view, distance=far, pan_x=pan_x, pan_y=pan_y)
+
+
+def _in_radii(
+    points: NDArray[np.float64], proportions: tuple[float, float, float]
+) -> NDArray[np.float64]:
+    """Offsets from the volume's centre in units of its bounding sphere's radius."""
+    # Whose diameter is 1 in the proportions.
+    return np.asarray((2.0 * points - 1.0) * proportions)
 
 
 def standard_view(name: str, distance: float, up: str, *, front: str = "") -> View:

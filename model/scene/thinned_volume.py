@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.scene.crop import CropBox
+from model.scene.orientation import corners
 from model.scene.transfer_function import OpacityTF, Range
 from model.scene.volume import Volume
 
@@ -16,6 +17,9 @@ GRID = 64
 
 STRAY = 0.002
 """Part of the opacity that may lie beyond each plane of a shown box: noise and specks."""
+
+LEAST_OPACITY = 0.02
+"""Part of the largest opacity from which on a voxel counts as shown."""
 
 LEVELS = 2048
 """Scalar values that are told apart, eight per bin of a TF."""
@@ -82,6 +86,26 @@ class ThinnedVolume:
             low.append(max(first, 0) / len(profile))
             high.append(min(last, len(profile)) / len(profile))
         return CropBox((low[0], low[1], low[2]), (high[0], high[1], high[2]))
+
+    def shown_points(self, opacity: OpacityTF) -> NDArray[np.float64]:
+        """Return places around what an opacity TF shows: the ends of each row of voxels along x.
+
+        Returns
+        -------
+        ndarray of float64, shape (n, 3)
+            Fractions of the volume's lengths along x, y and z, without stray voxels: within
+            :meth:`shown_box`. The volume's corners where the TF shows nothing.
+        """
+        box = self.shown_box(opacity)
+        voxels = self._of_levels(opacity)[self.levels]
+        seen = voxels > LEAST_OPACITY * voxels.max()
+        rows = np.argwhere(seen.any(axis=2))
+        first = seen.argmax(axis=2)[tuple(rows.T)]
+        last = seen.shape[2] - seen[:, :, ::-1].argmax(axis=2)[tuple(rows.T)]
+        ends = [np.column_stack([x, rows[:, 1] + 0.5, rows[:, 0] + 0.5]) for x in (first, last)]
+        points = np.concatenate(ends) / seen.shape[::-1]
+        inside = ((points >= box.low) & (points <= box.high)).all(axis=1)
+        return points[inside] if inside.any() else corners(box)
 
     def _of_levels(self, opacity: OpacityTF) -> NDArray[np.float64]:
         return opacity(np.linspace(*self.scalar_range, LEVELS))

@@ -11,7 +11,7 @@ from app.state.viewer_state import HOME_VIEW, ViewerState
 from model.errors import ViewError
 from model.scene.axes import axis_direction
 from model.scene.crop import CropBox
-from model.scene.orientation import home_view
+from model.scene.orientation import corners, home_view
 from model.scene.view import View
 
 BOX = (0.8, 0.48, 0.36)
@@ -120,11 +120,11 @@ def test_a_volume_starts_at_its_home_view_without_a_history(
 
 
 def test_home_shows_a_part_and_the_whole_volume_is_one_step_away(state: ViewerState) -> None:
-    part = CropBox((0.3, 0.3, 0.3), (0.6, 0.6, 0.6))
+    part = corners(CropBox((0.3, 0.3, 0.3), (0.6, 0.6, 0.6)))
     state.start_view(BOX, "-y", shown=part)
-    assert state.view == state.home == home_view(BOX, "-y", box=part)
+    assert state.view == state.home == home_view(BOX, "-y", points=part)
     state.set_up_axis("+x")
-    assert state.view == home_view(BOX, "+x", box=part)
+    assert state.view == home_view(BOX, "+x", points=part)
     state.set_view(replace(state.view, pan_x=0.4))
     state.view_whole()
     assert state.view == home_view(BOX, "+x")

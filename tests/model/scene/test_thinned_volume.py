@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from model.scene.crop import CropBox
+from model.scene.orientation import corners
 from model.scene.thinned_volume import GRID, ThinnedVolume
 from model.scene.transfer_function import OpacityTF
 from model.scene.volume import Volume
@@ -39,3 +40,20 @@ def test_the_box_lies_around_what_is_shown_and_not_around_specks() -> None:
 def test_where_nothing_is_shown_the_box_is_the_whole_volume() -> None:
     volume = Volume(np.linspace(0.0, 1.0, 64).reshape(4, 4, 4))
     assert ThinnedVolume.of(volume).shown_box(OpacityTF((0.0, 1.0))) == CropBox()
+
+
+def test_shown_points_reach_around_what_is_shown_and_no_farther() -> None:
+    scalars = np.zeros((20, 30, 40), np.float32)
+    z, y, x = np.mgrid[:20, :30, :40]
+    ball = (x - 20) ** 2 + (y - 15) ** 2 + (z - 10) ** 2 <= 64
+    scalars[ball] = 1
+    opacity = OpacityTF((0, 1), points=((0.5, 0), (1, 1)))
+    thinned = ThinnedVolume.of(Volume(scalars))
+    points = thinned.shown_points(opacity) * (40, 30, 20)
+    # Voxels lie at the middles of their cells.
+    radii = np.linalg.norm(points - (20.5, 15.5, 10.5), axis=1)
+    assert radii.max() < 8 + 1.0
+    assert np.abs(points[:, 0] - 20.5).max() == pytest.approx(8.5, abs=1)
+    assert np.abs(points[:, 2] - 10.5).max() == pytest.approx(8, abs=1)
+    nothing = thinned.shown_points(OpacityTF((0.0, 1.0)))
+    np.testing.assert_array_equal(nothing, corners(CropBox()))
