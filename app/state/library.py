@@ -84,19 +84,24 @@ class Library:
     def models_of(self, fingerprint: str) -> list[KnownModel]:
         """Return the models of a volume: the user's, the one opened last first; then shipped ones.
 
-        Models that are gone, or are of another volume by now, are left out.
+        Of the shipped ones, that of direct light comes first: it shows most. Models that are
+        gone, or are of another volume by now, are left out.
         """
         own = [Path(text) for text in self._preferences.volume(fingerprint).models]
         shipped = shipped_models()
         folders = [*(f for f in own if f not in shipped), *shipped]
-        found = []
-        for folder in folders:
-            card = _card(folder)
-            if card is not None and card.scene.volume_fingerprint == fingerprint:
-                is_shipped = folder in shipped
-                name = folder.name.replace("_", " ") if is_shipped else folder.name
-                found.append(KnownModel(folder, name, _verdict(card), is_shipped))
-        return found
+        cards = [(folder, card) for folder in folders if (card := _card(folder)) is not None]
+        ours = [(f, card) for f, card in cards if card.scene.volume_fingerprint == fingerprint]
+        ours.sort(key=lambda one: one[0] in shipped and one[1].scene.lighting != "direct")
+        return [
+            KnownModel(
+                folder,
+                folder.name.replace("_", " ") if folder in shipped else folder.name,
+                _verdict(card),
+                folder in shipped,
+            )
+            for folder, card in ours
+        ]
 
     def volume_of(self, folder: Path) -> Path | None:
         """Return where the volume of a model probably is, or None if that is not known.

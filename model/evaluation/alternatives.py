@@ -186,7 +186,6 @@ def verdict(model: Alternative, coarse: Alternative, renderer: Alternative) -> s
         The model, the volume averaged to its bytes, and the ray caster.
     """
     faster = renderer.ms / model.ms
-    speed = f"{faster:.1f} times as fast" if faster >= 1 else f"{1 / faster:.1f} times as slow"
     errors = {
         "RMSE": (model.rmse, coarse.rmse),
         "EMD": (model.emd, coarse.emd),
@@ -194,16 +193,18 @@ def verdict(model: Alternative, coarse: Alternative, renderer: Alternative) -> s
     }
     nearer = [name for name, (ours, theirs) in errors.items() if ours < theirs]
     rival = "a coarse copy of the volume in a file as small"
-    quality = f"nearer to the truth than {rival} (in {', '.join(nearer)})"
-    if len(nearer) in (0, len(errors)):
-        quality = f"{'' if nearer else 'not '}nearer to the truth than {rival}"
-    pays = faster >= WORTH_WHILE or model.rmse < renderer.rmse
-    if pays:
-        return f"This model pays: it is {speed} as the ray caster, and {quality}."
-    only, link = "only " if faster >= 1 else "", "but" if nearer else "and"
+    quality = f"{'' if nearer else 'not '}nearer to the truth than {rival}"
+    if 0 < len(nearer) < len(errors):
+        quality += f" (in {', '.join(nearer)})"
+    fast, slow = f"{faster:.1f} times as fast", f"takes {1 / faster:.1f} times as long"
+    if faster >= WORTH_WHILE or model.rmse < renderer.rmse:
+        speed = f"is {fast}" if faster >= 1 else slow
+        return f"This model pays: it {speed} as the ray caster, and is {quality}."
+    speed = f"is only {fast}" if faster >= 1 else slow
+    link = ": it is" if nearer else ", though it is"
     return (
-        "With the volume at hand, the ray caster serves better: this model is "
-        f"{only}{speed}, {link} {quality}."
+        f"This model is for where the volume's file is not{link} {quality}. With the file at "
+        f"hand, the ray caster is exact, and the model {speed}."
     )
 
 

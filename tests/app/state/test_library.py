@@ -14,7 +14,7 @@ from ramp import make_volume
 from app.state.library import Library
 from app.state.preferences import Preferences
 from model.generator.catalog import shipped_models
-from model.networks.card import MODEL_FILE
+from model.networks.card import MODEL_FILE, load_card
 from model.scene.migration import FORMAT_VERSION
 from model.scene.scene import Scene
 from model.volume_files import read_volume
@@ -152,6 +152,8 @@ def test_shipped_models_come_last_and_once(
     scene = library.check_model(shipped_models()[0]).scene
     assert scene is not None
     same = [f for f in shipped_models() if same_volume(library, f, scene)]
+    same.sort(key=lambda folder: load_card(folder).scene.lighting != "direct")
+    assert load_card(same[0]).scene.lighting == "direct"
     assert [m.folder for m in library.models_of(scene.volume_fingerprint)] == same
     copy = tmp_path / "copy"
     shutil.copytree(same[0], copy)
