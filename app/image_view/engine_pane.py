@@ -77,7 +77,10 @@ class EnginePane(QWidget):
         self._detail.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         self._header = QHBoxLayout()
         self._header.setContentsMargins(2, 0, 2, 0)
+        self._note = QLabel()
+        self._note.setProperty("role", "dim")
         self._header.addWidget(self._title)
+        self._header.addWidget(self._note)
         self._header.addStretch()
         self._header.addWidget(self._detail)
         layout = QVBoxLayout(self)
@@ -99,6 +102,16 @@ class EnginePane(QWidget):
     def set_hint(self, text: str) -> None:
         """Show a small hint over the image."""
         self.canvas.set_hint(text)
+
+    def set_note(self, text: str, tip: str = "") -> None:
+        """Say something about the image beside the title; empty for nothing."""
+        self._note.setText(text)
+        self._note.setToolTip(tip)
+
+    @property
+    def note(self) -> str:
+        """What is said about the image beside the title."""
+        return self._note.text()
 
     def add_to_header(self, widget: QWidget, stretch: int = 0) -> None:
         """Add a control in front of the numbers, as wide as it must be or as there is room."""

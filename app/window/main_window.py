@@ -40,6 +40,7 @@ from app.window.crop_bar import CropBar
 from app.window.emptiness_notice import EmptinessNotice
 from app.window.file_dialogs import FileDialogs
 from app.window.file_opening import FileOpening
+from app.window.image_error import ImageError
 from app.window.light_notice import LightNotice
 from app.window.menus import Menus, WindowParts
 from app.window.notice_bar import NoticeBar
@@ -156,6 +157,7 @@ class MainWindow(QMainWindow):
         )
         presets = self.editor.menu.presets
         PresetPictures(presets, self.state, analyst, reference, self.brightness)
+        ImageError(self.generator, self.reference, self.state, self.workspace)
         self.light_notice = LightNotice(self.reference, self.workspace.reference)
         self.emptiness = [
             EmptinessNotice(pane, self.state, self.workspace)
@@ -363,11 +365,9 @@ class MainWindow(QMainWindow):
 
     def _tell(self, source: QObject, text: str) -> None:
         """Show an error; one about what was tried last replaces the one before."""
-        if not text:
-            self.notice.clear("browser")
-            return
-        key = {self.opening: "opening", self.files: "files", self.browser: "browser"}
-        self.notice.tell(text, key=key.get(source, ""))
+        keys = {self.opening: "opening", self.files: "files", self.browser: "browser"}
+        key = keys.get(source, "")
+        self.notice.tell(text, key=key) if text else self.notice.clear(key)
 
     def _train(self) -> None:
         """Train a model of the open volume, as it is shown."""

@@ -1,0 +1,49 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from pytestqt.qtbot import QtBot
+from window_fakes import FakeBuilders
+
+from app.window.main_window import MainWindow
+from model.scene.scene import Scene
+from model.scene.view import View
+
+
+def test_the_generators_error_is_that_of_the_square_of_the_same_inputs(
+    make_window: Callable[..., MainWindow],
+) -> None:
+    window = make_window()
+    inputs = window.state.inputs
+    drawn = np.full((16, 16, 4), 0.5, np.float32)
+    truth = np.zeros((32, 64, 4), np.float32)
+    truth[:, 16:48] = 0.5
+    truth[:16, 16:48] = 0.3
+    window.generator.imageShown.emit(inputs, drawn)
+    window.reference.imageShown.emit(inputs, truth)
+    # Half of the square is .2 off, but for the seam between the halves.
+    error = float(window.generator.note.removeprefix("RMSE "))
+    assert error == pytest.approx(np.sqrt(0.5) * 0.2, abs=0.01)
+    window.state.move_view(View(80.0))
+    assert window.generator.note == ""
+    window.reference.imageShown.emit(window.state.inputs, truth)
+    # While something moves, and of other inputs, nothing is compared.
+    assert window.generator.note == ""
+    window.state.finish_view()
+    window.generator.imageShown.emit(window.state.inputs, drawn)
+    window.reference.imageShown.emit(inputs, truth)
+    assert window.generator.note == ""
+
+
+def test_images_under_different_light_are_not_compared(
+    qtbot: QtBot, make_window: Callable[..., MainWindow], builders: FakeBuilders
+) -> None:
+    builders.scene = Scene.of(builders.volumes["ramp"], 16, "direct")
+    window = make_window()
+    qtbot.waitUntil(lambda: window.generator.note.startswith("RMSE"))
+    window.workspace.reference.choose(lighting="global")
+    qtbot.waitUntil(lambda: window.workspace.is_settled)
+    window.generator.imageShown.emit(window.state.inputs, np.zeros((16, 16, 4), np.float32))
+    assert window.generator.note == ""
