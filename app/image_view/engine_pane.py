@@ -10,6 +10,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from app import theme
+from app.controls import ElidedLabel
 from app.engines.client import EngineClient
 from app.engines.messages import ImageRequest, Result, StandInRequest
 from app.engines.states import EngineState
@@ -29,6 +30,9 @@ PREPARING = "Preparing …"
 
 FINER = "   finer next"
 """End of an image's caption until its engine has settled."""
+
+LEAST_DETAIL = 120
+"""Least width of an image's caption in pixels; what does not fit is in its tooltip."""
 
 
 class EnginePane(QWidget):
@@ -70,10 +74,10 @@ class EnginePane(QWidget):
         self._title.setProperty("role", "title")
         # As high as the controls that may stand beside it, so that images stay side by side.
         self._title.setMinimumHeight(HEADER_HEIGHT)
-        self._detail = QLabel()
+        # It takes what the controls leave: changing words and digits move nothing.
+        self._detail = ElidedLabel()
         self._detail.setProperty("role", "dim")
-        # Wide enough for any numbers, so that changing digits do not move the layout.
-        self._detail.setMinimumWidth(240)
+        self._detail.setMinimumWidth(LEAST_DETAIL)
         self._detail.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         self._header = QHBoxLayout()
         self._header.setContentsMargins(2, 0, 2, 0)
@@ -81,8 +85,7 @@ class EnginePane(QWidget):
         self._note.setProperty("role", "dim")
         self._header.addWidget(self._title)
         self._header.addWidget(self._note)
-        self._header.addStretch()
-        self._header.addWidget(self._detail)
+        self._header.addWidget(self._detail, 1)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(6)
@@ -115,7 +118,7 @@ class EnginePane(QWidget):
 
     def add_to_header(self, widget: QWidget, stretch: int = 0) -> None:
         """Add a control in front of the numbers, as wide as it must be or as there is room."""
-        self._header.insertWidget(self._header.count() - 2, widget, stretch)
+        self._header.insertWidget(self._header.count() - 1, widget, stretch)
 
     @property
     def title(self) -> str:
@@ -125,7 +128,7 @@ class EnginePane(QWidget):
     @property
     def detail(self) -> str:
         """Displayed engine description, size and latency of the last image."""
-        return self._detail.text()
+        return self._detail.full_text
 
     def _show_state(self, state: EngineState) -> None:
         has_image = self.canvas.image is not None and not self.canvas.message
@@ -135,7 +138,7 @@ class EnginePane(QWidget):
         if state in WITHOUT_IMAGE:
             self._newest = (-1, False)
             self._rgba = None
-            self._detail.clear()
+            self._detail.set_full_text("")
             self.canvas.set_hint("")
             self.canvas.show_image(None)
             self.canvas.show_message(self.client.text or PREPARING)
@@ -143,14 +146,14 @@ class EnginePane(QWidget):
             self.canvas.show_message(self.client.text, theme.ERROR)
         elif state is EngineState.SETTLED:
             # Nothing follows.
-            self._detail.setText(self._detail.text().removesuffix(FINER))
+            self._detail.set_full_text(self.detail.removesuffix(FINER))
             self._detail.setStyleSheet("")
 
     def _show_result(self, result: Result) -> None:
         if isinstance(result.request, ImageRequest) and result.value is not None:
             self._show(result, self.client.description)
             if self._refines or not result.request.quality.live:
-                self._detail.setText(self._detail.text() + FINER)
+                self._detail.set_full_text(self.detail + FINER)
                 self._detail.setStyleSheet(f"color: {theme.ACCENT}")
 
     def _show_stand_in(self, stand_in: EngineClient, result: Result) -> None:
@@ -174,7 +177,7 @@ class EnginePane(QWidget):
         height, width, _ = rgba.shape
         cropped = "" if request.inputs.crop is None else "cropped"
         facts = [cropped, by, f"{width} × {height}", f"{1000 * result.seconds:.0f} ms"]
-        self._detail.setText("   ".join(fact for fact in facts if fact))
+        self._detail.set_full_text("   ".join(fact for fact in facts if fact))
         self.imageShown.emit(result.request.inputs, rgba)
 
     def _show_brightness(self) -> None:
