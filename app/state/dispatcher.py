@@ -26,7 +26,8 @@ STAND_IN_SECONDS = 1.5
 """Time that the ray caster's image at rest may take, which is shown until VTK's is there."""
 
 LONGEST_SECONDS = 120.0
-"""Time that an image of all pixels may take, unless their number is the user's choice."""
+"""Time that an image of all pixels may take, unless their number is the user's choice; otherwise
+there are as many as half of it allows."""
 
 SCATTERING_LIVE_SECONDS = 0.4
 """Time that a live image may take under global light, where fewer pixels are all that is saved."""
@@ -202,7 +203,10 @@ class Dispatcher(QObject):
         raster = self.final_raster
         if not drawn.live and raster.width <= drawn.pixels.width:
             raster = self.raster
-            if raster.width <= drawn.pixels.width or not self._takes_not_too_long(raster):
+            if not self._takes_not_too_long(raster):
+                kind, seconds = (ImageRequest, False), LONGEST_SECONDS / 2
+                raster = raster.scaled(self._pace.scale(kind, _size(raster), seconds, FIRST_SCALE))
+            if raster.width <= drawn.pixels.width:
                 return None
         return Quality(raster.shorter, raster=raster)
 

@@ -76,11 +76,15 @@ def test_every_pixel_of_the_pane_is_drawn_in_the_end(
 
 def test_what_takes_minutes_is_left_coarse(dispatcher: Dispatcher, clients: list[Client]) -> None:
     reference = clients[1]
-    slow = 2 * LONGEST_SECONDS / (PANE.width * PANE.height)
+    slow = 2.1 * LONGEST_SECONDS / (PANE.width * PANE.height)
+    dispatcher.begins_coarse = True
     dispatcher.send()
+    coarse = reference.answer(slow)
     for _ in range(10):
         newest = reference.answer(slow)
-    assert newest.quality.pixels.width < PANE.width
+    pixels = newest.quality.pixels
+    assert coarse.quality.pixels.width < pixels.width < PANE.width
+    assert LONGEST_SECONDS / 8 < slow * pixels.width * pixels.height <= LONGEST_SECONDS / 2
     # Unless the user has chosen the number of pixels.
     dispatcher.is_fixed = True
     dispatcher.send()
