@@ -86,7 +86,7 @@ def test_what_takes_minutes_is_left_coarse(dispatcher: Dispatcher, clients: list
     assert coarse.quality.pixels.width < pixels.width < PANE.width
     assert LONGEST_SECONDS / 8 < slow * pixels.width * pixels.height <= LONGEST_SECONDS / 2
     # Unless the user has chosen the number of pixels.
-    dispatcher.is_fixed = True
+    dispatcher.is_fixed, dispatcher.begins_coarse = True, False
     dispatcher.send()
     assert reference.asked[-1].quality.pixels == PANE
 
