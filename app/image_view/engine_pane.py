@@ -98,10 +98,6 @@ class EnginePane(QWidget):
         brightness.changed.connect(self._show_brightness)
         self._show_state(client.state)
 
-    def set_title(self, title: str) -> None:
-        """Set the engine's title."""
-        self._title.setText(title)
-
     def set_hint(self, text: str) -> None:
         """Show a small hint over the image."""
         self.canvas.set_hint(text)

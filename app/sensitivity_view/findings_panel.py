@@ -41,9 +41,11 @@ from model.sensitivity.intervals import Interval
 PANEL_WIDTH = 300
 ROWS = 3
 
-RENDER_TIP = "Render a mode in each interval, and measure the change"
+RENDER_TIP = (
+    "Render a mode at each listed value, and put the measured change behind the predicted one"
+)
 WHAT_IF_TIP = (
-    "Show what a mode at the value under the mouse (or at value 1) would change: "
+    "Show what a mode at the value under the mouse (or where the curve is highest) would change: "
     "click to see it until the next click, or hold (W)"
 )
 
@@ -105,7 +107,7 @@ class FindingsPanel(QWidget):
         self.height_box.setFixedWidth(56)
         self.height_box.show_value(sensitivity.choices.height)
         self.height_box.setToolTip("Opacity of the modes whose effect is predicted")
-        self.render_button = QPushButton("Render")
+        self.render_button = QPushButton("Measure")
         self.render_button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.what_if_button = HeldButton("What if")
         self.field_bar = FieldBar(sensitivity, self._best_value)
@@ -297,9 +299,11 @@ class FindingsPanel(QWidget):
         return self._sensitivity.choices.width * (hi - lo) / (TF_SAMPLES - 1)
 
     def _what_if_edit(self) -> NDArray[np.float32] | None:
-        edit = self._dispatcher.edit()
-        if edit is None and self._layer.intervals:
-            value, width = self._layer.intervals[0].value, self._sensitivity.choices.width
+        edit, value = self._dispatcher.edit(), self._best_value()
+        if edit is None and value is None:
+            value = self._layer.strongest
+        if edit is None and value is not None:
+            width = self._sensitivity.choices.width
             edit = edit_around(value, self._state.scalar_range, width)
         return edit
 

@@ -114,6 +114,8 @@ class ResponseLayer(QObject):
         """Whether a handle was moved since the mouse came to the plot."""
         self.intervals: tuple[Interval, ...] = ()
         self.is_flat = True
+        self.strongest: float | None = None
+        """Scalar value of the strongest response; None where no edit shows."""
         self._visible = _filled(VISIBLE, 70)
         self._visible_region = pg.PlotCurveItem(pen=pg.mkPen(VISIBLE, width=1.2), antialias=True)
         self._curves = {
@@ -205,6 +207,9 @@ class ResponseLayer(QObject):
         if values is not None and answer is not None and choices.shown:
             scalar_range = answer.request.inputs.opacity_tf.scalar_range
             self.is_flat = bool(np.abs(values).max() < FLOOR * SMALL_EDIT)
+            inside = np.abs(self._inside(values))
+            at = float(np.linspace(*scalar_range, TF_SAMPLES)[int(inside.argmax())])
+            self.strongest = None if self.is_flat else at
             intervals = promising_intervals(values, scalar_range, window=self._interest)
         if intervals != self.intervals:
             self.intervals = intervals

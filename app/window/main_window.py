@@ -91,7 +91,7 @@ class MainWindow(QMainWindow):
             EngineClient(name, self) for name in ("generator", "reference", "analyst")
         )
         self.brightness = Brightness(self.preferences, self)
-        self.generator = EnginePane("Generator", generator, self.brightness, "learned")
+        self.generator = EnginePane("Model", generator, self.brightness, "learned")
         self.reference = EnginePane(
             "Reference", reference, self.brightness, "exact", stand_in=analyst
         )

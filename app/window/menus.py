@@ -45,7 +45,7 @@ TEXT_WIDTH = 620
 
 IMAGES: dict[str, Shown] = {
     "Both": "both",
-    "Generator alone": "generator",
+    "Model alone": "generator",
     "Reference alone": "reference",
 }
 """Images to show, by their menu entries."""
