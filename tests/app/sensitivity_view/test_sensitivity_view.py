@@ -823,7 +823,7 @@ def test_a_button_that_is_grey_says_why(
 ) -> None:
     findings, state = window.sensitivity.findings, window.sensitivity_state
     qtbot.waitUntil(findings.render_button.isEnabled)
-    assert findings.render_button.toolTip().startswith("Render a mode")
+    assert findings.render_button.toolTip().startswith("Render a mode at")
     assert findings.what_if_button.toolTip().startswith("Show what a mode")
     state.pick((0.5, 0.5))
     assert not findings.render_button.isEnabled()
