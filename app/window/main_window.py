@@ -366,8 +366,7 @@ class MainWindow(QMainWindow):
     def _tell(self, source: QObject, text: str) -> None:
         """Show an error; one about what was tried last replaces the one before."""
         keys = {self.opening: "opening", self.files: "files", self.browser: "browser"}
-        key = keys.get(source, "")
-        self.notice.tell(text, key=key) if text else self.notice.clear(key)
+        self.notice.tell(text, key=keys.get(source, ""))
 
     def _train(self) -> None:
         """Train a model of the open volume, as it is shown."""

@@ -44,7 +44,7 @@ class NoticeBar(QFrame):
         Parameters
         ----------
         text : str
-            It replaces a notice with the same text.
+            It replaces a notice with the same text. An empty one only removes that of its key.
         *actions : Action
             At most two buttons. Each removes the notice before it acts.
         key : str
@@ -60,6 +60,8 @@ class NoticeBar(QFrame):
         for line in [*self._lines]:
             if line.text == text or (key and line.key == key):
                 self._remove(line)
+        if not text:
+            return
         line = _Line(text, key)
         for action in actions:
             line.row.addWidget(action_button(action, partial(self._remove, line)))

@@ -53,6 +53,11 @@ def test_a_notice_replaces_the_one_of_its_key(bar: NoticeBar) -> None:
     bar.clear("model")
     bar.clear("unknown")
     assert bar.text == "an error"
+    bar.tell("no model", key="model")
+    bar.tell("")
+    assert bar.text == "no model\nan error"
+    bar.tell("", key="model")
+    assert bar.text == "an error"
 
 
 def test_a_button_acts_once_and_removes_its_notice_first(qtbot: QtBot, bar: NoticeBar) -> None:
