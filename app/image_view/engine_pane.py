@@ -31,8 +31,12 @@ PREPARING = "Preparing …"
 FINER = "   finer next"
 """End of an image's caption until its engine has settled."""
 
-LEAST_DETAIL = 120
-"""Least width of an image's caption in pixels; what does not fit is in its tooltip."""
+LEAST_DETAIL, MOST_DETAIL = 120, 360
+"""Least width of an image's caption in pixels, where what does not fit is in its tooltip; and the
+most that it takes of a wide pane beside other controls."""
+
+WIDE = 900
+"""Width of a pane from which on its caption has room, in pixels."""
 
 
 class EnginePane(QWidget):
@@ -174,6 +178,10 @@ class EnginePane(QWidget):
         cropped = "" if request.inputs.crop is None else "cropped"
         facts = [cropped, by, f"{width} × {height}", f"{1000 * result.seconds:.0f} ms"]
         self._detail.set_full_text("   ".join(fact for fact in facts if fact))
+        if self.width() > WIDE:
+            # Once there, the room for a longer caption stays: nothing slides back and forth.
+            needed = self._detail.fontMetrics().horizontalAdvance(self.detail + FINER) + 4
+            self._detail.setMinimumWidth(max(self._detail.minimumWidth(), min(needed, MOST_DETAIL)))
         self.imageShown.emit(result.request.inputs, rgba)
 
     def _show_brightness(self) -> None:

@@ -90,6 +90,7 @@ class FindingsPanel(QWidget):
         self._found: tuple[Contribution, ...] = ()
         self._rendered: list[float] = []
         self._what_if: dict[str, WhatIfAnswer] = {}
+        self._tried = 0.0
         self.setFixedWidth(PANEL_WIDTH)
         self.heading = QLabel()
         self.heading.setProperty("role", "title")
@@ -207,6 +208,8 @@ class FindingsPanel(QWidget):
         """Have the edit at the band, or at the best interval, rendered."""
         edit = self._what_if_edit()
         if edit is not None and self._dispatcher.trials.ask_what_if(edit):
+            lo, hi = self._state.scalar_range
+            self._tried = lo + (hi - lo) * int(edit.argmax()) / (TF_SAMPLES - 1)
             self.what_if_button.setChecked(True)
             self._what_if.clear()
             self.result.setText("rendering …")
@@ -337,7 +340,7 @@ class FindingsPanel(QWidget):
 
     def _take_what_if(self, answer: WhatIfAnswer) -> None:
         self._what_if[SOURCE_NAMES[answer.source]] = answer
-        texts = []
+        texts = [f"A mode at {self._tried:.4g}, on the region:"]
         for name, one in self._what_if.items():
             predicted = one.what_if.predicted
             said = "" if predicted is None else f", predicted {predicted:.3f}"
@@ -349,9 +352,12 @@ class FindingsPanel(QWidget):
     def _interval_text(self, index: int) -> str:
         interval = self._layer.intervals[index]
         predicted = interval.predicted(self._sensitivity.choices.height)
-        text = f"{index + 1}   {interval.value:.4g}   {self._effect(predicted)}"
+        text = f"{index + 1}   {interval.value:.4g}   "
         if index < len(self._rendered):
-            text += f" → {self._rendered[index]:+.2g}"
+            # The word is about what was measured: a prediction may fail.
+            text += f"{predicted:+.2g} → {self._effect(self._rendered[index])}"
+        else:
+            text += self._effect(predicted)
         self.rows[index].setToolTip(
             f"{interval.low:.5g} to {interval.high:.5g}: a mode of this opacity changes the "
             "region's pixels by so much (1 is from black to white), predicted to first order "

@@ -111,6 +111,9 @@ class SensitivityView(QObject):
 
     def _field(self, wanted: Source) -> FieldAnswer | None:
         fields, exact = self._dispatcher.fields, self._dispatcher.exact_source
+        if wanted == "learned" and "learned" in self._dispatcher.chooser.available:
+            # Not the ray caster's meanwhile: it would be taken for the model's.
+            return fields.get("learned")
         order = (exact, "learned") if wanted == "exact" else ("learned", exact)
         return next((fields[source] for source in order if source in fields), None)
 

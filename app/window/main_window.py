@@ -359,7 +359,7 @@ class MainWindow(QMainWindow):
         if bar.parentWidget() is not None and beside == self.reference.isAncestorOf(bar):
             return
         if beside:
-            self.reference.add_to_header(bar, 1)
+            self.reference.add_to_header(bar, 3)
         else:
             self._offers.addWidget(bar, 1)
 

@@ -476,10 +476,14 @@ def test_what_if_shows_the_edit_while_the_key_is_held(qtbot: QtBot, window: Main
     # The fake's second image is .1 brighter than the first.
     assert "exact: RMSE 0.100" in findings.result.text()
     assert "learned: RMSE 0.100" in findings.result.text()
+    # Without a band, the mode is at the first value of the list.
+    value = window.sensitivity.responses.intervals[0].value
+    tried = float(findings.result.text().removeprefix("A mode at ").partition(",")[0])
+    assert tried == pytest.approx(value, abs=0.5)
     QTest.keyRelease(window, Qt.Key.Key_W)
     assert window.reference.canvas.cover is None
     findings.render_button.click()
-    qtbot.waitUntil(lambda: "→ +0.1" in findings.rows[0].text())
+    qtbot.waitUntil(lambda: "→ brighter +0.1" in findings.rows[0].text())
 
 
 def test_what_if_after_the_key_is_released_covers_nothing(qtbot: QtBot, window: MainWindow) -> None:
@@ -715,7 +719,7 @@ def test_what_was_rendered_is_beside_its_own_prediction_only(
     assert "→" not in findings.rows[0].text()
     with qtbot.waitSignal(trials.intervalsRendered):
         findings.render_button.click()
-    assert "→ +0.1" in findings.rows[0].text()
+    assert "→ brighter +0.1" in findings.rows[0].text()
     window.sensitivity_state.choose(width=3.0)
     assert "→" not in findings.rows[0].text()
 
