@@ -175,7 +175,8 @@ class EnginePane(QWidget):
         self._rgba = rgba
         self.canvas.show_image(to_qimage(rgba, self.brightness.of(self.engine)))
         height, width, _ = rgba.shape
-        cropped = "" if request.inputs.crop is None else "cropped"
+        # Models draw the whole volume, and a hint says so.
+        cropped = "cropped" if request.inputs.crop and self.engine == "exact" else ""
         facts = [cropped, by, f"{width} × {height}", f"{1000 * result.seconds:.0f} ms"]
         self._detail.set_full_text("   ".join(fact for fact in facts if fact))
         if self.width() > WIDE:

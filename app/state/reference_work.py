@@ -11,7 +11,7 @@ from PySide6.QtCore import QObject, Qt, QTimer, Signal
 from app.engines.client import EngineClient
 from app.engines.engines import Builders, ReferenceSettings
 from app.engines.messages import Result, StandInRequest
-from app.state.dispatcher import NO_MODEL_SIZE, Dispatcher
+from app.state.dispatcher import FIRST_SIZE, NO_MODEL_SIZE, Dispatcher
 from app.state.preferences import Preferences
 from app.state.reference_choices import ReferenceChoices
 from app.state.remembered import LightingChoice
@@ -29,7 +29,8 @@ LEAST_PANE = 64
 """Fewest pixels of an image's sides, while a pane is not laid out yet."""
 
 SLOW_LIGHT_S = 3.0
-"""Time of the ray caster's image from which nobody is given light who has not asked for it."""
+"""Time of the ray caster's image from which nobody is given light who has not asked for it; that of
+as many pixels as the first image has, however wide the pane."""
 
 PREPARING = "Preparing the volume …"
 
@@ -266,10 +267,12 @@ class ReferenceWork(QObject):
         self._light_is_judged = True
         unasked = self.choices.lighting == "auto" and self._scene is None
         lit = self.settings.lighting != "none"
-        if unasked and lit and result.seconds > SLOW_LIGHT_S:
+        pixels = result.request.quality.pixels
+        seconds = result.seconds * min(1.0, FIRST_SIZE**2 / (pixels.width * pixels.height))
+        if unasked and lit and seconds > SLOW_LIGHT_S:
             self._light_is_slow = True
             self.follow(None)
-            self.lightWentOut.emit(result.seconds)
+            self.lightWentOut.emit(seconds)
 
     def _start_reference(self, busy_text: str = PREPARING) -> None:
         assert self._volume is not None

@@ -25,7 +25,8 @@ TIP = (
 class ImageError(QObject):
     """Compares both images at rest, and says the error above the generator's.
 
-    Where the generator was trained under another light there is nothing to compare.
+    Where the generator was trained under another light, or the volume is cropped, which models
+    are not trained for, there is nothing to compare.
 
     Parameters
     ----------
@@ -59,7 +60,7 @@ class ImageError(QObject):
     def _compare(self) -> None:
         (inputs, drawn), (others, truth) = self._shown["generator"], self._shown["reference"]
         alike = self._workspace.model_lighting == self._workspace.reference.settings.lighting
-        if inputs != others or inputs != self._state.inputs or not alike:
+        if inputs != others or inputs != self._state.inputs or not alike or inputs.crop:
             self._generator.set_note("")
             return
         # Imported here: the window starts without it.

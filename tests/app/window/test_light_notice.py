@@ -37,7 +37,8 @@ def test_a_light_that_goes_out_is_told_and_offered(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(FakeEngine, "image", draw_slowly)
-    monkeypatch.setattr(reference_work, "SLOW_LIGHT_S", 0.05)
+    # Of the pixels of a first image, however large the pane.
+    monkeypatch.setattr(reference_work, "SLOW_LIGHT_S", 0.01)
     monkeypatch.setattr(dispatcher, "SOON_SECONDS", -1.0)
     window = make_window(model=None)
     builders.volumes["other"] = make_volume()
