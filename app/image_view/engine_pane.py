@@ -113,7 +113,7 @@ class EnginePane(QWidget):
 
     @property
     def note(self) -> str:
-        """What is said about the image beside the title."""
+        """The text about the image beside the title."""
         return self._note.text()
 
     def add_to_header(self, widget: QWidget, stretch: int = 0) -> None:

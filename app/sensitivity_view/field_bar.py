@@ -1,4 +1,4 @@
-"""What is kept of the value under the mouse, and how its effect is drawn over the images."""
+"""Controls of the field over the images: the value that it is kept for, and its looks."""
 
 from __future__ import annotations
 

@@ -42,16 +42,16 @@ class Brightness(QObject):
 
     @property
     def value(self) -> float:
-        """That of the reference, :data:`DARKEST` to :data:`BRIGHTEST`; 1 changes nothing."""
+        """Brightness of the reference, :data:`DARKEST` to :data:`BRIGHTEST`; 1 changes nothing."""
         return self._usual["exact"] if self._chosen is None else self._chosen
 
     def of(self, engine: EngineName) -> float:
-        """Return that of an engine's images, under its own light."""
+        """Return the brightness of an engine's images, under its own light."""
         return self.value * self._usual[engine] / self._usual["exact"]
 
     @property
     def is_chosen(self) -> bool:
-        """Whether it was chosen, and is not the usual one of the light."""
+        """True if it was chosen, False for the usual one of the light."""
         return self._chosen is not None
 
     def set(self, value: float | None) -> None:

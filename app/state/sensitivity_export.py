@@ -55,7 +55,7 @@ def shown_result(
     if band is not None:
         if answer.request.values != band.values:
             return None
-        common["image"] = _at_size_of(answer.value, image)
+        common["image"] = at_size_of(answer.value, image)
         unit = f" {units}" if units else ""
         values = (
             f"{band.low:.5g}" if band.low == band.high else f"{band.low:.5g} to {band.high:.5g}"
@@ -80,7 +80,7 @@ def shown_result(
     )
 
 
-def _at_size_of(field: NDArray[np.float32], image: NDArray[np.float32]) -> NDArray[np.float32]:
+def at_size_of(field: NDArray[np.float32], image: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return an image with as many pixels as a field of it, which may be of its square only."""
     if field.shape == image.shape:
         return image

@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QObject
 
 from app.image_view.engine_pane import EnginePane
+from app.state.sensitivity_export import at_size_of
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
-from model.rendering.raster import middle_square
+from model.metrics import rmse
 from model.scene.inputs import SceneInputs
 
 Image = NDArray[np.float32]
@@ -63,11 +64,7 @@ class ImageError(QObject):
         if inputs != others or inputs != self._state.inputs or not alike or inputs.crop:
             self._generator.set_note("")
             return
-        # Imported here: the window starts without it.
-        from skimage.transform import resize
-
-        expected = resize(middle_square(truth), drawn.shape, order=1, anti_aliasing=True)
-        error = float(np.sqrt(np.mean((np.clip(drawn, 0, 1) - np.clip(expected, 0, 1)) ** 2)))
+        error = rmse(drawn, np.clip(at_size_of(drawn, truth), 0, 1))
         self._generator.set_note(f"RMSE {error:.3f}", TIP)
 
     def _forget(self) -> None:

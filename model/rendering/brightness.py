@@ -1,4 +1,4 @@
-"""How bright rendered images are shown: a display curve, applied after all that is computed."""
+"""Brightness of rendered images: a display curve, applied after all that is computed."""
 
 from __future__ import annotations
 
