@@ -12,7 +12,6 @@ from app.image_view.engine_pane import EnginePane
 from app.state.sensitivity_export import at_size_of
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
-from model.metrics import rmse
 from model.scene.inputs import SceneInputs
 
 Image = NDArray[np.float32]
@@ -64,7 +63,9 @@ class ImageError(QObject):
         if inputs != others or inputs != self._state.inputs or not alike or inputs.crop:
             self._generator.set_note("")
             return
-        error = rmse(drawn, np.clip(at_size_of(drawn, truth), 0, 1))
+        # Not by model.metrics: it imports torch and more, without which the window starts.
+        one, other = np.clip(drawn, 0, 1), np.clip(at_size_of(drawn, truth), 0, 1)
+        error = float(np.sqrt(np.mean((one - other) ** 2)))
         self._generator.set_note(f"RMSE {error:.3f}", TIP)
 
     def _forget(self) -> None:
