@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, TypeVar
 
 import llvmlite.binding
 import numba
 from numba.core import config
 
-from model.files import cache_folder
-
-KERNELS = ("rendering/raycast", "networks/refined")
-"""Packages that hold compiled functions and the functions they call."""
+from model.kernel_cache import kernel_folder
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -28,16 +23,8 @@ OPTIONS: dict[str, Any] = {
 
 
 def _use_cache() -> bool:
-    """Set Numba's cache folder, one per state of the sources; return False if not writable.
-
-    Numba itself detects changes only in a function's own file, not in the
-    functions that it calls.
-    """
-    digest = hashlib.sha256(numba.__version__.encode())
-    for package in KERNELS:
-        for source in sorted((Path(__file__).parent / package).rglob("*.py")):
-            digest.update(source.read_bytes())
-    folder = cache_folder() / "kernels" / digest.hexdigest()[:16]
+    """Set Numba's cache folder; return False if it is not writable."""
+    folder = kernel_folder()
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError:

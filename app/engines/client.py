@@ -7,7 +7,7 @@ from collections.abc import Callable
 from PySide6.QtCore import QObject, Signal
 
 from app.engines.engine import Engine
-from app.engines.messages import EngineReady, ImageRequest, Request, Result
+from app.engines.messages import EngineReady, ImageRequest, Request, Result, StandInRequest
 from app.engines.states import SETTLED_STATES, TRANSITIONS, EngineState
 from app.engines.worker import EngineWorker
 
@@ -33,6 +33,8 @@ class EngineClient(QObject):
     """
 
     stateChanged = Signal(object)
+    heldBack = Signal()
+    """Emitted when an engine is started that waits for :meth:`begin`."""
     engineReady = Signal(object)
     resultReady = Signal(object)
     """Emitted with each result; results of one kind arrive in order."""
@@ -51,7 +53,13 @@ class EngineClient(QObject):
         self._takes_requests = True
         self._busy_text = ""
         self._is_built = False
+        self._is_held = False
         self._early: dict[type[Request], Request] = {}
+
+    @property
+    def is_held(self) -> bool:
+        """True while the engine waits for :meth:`begin` to be built."""
+        return self._is_held
 
     @property
     def is_settled(self) -> bool:
@@ -68,7 +76,7 @@ class EngineClient(QObject):
         """The error as one sentence; None if there is none."""
         return self.text if self.state is EngineState.FAILED else None
 
-    def start(self, factory: Callable[[], Engine], busy_text: str) -> None:
+    def start(self, factory: Callable[[], Engine], busy_text: str, held: bool = False) -> None:
         """Replace the engine by one built by `factory` in a new worker thread.
 
         Parameters
@@ -76,6 +84,9 @@ class EngineClient(QObject):
         factory : callable
         busy_text : str
             What is said meanwhile; empty to leave the last image as it is.
+        held : bool
+            Whether it is built at :meth:`begin` only, as others need the processor first. Until
+            then requests wait, as for any engine that is built.
         """
         self.stop()
         self._takes_requests = True
@@ -89,8 +100,18 @@ class EngineClient(QObject):
         worker.finished.connect(self._clear_retired)
         self._worker = worker
         self._busy_text = busy_text
+        self._is_held = held
         self._enter(EngineState.LOADING, busy_text)
-        worker.start()
+        if held:
+            self.heldBack.emit()
+        else:
+            worker.start()
+
+    def begin(self) -> None:
+        """Build the engine that was held back, if there is one."""
+        if self._is_held and self._worker is not None:
+            self._is_held = False
+            self._worker.start()
 
     def submit(self, request: Request) -> None:
         """Submit a request to the engine; ignored when paused or without an engine."""
@@ -143,7 +164,11 @@ class EngineClient(QObject):
         """Stop the engine; returns at once, even if it is busy."""
         if self._worker is not None:
             self._worker.stop()
-            self._retired.append(self._worker)
+            if self._is_held:
+                self._worker.deleteLater()
+            else:
+                self._retired.append(self._worker)
+            self._is_held = False
             self._worker = None
 
     def join(self) -> None:
@@ -179,7 +204,8 @@ class EngineClient(QObject):
         self._is_built = True
         early, self._early = self._early, {}
         if self._takes_requests and self._worker is not None:
-            for request in early.values():
+            # What is to be seen comes before questions about it.
+            for request in sorted(early.values(), key=_is_question):
                 self._pass_on(request)
 
     def _engine_failed(self, error: str) -> None:
@@ -212,3 +238,7 @@ class EngineClient(QObject):
             self._retired.remove(worker)
             worker.join()
             worker.deleteLater()
+
+
+def _is_question(request: Request) -> bool:
+    return not isinstance(request, ImageRequest | StandInRequest)

@@ -31,6 +31,7 @@ from app.engines.messages import (
     VisibilityRequest,
 )
 from model.errors import NotOfferedError
+from model.kernel_cache import has_kernels
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
 from model.scene.scene import Lighting, RendererName, Scene
@@ -124,7 +125,8 @@ class Builders:
 
     The analyst is a ray caster that answers questions about sensitivities and draws the latent
     map's pictures, whatever renders the reference. A latent space is that of a scalar range
-    and a window of it, or that of a model's folder.
+    and a window of it, or that of a model's folder. The ray caster is compiled on its first start,
+    for some 10 s.
     """
 
     read_volume: Callable[[Path], Volume]
@@ -132,6 +134,7 @@ class Builders:
     generator: Callable[[Path, GeneratorSettings], Engine]
     analyst: Callable[[Volume, ReferenceSettings], Engine]
     latent_space: Callable[[Range, Range, Path | None], LatentSpace]
+    is_compiled: Callable[[], bool] = always
 
 
 class RendererEngine:
@@ -356,5 +359,5 @@ def _latent_space(scalar_range: Range, window: Range, model: Path | None) -> Lat
 
 
 REAL_BUILDERS = Builders(
-    _read_volume, _reference_engine, _generator_engine, _analyst_engine, _latent_space
+    _read_volume, _reference_engine, _generator_engine, _analyst_engine, _latent_space, has_kernels
 )

@@ -21,7 +21,7 @@ from app.state.engine_chooser import EngineName
 WITHOUT_IMAGE = (EngineState.WAITING, EngineState.LOADING, EngineState.PAUSED)
 """States in which no image is shown."""
 
-WITH_IMAGE = (EngineState.WORKING, EngineState.SETTLED)
+STOOD_IN = (EngineState.LOADING, EngineState.WORKING, EngineState.SETTLED)
 """States in which another engine may stand in."""
 
 HEADER_HEIGHT = 30
@@ -158,9 +158,10 @@ class EnginePane(QWidget):
 
     def _show_stand_in(self, stand_in: EngineClient, result: Result) -> None:
         wanted = isinstance(result.request, StandInRequest) and result.value is not None
-        if wanted and self.client.state in WITH_IMAGE:
+        if wanted and self.client.state in STOOD_IN:
             name = stand_in.description
-            at_rest = "moving" if result.request.quality.live else f"{self.client.description} next"
+            own = self.client.description or "reference"
+            at_rest = "moving" if result.request.quality.live else f"{own} next"
             self._show(result, f"{name}, {at_rest}")
 
     def _show(self, result: Result, by: str) -> None:

@@ -25,6 +25,9 @@ REST_SECONDS = 3.0
 STAND_IN_SECONDS = 1.5
 """Time that the ray caster's image at rest may take, which is shown until VTK's is there."""
 
+FINER = 1.2
+"""Factor of an image's width from which a finer one is worth its time."""
+
 LONGEST_SECONDS = 120.0
 """Time that an image of all pixels may take, unless their number is the user's choice; otherwise
 there are as many as half of it allows."""
@@ -109,21 +112,26 @@ class Dispatcher(QObject):
         """Forget how long images took, as another volume, light or renderer is drawn."""
         self._pace.forget()
 
-    def send(self) -> None:
+    def send(self, generator_only: bool = False) -> None:
         """Request the final images of the present state.
 
         Where the reference takes long, the ray caster's image comes first, or where it may not
         stand in, coarser ones; see :meth:`_note`.
+
+        Parameters
+        ----------
+        generator_only : bool
+            Whether the reference's images, of the same state, are there or on their way.
         """
-        self._sequence += 1
+        self._sequence += not generator_only
         raster = self.final_raster
         final = Quality(raster.shorter, raster=raster)
         self._submit(self._generator, ImageRequest, final)
-        if self._reference in self.hidden:
+        if generator_only or self._reference in self.hidden:
             return
         expected = self._pace.expected((ImageRequest, False), _size(raster))
         is_slow = expected is None or expected > SOON_SECONDS
-        if self._stands_in() and is_slow:
+        if is_slow and (self._stands_in() or (self.may_stand_in and self._reference.is_held)):
             sharp = self._stand_in_raster
             self._submit(self._stand_in, StandInRequest, Quality(sharp.shorter, raster=sharp))
             if sharp.width >= raster.width and self._takes_not_too_long(self.raster):
@@ -137,10 +145,11 @@ class Dispatcher(QObject):
     @property
     def _stand_in_raster(self) -> Raster:
         """Pixels of the ray caster's image at rest."""
+        # At a start, something soon.
+        first = min(1.0, FIRST_SIZE / _size(self.raster)) if self._reference.is_held else 1.0
         kind = (StandInRequest, False)
-        return self.raster.scaled(
-            self._pace.scale(kind, _size(self.raster), STAND_IN_SECONDS, first=1.0)
-        )
+        scale = self._pace.scale(kind, _size(self.raster), STAND_IN_SECONDS, first)
+        return self.raster.scaled(scale)
 
     def _takes_not_too_long(self, raster: Raster) -> bool:
         expected = self._pace.expected((ImageRequest, False), _size(raster))
@@ -191,6 +200,10 @@ class Dispatcher(QObject):
         kind, raster = type(request), request.quality.pixels
         self._pace.note((kind, request.quality.live), _size(raster), result.seconds)
         newest = request.sequence == self._sequence and not self._state.live
+        if kind is StandInRequest and newest and not self._reference.is_ready:
+            if self._stand_in_raster.width > FINER * raster.width:
+                self.send()
+            return
         if kind is not ImageRequest or not newest or request.quality != self._sent:
             return
         finer = self._finer(request.quality)

@@ -277,7 +277,9 @@ class ReferenceWork(QObject):
     def _start_reference(self, busy_text: str = PREPARING) -> None:
         assert self._volume is not None
         build = partial(self._builders.reference, self._volume, self.settings)
-        self._reference.start(build, busy_text)
+        # A ray caster that need not be compiled shows another volume first.
+        held = bool(busy_text) and self._dispatcher.may_stand_in and self._builders.is_compiled()
+        self._reference.start(build, busy_text, held)
 
     def _start_analyst(self) -> None:
         assert self._volume is not None

@@ -70,6 +70,8 @@ class SensitivityDispatcher(QObject):
         Newest answer of each source about the band of values.
     is_drawing : callable
         Returns True while the reference is drawn, which many images by differences would hold up.
+    is_starting : callable
+        Returns True while a volume's first pictures are drawn; all is asked after them.
     visibility, pick : Answer or None
         Visibility of the scalar values in the active region and the whole image, and at the
         clicked place.
@@ -101,14 +103,10 @@ class SensitivityDispatcher(QObject):
         self._clients: dict[EngineName, EngineClient] = {"exact": exact, "learned": learned}
         self.chooser = EngineChooser(sensitivity)
         self.trials = EditTrials(
-            state,
-            sensitivity,
-            self.chooser,
-            self._clients,
-            lambda source: self.fields.get(source),
-            self,
+            state, sensitivity, self.chooser, self._clients, self.fields.get, self
         )
         self.is_drawing: Callable[[], bool] = lambda: False
+        self.is_starting: Callable[[], bool] = lambda: False
         self._forgotten = 0
         self._place_asked: tuple[Outline, ...] = ()
         self._waits = False
@@ -165,9 +163,10 @@ class SensitivityDispatcher(QObject):
 
     def ask(self) -> None:
         """Ask everything anew, at full quality."""
-        self._ask_region()
-        self._ask_field()
-        self._ask_pick()
+        if not self.is_starting():
+            self._ask_region()
+            self._ask_field()
+            self._ask_pick()
 
     @property
     def exact_source(self) -> Source:
@@ -208,11 +207,8 @@ class SensitivityDispatcher(QObject):
     @property
     def is_waiting(self) -> bool:
         """Whether an answer about the region is still to come."""
-        return (
-            bool(self.chooser.available)
-            and not any(self._problems.values())
-            and not self.is_fresh(self.region_answer)
-        )
+        can_come = self.chooser.available and not any(self._problems.values())
+        return bool(can_come) and not self.is_fresh(self.region_answer)
 
     @property
     def region_agreement(self) -> float | None:
@@ -309,11 +305,9 @@ class SensitivityDispatcher(QObject):
         self._place_asked = ()
         if _place is not None:
             # Another place: what shows at the one before says nothing about it.
-            self.pick = None
-            self.pickAnswered.emit()
+            self._set_pick(None)
         if place is None or self.chooser.exact_source is None or not self._asked.choices.shown:
-            self.pick = None
-            self.pickAnswered.emit()
+            self._set_pick(None)
             return
         x, y = place
         r = PICK_RADIUS
@@ -349,26 +343,29 @@ class SensitivityDispatcher(QObject):
             case PickRequest():
                 if request.regions != self._place_asked:
                     return
-                self.pick = answer
-                self.pickAnswered.emit()
+                self._set_pick(answer)
             case VisibilityRequest():
                 self.visibility = answer
                 self.visibilityAnswered.emit()
 
     def _drop(self, request: Request, source: Source, error: str) -> None:
-        if isinstance(request, RegionSensitivityRequest):
-            self.regions.pop(source, None)
-            self.regionAnswered.emit()
-        elif isinstance(request, ValueSensitivityRequest):
-            self.fields.pop(source, None)
-            self.fieldAnswered.emit()
-        elif isinstance(request, PickRequest):
-            self.pick = None
-            self.pickAnswered.emit()
-        elif isinstance(request, VisibilityRequest):
-            self.visibility = None
-            self.visibilityAnswered.emit()
+        match request:
+            case RegionSensitivityRequest():
+                self.regions.pop(source, None)
+                self.regionAnswered.emit()
+            case ValueSensitivityRequest():
+                self.fields.pop(source, None)
+                self.fieldAnswered.emit()
+            case PickRequest():
+                self._set_pick(None)
+            case VisibilityRequest():
+                self.visibility = None
+                self.visibilityAnswered.emit()
         self._tell(source, error)
+
+    def _set_pick(self, answer: VisibilityAnswer | None) -> None:
+        self.pick = answer
+        self.pickAnswered.emit()
 
     def _tell(self, source: Source, problem: str) -> None:
         """Emit the problem of whichever engine has one."""

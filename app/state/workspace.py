@@ -21,6 +21,7 @@ from app.state.reference_work import ReferenceWork
 from app.state.sensitivity_answers import Source
 from app.state.sensitivity_dispatcher import SensitivityDispatcher
 from app.state.sensitivity_state import SensitivityState
+from app.state.start_order import StartOrder
 from app.state.transfer_function_keeper import TransferFunctionKeeper
 from app.state.transfer_function_store import TransferFunctionStore
 from app.state.viewer_state import ViewerState
@@ -103,6 +104,7 @@ class Workspace(QObject):
         self._keeper = TransferFunctionKeeper(store, self)
         self._keeper.problem.connect(self.problem)
         self._model = GeneratorWork(generator, builders, generator_settings, self)
+        self._order = StartOrder(generator, reference, analyst, self._model, self)
         self._dispatcher = Dispatcher(state, generator, reference, analyst, self)
         self._sensitivity_state = sensitivity
         self.sensitivity = SensitivityDispatcher(state, sensitivity, analyst, generator, self)
@@ -117,6 +119,7 @@ class Workspace(QObject):
         self._first_range: RangeChoice | None = None
         self.sensitivity.chooser.is_outside = lambda: bool(self._hint())
         self.sensitivity.is_drawing = self._draws_reference
+        self.sensitivity.is_starting = lambda: self._order.is_under_way
         self._connect()
 
     def _connect(self) -> None:
@@ -129,10 +132,8 @@ class Workspace(QObject):
         work.analystStarted.connect(self._restart_questions)
         self._model.ready.connect(self._generator_ready)
         self._model.failed.connect(self._follow_scene)
-        reference = self._clients[1]
-        reference.resultReady.connect(lambda _result: self._model.begin())
-        reference.settled.connect(self._model.begin)
-        reference.settled.connect(self.sensitivity.take_up_differences)
+        self._clients[1].settled.connect(self.sensitivity.take_up_differences)
+        self._order.done.connect(self.sensitivity.ask)
         for client in self._clients:
             client.settled.connect(self._report_settled)
 
@@ -224,6 +225,7 @@ class Workspace(QObject):
 
     def stop(self) -> None:
         """Ask all threads to end; returns at once."""
+        self._order.stop()
         self.reference.stop()
         self.sensitivity.stop()
         self.latent.stop()
@@ -235,11 +237,8 @@ class Workspace(QObject):
     def join(self) -> None:
         """Wait until all threads have ended and everything is written."""
         self._keeper.finish()
-        for client in (*self._clients, self._analyst):
-            client.join()
-        self.latent.join()
-        self._opening.join()
-        self._ranging.join()
+        for part in (*self._clients, self._analyst, self.latent, self._opening, self._ranging):
+            part.join()
 
     def _volume_read(self, opened: OpenedVolume) -> None:
         """Show a volume that was read; first compute it over another range if one is wanted."""
@@ -341,12 +340,13 @@ class Workspace(QObject):
         self._dispatcher.send()
 
     def _generator_ready(self) -> None:
+        before = self._dispatcher.raster
         self._follow_scene()
         self._note_model()
         scene, tf = self._model.scene_for(self._opened), self._state.transfer_function
         if scene is not None and tf.scalar_range != scene.scalar_range:
             self._state.commit(fit_to_range(tf, scene.scalar_range), "range of the model")
-        self._dispatcher.send()
+        self._dispatcher.send(generator_only=before == self._dispatcher.raster)
 
     def _note_model(self) -> None:
         """Remember a model that belongs to the volume."""

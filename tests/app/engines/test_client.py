@@ -8,7 +8,7 @@ from pytestqt.qtbot import QtBot
 from window_fakes import PATIENCE_S, FakeEngine, make_request
 
 from app.engines.client import EngineClient
-from app.engines.messages import Result, VisibilityRequest
+from app.engines.messages import ImageRequest, Result, VisibilityRequest
 from app.engines.states import SETTLED_STATES, TRANSITIONS, EngineState
 from model.errors import CheckpointError, RenderError
 from model.scene.region import Region
@@ -52,6 +52,29 @@ def test_an_image_is_waited_for_and_settles(qtbot: QtBot, told: Told) -> None:
     assert value.dtype == "float32"
     assert value.shape == (8, 8, 4)
     assert told.results[0].request == make_request(3)
+
+
+def test_a_held_engine_is_built_when_it_may_begin_and_draws_before_it_answers(
+    qtbot: QtBot, told: Told
+) -> None:
+    engine = FakeEngine()
+    told.client.start(lambda: engine, "Loading …", held=True)
+    question = VisibilityRequest(1, make_request(1).inputs, make_request(1).quality, (Region(0, 0, 4, 4),))
+    told.client.submit(question)
+    told.client.submit(make_request(2))
+    qtbot.wait(50)
+    assert told.client.is_held
+    assert told.states == [EngineState.LOADING]
+    with qtbot.waitSignals([told.client.resultReady] * 2):
+        told.client.begin()
+    assert not told.client.is_held
+    assert [type(result.request) for result in told.results] == [ImageRequest, VisibilityRequest]
+    # One that is replaced before it began leaves no thread behind.
+    told.client.start(FakeEngine, "Loading …", held=True)
+    told.client.stop()
+    told.client.begin()
+    assert not told.client.is_held
+    told.client.join()
 
 
 def test_a_live_image_does_not_settle(qtbot: QtBot, told: Told) -> None:

@@ -6,7 +6,13 @@ import pytest
 from PySide6.QtCore import QObject, Signal
 
 from app.engines.messages import ImageRequest, Request, Result, StandInRequest
-from app.state.dispatcher import LONGEST_SECONDS, REST_SECONDS, STAND_IN_SECONDS, Dispatcher
+from app.state.dispatcher import (
+    FIRST_SIZE,
+    LONGEST_SECONDS,
+    REST_SECONDS,
+    STAND_IN_SECONDS,
+    Dispatcher,
+)
 from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
 from model.scene.view import View
@@ -19,6 +25,7 @@ class Client(QObject):
 
     resultReady = Signal(object)  # noqa: N815
     is_ready = True
+    is_held = False
 
     def __init__(self) -> None:
         super().__init__()
@@ -115,6 +122,28 @@ def test_the_ray_casters_sharp_image_comes_before_vtks(
         reference.answer(2 * LONGEST_SECONDS / (PANE.width * PANE.height))
     dispatcher.send()
     assert reference.asked[-1].quality.pixels.width < PANE.width
+
+
+def test_a_held_reference_leaves_the_first_image_to_the_ray_caster(
+    dispatcher: Dispatcher, clients: list[Client]
+) -> None:
+    generator, reference, stand_in = clients
+    dispatcher.may_stand_in = True
+    reference.is_held, reference.is_ready, stand_in.is_ready = True, False, False
+    dispatcher.send()
+    first = stand_in.answer(1e-7)
+    assert first.quality.pixels.width * first.quality.pixels.height <= 1.1 * FIRST_SIZE**2
+    # All pixels follow at once, and nothing more after them.
+    assert stand_in.answer(1e-7).quality.pixels == PANE
+    assert len(stand_in.asked) == 2
+    # The newest of its own requests is what it draws once it begins.
+    reference.is_held, reference.is_ready = False, True
+    assert reference.asked[-1].sequence == stand_in.asked[-1].sequence
+    # A model that comes later has nothing else drawn anew.
+    before = len(reference.asked), len(stand_in.asked)
+    dispatcher.send(generator_only=True)
+    assert (len(reference.asked), len(stand_in.asked)) == before
+    assert generator.asked[-1].sequence == reference.asked[-1].sequence
 
 
 def test_an_image_that_takes_long_begins_coarse(

@@ -1,0 +1,30 @@
+"""The folder of the kernels' machine code: found without importing Numba, which takes a while."""
+
+from __future__ import annotations
+
+import hashlib
+from importlib.metadata import version
+from pathlib import Path
+
+from model.files import cache_folder
+
+KERNELS = ("rendering/raycast", "networks/refined")
+"""Packages that hold compiled functions and the functions they call."""
+
+
+def kernel_folder() -> Path:
+    """Return the folder of this state of the sources; it need not exist.
+
+    Numba itself detects changes only in a function's own file, not in the functions that it
+    calls.
+    """
+    digest = hashlib.sha256(version("numba").encode())
+    for package in KERNELS:
+        for source in sorted((Path(__file__).parent / package).rglob("*.py")):
+            digest.update(source.read_bytes())
+    return cache_folder() / "kernels" / digest.hexdigest()[:16]
+
+
+def has_kernels() -> bool:
+    """Return whether some kernels were compiled before, so that they are loaded at once."""
+    return next(kernel_folder().glob("**/*.nbc"), None) is not None
