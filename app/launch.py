@@ -82,12 +82,27 @@ def run_window(
     try:
         if screenshot is not None:
             return _take_screenshot(application, window, screenshot)
-        with _interrupts_call(window.close), _garbage_is_collected_here():
+        with _interrupts_call(window.close), garbage_collected_here():
             return application.exec()
     finally:
         window.close()
         window.deleteLater()
         application.processEvents()
+
+
+@contextmanager
+def garbage_collected_here() -> Iterator[None]:
+    """Collect garbage in this thread only, now and then.
+
+    Otherwise Python collects in whichever thread happens to need memory, and Qt's objects that
+    are destroyed in an engine's thread crash the window.
+    """
+    collector = GarbageCollector(interval=0.5)
+    try:
+        yield
+    finally:
+        collector.timer.stop()
+        gc.enable()
 
 
 def _open(window: MainWindow, start: WindowStart) -> None:
@@ -173,21 +188,6 @@ def _take_screenshot(application: QApplication, window: MainWindow, path: Path) 
     for problem in problems:
         print(problem, file=sys.stderr)
     return 2 if problems else 0
-
-
-@contextmanager
-def _garbage_is_collected_here() -> Iterator[None]:
-    """Collect garbage in this thread only.
-
-    Otherwise Python collects in whichever thread happens to need memory, and Qt's objects that
-    are destroyed in an engine's thread crash the window.
-    """
-    collector = GarbageCollector(interval=0.5)
-    try:
-        yield
-    finally:
-        collector.timer.stop()
-        gc.enable()
 
 
 @contextmanager

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import os
 import sys
@@ -37,9 +38,11 @@ def probe(volume: Path, began: float, model: Path | None = None) -> dict[str, fl
     from app.quick_imports import leave_sources_unread
 
     leave_sources_unread()
+    gc.disable()
     from PySide6.QtWidgets import QApplication
 
     from app.cli.window_pace import wait
+    from app.launch import garbage_collected_here
     from app.theme import apply_theme
     from app.window.main_window import MainWindow
 
@@ -59,14 +62,15 @@ def probe(volume: Path, began: float, model: Path | None = None) -> dict[str, fl
     window.show()
     note("window")
 
-    wait(lambda: "reference" in found and window.workspace.is_settled, PATIENCE_S)
-    note("settled")
-    found["memory"] = _largest_memory()
-    # Engines that rest give spare memory back.
-    wait(lambda: False, REST_S)
-    resident = _resident_memory()
-    if resident is not None:
-        found["rest"] = resident
+    with garbage_collected_here():
+        wait(lambda: "reference" in found and window.workspace.is_settled, PATIENCE_S)
+        note("settled")
+        found["memory"] = _largest_memory()
+        # Engines that rest give spare memory back.
+        wait(lambda: False, REST_S)
+        resident = _resident_memory()
+        if resident is not None:
+            found["rest"] = resident
     window.close()
     return found
 

@@ -22,13 +22,20 @@ def open_window(
     start: WindowStart, device: str, backend: str, precision: str, screenshot: Path | None
 ) -> int:
     """Open the window and return its exit code."""
+    import gc
+
     from app.cli.outputs import make_room_for
     from app.engines.engines import GeneratorSettings
     from app.quick_imports import leave_sources_unread
 
     leave_sources_unread()
+    # The modules that are imported now stay: looking through them again and again takes time.
+    gc.disable()
     from app.launch import run_window
 
     if screenshot is not None:
         make_room_for(screenshot)
-    return run_window(start, GeneratorSettings(device, backend, precision), screenshot)
+    try:
+        return run_window(start, GeneratorSettings(device, backend, precision), screenshot)
+    finally:
+        gc.enable()

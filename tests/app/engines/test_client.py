@@ -59,7 +59,9 @@ def test_a_held_engine_is_built_when_it_may_begin_and_draws_before_it_answers(
 ) -> None:
     engine = FakeEngine()
     told.client.start(lambda: engine, "Loading …", held=True)
-    question = VisibilityRequest(1, make_request(1).inputs, make_request(1).quality, (Region(0, 0, 4, 4),))
+    question = VisibilityRequest(
+        1, make_request(1).inputs, make_request(1).quality, (Region(0, 0, 4, 4),)
+    )
     told.client.submit(question)
     told.client.submit(make_request(2))
     qtbot.wait(50)
