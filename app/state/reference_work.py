@@ -145,7 +145,7 @@ class ReferenceWork(QObject):
     def place_light(self, light: LightDirection | None) -> None:
         """Set the light's direction without keeping it for the next run."""
         self._keeps_light = False
-        self._state.set_light(light)
+        self._state.place_light(light)
         self._keeps_light = True
 
     def start(self, volume: Volume, scene: Scene | None) -> None:

@@ -6,7 +6,9 @@ Signals come in pairs, as in pyqtgraph: `...Changed` at every step of a drag, an
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoCommand, QUndoStack
@@ -29,8 +31,8 @@ EMPTY_TF = TransferFunction(
 class ViewerState(ViewNavigation):
     """View, light and TF of both images.
 
-    Every edit of the TF and of the crop box can be undone. A drag is previewed and becomes one
-    undo step at its end. The view is :class:`ViewNavigation`'s, with a history of its own.
+    Every edit of the TF, the light and the crop box can be undone. A drag is previewed and becomes
+    one undo step at its end. The view is :class:`ViewNavigation`'s, with a history of its own.
     """
 
     volumeStarting = Signal()
@@ -57,6 +59,7 @@ class ViewerState(ViewNavigation):
         self._transfer_function = EMPTY_TF
         self._before_drag: TransferFunction | None = None
         self._light: LightDirection | None = None
+        self._light_before: LightDirection | None = None
         self._light_moving = False
         self._crop: CropBox | None = None
         self._crop_before: CropBox | None = None
@@ -101,20 +104,30 @@ class ViewerState(ViewNavigation):
     def move_light(self, light: LightDirection | None) -> None:
         """Change the light during a drag."""
         if light != self._light:
+            if not self._light_moving:
+                self._light_before = self._light
             self._light = light
             self._light_moving = True
             self.lightChanged.emit(light)
 
     def finish_light(self) -> None:
-        """End a drag of the light, if there is one."""
+        """End a drag of the light, if there is one, making it one undo step."""
         if self._light_moving:
             self._light_moving = False
-            self.lightChangeFinished.emit(self._light)
+            self._push(_Change(self._show_light, self._light_before, self._light, "move light"))
 
-    def set_light(self, light: LightDirection | None) -> None:
-        """Change the light without a drag; None for the scene's light."""
+    def set_light(self, light: LightDirection) -> None:
+        """Change the light without a drag: one undo step."""
         self.move_light(light)
         self.finish_light()
+
+    def place_light(self, light: LightDirection | None) -> None:
+        """Set the light of another volume or lighting, which is no edit; None for the scene's."""
+        self._light_moving = False
+        if light != self._light:
+            self._light = light
+            self.lightChanged.emit(light)
+            self.lightChangeFinished.emit(light)
 
     @property
     def crop(self) -> CropBox | None:
@@ -138,7 +151,8 @@ class ViewerState(ViewNavigation):
             if self._crop == self._crop_before:
                 self.cropChangeFinished.emit(self._crop)
             else:
-                self._push(_Crop(self, self._crop_before, self._crop))
+                text = "crop" if self._crop is not None else "whole volume"
+                self._push(_Change(self._show_crop, self._crop_before, self._crop, text))
 
     def set_crop(self, crop: CropBox | None) -> None:
         """Change the crop box without a drag: one undo step."""
@@ -215,6 +229,7 @@ class ViewerState(ViewNavigation):
         """Undo the last edit; a current drag is ended and counts as one."""
         self.finish_preview("drag")
         self.finish_crop()
+        self.finish_light()
         self.undo_stack.undo()
         self.edited.emit()
         self.undone.emit()
@@ -256,6 +271,13 @@ class ViewerState(ViewNavigation):
             self.transferFunctionChanged.emit(transfer_function)
         self.transferFunctionChangeFinished.emit(transfer_function)
 
+    def _show_light(self, light: LightDirection | None) -> None:
+        # An image that is unlit by now, or whose light is fixed, stays so.
+        if light != self._light and self._light is not None and light is not None:
+            self._light = light
+            self.lightChanged.emit(light)
+        self.lightChangeFinished.emit(self._light)
+
     def _show_crop(self, crop: CropBox | None) -> None:
         if crop != self._crop:
             self._crop = crop
@@ -263,21 +285,31 @@ class ViewerState(ViewNavigation):
         self.cropChangeFinished.emit(crop)
 
 
-class _Crop(QUndoCommand):
-    """One change of the crop box."""
+class _Change(QUndoCommand):
+    """One change of the light or of the crop box.
 
-    def __init__(self, state: ViewerState, before: CropBox | None, after: CropBox | None) -> None:
-        super().__init__("crop" if after is not None else "whole volume")
-        self._state = state
+    Parameters
+    ----------
+    show : callable
+        Shows a value.
+    before, after : object
+        The values.
+    text : str
+        Name of the edit in the menu.
+    """
+
+    def __init__(self, show: Callable[[Any], None], before: Any, after: Any, text: str) -> None:
+        super().__init__(text)
+        self._show = show
         self._before, self._after = before, after
 
     def redo(self) -> None:
-        """Show the box after the change."""
-        self._state._show_crop(self._after)
+        """Show the value after the change."""
+        self._show(self._after)
 
     def undo(self) -> None:
-        """Show the box before the change."""
-        self._state._show_crop(self._before)
+        """Show the value before the change."""
+        self._show(self._before)
 
 
 class _Edit(QUndoCommand):

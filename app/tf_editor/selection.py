@@ -34,6 +34,8 @@ class Selection(QObject):
         self._handles: tuple[Selected, ...] = ()
         self._flank: int | None = None
         self._known: tuple[object, ...] = ()
+        self._before: tuple[Selected, ...] = ()
+        """What was selected before a handle was added."""
 
     @property
     def selected(self) -> Selected | None:
@@ -73,20 +75,33 @@ class Selection(QObject):
         self._set(())
 
     def fit(self, transfer_function: TransferFunction) -> None:
-        """Take away handles that no longer exist; select one that was added to the others."""
+        """Take away handles that no longer exist; select one that was added to the others.
+
+        When it is gone again, as by undo, what was selected before is so again.
+        """
         opacity, color = transfer_function.opacity, transfer_function.color
         handles: tuple[object, ...] = opacity.points or opacity.modes
         known, self._known = self._known, handles
         added = [i for i, handle in enumerate(handles) if handle not in known]
         if len(added) == 1 and 0 < len(known) == len(handles) - 1:
+            before = self._handles
             self.select("opacity", added[0])
+            self._before = before
             return
+        wanted, gone = self._handles, [i for i, handle in enumerate(known) if handle not in handles]
+        if self._before and not added and wanted == tuple(Selected("opacity", i) for i in gone):
+            wanted, self._before = self._before, ()
         counts = {"opacity": len(handles), "color": len(color.stops)}
-        left = tuple(h for h in self._handles if h.index < counts[h.kind])
+        left = tuple(h for h in wanted if h.index < counts[h.kind])
         flank = None if opacity.points or left != self._handles else self._flank
-        self._set(left, flank)
+        self._change(left, flank)
 
     def _set(self, handles: tuple[Selected, ...], flank: int | None = None) -> None:
+        """Select what the user wants."""
+        self._before = ()
+        self._change(handles, flank)
+
+    def _change(self, handles: tuple[Selected, ...], flank: int | None) -> None:
         if (handles, flank) != (self._handles, self._flank):
             self._handles, self._flank = handles, flank
             self.changed.emit()

@@ -41,6 +41,8 @@ class StatusLine(QStatusBar):
         self._rest.timeout.connect(lambda: self.tell(""))
         state.viewChanged.connect(lambda _view: self._show_view())
         state.navigationChanged.connect(self._show_view)
+        # It may be about what is undone.
+        state.undone.connect(self._forget)
         self._show_view()
 
     @property
@@ -59,6 +61,10 @@ class StatusLine(QStatusBar):
         self._rest.stop()
         if text and not text.endswith(PENDING):
             self._rest.start()
+
+    def _forget(self) -> None:
+        if not self.news.endswith(PENDING):
+            self.tell("")
 
     def _show_view(self) -> None:
         view = self._state.view

@@ -41,12 +41,15 @@ class UpAxisBar(QFrame):
             button.setIconSize(QSize(ICON, ICON))
             button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
             button.setAccessibleName(f"{axis} is up")
+            # After a click the bar is gone, and another button would have its focus.
+            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
             button.clicked.connect(partial(self._choose, axis))
             self._buttons[axis] = button
             layout.addWidget(button)
         layout.addStretch()
         leave = QPushButton("Leave it")
         leave.setToolTip("Keep the volume as it stands")
+        leave.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         leave.clicked.connect(self._dismiss)
         layout.addWidget(leave)
         self.hide()

@@ -69,7 +69,7 @@ def test_a_click_puts_the_light_there(qtbot: QtBot, ball: LightBall) -> None:
 
 
 def test_a_fixed_light_is_shown_and_explained(qtbot: QtBot, ball: LightBall) -> None:
-    ball._state.set_light(None)
+    ball._state.place_light(None)
     ball.set_light(LightDirection(50.0, 10.0), None)
     assert ball.isVisible() and not ball.isEnabled()
     assert ball.direction == LightDirection(50.0, 10.0)

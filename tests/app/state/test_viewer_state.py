@@ -8,6 +8,7 @@ from ramp import make_tf
 
 from app.state.viewer_state import HOME_VIEW, ViewerState
 from model.scene.crop import CropBox
+from model.scene.light import LightDirection
 from model.scene.tf_editing import recolor_stop
 from model.scene.transfer_function import TransferFunction
 from model.scene.view import View
@@ -122,6 +123,25 @@ def test_the_end_of_a_drag_announces_nothing_new(state: ViewerState) -> None:
     state.undo()
     state.redo()
     assert len(changed) == len(finished) == 3
+
+
+def test_a_drag_of_the_light_is_one_undo_step_while_there_is_light(state: ViewerState) -> None:
+    first, last = LightDirection(-30.0, 30.0), LightDirection(20.0, 10.0)
+    state.place_light(first)
+    assert not state.undo_stack.canUndo()
+    for azimuth in (-10.0, 0.0):
+        state.move_light(LightDirection(azimuth, 20.0))
+    state.move_light(last)
+    state.finish_light()
+    assert state.undo_stack.undoText() == "move light"
+    state.undo()
+    assert state.light == first and not state.undo_stack.canUndo()
+    state.redo()
+    assert state.light == last
+    # Light that was switched off meanwhile stays off.
+    state.place_light(None)
+    state.undo()
+    assert state.light is None
 
 
 def test_a_crop_is_undone_and_redone_among_the_edits(qtbot: QtBot, state: ViewerState) -> None:

@@ -6,7 +6,7 @@ from pytestqt.qtbot import QtBot
 from ramp import make_tf
 
 from app.tf_editor.selection import Selected, Selection
-from model.scene.tf_editing import add_opacity_handle
+from model.scene.tf_editing import add_opacity_handle, move_opacity_handle
 from model.scene.transfer_function import OpacityTF
 
 
@@ -50,7 +50,7 @@ def test_several_of_one_kind() -> None:
     assert selection.indices("opacity") == (0,)
 
 
-def test_a_handle_that_was_added_elsewhere_is_selected() -> None:
+def test_a_handle_that_was_added_elsewhere_is_selected_until_it_is_undone(qtbot: QtBot) -> None:
     selection = Selection()
     before = make_tf()
     selection.fit(before)
@@ -58,6 +58,19 @@ def test_a_handle_that_was_added_elsewhere_is_selected() -> None:
     opacity, index = add_opacity_handle(before.opacity, 0.9, 0.3)
     selection.fit(replace(before, opacity=opacity))
     assert selection.selected == Selected("opacity", index)
+    # It is edited, and all of that undone.
+    moved = replace(before, opacity=move_opacity_handle(opacity, index, 0.9, 0.4))
+    for tf in (moved, replace(before, opacity=opacity)):
+        selection.fit(tf)
+        assert selection.selected == Selected("opacity", index)
+    with qtbot.waitSignal(selection.changed):
+        selection.fit(before)
+    assert selection.selected == Selected("opacity", 0)
+    # Whoever removes what was selected by hand has nothing selected.
+    selection.fit(replace(before, opacity=opacity))
+    selection.select("opacity", index)
+    selection.fit(before)
+    assert selection.selected is None
     # Another TF altogether is no addition.
     selection.select("color", 0)
     selection.fit(replace(before, opacity=OpacityTF((0.0, 1.0), points=((0.0, 0.1), (1.0, 0.2)))))

@@ -44,6 +44,15 @@ def test_a_sentence_goes_after_a_time_unless_it_is_about_what_is_under_way(
     qtbot.waitUntil(lambda: line.news == "")
 
 
+def test_news_go_when_what_they_are_about_is_undone(line: StatusLine, state: ViewerState) -> None:
+    line.tell("Opened a.json.")
+    state.undo()
+    assert line.news == ""
+    line.tell("Reading a.nrrd …")
+    state.undo()
+    assert line.news == "Reading a.nrrd …"
+
+
 def test_the_views_numbers_are_about_the_up_axis(line: StatusLine, state: ViewerState) -> None:
     state.set_view(View(40.0, -10.0, 0.0, 0.75))
     assert line.view_text == "40° / -10° / 0°   0.75"
