@@ -134,7 +134,7 @@ def move_stops(color: ColorTF, indices: Sequence[int], shift: float) -> ColorTF:
 def follow_modes(before: TransferFunction, opacity: OpacityTF) -> TransferFunction:
     """Replace the opacity TF, and move the colour stops at the means of modes along.
 
-    A stop moves between its neighbours only; the end stops are fixed.
+    A stop passes others as its mode does; the end stops are fixed.
 
     Parameters
     ----------
@@ -147,18 +147,16 @@ def follow_modes(before: TransferFunction, opacity: OpacityTF) -> TransferFuncti
     if len(modes) != len(opacity.modes):
         return replace(before, opacity=opacity)
     reach = opacity.bin_width / 2
-    moved: dict[int, float] = {}
+    first, *inner, last = color.stops
+    values = [stop[0] for stop in inner]
     for old, new in zip(modes, opacity.modes, strict=True):
-        near = [i for i, stop in enumerate(color.stops) if abs(stop[0] - old.mean) <= reach]
-        near = [i for i in near if not is_end_stop(color, i)]
+        near = [i for i, stop in enumerate(inner) if abs(stop[0] - old.mean) <= reach]
         if near and new.mean != old.mean:
-            index = min(near, key=lambda i: abs(color.stops[i][0] - old.mean))
-            moved[index] = new.mean
-    # Sorted in the direction of each move, so that stops that move together stay together.
-    right = sorted((i for i in moved if moved[i] > color.stops[i][0]), reverse=True)
-    for index in (*right, *sorted(set(moved) - set(right))):
-        color = move_stop(color, index, moved[index])
-    return TransferFunction(opacity, color)
+            index = min(near, key=lambda i: abs(inner[i][0] - old.mean))
+            values[index] = _clamp(new.mean, first[0], last[0])
+    moved = [(value, *stop[1:]) for value, stop in zip(values, inner, strict=True)]
+    moved.sort(key=lambda stop: stop[0])
+    return TransferFunction(opacity, replace(color, stops=(first, *moved, last)))
 
 
 def recolor_stop(color: ColorTF, index: int, rgb: tuple[float, float, float]) -> ColorTF:
