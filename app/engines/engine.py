@@ -12,6 +12,7 @@ from app.engines.messages import (
     BatchRequest,
     ImageRequest,
     LatentRequest,
+    MeasureRequest,
     PictureRequest,
     RegionSensitivityRequest,
     Request,
@@ -52,8 +53,8 @@ class Engine(Protocol):
     def picture(self, request: PictureRequest) -> NDArray[np.uint8]:
         """Draw a picture to save."""
 
-    def images(self, request: BatchRequest) -> Array:
-        """Draw several images."""
+    def images(self, request: BatchRequest, is_wanted: Callable[[], bool] = always) -> Array:
+        """Draw several images; may raise :class:`SupersededError` once they are not wanted."""
 
     def region_sensitivity(
         self, request: RegionSensitivityRequest, is_wanted: Callable[[], bool] = always
@@ -100,6 +101,8 @@ def answer(
             return engine.image(request, is_wanted)
         case PictureRequest():
             return engine.picture(request)
+        case MeasureRequest():
+            return engine.images(request, is_wanted)
         case BatchRequest():
             return engine.images(request)
         case RegionSensitivityRequest():

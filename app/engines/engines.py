@@ -185,12 +185,15 @@ class RendererEngine:
             part[...] = np.rint(255 * image)
         return picture
 
-    def images(self, request: BatchRequest) -> Array:
+    def images(self, request: BatchRequest, is_wanted: Callable[[], bool] = always) -> Array:
         """Render the images one after the other."""
-        quality = request.quality
-        distance = self._sample_distance * quality.coarseness
-        wanted = (request.inputs, *request.more)
-        return np.stack([self._renderer.render(i, quality.pixels, distance) for i in wanted])
+        pixels, coarseness = request.quality.pixels, request.quality.coarseness
+        images = []
+        for inputs in (request.inputs, *request.more):
+            if not is_wanted():
+                raise SupersededError
+            images.append(self._renderer.render(inputs, pixels, self._sample_distance * coarseness))
+        return np.stack(images)
 
     def region_sensitivity(
         self, request: RegionSensitivityRequest, is_wanted: Callable[[], bool] = always
@@ -275,7 +278,7 @@ class GeneratorEngine:
         image = self._generator.render(request.inputs)
         return np.rint(255 * np.clip(image, 0, 1)).astype(np.uint8)
 
-    def images(self, request: BatchRequest) -> Array:
+    def images(self, request: BatchRequest, is_wanted: Callable[[], bool] = always) -> Array:
         """Generate all images in one pass."""
         return self._generator.render_batch([request.inputs, *request.more])
 

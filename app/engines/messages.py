@@ -83,6 +83,11 @@ class BatchRequest(Request):
 
 
 @dataclass(frozen=True)
+class MeasureRequest(BatchRequest):
+    """Request for images by which edits are measured; given up once nobody waits for them."""
+
+
+@dataclass(frozen=True)
 class GridRequest(BatchRequest):
     """Request for the images of a brushed rectangle's cells."""
 

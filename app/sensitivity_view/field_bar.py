@@ -31,12 +31,12 @@ class FieldBar(QWidget):
         self._sensitivity = sensitivity
         self._best_value = best_value
         self.pin = quiet_button(
-            "Pin",
+            "Keep",
             "Keep the value under the mouse when it leaves the plot (P); Escape ends it",
         )
         self.pin.setCheckable(True)
         self.add = quiet_button(
-            "Add", "Add a mode at the pinned value, in a colour that stands out"
+            "Add", "Add a mode at the value that is kept, in a colour that stands out"
         )
         self.style_box = QComboBox()
         self.style_box.setFocusPolicy(Qt.FocusPolicy.TabFocus)
@@ -51,7 +51,7 @@ class FieldBar(QWidget):
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(4)
-        for part in (self.pin, self.add, self.style_box, self.fade, self.locked):
+        for part in (self.pin, self.style_box, self.locked, self.fade, self.add):
             row.addWidget(part)
         self.pin.clicked.connect(self.toggle_pin)
         self.add.clicked.connect(self.addRequested)
@@ -78,4 +78,4 @@ class FieldBar(QWidget):
         band = self._sensitivity.band
         pinned = band is not None and band.pinned
         self.pin.setChecked(pinned)
-        self.add.setEnabled(pinned)
+        self.add.setVisible(pinned)

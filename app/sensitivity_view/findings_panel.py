@@ -1,4 +1,4 @@
-"""Panel of findings: promising intervals, values of a clicked place, what if."""
+"""Panel of findings: edits that show most, values of a place or region, what if."""
 
 from __future__ import annotations
 
@@ -20,9 +20,10 @@ from PySide6.QtWidgets import (
 from app.controls import quiet_button, text_button
 from app.sensitivity_view.field_bar import FieldBar
 from app.sensitivity_view.held_button import HeldButton
+from app.sensitivity_view.measured_edits import MeasuredEdits
 from app.sensitivity_view.response_layer import ResponseLayer
-from app.state.edit_trials import IntervalTrial
-from app.state.sensitivity_answers import SOURCE_NAMES, WhatIfAnswer
+from app.sensitivity_view.visible_label import VisibleLabel
+from app.state.sensitivity_answers import SOURCE_NAMES, VisibilityAnswer, WhatIfAnswer
 from app.state.sensitivity_dispatcher import SensitivityDispatcher
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
@@ -35,15 +36,12 @@ from model.scene.tf_emphasis import (
 )
 from model.scene.tf_perturbation import edit_around
 from model.scene.transfer_function import TF_SAMPLES
+from model.scene.value_text import value_text
 from model.sensitivity.contributions import Contribution, contributions
-from model.sensitivity.intervals import Interval
 
 PANEL_WIDTH = 300
 ROWS = 3
 
-RENDER_TIP = (
-    "Render a mode at each listed value, and put the measured change behind the predicted one"
-)
 WHAT_IF_TIP = (
     "Show what a mode at the value under the mouse (or where the curve is highest) would change: "
     "click to see it until the next click, or hold (W)"
@@ -51,7 +49,7 @@ WHAT_IF_TIP = (
 
 
 class FindingsPanel(QWidget):
-    """Lists the intervals that promise most, or what shows at the clicked place.
+    """Lists the edits that show most, or the values of the clicked place or of the region.
 
     Parameters
     ----------
@@ -60,10 +58,13 @@ class FindingsPanel(QWidget):
     dispatcher : SensitivityDispatcher
     layer : ResponseLayer
         Finds the intervals, and has flags for them.
+    measured : MeasuredEdits
     shown_colors : callable
         Returns the colours (n, 3) that the active region shows now.
-    source, visible : QWidget
-        Say who answered, and what is visible.
+    source : QWidget
+        Says who answered.
+    visible : VisibleLabel
+        Says what is visible, and offers to list it.
     """
 
     whatIfShown = Signal(object)
@@ -76,9 +77,10 @@ class FindingsPanel(QWidget):
         sensitivity: SensitivityState,
         dispatcher: SensitivityDispatcher,
         layer: ResponseLayer,
+        measured: MeasuredEdits,
         shown_colors: Callable[[], NDArray[np.float32]],
         source: QWidget,
-        visible: QWidget,
+        visible: VisibleLabel,
         parent: QWidget | None = None,
     ) -> None:
         super().__init__(parent)
@@ -86,15 +88,16 @@ class FindingsPanel(QWidget):
         self._sensitivity = sensitivity
         self._dispatcher = dispatcher
         self._layer = layer
+        self._measured = measured
         self._shown_colors = shown_colors
         self._found: tuple[Contribution, ...] = ()
-        self._rendered: list[float] = []
+        self._lists_region = False
         self._what_if: dict[str, WhatIfAnswer] = {}
         self._tried = 0.0
         self.setFixedWidth(PANEL_WIDTH)
         self.heading = QLabel()
         self.heading.setProperty("role", "title")
-        self.back = text_button("✕", "Back to the intervals (Escape)")
+        self.back = text_button("✕", "Back to the edits (Escape)")
         self.rows = [QLabel() for _ in range(ROWS)]
         self.adds = [QPushButton("Add") for _ in range(ROWS)]
         for button in self.adds:
@@ -107,14 +110,13 @@ class FindingsPanel(QWidget):
         self.height_box = NumberBox()
         self.height_box.setFixedWidth(56)
         self.height_box.show_value(sensitivity.choices.height)
-        self.height_box.setToolTip("Opacity of the modes whose effect is predicted")
-        self.render_button = QPushButton("Measure")
-        self.render_button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.height_box.setToolTip("Opacity of the modes whose effect is listed")
         self.what_if_button = HeldButton("What if")
         self.field_bar = FieldBar(sensitivity, self._best_value)
         self.result = QLabel()
         self.result.setProperty("role", "dim")
         self.result.setWordWrap(True)
+        self._visible = visible
         self._lay_out(source, visible)
         self._connect()
         self.refresh()
@@ -137,39 +139,66 @@ class FindingsPanel(QWidget):
         added = add_striking_mode(tf, value, width, height, self._shown_colors())
         self._state.commit(added, "add mode")
 
+    def leave_values(self) -> bool:
+        """List the edits again; return False if they are."""
+        if not self._lists_values:
+            return False
+        self._lists_region = False
+        self._sensitivity.pick(None)
+        self._find_values()
+        return True
+
     def refresh(self) -> None:
-        """Show the present intervals or values; what is not up to date is dim."""
-        picked = self._sensitivity.place is not None
-        dispatcher = self._dispatcher
+        """Show the present edits or values; what is not up to date is dim."""
+        dispatcher, values = self._dispatcher, self._lists_values
         fresh = dispatcher.is_fresh(dispatcher.region_answer)
-        if picked:
-            fresh = dispatcher.pick is not None and dispatcher.pick.is_of(self._state.inputs)
-        self.heading.setText("At the clicked place" if picked else "Where an edit shows most")
-        self.back.setVisible(picked)
+        if values:
+            fresh = self._values is not None and self._values.is_of(self._state.inputs)
+        self.heading.setText(self._heading())
+        self.back.setVisible(values)
         for index in range(ROWS):
-            here = index < len(self._found if picked else self._layer.intervals)
+            here = index < len(self._found if values else self._layer.intervals)
             text = ""
             if here:
-                text = self._found_text(index) if picked else self._interval_text(index)
+                text = self._found_text(index) if values else self._interval_text(index)
             self.rows[index].setText(text)
             self.rows[index].setEnabled(fresh)
-            self.adds[index].setVisible(here and not picked)
+            self.adds[index].setVisible(here and not values)
             for buttons in (self.raises, self.lowers, self.isolates):
-                buttons[index].setVisible(here and picked)
+                buttons[index].setVisible(here and values)
             for button in (
                 self.adds[index], self.raises[index], self.lowers[index], self.isolates[index],
             ):  # fmt: skip
                 button.setEnabled(fresh)
         if not self.rows[0].text():
-            self.rows[0].setText(self._nothing_text(picked, fresh))
-        self._enable_render(picked, fresh)
+            self.rows[0].setText(self._nothing_text(values, fresh))
         self.field_bar.fade.setVisible(dispatcher.learned_fits)
         self._enable_what_if()
 
-    def _nothing_text(self, picked: bool, fresh: bool) -> str:
+    @property
+    def _lists_values(self) -> bool:
+        """Whether the values of a place or of the region are listed."""
+        return self._lists_region or self._sensitivity.place is not None
+
+    @property
+    def _values(self) -> VisibilityAnswer | None:
+        """Visibility of the values that are listed; None while it is not known."""
+        if self._sensitivity.place is not None:
+            return self._dispatcher.pick
+        answer, outline = self._dispatcher.visibility, self._sensitivity.outline
+        return answer if answer is not None and answer.request.regions[0] == outline else None
+
+    def _heading(self) -> str:
+        if self._sensitivity.place is not None:
+            return "At the clicked place"
+        if self._lists_region:
+            return f"Visible: {self._sensitivity.region_name.lower()}"
+        return "Where an edit shows most"
+
+    def _nothing_text(self, values: bool, fresh: bool) -> str:
         if fresh:
-            if picked:
-                return "nothing: this place is black"
+            if values:
+                return "nothing: it is black"
             # Or it only rises towards values that hardly any voxel has: see the curve.
             return (
                 "no edit shows here"
@@ -177,23 +206,12 @@ class FindingsPanel(QWidget):
                 else "no value stands out: see the curve"
             )
         waiting = (
-            bool(self._dispatcher.chooser.available) if picked else self._dispatcher.is_waiting
+            bool(self._dispatcher.chooser.available) if values else self._dispatcher.is_waiting
         )
         if not waiting:
             return ""
-        slow = not picked and self._dispatcher.exact_source == "differences"
+        slow = not values and self._dispatcher.exact_source == "differences"
         return "computing some 90 images …" if slow else "computing …"
-
-    def _enable_render(self, picked: bool, fresh: bool) -> None:
-        lacking = ""
-        if picked:
-            lacking = "Go back to the list of edits first (Escape)"
-        elif not fresh:
-            lacking = "The edits that show most are still computed"
-        elif not self._layer.intervals:
-            lacking = "There is nothing to render: no value stands out"
-        self.render_button.setEnabled(not lacking)
-        self.render_button.setToolTip(_tip(RENDER_TIP, lacking))
 
     def _enable_what_if(self) -> None:
         lacking = ""
@@ -246,9 +264,9 @@ class FindingsPanel(QWidget):
             for column, button in enumerate(row_buttons, start=1):
                 grid.addWidget(button, index, column)
         height = QHBoxLayout()
-        label = QLabel("Opacity")
+        label = QLabel("Edits of opacity")
         label.setProperty("role", "dim")
-        for widget in (label, self.height_box, self.render_button, self.what_if_button):
+        for widget in (label, self.height_box, self.what_if_button):
             height.addWidget(widget)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -272,25 +290,24 @@ class FindingsPanel(QWidget):
                 lambda _=False, i=index: self._emphasize(i, "isolate")
             )
         self._layer.peakClicked.connect(self.add_mode)
-        self._layer.intervalsChanged.connect(self._take_intervals)
-        self._dispatcher.pickAnswered.connect(self._take_pick)
+        self._layer.intervalsChanged.connect(lambda _intervals: self._forget_result())
+        self._measured.changed.connect(self.refresh)
+        self._dispatcher.pickAnswered.connect(self._find_values)
+        self._dispatcher.visibilityAnswered.connect(self._find_values)
+        self._visible.linkActivated.connect(lambda _link: self._list_region())
         trials = self._dispatcher.trials
-        trials.intervalsRendered.connect(self._take_rendered)
         trials.whatIfAnswered.connect(self._take_what_if)
         trials.dropped.connect(self.result.setText)
         self._dispatcher.regionAnswered.connect(self.refresh)
-        self._state.inputsChanged.connect(self._forget_rendered)
-        sensitivity.regionsChanged.connect(self._forget_rendered)
-        self.back.clicked.connect(lambda: sensitivity.pick(None))
-        self.render_button.clicked.connect(
-            lambda: self._dispatcher.trials.render_intervals(self._layer.intervals)
-        )
+        self._state.inputsChanged.connect(self._forget_result)
+        sensitivity.regionsChanged.connect(self._forget_result)
+        self.back.clicked.connect(self.leave_values)
         self.what_if_button.turnedOn.connect(self.start_what_if)
         self.what_if_button.turnedOff.connect(self.end_what_if)
         self.height_box.valueChanged.connect(lambda height: sensitivity.choose(height=height))
         self.field_bar.addRequested.connect(self.add_mode_over_band)
-        sensitivity.choicesChanged.connect(lambda _choices: self._forget_rendered())
-        sensitivity.placeChanged.connect(lambda _place: self.refresh())
+        sensitivity.choicesChanged.connect(lambda _choices: self._forget_result())
+        sensitivity.placeChanged.connect(lambda _place: self._find_values())
         sensitivity.bandChanged.connect(lambda _band: self._enable_what_if())
 
     def _best_value(self) -> float | None:
@@ -318,29 +335,23 @@ class FindingsPanel(QWidget):
         opacity = functions[how](tf.opacity, self._found[index].value, self._width())
         self._state.commit(replace(tf, opacity=opacity), f"{how} value")
 
-    def _take_intervals(self, _intervals: tuple[Interval, ...]) -> None:
-        self._forget_rendered()
-
-    def _forget_rendered(self) -> None:
-        self._rendered = []
+    def _forget_result(self) -> None:
         self.result.clear()
         self.refresh()
 
-    def _take_rendered(self, trial: IntervalTrial, changes: list[float]) -> None:
-        if trial == self._dispatcher.trials.trial_of(self._layer.intervals):
-            self._rendered = changes
-            self.refresh()
+    def _list_region(self) -> None:
+        self._lists_region = True
+        self._find_values()
 
-    def _take_pick(self) -> None:
-        answer = self._dispatcher.pick
+    def _find_values(self) -> None:
         self._found = ()
-        if answer is not None:
-            self._found = contributions(answer.value[0], self._state.scalar_range)
+        if self._lists_values and self._values is not None:
+            self._found = contributions(self._values.value[0], self._state.scalar_range)
         self.refresh()
 
     def _take_what_if(self, answer: WhatIfAnswer) -> None:
         self._what_if[SOURCE_NAMES[answer.source]] = answer
-        texts = [f"A mode at {self._tried:.4g}, on the region:"]
+        texts = [f"A mode at {self._text(self._tried)}, on the region:"]
         for name, one in self._what_if.items():
             predicted = one.what_if.predicted
             said = "" if predicted is None else f", predicted {predicted:.3f}"
@@ -349,21 +360,20 @@ class FindingsPanel(QWidget):
         if self.what_if_button.isChecked():
             self.whatIfShown.emit(answer)
 
+    def _text(self, value: float) -> str:
+        return value_text(value, self._state.scalar_range)
+
     def _interval_text(self, index: int) -> str:
         interval = self._layer.intervals[index]
-        predicted = interval.predicted(self._sensitivity.choices.height)
-        text = f"{index + 1}   {interval.value:.4g}   "
-        if index < len(self._rendered):
-            # The word is about what was measured: a prediction may fail.
-            text += f"{predicted:+.2g} → {self._effect(self._rendered[index])}"
-        else:
-            text += self._effect(predicted)
+        predicted = self._effect(interval.predicted(self._sensitivity.choices.height))
+        measured = self._measured.change(interval)
+        effect = f"≈ {predicted}" if measured is None else self._effect(measured)
         self.rows[index].setToolTip(
-            f"{interval.low:.5g} to {interval.high:.5g}: a mode of this opacity changes the "
-            "region's pixels by so much (1 is from black to white), predicted to first order "
-            "→ rendered"
+            f"{self._text(interval.low)} to {self._text(interval.high)}: a mode of this opacity "
+            "changes the region's pixels by so much (1 is from black to white), as rendered. "
+            f"The curve, which is of faint edits, promises: {predicted}."
         )
-        return text
+        return f"{index + 1}   {self._text(interval.value)}   {effect}"
 
     def _effect(self, change: float) -> str:
         if self._sensitivity.choices.measure == "change":
@@ -373,7 +383,7 @@ class FindingsPanel(QWidget):
     def _found_text(self, index: int) -> str:
         found = self._found[index]
         self.rows[index].setToolTip("Share of what is visible there")
-        return f"{found.value:.4g}   {100 * found.share:.0f} %"
+        return f"{self._text(found.value)}   {100 * found.share:.0f} %"
 
 
 def _tip(text: str, lacking: str) -> str:

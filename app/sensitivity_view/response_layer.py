@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, cast
 
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QObject, QPointF, QRectF, Qt, Signal
-from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPolygonF, QWheelEvent
-from PySide6.QtWidgets import (
-    QGraphicsObject,
-    QGraphicsSceneMouseEvent,
-    QStyleOptionGraphicsItem,
-    QWidget,
-)
+from PySide6.QtCore import QEvent, QObject, QPointF, Qt, Signal
+from PySide6.QtGui import QColor, QMouseEvent, QWheelEvent
 
 from app import theme
+from app.sensitivity_view.peak_flag import PeakFlag
 from app.state.sensitivity_answers import RegionAnswer
 from app.state.sensitivity_dispatcher import SensitivityDispatcher
 from app.state.sensitivity_state import SensitivityState
@@ -25,6 +21,7 @@ from app.tf_editor.handle import DragHandle
 from app.tf_editor.plot_area import PlotArea
 from model.scene.tf_perturbation import edit_over
 from model.scene.transfer_function import TF_SAMPLES, Range
+from model.scene.value_text import value_text
 from model.sensitivity.display import FLOOR, SMALL_EDIT, shown_responses
 from model.sensitivity.intervals import Interval, promising_intervals
 
@@ -38,42 +35,8 @@ VISIBLE_HEIGHT = 0.3
 
 CLICK_REACH = 4
 
-
-class PeakFlag(QGraphicsObject):
-    """A numbered flag at a peak of the responses, which can be clicked."""
-
-    clicked = Signal()
-
-    def __init__(self, number: int) -> None:
-        super().__init__()
-        self.setFlag(QGraphicsObject.GraphicsItemFlag.ItemIgnoresTransformations)
-        self.setCursor(Qt.CursorShape.PointingHandCursor)
-        self.setZValue(90)
-        self._number = number
-
-    def boundingRect(self) -> QRectF:
-        """Return the area of the flag in pixels."""
-        return QRectF(-9, -2, 18, 22)
-
-    def paint(
-        self, painter: QPainter, _option: QStyleOptionGraphicsItem, _widget: QWidget | None = None
-    ) -> None:
-        """Draw a pointed label with the number."""
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(QColor(EXACT))
-        painter.drawRoundedRect(QRectF(-8, 0, 16, 14), 3, 3)
-        painter.drawPolygon(QPolygonF([QPointF(-4, 13), QPointF(4, 13), QPointF(0, 19)]))
-        painter.setPen(QColor(theme.BACKGROUND))
-        painter.drawText(QRectF(-8, 0, 16, 14), Qt.AlignmentFlag.AlignCenter, str(self._number))
-
-    def mousePressEvent(self, event: QGraphicsSceneMouseEvent) -> None:
-        """Accept the press, so that the release arrives here."""
-        event.accept()
-
-    def mouseReleaseEvent(self, _event: QGraphicsSceneMouseEvent) -> None:
-        """Emit the click."""
-        self.clicked.emit()
+CANDIDATES = 5
+"""Number of intervals among which those with a flag are chosen."""
 
 
 class ResponseLayer(QObject):
@@ -91,7 +54,7 @@ class ResponseLayer(QObject):
     """
 
     intervalsChanged = Signal(object)
-    """Emitted with the promising intervals, the best one first."""
+    """Emitted with the promising intervals, that with the strongest response first."""
     peakClicked = Signal(int)
 
     def __init__(
@@ -112,7 +75,10 @@ class ResponseLayer(QObject):
         self._pressed: QPointF | None = None
         self._edits = False
         """Whether a handle was moved since the mouse came to the plot."""
+        self.promising: tuple[Interval, ...] = ()
+        """Intervals that promise most, by the derivative."""
         self.intervals: tuple[Interval, ...] = ()
+        """Those with a flag, the best one first."""
         self.is_flat = True
         self.strongest: float | None = None
         """Scalar value of the strongest response; None where no edit shows."""
@@ -138,7 +104,7 @@ class ResponseLayer(QObject):
         self._shown: dict[str, tuple[NDArray[np.float64], Range]] = {}
         for item in (self._zero, self._cut, *self._curves.values()):
             self._view.addItem(item, ignoreBounds=True)
-        self._flags = [PeakFlag(number) for number in (1, 2, 3)]
+        self._flags = [PeakFlag(number, EXACT) for number in (1, 2, 3)]
         for number, flag in enumerate(self._flags):
             flag.clicked.connect(lambda n=number: self.peakClicked.emit(n))
             flag.hide()
@@ -203,19 +169,30 @@ class ResponseLayer(QObject):
         self._mark_stale()
         answer = self._dispatcher.region_answer
         values = self._displayed(answer)
-        intervals: tuple[Interval, ...] = ()
+        promising: tuple[Interval, ...] = ()
         if values is not None and answer is not None and choices.shown:
             scalar_range = answer.request.inputs.opacity_tf.scalar_range
             self.is_flat = bool(np.abs(values).max() < FLOOR * SMALL_EDIT)
             inside = np.abs(self._inside(values))
             at = float(np.linspace(*scalar_range, TF_SAMPLES)[int(inside.argmax())])
             self.strongest = None if self.is_flat else at
-            intervals = promising_intervals(values, scalar_range, window=self._interest)
-        if intervals != self.intervals:
-            self.intervals = intervals
-            self._place_flags()
-            self.intervalsChanged.emit(intervals)
+            promising = promising_intervals(values, scalar_range, CANDIDATES, window=self._interest)
+        if promising != self.promising:
+            self.promising = promising
+            self.rank(promising)
+            self.intervalsChanged.emit(promising)
         self._axis.setVisible(choices.shown)
+
+    def rank(self, intervals: Sequence[Interval]) -> None:
+        """Put flags at the best of the intervals.
+
+        Parameters
+        ----------
+        intervals : sequence of Interval
+            The promising ones, the best one first.
+        """
+        self.intervals = tuple(intervals[: len(self._flags)])
+        self._place_flags()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Follow the mouse over the opacity plot; the handles get their events as always."""
@@ -365,7 +342,7 @@ class ResponseLayer(QObject):
             item.setVisible(band is not None and choices.shown)
         if band is not None:
             places = [self._area.axis.place(value) for value in band.values]
-            one, other = (f"{value:.4g}" for value in band.values)
+            one, other = (value_text(v, self._state.scalar_range) for v in band.values)
             self._value.setText(one if one == other else f"{one} to {other}")
             # Beside the band, where there is room.
             right = places[1] < 0.75

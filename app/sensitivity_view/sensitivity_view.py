@@ -10,6 +10,7 @@ from app.image_view.engine_pane import EnginePane
 from app.sensitivity_view.choice_bar import ChoiceBar
 from app.sensitivity_view.field_cover import FieldCover
 from app.sensitivity_view.findings_panel import FindingsPanel
+from app.sensitivity_view.measured_edits import MeasuredEdits
 from app.sensitivity_view.region_layer import RegionLayer
 from app.sensitivity_view.response_layer import ResponseLayer
 from app.sensitivity_view.source_label import SourceLabel
@@ -65,11 +66,13 @@ class SensitivityView(QObject):
         self.bar = ChoiceBar(sensitivity)
         self.source = SourceLabel(sensitivity, dispatcher, workspace)
         self.visible = VisibleLabel(sensitivity, dispatcher)
+        self.measured = MeasuredEdits(state, sensitivity, dispatcher, self.responses, self)
         self.findings = FindingsPanel(
             state,
             sensitivity,
             dispatcher,
             self.responses,
+            self.measured,
             self._shown_colors,
             self.source,
             self.visible,
@@ -87,17 +90,15 @@ class SensitivityView(QObject):
     def escape(self) -> bool:
         """End the last of what is under way; return False if nothing is.
 
-        That is a region that is to be drawn, a pinned band, or the values of a clicked place.
+        That is a region that is to be drawn, a pinned band, or a list of values.
         """
         asked = self._sensitivity
         if asked.tool is not None:
             asked.set_tool(None)
         elif asked.band is not None and asked.band.pinned:
             asked.unpin()
-        elif asked.place is not None:
-            asked.pick(None)
         else:
-            return False
+            return self.findings.leave_values()
         return True
 
     def result(self) -> SensitivityResult | None:

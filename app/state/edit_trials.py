@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
 from app.engines.client import EngineClient
-from app.engines.messages import BatchRequest, Result
+from app.engines.messages import BatchRequest, MeasureRequest, Quality, Result
 from app.state.engine_chooser import EngineChooser, EngineName
 from app.state.sensitivity_answers import FieldAnswer, Source, WhatIfAnswer
 from app.state.sensitivity_state import SensitivityState
@@ -31,6 +31,7 @@ Images = NDArray[np.float32]
 class IntervalTrial:
     """A question about intervals; its answer is not read as one to another question."""
 
+    inputs: SceneInputs
     intervals: tuple[Interval, ...]
     outline: Outline
     width: float
@@ -47,6 +48,9 @@ class _Pending:
 class EditTrials(QObject):
     """Has edits rendered by the engines that answer questions about sensitivities.
 
+    Two kinds of trials: what one edit would show, which somebody waits for, and how much each of
+    several edits changes, which is measured at rest.
+
     Parameters
     ----------
     state : ViewerState
@@ -60,7 +64,7 @@ class EditTrials(QObject):
 
     whatIfAnswered = Signal(object)
     """Emitted with a :class:`WhatIfAnswer`."""
-    intervalsRendered = Signal(object, object)
+    intervalsMeasured = Signal(object, object)
     """Emitted with an :class:`IntervalTrial`, and the change by each of its modes: a list."""
     dropped = Signal(str)
     """Emitted with the reason, or nothing, when a trial has no result."""
@@ -80,7 +84,7 @@ class EditTrials(QObject):
         self._chooser = chooser
         self._clients = clients
         self._field_of = field_of
-        self._pending: dict[EngineName, _Pending] = {}
+        self._pending: dict[tuple[EngineName, type[BatchRequest]], _Pending] = {}
         self._sequence = 0
         for name, client in clients.items():
             client.resultReady.connect(partial(self._take, name))
@@ -95,10 +99,13 @@ class EditTrials(QObject):
         after = edited(self._state.inputs, edit, self._asked.choices.height)
         names = self._chooser.available
         for name in names:
-            self._submit(name, (after,), partial(self._show_what_if, outline, edit))
+            quality = self._chooser.quality(name, "images")
+            self._submit(
+                name, BatchRequest, quality, (after,), partial(self._show_what_if, outline, edit)
+            )
         return bool(names)
 
-    def render_intervals(self, intervals: tuple[Interval, ...]) -> None:
+    def measure(self, intervals: tuple[Interval, ...]) -> None:
         """Have a mode in each interval rendered by the engine that is asked first."""
         inputs, choices = self._state.inputs, self._asked.choices
         scalar_range = self._state.scalar_range
@@ -106,34 +113,47 @@ class EditTrials(QObject):
         more = tuple(edited(inputs, edit, choices.height) for edit in edits)
         trial = self.trial_of(intervals)
         for name in self._chooser.order("images", live=False)[:1]:
-            self._submit(name, more, partial(self._show_intervals, trial))
+            quality = self._chooser.measuring_quality(name)
+            self._submit(name, MeasureRequest, quality, more, partial(self._show_intervals, trial))
+
+    def stop_measuring(self) -> None:
+        """Call off what is measured: it is about something else by now."""
+        for name, client in self._clients.items():
+            if self._pending.pop((name, MeasureRequest), None) is not None:
+                client.abandon(MeasureRequest)
 
     def trial_of(self, intervals: tuple[Interval, ...]) -> IntervalTrial:
         """Return the trial of intervals by the present choices."""
         choices = self._asked.choices
         return IntervalTrial(
-            intervals, self._asked.outline, choices.width, choices.height, choices.measure
+            self._state.inputs,
+            intervals,
+            self._asked.outline,
+            choices.width,
+            choices.height,
+            choices.measure,
         )
 
     def _submit(
         self,
         name: EngineName,
+        kind: type[BatchRequest],
+        quality: Quality,
         more: tuple[SceneInputs, ...],
         show: Callable[[Source, Images], None],
     ) -> None:
         self._sequence += 1
-        quality = self._chooser.quality(name, "images")
-        self._pending[name] = _Pending(self._sequence, show)
-        request = BatchRequest(self._sequence, self._state.inputs, quality, more)
-        self._clients[name].submit(request)
+        self._pending[name, kind] = _Pending(self._sequence, show)
+        self._clients[name].submit(kind(self._sequence, self._state.inputs, quality, more))
 
     def _take(self, name: EngineName, result: Result) -> None:
-        pending = self._pending.get(name)
-        if type(result.request) is not BatchRequest or pending is None:
+        kind = type(result.request)
+        if kind not in (BatchRequest, MeasureRequest):
             return
-        if pending.sequence != result.request.sequence:
+        pending = self._pending.get((name, kind))
+        if pending is None or pending.sequence != result.request.sequence:
             return
-        del self._pending[name]
+        del self._pending[name, kind]
         if result.value is None or result.request.inputs != self._state.inputs:
             self.dropped.emit(result.error or "")
         else:
@@ -161,4 +181,4 @@ class EditTrials(QObject):
         found = [compare(images[0], after, mask) for after in images[1:]]
         signed = trial.measure == "signed"
         changes = [one.brightness if signed else one.rmse for one in found]
-        self.intervalsRendered.emit(trial, changes)
+        self.intervalsMeasured.emit(trial, changes)

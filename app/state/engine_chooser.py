@@ -29,6 +29,9 @@ REST_SIZE = 256
 SLOW_REGION_SIZE = 96
 """Size for regions by differences, which take some 90 images."""
 
+MEASURED_SIZE = 128
+"""Size of images by which edits are measured: they are made after every change."""
+
 SLOW_SECONDS = 0.5
 """Expected time from which the other engine answers, if there is one."""
 
@@ -123,6 +126,13 @@ class EngineChooser:
         if self._by_differences and question in REGION_QUESTIONS:
             return self._sized(SLOW_REGION_SIZE)
         return self._sized(min(REST_SIZE, self.picture.shorter))
+
+    def measuring_quality(self, name: EngineName) -> Quality:
+        """Size of the images by which an engine measures edits."""
+        if name == "learned":
+            return Quality(self.learned_size or REST_SIZE)
+        size = SLOW_REGION_SIZE if self._by_differences else MEASURED_SIZE
+        return self._sized(min(size, self.picture.shorter))
 
     def _sized(self, size: int, live: bool = False) -> Quality:
         """Quality of an answer of the reference's proportions, with a square of this size."""

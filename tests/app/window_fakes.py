@@ -106,7 +106,9 @@ class FakeEngine:
         self._wait_or_fail()
         return np.full((*request.quality.pixels.shape, 3), request.values[0], dtype=np.float32)
 
-    def images(self, request: BatchRequest) -> NDArray[np.float32]:
+    def images(
+        self, request: BatchRequest, is_wanted: Callable[[], bool] = always
+    ) -> NDArray[np.float32]:
         """Gray images, each .1 brighter than the one before."""
         self.others.append(request)
         shape = request.quality.pixels.shape

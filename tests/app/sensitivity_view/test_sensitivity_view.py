@@ -19,6 +19,7 @@ from ramp import make_tf, make_volume
 from window_fakes import FakeBuilders, FakeEngine
 
 from app.engines.messages import (
+    MeasureRequest,
     RegionSensitivityRequest,
     ValueSensitivityRequest,
     VisibilityRequest,
@@ -35,6 +36,7 @@ from model.scene.tf_perturbation import edit_over
 from model.scene.view import View
 from model.scene.volume import Volume
 from model.sensitivity.display import overlay, scale_of, shown_field, shown_responses
+from model.sensitivity.intervals import Interval
 
 WindowMaker = Callable[..., MainWindow]
 
@@ -482,8 +484,6 @@ def test_what_if_shows_the_edit_while_the_key_is_held(qtbot: QtBot, window: Main
     assert tried == pytest.approx(value, abs=0.5)
     QTest.keyRelease(window, Qt.Key.Key_W)
     assert window.reference.canvas.cover is None
-    findings.render_button.click()
-    qtbot.waitUntil(lambda: "→ brighter +0.1" in findings.rows[0].text())
 
 
 def test_what_if_after_the_key_is_released_covers_nothing(qtbot: QtBot, window: MainWindow) -> None:
@@ -582,9 +582,9 @@ def test_the_values_that_a_region_shows_are_named(
 
     state.add_region(Outline.rectangle(0.1, 0.1, 0.4, 0.4))
     state.finish_region()
-    qtbot.waitUntil(lambda: "visible: 120 (75 %), 180 (25 %)" in text())
+    qtbot.waitUntil(lambda: "visible: 120.0 (75 %), 180.0 (25 %)" in text())
     state.activate(None)
-    qtbot.waitUntil(lambda: "visible: 180 (100 %)" in text())
+    qtbot.waitUntil(lambda: "visible: 180.0 (100 %)" in text())
     # The list of a clicked place says it of that.
     state.pick((0.5, 0.5))
     assert label.text() == ""
@@ -709,19 +709,75 @@ def test_an_answer_of_an_engine_that_is_no_longer_chosen_is_ignored(
     analyst.gate = None
 
 
-def test_what_was_rendered_is_beside_its_own_prediction_only(
+def test_edits_are_measured_at_rest_and_ranked_by_it(qtbot: QtBot, window: MainWindow) -> None:
+    findings, layer = window.sensitivity.findings, window.sensitivity.responses
+    # The fake's second image is .1 brighter than the first; the derivative promises something else.
+    qtbot.waitUntil(lambda: findings.rows[0].text().endswith("   brighter +0.1"))
+    assert "promises: brighter" in findings.rows[0].toolTip()
+    measured = layer.intervals[0]
+    promised = findings._effect(measured.predicted(0.4))
+    assert promised != "brighter +0.1"
+    window.sensitivity_state.choose(height=0.4)
+    assert findings.rows[0].text().endswith(f"   ≈ {promised}")
+    qtbot.waitUntil(lambda: findings.rows[0].text().endswith("   brighter +0.1"))
+    # What was measured for another edit is not taken for this one's.
+    late = window.workspace.sensitivity.trials.trial_of(layer.promising)
+    window.sensitivity_state.choose(width=3.0)
+    assert "≈" in findings.rows[0].text()
+    window.workspace.sensitivity.trials.intervalsMeasured.emit(late, [0.5])
+    assert "≈" in findings.rows[0].text()
+
+
+def test_the_best_edit_is_the_one_that_changes_most_in_truth(
     qtbot: QtBot, window: MainWindow
 ) -> None:
-    findings, trials = window.sensitivity.findings, window.workspace.sensitivity.trials
-    with qtbot.waitSignal(trials.intervalsRendered):
-        findings.render_button.click()
-        window.sensitivity_state.choose(height=0.4)
-    assert "→" not in findings.rows[0].text()
-    with qtbot.waitSignal(trials.intervalsRendered):
-        findings.render_button.click()
-    assert "→ brighter +0.1" in findings.rows[0].text()
-    window.sensitivity_state.choose(width=3.0)
-    assert "→" not in findings.rows[0].text()
+    layer, findings = window.sensitivity.responses, window.sensitivity.findings
+    promising = tuple(
+        Interval(value, value - 5, value + 5, response)
+        for value, response in ((30.0, 0.4), (60.0, 0.3), (90.0, 0.2), (120.0, 0.1))
+    )
+    layer.promising = promising
+    trial = window.workspace.sensitivity.trials.trial_of(promising)
+    window.workspace.sensitivity.trials.intervalsMeasured.emit(trial, [0.01, -0.5, 0.0, 0.2])
+    assert [interval.value for interval in layer.intervals] == [60.0, 120.0, 30.0]
+    assert [flag.pos().x() for flag in layer._flags] == pytest.approx(
+        [layer._area.axis.place(value) for value in (60.0, 120.0, 30.0)]
+    )
+    assert "darker -0.5" in findings.rows[0].text()
+
+
+def test_what_a_drag_no_longer_wants_is_not_measured(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
+) -> None:
+    trials, analyst = window.workspace.sensitivity.trials, builders.analysts[-1]
+    qtbot.waitUntil(lambda: any(type(r) is MeasureRequest for r in analyst.others))
+    abandoned: list[object] = []
+    client = window.workspace.sensitivity._clients["exact"]
+    client.abandon = abandoned.append  # type: ignore[method-assign]
+    trials.measure(window.sensitivity.responses.promising)
+    window.state.move_view(View(80.0))
+    assert MeasureRequest in abandoned
+
+
+def test_the_values_of_a_region_are_listed_to_be_raised_and_lowered(
+    qtbot: QtBot, window: MainWindow
+) -> None:
+    findings, state = window.sensitivity.findings, window.sensitivity_state
+    state.add_region(Outline.rectangle(0.2, 0.2, 0.6, 0.6))
+    state.finish_region()
+    qtbot.waitUntil(lambda: "edit" in window.sensitivity.visible.text())
+    window.sensitivity.visible.linkActivated.emit("edit")
+    assert findings.heading.text() == "Visible: region 1"
+    qtbot.waitUntil(findings.lowers[0].isEnabled)
+    assert findings.rows[0].text().endswith("%") and findings.lowers[0].isVisible()
+    before = window.state.transfer_function
+    findings.isolates[0].click()
+    assert window.state.transfer_function != before
+    assert window.state.undo_stack.undoText() == "isolate value"
+    # What it shows now is listed next; Escape leads back.
+    qtbot.waitUntil(findings.lowers[0].isEnabled)
+    QTest.keyClick(window, Qt.Key.Key_Escape)
+    assert findings.heading.text() == "Where an edit shows most"
 
 
 def test_what_if_ends_when_the_view_turns_or_another_window_comes(
@@ -795,7 +851,7 @@ def test_the_value_under_the_mouse_is_named(window: MainWindow) -> None:
     state.hover(150.3)
     assert layer.value_text == "150.3"
     state.pin(140.0, 199.96)
-    assert layer.value_text == "140 to 200"
+    assert layer.value_text == "140.0 to 200.0"
     state.choose(shown=False)
     assert layer.value_text == ""
 
@@ -822,25 +878,13 @@ def test_a_missing_answer_of_the_model_is_explained(qtbot: QtBot, window: MainWi
     assert "not beside" not in label.text()
 
 
-def test_a_button_that_is_grey_says_why(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
-) -> None:
-    findings, state = window.sensitivity.findings, window.sensitivity_state
-    qtbot.waitUntil(findings.render_button.isEnabled)
-    assert findings.render_button.toolTip().startswith("Render a mode at")
-    assert findings.what_if_button.toolTip().startswith("Show what a mode")
-    state.pick((0.5, 0.5))
-    assert not findings.render_button.isEnabled()
-    assert findings.render_button.toolTip().startswith("Go back to the list")
-    state.pick(None)
-    builders.analysts[-1].gate = threading.Semaphore(0)
-    state.choose(engine="exact")
-    assert findings.render_button.toolTip().startswith("The edits that show most are still")
-    builders.analysts[-1].gate.release(40)
-    builders.analysts[-1].gate = None
-    state.choose(shown=False)
-    assert not findings.what_if_button.isEnabled()
-    assert findings.what_if_button.toolTip().startswith("Switch Sensitivity on")
+def test_a_button_that_is_grey_says_why(qtbot: QtBot, window: MainWindow) -> None:
+    button = window.sensitivity.findings.what_if_button
+    qtbot.waitUntil(button.isEnabled)
+    assert button.toolTip().startswith("Show what a mode")
+    window.sensitivity_state.choose(shown=False)
+    assert not button.isEnabled()
+    assert button.toolTip().startswith("Switch Sensitivity on")
 
 
 def test_switching_off_ends_a_drag(window: MainWindow) -> None:
@@ -865,7 +909,7 @@ def test_keys_and_buttons_without_a_volume_do_no_harm(qtbot: QtBot, builders: Fa
         QTest.keyClick(window, key)
     drag(window.generator.canvas, QPoint(30, 30), QPoint(60, 60), QPoint(90, 90))
     findings = window.sensitivity.findings
-    for button in (findings.render_button, findings.field_bar.add, *findings.adds):
+    for button in (findings.what_if_button, findings.field_bar.add, *findings.adds):
         button.click()
     assert window.sensitivity.result() is None
     window.close()

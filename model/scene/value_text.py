@@ -1,0 +1,36 @@
+"""Scalar values as text, with no more digits than a transfer function tells apart."""
+
+from __future__ import annotations
+
+import math
+
+from model.scene.transfer_function import TF_SAMPLES, Range
+
+PLAIN = 1e6, 1e-6
+"""Numbers below the first, of bins above the second, are written without a power of ten."""
+
+
+def value_text(value: float, scalar_range: Range) -> str:
+    """Write a scalar value to within one bin of a TF over its range.
+
+    Parameters
+    ----------
+    value : float
+        In the data's units.
+    scalar_range : tuple of float
+        Lowest and highest value of the TF.
+
+    Returns
+    -------
+    str
+        Such as ``"-612"``, ``"0.61"`` or ``"2.33e-08"``.
+    """
+    low, high = scalar_range
+    bin_width = (high - low) / (TF_SAMPLES - 1)
+    place = math.floor(math.log10(bin_width))
+    if bin_width > PLAIN[1] and max(abs(low), abs(high)) < PLAIN[0]:
+        text = f"{value:.{max(-place, 0)}f}"
+    else:
+        digits = 1 if value == 0 else math.floor(math.log10(abs(value))) - place + 1
+        text = f"{value:.{max(digits, 1)}g}"
+    return text.removeprefix("-") if float(text) == 0 else text

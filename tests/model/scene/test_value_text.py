@@ -1,0 +1,36 @@
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from model.scene.transfer_function import TF_SAMPLES
+from model.scene.value_text import value_text
+
+
+@pytest.mark.parametrize(
+    ("value", "scalar_range", "text"),
+    [
+        (67.4666, (0.0, 255.0), "67"),
+        (-612.2, (-1024.0, 3071.0), "-612"),
+        (0.6127, (0.0, 1.0), "0.613"),
+        (2.3254e-8, (0.0, 1e-7), "2.33e-08"),
+        (1234567.8, (0.0, 2e6), "1.235e+06"),
+        (-0.0001, (-1.0, 1.0), "0.000"),
+        (0.0, (0.0, 1e-9), "0"),
+    ],
+)
+def test_as_many_digits_as_a_tf_tells_apart(
+    value: float, scalar_range: tuple[float, float], text: str
+) -> None:
+    assert value_text(value, scalar_range) == text
+
+
+@given(st.floats(-1e9, 1e9), st.floats(1e-12, 1e12, exclude_min=True), st.floats(0, 1))
+def test_the_text_is_right_to_within_a_bin(low: float, extent: float, part: float) -> None:
+    high = low + extent
+    if high - low < 1e-9 * max(abs(low), abs(high), 1e-300):
+        return
+    value = low + part * (high - low)
+    error = abs(float(value_text(value, (low, high))) - value)
+    assert error <= 1.001 * (high - low) / (TF_SAMPLES - 1)
