@@ -71,8 +71,8 @@ def tumble(view: View, dx: float, dy: float) -> View:
 def turn(state: ViewNavigation, dx: float, dy: float) -> View:
     """Return the state's view after a mouse movement in pixels, in the way that it turns."""
     if state.trackball:
-        return tumble(state.view, dx, dy)
-    return orbit(state.view, dx, dy, state.up_axis)
+        return state.turned(tumble(state.view, dx, dy))
+    return state.turned(orbit(state.view, dx, dy, state.up_axis))
 
 
 def roll(view: View, degrees: float) -> View:

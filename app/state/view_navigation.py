@@ -19,6 +19,7 @@ from model.scene.orientation import (
     standard_view,
     view_in,
 )
+from model.scene.projection import NEAREST_DEPTH, Projection, holding
 from model.scene.region import SQUARE, Reach
 from model.scene.view import View
 from model.scene.volume import Triple
@@ -102,6 +103,23 @@ class ViewNavigation(QObject):
         """True if a view was undone."""
         return self._views.can_redo
 
+    @property
+    def pivot(self) -> NDArray[np.float64]:
+        """Point about which the view turns, float64, shape (3,): in the middle of what is shown.
+
+        Beside a model's image, whose pictures are not panned, it is the volume's centre.
+        """
+        shown = WHOLE if self._reach == SQUARE else self._shown
+        return (shown.min(axis=0) + shown.max(axis=0)) / 2
+
+    def turned(self, view: View) -> View:
+        """Pan a view that was turned so that the pivot stays where it is in the image."""
+        pivot, before = self.pivot, Projection(self._view, self._proportions)
+        is_centre = bool((pivot == 0.5).all())
+        if is_centre or before.depths(pivot[None])[0] < NEAREST_DEPTH:
+            return view
+        return holding(pivot, before.places(pivot[None])[0], view, self._proportions)
+
     def move_view(self, view: View) -> None:
         """Change the view during a drag."""
         if view != self._view:
@@ -151,7 +169,7 @@ class ViewNavigation(QObject):
     def look_from(self, name: str) -> None:
         """Look from one of :data:`~model.scene.orientation.STANDARD_VIEWS`, at this distance.
 
-        The volume is in the middle of the image again.
+        What is shown is in the middle of the image again.
 
         Raises
         ------
@@ -159,7 +177,8 @@ class ViewNavigation(QObject):
             When there is no such view.
         """
         distance, front = self._view.distance, self.front_axis
-        self.set_view(standard_view(name, distance, self._up_axis, front=front))
+        view = standard_view(name, distance, self._up_axis, front=front)
+        self.set_view(holding(self.pivot, np.zeros(2), view, self._proportions))
 
     def set_home(self, view: View) -> None:
         """Set the view that :meth:`reset_view` goes to, until the up axis or the volume changes."""
@@ -204,7 +223,7 @@ class ViewNavigation(QObject):
             self.set_view(self._home)
         else:
             numbers = (*angles, view.distance, view.pan_x, view.pan_y)
-            self.set_view(view_in(up, *numbers, front=self.front_axis))
+            self.set_view(self.turned(view_in(up, *numbers, front=self.front_axis)))
         self.navigationChanged.emit()
 
     def set_trackball(self, free: bool) -> None:

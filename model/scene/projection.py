@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -100,3 +100,30 @@ class Projection:
         tangent = math.tan(math.radians(VIEW_ANGLE / 2))
         depth = self.view.camera_distance(_RADIUS) - offsets[:, 2]
         return np.stack([offsets[:, 0] / tangent, offsets[:, 1] / tangent, depth], axis=-1)
+
+
+def holding(
+    point: NDArray[np.float64], place: NDArray[np.float64], view: View, proportions: Triple
+) -> View:
+    """Pan a view so that a point is at a place in the image.
+
+    Parameters
+    ----------
+    point : ndarray of float64, shape (3,)
+        Fractions of the volume's extent along x, y and z.
+    place : ndarray of float64, shape (2,)
+        To the right and up from the image's middle, in halves of its shorter side.
+    view : View
+    proportions : tuple of float
+        The volume's.
+
+    Returns
+    -------
+    View
+        The same view where the point is not in front of the eye.
+    """
+    projection = Projection(view, proportions)
+    if projection.depths(point[None])[0] < NEAREST_DEPTH:
+        return view
+    right, up = place - projection.places(point[None])[0]
+    return replace(view, pan_x=view.pan_x + float(right), pan_y=view.pan_y + float(up))

@@ -4,14 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from pytestqt.qtbot import QtBot
 
+from app.image_view.view_steps import pan, turn
 from app.state.view_history import MOST_VIEWS, ViewHistory
 from app.state.viewer_state import HOME_VIEW, ViewerState
 from model.errors import ViewError
 from model.scene.axes import axis_direction
 from model.scene.crop import CropBox
-from model.scene.orientation import corners, home_view
+from model.scene.orientation import STANDARD_VIEWS, WHOLE, corners, home_view
+from model.scene.projection import Projection
 from model.scene.view import View
 
 BOX = (0.8, 0.48, 0.36)
@@ -179,6 +182,35 @@ def test_standard_views_are_upright_and_keep_the_distance(state: ViewerState) ->
     assert (state.view.distance, state.view.pan_x) == (0.55, 0.0)
     with pytest.raises(ViewError, match="'Inside' is not a view"):
         state.look_from("Inside")
+
+
+def test_turns_are_about_what_is_shown_where_no_model_stands_beside_it(state: ViewerState) -> None:
+    part = 0.25 * WHOLE + np.array([0.7, 0.05, 0.2])
+    middle = part.mean(axis=0)
+    proportions = (0.4, 0.5, 0.7681)
+
+    def place() -> NDArray[np.float64]:
+        return Projection(state.view, proportions).places(middle[None])[0]
+
+    state.start_view(proportions, shown=part, reach=(1.0, 0.5))
+    state.move_view(replace(pan(state.view, 0.2, -0.1), distance=0.5))
+    before = place()
+    for free in (False, True):
+        state.set_trackball(free)
+        for _ in range(5):
+            state.move_view(turn(state, 70.0, 20.0))
+        assert place() == pytest.approx(before)
+    state.finish_view()
+    for name in STANDARD_VIEWS:
+        state.look_from(name)
+        assert place() == pytest.approx([0.0, 0.0], abs=1e-9)
+    state.move_view(pan(state.view, 0.2, -0.1))
+    state.set_up_axis("+x")
+    assert place() == pytest.approx([0.2, -0.1])
+    # A model's pictures have the volume's centre in their middle.
+    state.start_view(proportions, shown=part)
+    state.move_view(turn(state, 70.0, 20.0))
+    assert (state.view.pan_x, state.view.pan_y) == (0.0, 0.0)
 
 
 def test_another_home_is_gone_to_until_the_up_axis_changes(
