@@ -7,8 +7,19 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from PySide6.QtCore import QBuffer, QIODevice, QSize, Qt
-from PySide6.QtGui import QAction, QIcon, QImage, QKeySequence, QPixmap, QResizeEvent
+from PySide6.QtGui import (
+    QAction,
+    QColor,
+    QIcon,
+    QImage,
+    QKeySequence,
+    QPainter,
+    QPixmap,
+    QResizeEvent,
+)
 from PySide6.QtWidgets import QComboBox, QLabel, QMenu, QPushButton, QSizePolicy, QToolButton
+
+from app import theme
 
 
 class ElidedLabel(QLabel):
@@ -79,10 +90,14 @@ def quiet_button(text: str, tip: str) -> QToolButton:
 
 
 def picture_icon(picture: QImage | None, size: int) -> QIcon:
-    """Return an icon of a picture, or a black one as large: nothing moves when a picture comes."""
+    """Return an icon of a picture, or one as large for a picture that is still drawn."""
     if picture is None or picture.isNull():
         shown = QPixmap(size, size)
         shown.fill(Qt.GlobalColor.black)
+        painter = QPainter(shown)
+        painter.setPen(QColor(theme.DIM_TEXT))
+        painter.drawText(shown.rect(), Qt.AlignmentFlag.AlignCenter, "…")
+        painter.end()
     else:
         shown = QPixmap.fromImage(picture).scaled(
             size,

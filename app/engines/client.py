@@ -36,6 +36,8 @@ class EngineClient(QObject):
     heldBack = Signal()
     """Emitted when an engine is started that waits for :meth:`begin`."""
     engineReady = Signal(object)
+    imageRequested = Signal(object)
+    """Emitted with each request for an image that is accepted."""
     resultReady = Signal(object)
     """Emitted with each result; results of one kind arrive in order."""
     settled = Signal()
@@ -119,6 +121,7 @@ class EngineClient(QObject):
             return
         if isinstance(request, ImageRequest):
             self._wanted = request.sequence
+            self.imageRequested.emit(request)
         if self._is_built:
             self._pass_on(request)
         else:

@@ -15,6 +15,7 @@ from app.engines.client import EngineClient
 from app.engines.messages import ImageRequest, Result, StandInRequest
 from app.engines.states import EngineState
 from app.image_view.image_canvas import ImageCanvas, to_qimage
+from app.image_view.late_badge import LateBadge
 from app.state.brightness import Brightness
 from app.state.engine_chooser import EngineName
 
@@ -74,6 +75,7 @@ class EnginePane(QWidget):
         # The generator's images have one size, in a drag and at rest.
         self._refines = stand_in is not None
         self.canvas = ImageCanvas(self)
+        self._badge = LateBadge(client, self.canvas)
         self._title = QLabel(title)
         self._title.setProperty("role", "title")
         # As high as the controls that may stand beside it, so that images stay side by side.
@@ -174,6 +176,7 @@ class EnginePane(QWidget):
         rgba = result.value
         assert rgba is not None
         self._rgba = rgba
+        self._badge.note(request.inputs)
         self.canvas.show_image(to_qimage(rgba, self.brightness.of(self.engine)))
         height, width, _ = rgba.shape
         # Models draw the whole volume, and a hint says so.

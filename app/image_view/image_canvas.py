@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QPointF, QRect, QSize, Qt, Signal
+from PySide6.QtCore import QPoint, QPointF, QRect, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QPen, QResizeEvent
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
@@ -47,7 +47,7 @@ def to_qimage(rgba: NDArray[np.float32], brightness: float = 1.0) -> QImage:
 
 
 class ImageCanvas(QWidget):
-    """Shows an image as large as possible, a message over it, and a hint at its lower edge.
+    """Shows an image as large as possible, a message, a hint and a badge over it.
 
     A message dims the image instead of replacing it, so that the last image stays
     visible. A cover takes the image's place while it is there, and decorations are painted
@@ -69,6 +69,7 @@ class ImageCanvas(QWidget):
         self._message = ""
         self._message_color = theme.DIM_TEXT
         self._hint = ""
+        self._badge = ""
         self._cover: QImage | None = None
         self._decorations: list[Decoration] = []
 
@@ -163,6 +164,17 @@ class ImageCanvas(QWidget):
             self._hint = text
             self.update()
 
+    @property
+    def badge(self) -> str:
+        """Text in the upper left corner; empty if there is none."""
+        return self._badge
+
+    def set_badge(self, text: str) -> None:
+        """Show a few words in the image's upper left corner, or none."""
+        if text != self._badge:
+            self._badge = text
+            self.update()
+
     def sizeHint(self) -> QSize:
         """Return a size at which the whole window fits on a laptop's screen."""
         return QSize(480, 420)
@@ -213,7 +225,19 @@ class ImageCanvas(QWidget):
             # Over the picture that it is about, not beside it.
             below = text_rect if self._image is None else self.image_rect & text_rect
             painter.drawText(below, bottom | flags, self._hint)
+        if self._badge and not self._message and self._image is not None:
+            self._paint_badge(painter)
         painter.end()
+
+    def _paint_badge(self, painter: QPainter) -> None:
+        words = painter.fontMetrics().boundingRect(self._badge)
+        ground = words.adjusted(-8, -4, 8, 4)
+        ground.moveTopLeft(self.picture_rect.topLeft() + QPoint(_MARGIN, _MARGIN))
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QColor(theme.PANEL))
+        painter.drawRoundedRect(ground, 4, 4)
+        painter.setPen(QColor(theme.ACCENT))
+        painter.drawText(ground, Qt.AlignmentFlag.AlignCenter, self._badge)
 
     def _image_rect(self, image: QImage) -> QRect:
         """Largest centred rectangle with the image's aspect ratio."""

@@ -74,7 +74,7 @@ class UpAxisBar(QFrame):
         Parameters
         ----------
         pictures : mapping of str to QImage
-            By axis, with sides of :data:`PICTURE`; a button without a picture stays black.
+            By axis, with sides of :data:`PICTURE`; a button without one has three dots.
         """
         for axis, button in self._buttons.items():
             picture = pictures.get(axis)

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import threading
+from dataclasses import replace
 
 import pytest
 from pytestqt.qtbot import QtBot
@@ -8,9 +9,11 @@ from window_fakes import PATIENCE_S, FakeEngine, make_request
 
 from app.engines.client import EngineClient
 from app.image_view.engine_pane import EnginePane
+from app.image_view.late_badge import LATE_MS
 from app.state.brightness import Brightness
 from app.state.preferences import Preferences
 from model.errors import CheckpointError, RenderError
+from model.scene.view import View
 
 
 @pytest.fixture
@@ -45,6 +48,36 @@ def test_images_are_shown_brighter_at_once(qtbot: QtBot, pane: EnginePane) -> No
     pane.client.fail("It failed.")
     pane.brightness.set(1.0)
     assert red(pane) == 7 and pane.canvas.message == "It failed."
+
+
+def test_an_image_that_is_not_up_to_date_says_so_once_the_next_takes_long(
+    qtbot: QtBot, pane: EnginePane
+) -> None:
+    engine = FakeEngine(gate=threading.Semaphore(1))
+    pane.client.start(lambda: engine, "Loading …")
+    with qtbot.waitSignal(pane.client.settled):
+        pane.client.submit(make_request(1))
+    assert pane.canvas.badge == ""
+    # A finer image of the same inputs: what is shown is right.
+    pane.client.submit(make_request(2))
+    qtbot.wait(LATE_MS + 200)
+    assert pane.canvas.badge == ""
+    turned = replace(make_request(3), inputs=replace(make_request(3).inputs, view=View(80.0)))
+    pane.client.submit(turned)
+    assert pane.canvas.badge == ""
+    qtbot.waitUntil(lambda: pane.canvas.badge == "drawing …", timeout=LATE_MS + 1000)
+    assert engine.gate is not None
+    engine.gate.release(2)
+    qtbot.waitUntil(lambda: red(pane) == 3)
+    assert pane.canvas.badge == ""
+    # Under another light, an image of the same inputs is another one.
+    gate = threading.Semaphore(0)
+    pane.client.start(lambda: FakeEngine(gate=gate), "")
+    pane.client.submit(replace(turned, sequence=4))
+    qtbot.waitUntil(lambda: pane.canvas.badge == "drawing …", timeout=LATE_MS + 1000)
+    pane.client.fail("It failed.")
+    assert pane.canvas.badge == ""
+    gate.release()
 
 
 def test_it_says_what_it_waits_for_then_shows_image_and_facts(
