@@ -22,8 +22,15 @@ from PySide6.QtWidgets import QComboBox, QLabel, QMenu, QPushButton, QSizePolicy
 from app import theme
 
 
+MORE = " …"
+"""End of a text that goes on."""
+
+
 class ElidedLabel(QLabel):
-    """A sentence in one line, cut where there is no room for it; the tooltip has all of it."""
+    """Sentences in one line, as many as there is room for; the tooltip has all of them.
+
+    The first one is cut if need be.
+    """
 
     def __init__(self) -> None:
         super().__init__()
@@ -32,7 +39,7 @@ class ElidedLabel(QLabel):
         self.setTextFormat(Qt.TextFormat.PlainText)
 
     def set_full_text(self, text: str) -> None:
-        """Set the sentence."""
+        """Set the sentences."""
         self.full_text = text
         self._cut()
 
@@ -46,9 +53,14 @@ class ElidedLabel(QLabel):
         return QSize(0, super().minimumSizeHint().height())
 
     def _cut(self) -> None:
-        shown = self.fontMetrics().elidedText(
-            self.full_text, Qt.TextElideMode.ElideRight, self.width()
-        )
+        metrics, width = self.fontMetrics(), self.width()
+        shown = self.full_text
+        while metrics.horizontalAdvance(shown) > width:
+            rest, end, _last = shown.removesuffix(MORE).rpartition(". ")
+            if not end:
+                shown = metrics.elidedText(self.full_text, Qt.TextElideMode.ElideRight, width)
+                break
+            shown = f"{rest}.{MORE}"
         self.setText(shown)
         self.setToolTip(self.full_text if shown != self.full_text else "")
 

@@ -58,8 +58,8 @@ class BrowserBar(QWidget):
         self.engine = combo(dict(ENGINES.values()), "Who draws the pictures")
         self.codec = combo(
             {
-                "tfscope's codes": "The codec that ships with tfscope, for any volume",
-                "Model's codes": "The codec of this volume's model",
+                "Shipped": "The codec that ships with tfscope, for any volume",
+                "Model's": "The codec of this volume's model",
             },
             "Whose codes the map shows",
         )
@@ -80,9 +80,9 @@ class BrowserBar(QWidget):
         self.places = text_button("Places", "Named places, and the path between them")
         self.search = text_button("Find", "Search for a TF by what its picture shall show")
         self.reset = text_button("Whole map", "Show the whole map (Home)")
-        for box in (self.coloring, self.codec, self.engine):
+        for box, least in ((self.coloring, 66), (self.codec, 84), (self.engine, 92)):
             # Narrower than its longest entry where the window is small.
-            box.setMinimumWidth(66)
+            box.setMinimumWidth(least)
         self.band.setMinimumWidth(96)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)

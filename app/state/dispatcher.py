@@ -44,6 +44,9 @@ SOON_SECONDS = 0.3
 FIRST_SIZE = 384
 """Size of the first image, before it is known how long its pixels take."""
 
+AT_REST = ImageRequest, False
+"""Kind of the reference's images that are not live, by which their times are kept."""
+
 
 class Dispatcher(QObject):
     """Sends image requests to the engines at every change of the viewer's state.
@@ -104,8 +107,7 @@ class Dispatcher(QObject):
         if self.is_fixed:
             return self.raster
         first = FIRST_SCALE if self.begins_coarse else min(1.0, FIRST_SIZE / _size(self.raster))
-        kind = (ImageRequest, False)
-        scale = self._pace.scale(kind, _size(self.raster), REST_SECONDS, first)
+        scale = self._pace.scale(AT_REST, _size(self.raster), REST_SECONDS, first)
         return self.raster.scaled(scale)
 
     def forget_times(self) -> None:
@@ -129,7 +131,7 @@ class Dispatcher(QObject):
         self._submit(self._generator, ImageRequest, final)
         if generator_only or self._reference in self.hidden:
             return
-        expected = self._pace.expected((ImageRequest, False), _size(raster))
+        expected = self._pace.expected(AT_REST, _size(raster))
         is_slow = expected is None or expected > SOON_SECONDS
         if is_slow and (self._stands_in() or (self.may_stand_in and self._reference.is_held)):
             sharp = self._stand_in_raster
@@ -152,7 +154,7 @@ class Dispatcher(QObject):
         return self.raster.scaled(scale)
 
     def _takes_not_too_long(self, raster: Raster) -> bool:
-        expected = self._pace.expected((ImageRequest, False), _size(raster))
+        expected = self._pace.expected(AT_REST, _size(raster))
         return self.is_fixed or expected is None or expected <= LONGEST_SECONDS
 
     def _ask_reference(self, quality: Quality) -> None:
@@ -217,8 +219,9 @@ class Dispatcher(QObject):
         if not drawn.live and raster.width <= drawn.pixels.width:
             raster = self.raster
             if not self._takes_not_too_long(raster):
-                kind, seconds = (ImageRequest, False), LONGEST_SECONDS / 2
-                raster = raster.scaled(self._pace.scale(kind, _size(raster), seconds, FIRST_SCALE))
+                seconds = LONGEST_SECONDS / 2
+                scale = self._pace.scale(AT_REST, _size(raster), seconds, FIRST_SCALE)
+                raster = raster.scaled(scale)
             if raster.width <= drawn.pixels.width:
                 return None
         return Quality(raster.shorter, raster=raster)

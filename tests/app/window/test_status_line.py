@@ -32,6 +32,20 @@ def test_a_long_sentence_ends_before_the_views_numbers(line: StatusLine) -> None
     assert line._news.geometry().right() <= line._view.geometry().left()
 
 
+def test_whole_sentences_are_shown_as_many_as_there_is_room_for(line: StatusLine) -> None:
+    first, second = "This is short.", "This is so much longer that it does not fit. " * 4
+    line.tell(f"{first} {second}".strip())
+    shown = line._news.text()
+    assert shown.startswith(first) and shown.endswith(". …")
+    line.tell(f"{first} {second} {second} {second}".strip())
+    assert line._news.text() == shown
+    line.resize(140, 24)
+    assert line._news.fontMetrics().horizontalAdvance(line._news.text()) <= line._news.width()
+    line.tell(first)
+    line.resize(600, 24)
+    assert line._news.text() == first and line._news.toolTip() == ""
+
+
 def test_a_sentence_goes_after_a_time_unless_it_is_about_what_is_under_way(
     qtbot: QtBot, line: StatusLine
 ) -> None:
