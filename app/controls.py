@@ -21,7 +21,6 @@ from PySide6.QtWidgets import QComboBox, QLabel, QMenu, QPushButton, QSizePolicy
 
 from app import theme
 
-
 MORE = " …"
 """End of a text that goes on."""
 
