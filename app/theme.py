@@ -57,6 +57,11 @@ QToolButton:focus, QComboBox:focus {{ border: 1px solid {ACCENT}; border-radius:
 QCheckBox:focus {{ color: {ACCENT}; }}
 QGraphicsView[role="plots"] {{ border: 1px solid transparent; border-radius: 4px; }}
 QGraphicsView[role="plots"]:focus {{ border-color: {ACCENT}; }}
+QToolButton[role="note"] {{
+    color: {DIM_TEXT}; border: 1px solid transparent; border-radius: 4px; padding: 2px 4px;
+}}
+QToolButton[role="note"]:hover {{ background: {FIELD}; border-color: {BORDER}; }}
+QToolButton[role="note"]:checked {{ background: {PRESSED}; border-color: {ACCENT}; }}
 QLabel[role="title"] {{ font-weight: 600; }}
 QLabel[role="dim"] {{ color: {DIM_TEXT}; }}
 QLabel[role="readout"] {{

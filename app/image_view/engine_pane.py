@@ -10,7 +10,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from app import theme
-from app.controls import ElidedLabel
+from app.controls import ElidedLabel, quiet_button
 from app.engines.client import EngineClient
 from app.engines.messages import ImageRequest, Result, StandInRequest
 from app.engines.states import EngineState
@@ -26,6 +26,9 @@ STOOD_IN = (EngineState.LOADING, EngineState.WORKING, EngineState.SETTLED)
 """States in which another engine may stand in."""
 
 HEADER_HEIGHT = 30
+
+NOTE_WIDTH = 92
+"""Room for the note beside the title, in pixels."""
 
 PREPARING = "Preparing …"
 
@@ -56,6 +59,8 @@ class EnginePane(QWidget):
 
     imageShown = Signal(object, object)
     """Emitted with the inputs of an image and the image, float32 (H, W, 4)."""
+    noteToggled = Signal(bool)
+    """Emitted when the note beside the title is clicked, with whether it is on."""
 
     def __init__(
         self,
@@ -87,8 +92,16 @@ class EnginePane(QWidget):
         self._detail.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         self._header = QHBoxLayout()
         self._header.setContentsMargins(2, 0, 2, 0)
-        self._note = QLabel()
-        self._note.setProperty("role", "dim")
+        self._note = quiet_button("", "")
+        self._note.setProperty("role", "note")
+        self._note.setCheckable(True)
+        # A model's has room that stays: panes keep their widths when it comes and goes.
+        kept = self._note.sizePolicy()
+        kept.setRetainSizeWhenHidden(engine == "learned")
+        self._note.setSizePolicy(kept)
+        self._note.setMinimumWidth(NOTE_WIDTH)
+        self._note.setVisible(False)
+        self._note.toggled.connect(self.noteToggled)
         self._header.addWidget(self._title)
         self._header.addWidget(self._note)
         self._header.addWidget(self._detail, 1)
@@ -109,14 +122,22 @@ class EnginePane(QWidget):
         self.canvas.set_hint(text)
 
     def set_note(self, text: str, tip: str = "") -> None:
-        """Say something about the image beside the title; empty for nothing."""
+        """Say something about the image beside the title; empty for nothing.
+
+        Who clicks on it wants to see it: :attr:`noteToggled`.
+        """
         self._note.setText(text)
         self._note.setToolTip(tip)
+        self._note.setVisible(bool(text))
 
     @property
     def note(self) -> str:
         """The text about the image beside the title."""
         return self._note.text()
+
+    def toggle_note(self) -> None:
+        """Do what a click on the note does."""
+        self._note.toggle()
 
     def add_to_header(self, widget: QWidget, stretch: int = 0) -> None:
         """Add a control in front of the numbers, as wide as it must be or as there is room."""

@@ -7,13 +7,13 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, QRect, QRectF, Qt
-from PySide6.QtGui import QColor, QImage, QPainter, QPen
+from PySide6.QtCore import QObject, QRect
+from PySide6.QtGui import QImage, QPainter
 
-from app import theme
 from app.engines.states import EngineState
 from app.image_view.engine_pane import EnginePane
 from app.image_view.image_canvas import to_qimage
+from app.sensitivity_view.color_bar import paint_bar
 from app.state.sensitivity_answers import SOURCE_NAMES, FieldAnswer, WhatIfAnswer
 from app.state.sensitivity_dispatcher import SensitivityDispatcher
 from app.state.sensitivity_state import SensitivityState
@@ -34,8 +34,6 @@ from model.sensitivity.trust import BEST_TRUST, trust_levels
 
 KEPT_IMAGES = 6
 """Newest images that are kept until their field arrives."""
-
-BAR_WIDTH, BAR_HEIGHT, BAR_MARGIN = 150, 9, 12
 
 CONTOUR_SIZE = 512
 """Least size of pictures with contours."""
@@ -210,22 +208,10 @@ class FieldCover(QObject):
         """Paint the colour bar into the lower left corner."""
         if self._bar is None:
             return
-        colors = np.rint(255 * color_bar(self._bar, BAR_WIDTH)).astype(np.uint8)[None]
-        bar = QImage(
-            np.ascontiguousarray(colors).data, BAR_WIDTH, 1, 3 * BAR_WIDTH,
-            QImage.Format.Format_RGB888,
-        ).copy()  # fmt: skip
-        x, y = rect.left() + BAR_MARGIN, rect.bottom() - BAR_MARGIN - BAR_HEIGHT
-        painter.drawImage(QRectF(x, y, BAR_WIDTH, BAR_HEIGHT), bar)
-        painter.setPen(QPen(QColor(theme.DIM_TEXT), 1))
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.drawRect(QRectF(x, y, BAR_WIDTH, BAR_HEIGHT))
         low = f"−{self._scale:.2g} (darker)" if self._bar == "signed" else "0"
-        painter.setPen(QColor(theme.TEXT))
         # Where the image is wider than the square, so may the text be.
-        right = self._pane.canvas.picture_rect.right() - BAR_MARGIN
-        text = QRectF(x, y - 18, right - x, 16)
-        painter.drawText(text, Qt.AlignmentFlag.AlignLeft, f"{low} to {self._caption}")
+        right = self._pane.canvas.picture_rect.right()
+        paint_bar(painter, rect, right, self._bar, f"{low} to {self._caption}")
 
 
 def _is_square(image: NDArray[np.floating]) -> bool:

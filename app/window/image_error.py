@@ -1,4 +1,4 @@
-"""The error of the generator's image: how far it is from the reference's of the same inputs."""
+"""The error of the generator's image: how far, and where, it is from the reference's."""
 
 from __future__ import annotations
 
@@ -6,24 +6,33 @@ from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QObject, QRect
+from PySide6.QtGui import QImage, QPainter
 
 from app.image_view.engine_pane import EnginePane
+from app.image_view.image_canvas import to_qimage
+from app.sensitivity_view.color_bar import paint_bar
 from app.state.sensitivity_export import at_size_of
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
 from model.scene.inputs import SceneInputs
+from model.sensitivity.display import overlay
 
 Image = NDArray[np.float32]
 
+LEAST_SCALE = 1 / 255
+"""Smallest difference that the colours' end stands for."""
+
 TIP = (
     "Root mean squared difference of the colours from the reference's, in the square that both\n"
-    "images show: 0 where they are equal, 1 from black to white"
+    "images show: 0 where they are equal, 1 from black to white. Click to see where"
 )
 
 
 class ImageError(QObject):
     """Compares both images at rest, and says the error above the generator's.
+
+    A click on it shows the difference of each pixel over the generator's image.
 
     Where the generator was trained under another light, or the volume is cropped, which models
     are not trained for, there is nothing to compare.
@@ -47,9 +56,14 @@ class ImageError(QObject):
         self._state = state
         self._workspace = workspace
         self._shown: dict[str, tuple[SceneInputs, Image]] = {}
+        self._is_wanted = False
+        self._difference: QImage | None = None
+        self._scale = 0.0
         for name, pane in (("generator", generator), ("reference", reference)):
             pane.imageShown.connect(partial(self._take, name))
-        state.inputsChanged.connect(lambda: generator.set_note(""))
+        generator.noteToggled.connect(self._want)
+        generator.canvas.add_decoration(self._paint)
+        state.inputsChanged.connect(self._clear)
         workspace.modelChanged.connect(self._forget)
 
     def _take(self, name: str, inputs: SceneInputs, image: Image) -> None:
@@ -61,13 +75,37 @@ class ImageError(QObject):
         (inputs, drawn), (others, truth) = self._shown["generator"], self._shown["reference"]
         alike = self._workspace.model_lighting == self._workspace.reference.settings.lighting
         if inputs != others or inputs != self._state.inputs or not alike or inputs.crop:
-            self._generator.set_note("")
+            self._clear()
             return
         # Not by model.metrics: it imports torch and more, without which the window starts.
         one, other = np.clip(drawn, 0, 1), np.clip(at_size_of(drawn, truth), 0, 1)
-        error = float(np.sqrt(np.mean((one - other) ** 2)))
-        self._generator.set_note(f"RMSE {error:.3f}", TIP)
+        squares = np.mean((one - other) ** 2, axis=-1)
+        self._generator.set_note(f"RMSE {np.sqrt(squares.mean()):.3f}", TIP)
+        self._difference = None
+        if self._is_wanted:
+            difference = np.sqrt(squares).astype(np.float64)
+            self._scale = max(float(np.quantile(difference, 0.998)), LEAST_SCALE)
+            colored = overlay(drawn, difference, self._scale, "change")
+            self._difference = to_qimage(colored.astype(np.float32))
+        self._generator.canvas.update()
+
+    def _want(self, wanted: bool) -> None:
+        self._is_wanted = wanted
+        if len(self._shown) == 2:
+            self._compare()
+
+    def _paint(self, painter: QPainter, rect: QRect) -> None:
+        canvas = self._generator.canvas
+        if self._difference is not None and canvas.cover is None:
+            painter.drawImage(rect, self._difference)
+            text = f"0 to {self._scale:.2g}: difference from the reference"
+            paint_bar(painter, rect, canvas.picture_rect.right(), "change", text)
+
+    def _clear(self) -> None:
+        self._difference = None
+        self._generator.set_note("")
+        self._generator.canvas.update()
 
     def _forget(self) -> None:
         self._shown.pop("generator", None)
-        self._generator.set_note("")
+        self._clear()

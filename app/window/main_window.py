@@ -130,6 +130,8 @@ class MainWindow(QMainWindow):
         self._memory = WindowMemory(
             self, self._splitter, self.panes, self.state, self.editor.moves, self.preferences
         )
+        # Before the sensitivities, so that it lies below regions.
+        ImageError(self.generator, self.reference, self.state, self.workspace)
         # After the gestures, so that regions get the mouse first.
         self.sensitivity = SensitivityView(
             self.state,
@@ -157,7 +159,6 @@ class MainWindow(QMainWindow):
         )
         presets = self.editor.menu.presets
         PresetPictures(presets, self.state, analyst, reference, self.brightness)
-        ImageError(self.generator, self.reference, self.state, self.workspace)
         self.light_notice = LightNotice(self.reference, self.workspace.reference)
         self.emptiness = [
             EmptinessNotice(pane, self.state, self.workspace)

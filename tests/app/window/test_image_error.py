@@ -4,9 +4,12 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from PySide6.QtCore import QPoint
+from PySide6.QtGui import QColor
 from pytestqt.qtbot import QtBot
 from window_fakes import FakeBuilders
 
+from app.image_view.image_canvas import to_qimage
 from app.window.main_window import MainWindow
 from model.scene.scene import Scene
 from model.scene.view import View
@@ -35,6 +38,37 @@ def test_the_generators_error_is_that_of_the_square_of_the_same_inputs(
     window.generator.imageShown.emit(window.state.inputs, drawn)
     window.reference.imageShown.emit(inputs, truth)
     assert window.generator.note == ""
+
+
+def test_a_click_on_the_error_shows_where_it_is(make_window: Callable[..., MainWindow]) -> None:
+    window = make_window()
+    canvas, inputs = window.generator.canvas, window.state.inputs
+
+    def color(x: float, y: float) -> QColor:
+        place = canvas.image_rect
+        at = QPoint(
+            place.left() + round(x * place.width()), place.top() + round(y * place.height())
+        )
+        return canvas.grab().toImage().pixelColor(at)
+
+    drawn = np.full((16, 16, 4), 0.5, np.float32)
+    truth = np.full((32, 32, 4), 0.5, np.float32)
+    truth[:16, :16] = 0.3
+    window.generator.imageShown.emit(inputs, drawn)
+    canvas.show_image(to_qimage(drawn))
+    window.reference.imageShown.emit(inputs, truth)
+    plain = color(0.25, 0.25)
+    assert plain == color(0.75, 0.25)
+    window.generator.toggle_note()
+    assert color(0.25, 0.25).value() > color(0.75, 0.25).value()
+    # It stays wanted, but is not shown of another image.
+    window.state.move_view(View(80.0))
+    assert color(0.25, 0.25) == plain
+    window.state.set_view(inputs.view)
+    window.reference.imageShown.emit(inputs, truth)
+    assert color(0.25, 0.25) != plain
+    window.generator.toggle_note()
+    assert color(0.25, 0.25) == plain
 
 
 def test_images_under_different_light_are_not_compared(

@@ -1,0 +1,41 @@
+"""The colour bar of a field, painted over its image."""
+
+from __future__ import annotations
+
+import numpy as np
+from PySide6.QtCore import QRect, QRectF, Qt
+from PySide6.QtGui import QColor, QImage, QPainter, QPen
+
+from app import theme
+from model.sensitivity.display import color_bar
+from model.sensitivity.measure import Measure
+
+WIDTH, HEIGHT, MARGIN = 150, 9, 12
+
+
+def paint_bar(painter: QPainter, rect: QRect, right: int, measure: Measure, text: str) -> None:
+    """Paint a colour bar into the lower left corner of an image.
+
+    Parameters
+    ----------
+    painter : QPainter
+    rect : QRect
+        The image.
+    right : int
+        Where the text has to end.
+    measure : {"change", "signed"}
+        Whose colours it has.
+    text : str
+        Says above the bar what its ends are.
+    """
+    colors = np.rint(255 * color_bar(measure, WIDTH)).astype(np.uint8)[None]
+    bar = QImage(
+        np.ascontiguousarray(colors).data, WIDTH, 1, 3 * WIDTH, QImage.Format.Format_RGB888
+    ).copy()
+    x, y = rect.left() + MARGIN, rect.bottom() - MARGIN - HEIGHT
+    painter.drawImage(QRectF(x, y, WIDTH, HEIGHT), bar)
+    painter.setPen(QPen(QColor(theme.DIM_TEXT), 1))
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    painter.drawRect(QRectF(x, y, WIDTH, HEIGHT))
+    painter.setPen(QColor(theme.TEXT))
+    painter.drawText(QRectF(x, y - 18, right - MARGIN - x, 16), Qt.AlignmentFlag.AlignLeft, text)
