@@ -8,6 +8,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QCheckBox, QComboBox, QHBoxLayout, QWidget
 
 from app.controls import quiet_button
+from app.sensitivity_view.add_button import AddButton
 from app.state.sensitivity_state import SensitivityState
 
 
@@ -21,8 +22,8 @@ class FieldBar(QWidget):
         Returns the value to pin while the mouse is over none; None for none.
     """
 
-    addRequested = Signal()
-    """Emitted when a mode shall be added over the pinned band."""
+    addRequested = Signal(bool)
+    """Emitted when a mode shall be added over the pinned band; True for one in another colour."""
 
     def __init__(
         self, sensitivity: SensitivityState, best_value: Callable[[], float | None]
@@ -35,9 +36,7 @@ class FieldBar(QWidget):
             "Keep the value under the mouse when it leaves the plot (P); Escape ends it",
         )
         self.pin.setCheckable(True)
-        self.add = quiet_button(
-            "Add", "Add a mode at the value that is kept, in a colour that stands out"
-        )
+        self.add = AddButton("the value that is kept")
         self.style_box = QComboBox()
         self.style_box.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.style_box.addItems(["Area", "Lines"])
@@ -54,7 +53,7 @@ class FieldBar(QWidget):
         for part in (self.pin, self.style_box, self.locked, self.fade, self.add):
             row.addWidget(part)
         self.pin.clicked.connect(self.toggle_pin)
-        self.add.clicked.connect(self.addRequested)
+        self.add.addRequested.connect(self.addRequested)
         self.style_box.activated.connect(
             lambda i: sensitivity.choose(style="contours" if i else "map")
         )

@@ -7,28 +7,31 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Signal
 from PySide6.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
     QLabel,
-    QPushButton,
+    QStackedWidget,
     QVBoxLayout,
     QWidget,
 )
 
-from app.controls import quiet_button, text_button
+from app.controls import ElidedLabel, quiet_button, text_button
+from app.sensitivity_view.add_button import AddButton
 from app.sensitivity_view.field_bar import FieldBar
 from app.sensitivity_view.held_button import HeldButton
+from app.sensitivity_view.listed_values import ListedValues
 from app.sensitivity_view.measured_edits import MeasuredEdits
 from app.sensitivity_view.response_layer import ResponseLayer
 from app.sensitivity_view.visible_label import VisibleLabel
-from app.state.sensitivity_answers import SOURCE_NAMES, VisibilityAnswer, WhatIfAnswer
+from app.state.sensitivity_answers import SOURCE_NAMES, WhatIfAnswer
 from app.state.sensitivity_dispatcher import SensitivityDispatcher
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from app.tf_editor.number_box import NumberBox
 from model.scene.tf_emphasis import (
+    add_mode,
     add_striking_mode,
     isolate_value,
     lower_value,
@@ -37,7 +40,6 @@ from model.scene.tf_emphasis import (
 from model.scene.tf_perturbation import edit_around
 from model.scene.transfer_function import TF_SAMPLES
 from model.scene.value_text import value_text
-from model.sensitivity.contributions import Contribution, contributions
 
 PANEL_WIDTH = 300
 ROWS = 3
@@ -90,8 +92,7 @@ class FindingsPanel(QWidget):
         self._layer = layer
         self._measured = measured
         self._shown_colors = shown_colors
-        self._found: tuple[Contribution, ...] = ()
-        self._lists_region = False
+        self.values = ListedValues(state, sensitivity, dispatcher, ROWS, self)
         self._what_if: dict[str, WhatIfAnswer] = {}
         self._tried = 0.0
         self.setFixedWidth(PANEL_WIDTH)
@@ -99,11 +100,7 @@ class FindingsPanel(QWidget):
         self.heading.setProperty("role", "title")
         self.back = text_button("✕", "Back to the edits (Escape)")
         self.rows = [QLabel() for _ in range(ROWS)]
-        self.adds = [QPushButton("Add") for _ in range(ROWS)]
-        for button in self.adds:
-            button.setToolTip("Add a mode at this value, in a colour that stands out")
-            # After a click, keys such as R are the window's again.
-            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.adds = [AddButton("this value") for _ in range(ROWS)]
         self.raises = [quiet_button("▲", "Raise the opacity of this value") for _ in range(ROWS)]
         self.lowers = [quiet_button("▼", "Lower the opacity of this value") for _ in range(ROWS)]
         self.isolates = [quiet_button("only", "Show this value alone") for _ in range(ROWS)]
@@ -113,51 +110,44 @@ class FindingsPanel(QWidget):
         self.height_box.setToolTip("Opacity of the modes whose effect is listed")
         self.what_if_button = HeldButton("What if")
         self.field_bar = FieldBar(sensitivity, self._best_value)
-        self.result = QLabel()
+        self.result = ElidedLabel()
         self.result.setProperty("role", "dim")
-        self.result.setWordWrap(True)
+        self._said = QStackedWidget()
         self._visible = visible
         self._lay_out(source, visible)
         self._connect()
         self.refresh()
 
-    def add_mode(self, index: int) -> None:
-        """Add a mode in an interval, in a colour that stands out: one undo step."""
+    def add_mode(self, index: int, striking: bool = False) -> None:
+        """Add a mode in an interval, if wanted in a colour that stands out: one undo step."""
         intervals = self._layer.intervals
         fresh = self._dispatcher.is_fresh(self._dispatcher.region_answer)
         if index < len(intervals) and fresh:
-            self._add(intervals[index].value, self._width())
+            self._add(intervals[index].value, self._width(), striking)
 
-    def add_mode_over_band(self) -> None:
-        """Add a mode over the band, in a colour that stands out: one undo step."""
+    def add_mode_over_band(self, striking: bool = False) -> None:
+        """Add a mode over the band, if wanted in a colour that stands out: one undo step."""
         band = self._sensitivity.band
         if band is not None:
-            self._add((band.low + band.high) / 2, self._width() + (band.high - band.low) / 4)
+            width = self._width() + (band.high - band.low) / 4
+            self._add((band.low + band.high) / 2, width, striking)
 
-    def _add(self, value: float, width: float) -> None:
+    def _add(self, value: float, width: float, striking: bool) -> None:
         tf, height = self._state.transfer_function, self._sensitivity.choices.height
-        added = add_striking_mode(tf, value, width, height, self._shown_colors())
+        if striking:
+            added = add_striking_mode(tf, value, width, height, self._shown_colors())
+        else:
+            added = replace(tf, opacity=add_mode(tf.opacity, value, width, height))
         self._state.commit(added, "add mode")
-
-    def leave_values(self) -> bool:
-        """List the edits again; return False if they are."""
-        if not self._lists_values:
-            return False
-        self._lists_region = False
-        self._sensitivity.pick(None)
-        self._find_values()
-        return True
 
     def refresh(self) -> None:
         """Show the present edits or values; what is not up to date is dim."""
-        dispatcher, values = self._dispatcher, self._lists_values
-        fresh = dispatcher.is_fresh(dispatcher.region_answer)
-        if values:
-            fresh = self._values is not None and self._values.is_of(self._state.inputs)
-        self.heading.setText(self._heading())
+        dispatcher, values = self._dispatcher, self.values.is_listed
+        fresh = self.values.is_fresh if values else dispatcher.is_fresh(dispatcher.region_answer)
+        self.heading.setText(self.values.heading if values else "Where an edit shows most")
         self.back.setVisible(values)
         for index in range(ROWS):
-            here = index < len(self._found if values else self._layer.intervals)
+            here = index < len(self.values.found if values else self._layer.intervals)
             text = ""
             if here:
                 text = self._found_text(index) if values else self._interval_text(index)
@@ -174,26 +164,6 @@ class FindingsPanel(QWidget):
             self.rows[0].setText(self._nothing_text(values, fresh))
         self.field_bar.fade.setVisible(dispatcher.learned_fits)
         self._enable_what_if()
-
-    @property
-    def _lists_values(self) -> bool:
-        """Whether the values of a place or of the region are listed."""
-        return self._lists_region or self._sensitivity.place is not None
-
-    @property
-    def _values(self) -> VisibilityAnswer | None:
-        """Visibility of the values that are listed; None while it is not known."""
-        if self._sensitivity.place is not None:
-            return self._dispatcher.pick
-        answer, outline = self._dispatcher.visibility, self._sensitivity.outline
-        return answer if answer is not None and answer.request.regions[0] == outline else None
-
-    def _heading(self) -> str:
-        if self._sensitivity.place is not None:
-            return "At the clicked place"
-        if self._lists_region:
-            return f"Visible: {self._sensitivity.region_name.lower()}"
-        return "Where an edit shows most"
 
     def _nothing_text(self, values: bool, fresh: bool) -> str:
         if fresh:
@@ -230,7 +200,7 @@ class FindingsPanel(QWidget):
             self._tried = lo + (hi - lo) * int(edit.argmax()) / (TF_SAMPLES - 1)
             self.what_if_button.setChecked(True)
             self._what_if.clear()
-            self.result.setText("rendering …")
+            self._say("rendering …")
 
     def end_what_if(self) -> None:
         """Show the fields again; the numbers stay."""
@@ -272,18 +242,22 @@ class FindingsPanel(QWidget):
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(6)
         layout.addLayout(head)
-        layout.addWidget(source)
+        # A result takes the place of who answered: whatever else is there keeps its own.
+        for line in (source, self.result):
+            self._said.addWidget(line)
+        layout.addWidget(self._said)
         layout.addWidget(visible)
         layout.addLayout(grid)
         layout.addStretch()
-        layout.addWidget(self.result)
         layout.addLayout(height)
         layout.addWidget(self.field_bar)
 
     def _connect(self) -> None:
         sensitivity = self._sensitivity
         for index in range(ROWS):
-            self.adds[index].clicked.connect(lambda _=False, i=index: self.add_mode(i))
+            self.adds[index].addRequested.connect(
+                lambda striking, i=index: self.add_mode(i, striking)
+            )
             self.raises[index].clicked.connect(lambda _=False, i=index: self._emphasize(i, "raise"))
             self.lowers[index].clicked.connect(lambda _=False, i=index: self._emphasize(i, "lower"))
             self.isolates[index].clicked.connect(
@@ -292,22 +266,20 @@ class FindingsPanel(QWidget):
         self._layer.peakClicked.connect(self.add_mode)
         self._layer.intervalsChanged.connect(lambda _intervals: self._forget_result())
         self._measured.changed.connect(self.refresh)
-        self._dispatcher.pickAnswered.connect(self._find_values)
-        self._dispatcher.visibilityAnswered.connect(self._find_values)
-        self._visible.linkActivated.connect(lambda _link: self._list_region())
+        self.values.changed.connect(self.refresh)
+        self._visible.linkActivated.connect(lambda _link: self.values.list_region())
         trials = self._dispatcher.trials
         trials.whatIfAnswered.connect(self._take_what_if)
-        trials.dropped.connect(self.result.setText)
+        trials.dropped.connect(self._say)
         self._dispatcher.regionAnswered.connect(self.refresh)
         self._state.inputsChanged.connect(self._forget_result)
         sensitivity.regionsChanged.connect(self._forget_result)
-        self.back.clicked.connect(self.leave_values)
+        self.back.clicked.connect(self.values.leave)
         self.what_if_button.turnedOn.connect(self.start_what_if)
         self.what_if_button.turnedOff.connect(self.end_what_if)
         self.height_box.valueChanged.connect(lambda height: sensitivity.choose(height=height))
         self.field_bar.addRequested.connect(self.add_mode_over_band)
         sensitivity.choicesChanged.connect(lambda _choices: self._forget_result())
-        sensitivity.placeChanged.connect(lambda _place: self._find_values())
         sensitivity.bandChanged.connect(lambda _band: self._enable_what_if())
 
     def _best_value(self) -> float | None:
@@ -328,35 +300,29 @@ class FindingsPanel(QWidget):
         return edit
 
     def _emphasize(self, index: int, how: str) -> None:
-        if index >= len(self._found):
+        if index >= len(self.values.found):
             return
         functions = {"raise": raise_value, "lower": lower_value, "isolate": isolate_value}
         tf = self._state.transfer_function
-        opacity = functions[how](tf.opacity, self._found[index].value, self._width())
+        opacity = functions[how](tf.opacity, self.values.found[index].value, self._width())
         self._state.commit(replace(tf, opacity=opacity), f"{how} value")
 
+    def _say(self, result: str) -> None:
+        self.result.set_full_text(result)
+        self._said.setCurrentIndex(1 if result else 0)
+
     def _forget_result(self) -> None:
-        self.result.clear()
-        self.refresh()
-
-    def _list_region(self) -> None:
-        self._lists_region = True
-        self._find_values()
-
-    def _find_values(self) -> None:
-        self._found = ()
-        if self._lists_values and self._values is not None:
-            self._found = contributions(self._values.value[0], self._state.scalar_range)
+        self._say("")
         self.refresh()
 
     def _take_what_if(self, answer: WhatIfAnswer) -> None:
         self._what_if[SOURCE_NAMES[answer.source]] = answer
-        texts = [f"A mode at {self._text(self._tried)}, on the region:"]
+        texts = []
         for name, one in self._what_if.items():
             predicted = one.what_if.predicted
-            said = "" if predicted is None else f", predicted {predicted:.3f}"
-            texts.append(f"{name}: RMSE {one.what_if.rmse:.3f}{said}")
-        self.result.setText("\n".join(texts))
+            said = "" if predicted is None else f" (predicted {predicted:.3f})"
+            texts.append(f"{name} RMSE {one.what_if.rmse:.3f}{said}")
+        self._say(f"At {self._text(self._tried)}: {', '.join(texts)}")
         if self.what_if_button.isChecked():
             self.whatIfShown.emit(answer)
 
@@ -367,7 +333,7 @@ class FindingsPanel(QWidget):
         interval = self._layer.intervals[index]
         predicted = self._effect(interval.predicted(self._sensitivity.choices.height))
         measured = self._measured.change(interval)
-        effect = f"≈ {predicted}" if measured is None else self._effect(measured)
+        effect = "…" if measured is None else self._effect(measured)
         self.rows[index].setToolTip(
             f"{self._text(interval.low)} to {self._text(interval.high)}: a mode of this opacity "
             "changes the region's pixels by so much (1 is from black to white), as rendered. "
@@ -381,7 +347,7 @@ class FindingsPanel(QWidget):
         return f"{'brighter' if change > 0 else 'darker'} {change:+.2g}"
 
     def _found_text(self, index: int) -> str:
-        found = self._found[index]
+        found = self.values.found[index]
         self.rows[index].setToolTip("Share of what is visible there")
         return f"{self._text(found.value)}   {100 * found.share:.0f} %"
 

@@ -334,7 +334,7 @@ class ResponseLayer(QObject):
             here = number < len(self.intervals)
             flag.setVisible(here and 0 <= self._area.axis.place(self.intervals[number].value) <= 1)
             if number < len(self.intervals):
-                flag.setToolTip("Click to add a mode here, in a colour that stands out")
+                flag.setToolTip("Click to add a mode here")
 
     def _show_band(self) -> None:
         band, choices = self._sensitivity.band, self._sensitivity.choices

@@ -38,6 +38,26 @@ LEAST_RAISE = 0.05
 TINY = 1e-12
 
 
+def add_mode(opacity: OpacityTF, value: float, width: float, height: float) -> OpacityTF:
+    """Add a mode; to a curve of points, add its shape.
+
+    Parameters
+    ----------
+    opacity : OpacityTF
+    value, width : float
+        Mean and standard deviation of the mode, in the data's units.
+    height : float
+        Opacity at the mean, 0 to 1.
+    """
+    mode = GaussianMode(value, math.sqrt(2) * width, min(max(height, 0.0), 1.0))
+    if not opacity.points:
+        return replace(opacity, modes=(*opacity.modes, mode))
+    added = OpacityTF(opacity.scalar_range, (mode,))
+    values = _values_around(opacity, value, width)
+    heights = np.minimum(opacity(values) + added(values), 1)
+    return replace(opacity, points=_pairs(values, heights))
+
+
 def add_striking_mode(
     tf: TransferFunction, value: float, width: float, height: float, shown: NDArray[np.floating]
 ) -> TransferFunction:
@@ -66,7 +86,7 @@ def add_striking_mode(
     before = np.asarray(tf.color(stops))
     mixed = before + shares[:, None] * (np.array(striking_color(shown)) - before)
     color = _recolored(tf.color, stops, mixed)
-    return TransferFunction(_plus_mode(tf.opacity, value, width, height), color)
+    return TransferFunction(add_mode(tf.opacity, value, width, height), color)
 
 
 def striking_color(shown: NDArray[np.floating]) -> tuple[float, float, float]:
@@ -112,7 +132,7 @@ def raise_value(opacity: OpacityTF, value: float, width: float) -> OpacityTF:
     """
     now = float(opacity(np.array([value]))[0])
     more = min(max((RAISED - 1) * now, LEAST_RAISE), 1 - now)
-    return _plus_mode(opacity, value, width, more) if more > 0 else opacity
+    return add_mode(opacity, value, width, more) if more > 0 else opacity
 
 
 def lower_value(opacity: OpacityTF, value: float, width: float) -> OpacityTF:
@@ -142,17 +162,6 @@ def isolate_value(opacity: OpacityTF, value: float, width: float) -> OpacityTF:
         return replace(opacity, modes=(max(near, key=lambda mode: mode.amplitude),))
     mode = GaussianMode(value, math.sqrt(2) * width, max(now, LEAST_RAISE))
     return OpacityTF(opacity.scalar_range, (mode,))
-
-
-def _plus_mode(opacity: OpacityTF, value: float, width: float, height: float) -> OpacityTF:
-    """Add a mode of a standard deviation; to a curve of points, add its shape."""
-    mode = GaussianMode(value, math.sqrt(2) * width, min(max(height, 0.0), 1.0))
-    if not opacity.points:
-        return replace(opacity, modes=(*opacity.modes, mode))
-    added = OpacityTF(opacity.scalar_range, (mode,))
-    values = _values_around(opacity, value, width)
-    heights = np.minimum(opacity(values) + added(values), 1)
-    return replace(opacity, points=_pairs(values, heights))
 
 
 def _reshaped(opacity: OpacityTF, value: float, width: float, factor: float) -> OpacityTF:

@@ -17,6 +17,15 @@ SMOOTHING = 3.0
 LEAST_SHARE = 0.05
 """Share of the place's visibility from which a value is named."""
 
+CORE = 0.2
+"""Part of a peak's height down to which the values around it are said to be of the peak."""
+
+LEAST_FLANK = 0.1
+"""Share of what lies beyond, on one side, from which it is named by itself."""
+
+SAME = 10
+"""Most bins between a value and the one that it was before an edit."""
+
 
 @dataclass(frozen=True)
 class Contribution:
@@ -50,8 +59,9 @@ def contributions(
     Returns
     -------
     tuple of Contribution
-        Each peak with the values up to the next valleys, the largest share first; none for
-        a black place.
+        Each peak with the values around it, the largest share first; none for a black place. A
+        long flank, such as a haze of many values before a surface of one, is named by the value in
+        its middle.
     """
     total = float(visibility.sum())
     if not total > 1e-6:
@@ -64,10 +74,55 @@ def contributions(
     valleys = [int(np.argmin(smooth[a : b + 1])) + a for a, b in pairwise(peaks)]
     edges = [0, *(valley - 1 for valley in valleys), TF_SAMPLES]
     values = np.linspace(*scalar_range, TF_SAMPLES)
-    shares = [float(visibility[first:last].sum()) / total for first, last in pairwise(edges)]
-    found = [
-        Contribution(float(values[peak - 1]), share)
-        for peak, share in zip(peaks, shares, strict=True)
-        if share >= LEAST_SHARE
-    ]
-    return tuple(sorted(found, key=lambda one: -one.share)[:count])
+    found = []
+    for peak, (first, last) in zip(peaks, pairwise(edges), strict=True):
+        low, high = _core(smooth[1:-1], peak - 1, first, last)
+        flanks = [(first, low), (high, last)]
+        kept = [float(visibility[a:b].sum()) / total >= LEAST_FLANK for a, b in flanks]
+        own = slice(low if kept[0] else first, high if kept[1] else last)
+        found.append(Contribution(float(values[peak - 1]), float(visibility[own].sum()) / total))
+        for a, b in (flank for flank, is_long in zip(flanks, kept, strict=True) if is_long):
+            sums = np.cumsum(visibility[a:b].astype(np.float64))
+            middle = a + int(np.searchsorted(sums, sums[-1] / 2))
+            found.append(Contribution(float(values[middle]), float(sums[-1]) / total))
+    named = [one for one in found if one.share >= LEAST_SHARE]
+    return tuple(sorted(named, key=lambda one: -one.share)[:count])
+
+
+def follow(
+    before: tuple[Contribution, ...], found: tuple[Contribution, ...], scalar_range: Range
+) -> tuple[Contribution, ...]:
+    """List values in the order in which they were listed before an edit.
+
+    Parameters
+    ----------
+    before, found : tuple of Contribution
+        Values that were listed, and those that show now.
+    scalar_range : tuple of float
+
+    Returns
+    -------
+    tuple of Contribution
+        Each value of before with its present share, 0 where it no longer shows; then the others.
+    """
+    reach = SAME * (scalar_range[1] - scalar_range[0]) / (TF_SAMPLES - 1)
+    left, listed = list(found), []
+    for old in before:
+        near = [new for new in left if abs(new.value - old.value) <= reach]
+        new = min(near, key=lambda new: abs(new.value - old.value), default=None)
+        if new is None:
+            listed.append(Contribution(old.value, 0.0))
+        else:
+            left.remove(new)
+            listed.append(new)
+    return (*listed, *left)
+
+
+def _core(smooth: NDArray[np.float64], peak: int, first: int, last: int) -> tuple[int, int]:
+    """Bins around a peak, from first to before last, where it is not far below its height."""
+    low = high = peak
+    while low > first and smooth[low - 1] >= CORE * smooth[peak]:
+        low -= 1
+    while high < last and smooth[high] >= CORE * smooth[peak]:
+        high += 1
+    return low, high

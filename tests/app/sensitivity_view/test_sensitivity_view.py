@@ -20,6 +20,7 @@ from window_fakes import FakeBuilders, FakeEngine
 
 from app.engines.messages import (
     MeasureRequest,
+    PickRequest,
     RegionSensitivityRequest,
     ValueSensitivityRequest,
     VisibilityRequest,
@@ -29,14 +30,16 @@ from app.sensitivity_view.held_button import CLICK_MS
 from app.window.main_window import MainWindow
 from model.errors import RenderError
 from model.scene.crop import CropBox
+from model.scene.inputs import SceneInputs
 from model.scene.region import Outline
 from model.scene.scene import Scene
 from model.scene.tf_emphasis import STRIKING_COLORS
-from model.scene.tf_perturbation import edit_over
+from model.scene.tf_perturbation import edit_around, edit_over
 from model.scene.view import View
 from model.scene.volume import Volume
 from model.sensitivity.display import overlay, scale_of, shown_field, shown_responses
 from model.sensitivity.intervals import Interval
+from model.sensitivity.what_if import edited
 
 WindowMaker = Callable[..., MainWindow]
 
@@ -168,7 +171,8 @@ def test_a_click_names_the_values_there_and_edits_them(
     canvas, findings = window.reference.canvas, window.sensitivity.findings
     QTest.mouseClick(canvas, Qt.MouseButton.LeftButton, pos=at(canvas, 0.3, 0.6))
     qtbot.waitUntil(lambda: "100 %" in findings.rows[0].text())
-    square = builders.analysts[-1].others[-1].regions[0]
+    asked = [r for r in builders.analysts[-1].others if isinstance(r, PickRequest)]
+    square = asked[-1].regions[0]
     xs, ys = zip(*square.points, strict=True)
     assert (np.mean(xs), np.mean(ys)) == pytest.approx((0.3, 0.6), abs=0.01)
     before = window.state.transfer_function
@@ -445,7 +449,9 @@ def test_regions_stay_for_the_next_time_step_and_go_with_another_shape(
     qtbot.waitUntil(lambda: window.workspace.is_settled)
 
 
-def test_a_flag_adds_a_mode_in_a_colour_that_stands_out(qtbot: QtBot, window: MainWindow) -> None:
+def test_a_flag_adds_the_mode_that_was_listed_or_one_in_a_striking_colour(
+    qtbot: QtBot, window: MainWindow
+) -> None:
     before = window.state.transfer_function
     (interval,) = window.sensitivity.responses.intervals
     flag = over_plot(window, interval.value, 1.05) + QPoint(0, 7)
@@ -455,9 +461,13 @@ def test_a_flag_adds_a_mode_in_a_colour_that_stands_out(qtbot: QtBot, window: Ma
     assert len(tf.opacity.modes) == len(before.opacity.modes) + 1
     assert mode.mean == pytest.approx(interval.value)
     assert mode.amplitude == pytest.approx(window.sensitivity_state.choices.height)
-    assert tuple(tf.color(mode.mean)) in [
-        pytest.approx(color, abs=0.02) for color in STRIKING_COLORS
-    ]
+    assert tf.color == before.color
+    # It is the edit whose change is listed.
+    inputs, width = window.state.inputs, window.sensitivity_state.choices.width
+    edit = edit_around(interval.value, before.scalar_range, width)
+    unedited = SceneInputs.of(inputs.view, before, light=inputs.light)
+    listed = edited(unedited, edit, mode.amplitude).opacity_tf.sample()
+    np.testing.assert_allclose(tf.opacity.sample(), listed, atol=0.01)
     # At once again: the answer is about the image before.
     QTest.mouseClick(window.editor.area.widget.viewport(), Qt.MouseButton.LeftButton, pos=flag)
     window.sensitivity.findings.adds[0].click()
@@ -467,6 +477,15 @@ def test_a_flag_adds_a_mode_in_a_colour_that_stands_out(qtbot: QtBot, window: Ma
     qtbot.waitUntil(window.sensitivity.findings.adds[0].isEnabled)
     window.sensitivity.findings.adds[0].click()
     assert window.state.transfer_function == tf
+    window.state.undo()
+    qtbot.waitUntil(window.sensitivity.findings.adds[0].isEnabled)
+    (other,) = window.sensitivity.findings.adds[0].menu().actions()
+    other.trigger()
+    striking = window.state.transfer_function
+    assert striking.opacity == tf.opacity
+    assert tuple(striking.color(mode.mean)) in [
+        pytest.approx(color, abs=0.02) for color in STRIKING_COLORS
+    ]
 
 
 def test_what_if_shows_the_edit_while_the_key_is_held(qtbot: QtBot, window: MainWindow) -> None:
@@ -476,11 +495,11 @@ def test_what_if_shows_the_edit_while_the_key_is_held(qtbot: QtBot, window: Main
     qtbot.waitUntil(lambda: window.generator.canvas.cover is not None)
     assert "difference" in window.sensitivity.exact.caption
     # The fake's second image is .1 brighter than the first.
-    assert "exact: RMSE 0.100" in findings.result.text()
-    assert "learned: RMSE 0.100" in findings.result.text()
+    assert "exact RMSE 0.100" in findings.result.full_text
+    assert "learned RMSE 0.100" in findings.result.full_text
     # Without a band, the mode is at the first value of the list.
     value = window.sensitivity.responses.intervals[0].value
-    tried = float(findings.result.text().removeprefix("A mode at ").partition(",")[0])
+    tried = float(findings.result.full_text.removeprefix("At ").partition(":")[0])
     assert tried == pytest.approx(value, abs=0.5)
     QTest.keyRelease(window, Qt.Key.Key_W)
     assert window.reference.canvas.cover is None
@@ -488,7 +507,7 @@ def test_what_if_shows_the_edit_while_the_key_is_held(qtbot: QtBot, window: Main
 
 def test_what_if_after_the_key_is_released_covers_nothing(qtbot: QtBot, window: MainWindow) -> None:
     QTest.keyClick(window, Qt.Key.Key_W)
-    qtbot.waitUntil(lambda: "learned: RMSE" in window.sensitivity.findings.result.text())
+    qtbot.waitUntil(lambda: "learned RMSE" in window.sensitivity.findings.result.full_text)
     assert window.generator.canvas.cover is None
 
 
@@ -718,14 +737,15 @@ def test_edits_are_measured_at_rest_and_ranked_by_it(qtbot: QtBot, window: MainW
     promised = findings._effect(measured.predicted(0.4))
     assert promised != "brighter +0.1"
     window.sensitivity_state.choose(height=0.4)
-    assert findings.rows[0].text().endswith(f"   ≈ {promised}")
+    assert findings.rows[0].text().endswith("   …")
+    assert f"promises: {promised}" in findings.rows[0].toolTip()
     qtbot.waitUntil(lambda: findings.rows[0].text().endswith("   brighter +0.1"))
     # What was measured for another edit is not taken for this one's.
     late = window.workspace.sensitivity.trials.trial_of(layer.promising)
     window.sensitivity_state.choose(width=3.0)
-    assert "≈" in findings.rows[0].text()
+    assert "…" in findings.rows[0].text()
     window.workspace.sensitivity.trials.intervalsMeasured.emit(late, [0.5])
-    assert "≈" in findings.rows[0].text()
+    assert "…" in findings.rows[0].text()
 
 
 def test_the_best_edit_is_the_one_that_changes_most_in_truth(
@@ -824,7 +844,7 @@ def test_a_region_cannot_be_lost_outside_the_image(qtbot: QtBot, window: MainWin
     window.sensitivity.findings.field_bar.add.click()
     assert window.state.undo_stack.undoText() == "add mode"
     QTest.keyClick(window, Qt.Key.Key_W)
-    qtbot.waitUntil(lambda: "learned: RMSE" in window.sensitivity.findings.result.text())
+    qtbot.waitUntil(lambda: "learned RMSE" in window.sensitivity.findings.result.full_text)
 
 
 def test_what_is_still_computed_is_not_called_nothing(

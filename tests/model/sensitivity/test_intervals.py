@@ -11,7 +11,7 @@ from model.scene.inputs import SceneInputs
 from model.scene.region import Region
 from model.scene.tf_perturbation import edit_around
 from model.scene.transfer_function import GaussianMode, OpacityTF
-from model.sensitivity.contributions import contributions
+from model.sensitivity.contributions import contributions, follow
 from model.sensitivity.display import shown_responses
 from model.sensitivity.exact import change_norms, visibility
 from model.sensitivity.intervals import promising_intervals
@@ -74,6 +74,31 @@ def test_a_place_shows_the_value_that_is_there() -> None:
     assert [c.share for c in both] == pytest.approx([0.75, 0.25], abs=0.01)
     assert contributions(np.zeros(256), RANGE) == ()
     renderer.close()
+
+
+def test_a_long_flank_is_named_beside_the_peak_that_it_leads_to() -> None:
+    # It only rises: there is one peak.
+    haze = np.interp(np.arange(256), (60, 200, 240), (0.1, 0.2, 0.2), left=0.0)
+    found = contributions(haze + bump(225, 6, 3.0), RANGE)
+    surface, flank = found
+    assert surface.value == pytest.approx(225, abs=4) and 110 < flank.value < 170
+    assert surface.share + flank.share == pytest.approx(1.0)
+    # The tails of a mode are its own.
+    assert len(contributions(bump(120, 12, 1.0), RANGE)) == 1
+
+
+def test_values_stay_in_their_rows_while_they_are_edited() -> None:
+    before = contributions(bump(60, 5, 1.0) + bump(160, 5, 3.0), RANGE)
+    # The first one is lowered below the second, which moves a little; a third one appears.
+    after = contributions(bump(62, 5, 3.0) + bump(160, 5, 1.0) + bump(220, 5, 5.0), RANGE)
+    assert [round(c.value) for c in after] == [220, 62, 160]
+    listed = follow(before, after, RANGE)
+    assert [round(c.value) for c in listed] == [160, 62, 220]
+    assert sum(c.share for c in listed) == pytest.approx(1.0)
+    # What no longer shows keeps its row.
+    gone = follow(before, contributions(bump(60, 5, 1.0), RANGE), RANGE)
+    assert [(round(c.value), round(c.share, 2)) for c in gone] == [(160, 0.0), (60, 1.0)]
+    assert follow((), after, RANGE) == after
 
 
 def test_trust_is_where_two_fields_agree() -> None:

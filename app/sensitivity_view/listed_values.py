@@ -1,0 +1,103 @@
+"""Values that are listed to be raised and lowered: those of a clicked place or of the region."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QObject, Signal
+
+from app.state.sensitivity_answers import VisibilityAnswer
+from app.state.sensitivity_dispatcher import SensitivityDispatcher
+from app.state.sensitivity_state import SensitivityState
+from app.state.viewer_state import ViewerState
+from model.scene.region import ImageRegion
+from model.sensitivity.contributions import Contribution, contributions, follow
+
+
+class ListedValues(QObject):
+    """Finds the values, and keeps their order as long as they are listed.
+
+    Parameters
+    ----------
+    state : ViewerState
+    sensitivity : SensitivityState
+    dispatcher : SensitivityDispatcher
+    count : int
+        Largest number of values.
+
+    Attributes
+    ----------
+    found : tuple of Contribution
+    """
+
+    changed = Signal()
+
+    def __init__(
+        self,
+        state: ViewerState,
+        sensitivity: SensitivityState,
+        dispatcher: SensitivityDispatcher,
+        count: int,
+        parent: QObject,
+    ) -> None:
+        super().__init__(parent)
+        self._state = state
+        self._sensitivity = sensitivity
+        self._dispatcher = dispatcher
+        self._count = count
+        self._lists_region = False
+        self._place: ImageRegion | None = None
+        self.found: tuple[Contribution, ...] = ()
+        dispatcher.pickAnswered.connect(self._find)
+        dispatcher.visibilityAnswered.connect(self._find)
+        sensitivity.placeChanged.connect(lambda _place: self._find())
+
+    @property
+    def is_listed(self) -> bool:
+        """Whether values are listed."""
+        return self._lists_region or self._sensitivity.place is not None
+
+    @property
+    def is_fresh(self) -> bool:
+        """Whether they are of the present image."""
+        answer = self._answer
+        return answer is not None and answer.is_of(self._state.inputs)
+
+    @property
+    def heading(self) -> str:
+        """What is listed."""
+        if self._sensitivity.place is not None:
+            return "At the clicked place"
+        return f"Visible: {self._sensitivity.region_name.lower()}"
+
+    def list_region(self) -> None:
+        """List the values of the active region, or of the whole image."""
+        self._lists_region = True
+        self._find()
+
+    def leave(self) -> bool:
+        """List no values; return False if none are."""
+        if not self.is_listed:
+            return False
+        self._lists_region = False
+        self._sensitivity.pick(None)
+        self._find()
+        return True
+
+    @property
+    def _answer(self) -> VisibilityAnswer | None:
+        """Visibility of the values that are listed; None while it is not known."""
+        if self._sensitivity.place is not None:
+            return self._dispatcher.pick
+        answer, outline = self._dispatcher.visibility, self._sensitivity.outline
+        return answer if answer is not None and answer.request.regions[0] == outline else None
+
+    def _find(self) -> None:
+        answer = self._answer if self.is_listed else None
+        if answer is None:
+            self.found = ()
+        else:
+            scalar_range, place = self._state.scalar_range, answer.request.regions[0]
+            # Whoever clicks the same button twice means the same value.
+            before = self.found if place == self._place else ()
+            found = contributions(answer.value[0], scalar_range)
+            self._place, self.found = place, follow(before, found, scalar_range)[: self._count]
+        self.changed.emit()
