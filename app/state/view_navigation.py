@@ -14,6 +14,7 @@ from model.scene.orientation import (
     FARTHEST_HOME,
     WHOLE,
     angles_in,
+    centred,
     fit_distance,
     home_view,
     standard_view,
@@ -111,6 +112,11 @@ class ViewNavigation(QObject):
         """
         shown = WHOLE if self._reach == SQUARE else self._shown
         return (shown.min(axis=0) + shown.max(axis=0)) / 2
+
+    def for_picture(self, view: View) -> View:
+        """Return a view with all that is shown in the middle of a square picture."""
+        far = replace(view, distance=FARTHEST_HOME)
+        return centred(far, self._proportions, self._shown)
 
     def turned(self, view: View) -> View:
         """Pan a view that was turned so that the pivot stays where it is in the image."""

@@ -17,7 +17,7 @@ from model.scene.tf_presets import Preset
 
 
 class PresetPictures(QObject):
-    """Has pictures drawn whenever the menu of presets opens, in the present view and light.
+    """Has pictures drawn whenever the menu of presets opens, from the present side.
 
     Parameters
     ----------
@@ -46,7 +46,8 @@ class PresetPictures(QObject):
 
     def _ask(self, listed: tuple[Preset, ...]) -> None:
         self._names = tuple(preset.name for preset in listed)
-        shown = self._state.inputs
+        # The image may be wider than the pictures, and zoomed.
+        shown = replace(self._state.inputs, view=self._state.for_picture(self._state.view))
         self._pictures.ask(
             [
                 replace(shown, opacity_tf=preset.tf.opacity, color_tf=preset.tf.color)

@@ -81,7 +81,8 @@ class UpAxisQuestion(QObject):
         if opened is None or self._bar.isHidden():
             return
         proportions, points = opened.volume.proportions, opened.shown
-        views = [home_view(proportions, axis, points=points) for axis in AXES]
+        homes = [home_view(proportions, axis, points=points) for axis in AXES]
+        views = [self._state.for_picture(home) for home in homes]
         self._pictures.ask([replace(self._state.inputs, view=view) for view in views])
 
     def _show_pictures(self, images: list[QImage]) -> None:

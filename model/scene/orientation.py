@@ -149,12 +149,25 @@ def home_view(
     view = view_in(up, HOME_AZIMUTH, HOME_ELEVATION, front=front)
     distance = fit_distance(proportions, view, points=points, reach=reach)
     fitting = replace(view, distance=min(max(distance, NEAREST_HOME), FARTHEST_HOME))
-    return fitting if reach == SQUARE else _centred(fitting, _in_radii(points, proportions), reach)
+    return fitting if reach == SQUARE else centred(fitting, proportions, points, reach)
 
 
-def _centred(view: View, places: NDArray[np.float64], reach: Reach) -> View:
-    """Pan a view that has places in the image to their middle, and come as near as they allow."""
-    right, up, back = view.basis() @ places.T
+def centred(
+    view: View,
+    proportions: tuple[float, float, float],
+    points: NDArray[np.float64] = WHOLE,
+    reach: Reach = SQUARE,
+) -> View:
+    """Pan a view that has places in the image to their middle, and come as near as they allow.
+
+    Parameters
+    ----------
+    view : View
+        Its direction, and how far away it is at most.
+    proportions, points, reach
+        See :func:`fit_distance`.
+    """
+    right, up, back = view.basis() @ _in_radii(points, proportions).T
     tangent = math.tan(math.radians(VIEW_ANGLE / 2))
     room = (1.0 - MARGIN) * 2 * np.array(reach)
 

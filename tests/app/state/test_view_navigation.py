@@ -213,6 +213,19 @@ def test_turns_are_about_what_is_shown_where_no_model_stands_beside_it(state: Vi
     assert (state.view.pan_x, state.view.pan_y) == (0.0, 0.0)
 
 
+def test_a_picture_has_all_that_is_shown_in_its_middle(state: ViewerState) -> None:
+    part = 0.25 * WHOLE + np.array([0.7, 0.05, 0.2])
+    proportions = (0.4, 0.5, 0.7681)
+    state.start_view(proportions, shown=part, reach=(1.0, 0.5))
+    view = state.for_picture(View(70.0, -20.0, 10.0, 0.4, 0.9, -0.5))
+    assert view.basis() == pytest.approx(View(70.0, -20.0, 10.0).basis())
+    places = Projection(view, proportions).places(part)
+    low, high = places.min(axis=0), places.max(axis=0)
+    assert low + high == pytest.approx([0.0, 0.0], abs=1e-9)
+    # It is small enough for the nearest view.
+    assert high.max() < 1.0
+
+
 def test_another_home_is_gone_to_until_the_up_axis_changes(
     qtbot: QtBot, state: ViewerState
 ) -> None:
