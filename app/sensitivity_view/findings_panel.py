@@ -12,6 +12,7 @@ from PySide6.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
     QLabel,
+    QSizePolicy,
     QStackedWidget,
     QVBoxLayout,
     QWidget,
@@ -113,6 +114,7 @@ class FindingsPanel(QWidget):
         self.result = ElidedLabel()
         self.result.setProperty("role", "dim")
         self._said = QStackedWidget()
+        self._said.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Maximum)
         self._visible = visible
         self._lay_out(source, visible)
         self._connect()
