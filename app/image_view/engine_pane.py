@@ -32,8 +32,8 @@ NOTE_WIDTH = 92
 
 PREPARING = "Preparing …"
 
-FINER = "   finer next"
-"""End of an image's caption until its engine has settled."""
+FINER = "finer next   "
+"""Begin of an image's caption until its engine has settled: it is not to be cut."""
 
 LEAST_DETAIL, MOST_DETAIL = 120, 360
 """Least width of an image's caption in pixels, where what does not fit is in its tooltip; and the
@@ -169,14 +169,14 @@ class EnginePane(QWidget):
             self.canvas.show_message(self.client.text, theme.ERROR)
         elif state is EngineState.SETTLED:
             # Nothing follows.
-            self._detail.set_full_text(self.detail.removesuffix(FINER))
+            self._detail.set_full_text(self.detail.removeprefix(FINER))
             self._detail.setStyleSheet("")
 
     def _show_result(self, result: Result) -> None:
         if isinstance(result.request, ImageRequest) and result.value is not None:
             self._show(result, self.client.description)
             if self._refines or not result.request.quality.live:
-                self._detail.set_full_text(self.detail + FINER)
+                self._detail.set_full_text(FINER + self.detail)
                 self._detail.setStyleSheet(f"color: {theme.ACCENT}")
 
     def _show_stand_in(self, stand_in: EngineClient, result: Result) -> None:

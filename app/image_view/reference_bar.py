@@ -37,7 +37,7 @@ DISTANCES = {
 
 SIZES = {
     "pane": "As the window",
-    "generator": "Same size as the generator",
+    "generator": "Same size as the model's",
     256: "256 × 256",
     512: "512 × 512",
     1024: "1024 × 1024",

@@ -25,7 +25,7 @@ COLORINGS: dict[Coloring, tuple[str, str]] = {
 ENGINES: dict[EngineChoice, tuple[str, str]] = {
     "automatic": ("Automatic", "The ray caster where it is fast enough, else the model"),
     "exact": ("Ray caster", "Pictures are exact"),
-    "learned": ("Model", "Pictures of the volume's generator"),
+    "learned": ("Model", "Pictures of the volume's model"),
 }
 
 

@@ -34,11 +34,11 @@ MEASURES: dict[str, tuple[Measure, str]] = {
 ENGINES: dict[str, tuple[EngineChoice, str]] = {
     "Automatic": (
         "automatic",
-        "The ray caster's exact derivative where it is fast enough, the generator's otherwise; "
+        "The ray caster's exact derivative where it is fast enough, the model's otherwise; "
         "at rest both, so that they can be compared.",
     ),
     "Exact": ("exact", "The ray caster: exact, or by differences under global light."),
-    "Learned": ("learned", "The generator of this volume."),
+    "Learned": ("learned", "The model of this volume."),
 }
 
 

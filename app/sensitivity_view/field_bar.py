@@ -44,7 +44,7 @@ class FieldBar(QWidget):
             "How the effect of the value under the mouse is drawn over the images"
         )
         self.fade = QCheckBox("Doubts")
-        self.fade.setToolTip("Fade the effect to grey where the generator and the exact one differ")
+        self.fade.setToolTip("Fade the effect to grey where the model's and the exact one differ")
         self.locked = QCheckBox("Lock scale")
         self.locked.setToolTip("Keep the scales of colours and curve as they are, to compare")
         row = QHBoxLayout(self)

@@ -136,7 +136,7 @@ class FieldCover(QObject):
         self._scale = max(float(np.quantile(np.abs(difference), 0.998)), 1 / 255)
         colored = overlay(what_if.image, difference, self._scale, "signed")
         self._bar = "signed"
-        self._caption = f"{self._scale:.2g} (brighter) of pixel value: the edit's difference"
+        self._caption = f"{self._scale:.2g} (brighter): difference of pixel values by the edit"
         self._pane.canvas.show_cover(_picture(colored))
 
     def _take_image(self, inputs: SceneInputs, image: NDArray[np.float32]) -> None:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import Signal
+from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
@@ -27,7 +28,7 @@ from app.sensitivity_view.measured_edits import MeasuredEdits
 from app.sensitivity_view.response_layer import ResponseLayer
 from app.sensitivity_view.visible_label import VisibleLabel
 from app.state.sensitivity_answers import SOURCE_NAMES, WhatIfAnswer
-from app.state.sensitivity_dispatcher import SensitivityDispatcher
+from app.state.sensitivity_dispatcher import BAND_REST_MS, SensitivityDispatcher
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from app.tf_editor.number_box import NumberBox
@@ -39,7 +40,7 @@ from model.scene.tf_emphasis import (
     raise_value,
 )
 from model.scene.tf_perturbation import edit_around
-from model.scene.transfer_function import TF_SAMPLES
+from model.scene.transfer_function import TF_SAMPLES, OpacityTF
 from model.scene.value_text import value_text
 
 PANEL_WIDTH = 300
@@ -94,6 +95,7 @@ class FindingsPanel(QWidget):
         self._measured = measured
         self._shown_colors = shown_colors
         self.values = ListedValues(state, sensitivity, dispatcher, ROWS, self)
+        self._band_rest = QTimer(self, singleShot=True, interval=BAND_REST_MS)
         self._what_if: dict[str, WhatIfAnswer] = {}
         self._tried = 0.0
         self.setFixedWidth(PANEL_WIDTH)
@@ -208,6 +210,7 @@ class FindingsPanel(QWidget):
         """Show the fields again; the numbers stay."""
         if self.what_if_button.isChecked():
             self.what_if_button.setChecked(False)
+            self._band_rest.stop()
             self.whatIfEnded.emit()
 
     def _lay_out(self, source: QWidget, visible: QWidget) -> None:
@@ -238,6 +241,7 @@ class FindingsPanel(QWidget):
         height = QHBoxLayout()
         label = QLabel("Edits of opacity")
         label.setProperty("role", "dim")
+        label.setToolTip(self.height_box.toolTip())
         for widget in (label, self.height_box, self.what_if_button):
             height.addWidget(widget)
         layout = QVBoxLayout(self)
@@ -282,7 +286,8 @@ class FindingsPanel(QWidget):
         self.height_box.valueChanged.connect(lambda height: sensitivity.choose(height=height))
         self.field_bar.addRequested.connect(self.add_mode_over_band)
         sensitivity.choicesChanged.connect(lambda _choices: self._forget_result())
-        sensitivity.bandChanged.connect(lambda _band: self._enable_what_if())
+        sensitivity.bandChanged.connect(lambda _band: self._follow_band())
+        self._band_rest.timeout.connect(self.start_what_if)
 
     def _best_value(self) -> float | None:
         return self._layer.intervals[0].value if self._layer.intervals else None
@@ -304,10 +309,22 @@ class FindingsPanel(QWidget):
     def _emphasize(self, index: int, how: str) -> None:
         if index >= len(self.values.found):
             return
-        functions = {"raise": raise_value, "lower": lower_value, "isolate": isolate_value}
-        tf = self._state.transfer_function
-        opacity = functions[how](tf.opacity, self.values.found[index].value, self._width())
+        tf, found = self._state.transfer_function, self.values.found[index]
+        functions: dict[str, Callable[[OpacityTF, float, float], OpacityTF]] = {
+            "raise": raise_value,
+            "lower": lower_value,
+            "isolate": partial(isolate_value, reach=found.reach),
+        }
+        opacity = functions[how](tf.opacity, found.value, self._width())
         self._state.commit(replace(tf, opacity=opacity), f"{how} value")
+
+    def _follow_band(self) -> None:
+        """Have what is asked for at another value rendered, and forget what was not."""
+        self._enable_what_if()
+        if self.what_if_button.isChecked():
+            self._band_rest.start()
+        else:
+            self._say("")
 
     def _say(self, result: str) -> None:
         self.result.set_full_text(result)
@@ -336,10 +353,12 @@ class FindingsPanel(QWidget):
         predicted = self._effect(interval.predicted(self._sensitivity.choices.height))
         measured = self._measured.change(interval)
         effect = "…" if measured is None else self._effect(measured)
+        if measured is not None and measured * interval.response < 0:
+            effect += f" (faint: {predicted.split()[0]})"
         self.rows[index].setToolTip(
             f"{self._text(interval.low)} to {self._text(interval.high)}: a mode of this opacity "
-            "changes the region's pixels by so much (1 is from black to white), as rendered. "
-            f"The curve, which is of faint edits, promises: {predicted}."
+            "changes the region's pixels by so much (1 is from black to white), rendered and shown "
+            f"in the present brightness. The curve, which is of faint edits, promises: {predicted}."
         )
         return f"{index + 1}   {self._text(interval.value)}   {effect}"
 

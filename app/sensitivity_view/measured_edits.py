@@ -57,6 +57,7 @@ class MeasuredEdits(QObject):
             dispatcher.regionAnswered,
             layer.intervalsChanged,
             sensitivity.choicesChanged,
+            dispatcher.trials.outdated,
         ):
             signal.connect(self._follow)
         dispatcher.trials.intervalsMeasured.connect(self._take)

@@ -10,7 +10,7 @@ from PySide6.QtGui import QColor, QCursor, QMouseEvent, QPainter, QPen, QPolygon
 from app import theme
 from app.image_view.gestures import CLICK_REACH
 from app.image_view.image_canvas import ImageCanvas
-from app.state.sensitivity_state import Choices, SensitivityState
+from app.state.sensitivity_state import Choices, SensitivityState, Tool
 from model.scene.region import Outline
 
 REACH = 8.0
@@ -23,6 +23,14 @@ LEAST_SIDE = 0.004
 """Least side of a new rectangle, as a fraction of the image."""
 
 MARK = 7
+
+HINTS: dict[Tool, str] = {
+    "rectangle": "Drag a rectangle; Escape ends it",
+    "lasso": "Draw around something; Escape ends it",
+}
+"""What to do while a region is to be drawn."""
+
+HINT_MARGIN = 14
 
 
 class RegionLayer(QObject):
@@ -54,6 +62,7 @@ class RegionLayer(QObject):
         state.placeChanged.connect(canvas.update)
         state.choicesChanged.connect(self._choices_changed)
         state.toolChanged.connect(self._show_cursor)
+        state.toolChanged.connect(lambda _tool: canvas.update())
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Handle mouse events on regions, and while a tool is chosen; pass on all others."""
@@ -196,6 +205,9 @@ class RegionLayer(QObject):
             if outline is not None:
                 self._paint_outline(painter, self._polygon(outline, rect), True)
         self._paint_place(painter, rect)
+        if self._state.tool is not None and not self._lasso:
+            corner = QPointF(rect.left() + HINT_MARGIN, rect.top() + 2 * HINT_MARGIN)
+            self._paint_plate(painter, HINTS[self._state.tool], corner, theme.ACCENT)
 
     def _paint_outline(self, painter: QPainter, polygon: QPolygonF, active: bool) -> None:
         # A dark line beneath, so that it is seen on bright pictures, too.
@@ -215,17 +227,20 @@ class RegionLayer(QObject):
         corner = polygon.boundingRect().topLeft() + QPointF(6, -7)
         if corner.y() < 18:
             corner = polygon.boundingRect().bottomLeft() + QPointF(6, 18)
+        self._paint_plate(painter, name, corner, _color(active))
+
+    def _paint_plate(self, painter: QPainter, text: str, corner: QPointF, color: str) -> None:
+        """Write on a plate of its own, as images are of any colour."""
         metrics = painter.fontMetrics()
-        box = QRectF(metrics.boundingRect(name)).translated(corner).adjusted(-5, -2, 5, 2)
-        # On a plate of its own, as images are of any colour.
+        box = QRectF(metrics.boundingRect(text)).translated(corner).adjusted(-5, -2, 5, 2)
         plate = QColor(theme.PANEL)
         plate.setAlpha(220)
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(plate)
         painter.drawRoundedRect(box, 3, 3)
         painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.setPen(QColor(_color(active)))
-        painter.drawText(corner, name)
+        painter.setPen(QColor(color))
+        painter.drawText(corner, text)
 
     def _paint_place(self, painter: QPainter, rect: QRect) -> None:
         if self._state.place is None:

@@ -291,7 +291,7 @@ class ResponseLayer(QObject):
         what = "brighter (above 0) or darker" if signed else "size of the change"
         self._axis.setToolTip(
             "Change of the region's pixel values (0 to 1) by an edit that adds .01 of opacity "
-            f"where it is highest: {what}"
+            f"where it is highest: {what}. An arrow at the edge: the curve goes on beyond."
         )
 
     def _mark_cut(self) -> None:

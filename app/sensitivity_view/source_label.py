@@ -45,7 +45,7 @@ class SourceLabel(QLabel):
             "exact: the derivative of the ray caster's image.\n"
             "by differences: images of slightly more and less opacity, as under global light an "
             "edit also moves shadows; takes some seconds.\n"
-            "learned: the derivative of the generator's image.\n"
+            "learned: the derivative of the model's image.\n"
             "cosine: how far learned and exact curves agree, 1 at best."
         )
         for signal in (dispatcher.regionAnswered, dispatcher.fieldAnswered):

@@ -12,10 +12,12 @@ from PySide6.QtCore import QObject, Signal
 
 from app.engines.client import EngineClient
 from app.engines.messages import BatchRequest, MeasureRequest, Quality, Result
+from app.state.brightness import Brightness
 from app.state.engine_chooser import EngineChooser, EngineName
 from app.state.sensitivity_answers import FieldAnswer, Source, WhatIfAnswer
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
+from model.rendering.brightness import brighten
 from model.scene.inputs import SceneInputs
 from model.scene.region import Outline
 from model.scene.tf_perturbation import edit_around, edit_over
@@ -37,6 +39,7 @@ class IntervalTrial:
     width: float
     height: float
     measure: Measure
+    brightness: float
 
 
 @dataclass(frozen=True)
@@ -66,6 +69,8 @@ class EditTrials(QObject):
     """Emitted with a :class:`WhatIfAnswer`."""
     intervalsMeasured = Signal(object, object)
     """Emitted with an :class:`IntervalTrial`, and the change by each of its modes: a list."""
+    outdated = Signal()
+    """Emitted when images are shown in another brightness, in which other edits show."""
     dropped = Signal(str)
     """Emitted with the reason, or nothing, when a trial has no result."""
 
@@ -84,10 +89,16 @@ class EditTrials(QObject):
         self._chooser = chooser
         self._clients = clients
         self._field_of = field_of
+        self._brightness: Brightness | None = None
         self._pending: dict[tuple[EngineName, type[BatchRequest]], _Pending] = {}
         self._sequence = 0
         for name, client in clients.items():
             client.resultReady.connect(partial(self._take, name))
+
+    def set_brightness(self, brightness: Brightness) -> None:
+        """Measure changes as images are shown, in this brightness."""
+        self._brightness = brightness
+        brightness.changed.connect(self.outdated)
 
     def forget(self) -> None:
         """Ignore the results of all trials so far."""
@@ -132,6 +143,7 @@ class EditTrials(QObject):
             choices.width,
             choices.height,
             choices.measure,
+            1.0 if self._brightness is None else self._brightness.value,
         )
 
     def _submit(
@@ -176,9 +188,13 @@ class EditTrials(QObject):
         what_if = compare(images[0], images[1], outline.mask(images.shape[1:3]), predicted)
         self.whatIfAnswered.emit(WhatIfAnswer(what_if, source))
 
-    def _show_intervals(self, trial: IntervalTrial, _source: Source, images: Images) -> None:
+    def _show_intervals(self, trial: IntervalTrial, source: Source, images: Images) -> None:
         mask = trial.outline.mask(images.shape[1:3])
-        found = [compare(images[0], after, mask) for after in images[1:]]
+        # As they are shown: where bright parts fade and dark ones shine, it decides which counts.
+        colors = np.clip(images[..., :3], 0, 1)
+        if self._brightness is not None:
+            brighten(colors, self._brightness.of("learned" if source == "learned" else "exact"))
+        found = [compare(colors[0], after, mask) for after in colors[1:]]
         signed = trial.measure == "signed"
         changes = [one.brightness if signed else one.rmse for one in found]
         self.intervalsMeasured.emit(trial, changes)

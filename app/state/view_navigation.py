@@ -39,6 +39,8 @@ class ViewNavigation(QObject):
     viewChangeFinished = Signal(object)
     navigationChanged = Signal()
     """Emitted when the up axis, the axes' labels, the trackball or the home view changes."""
+    viewReset = Signal()
+    """Emitted after the return to the home view."""
     viewHistoryChanged = Signal()
     """Emitted when there are other views to go back to, or to return to."""
 
@@ -164,7 +166,9 @@ class ViewNavigation(QObject):
 
     def reset_view(self) -> None:
         """Go to the volume's home view."""
-        self.set_view(self._home)
+        if self._view != self._home:
+            self.set_view(self._home)
+            self.viewReset.emit()
 
     def view_whole(self) -> None:
         """Move the camera to where the whole volume just fits the image."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QWidget
+from PySide6.QtWidgets import QApplication, QFrame, QHBoxLayout, QLabel, QPushButton, QWidget
 
 from app.controls import text_button
 from app.number_entry import NumberKeys, WholeNumberBox
@@ -73,6 +73,10 @@ class CropBar(QFrame):
 
     def set_shown(self, shown: bool) -> None:
         """Show or hide the line; the crop box stays as it is."""
+        focus = QApplication.focusWidget()
+        if not shown and focus is not None and self.isAncestorOf(focus):
+            # Otherwise the next number box would have it.
+            self.window().setFocus()
         if shown != self.is_shown:
             self.setVisible(shown)
             self.shownChanged.emit(shown)

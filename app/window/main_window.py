@@ -207,6 +207,7 @@ class MainWindow(QMainWindow):
             lambda settings: self.brightness.set_lighting("exact", settings.lighting)
         )
         self.workspace.latent.path.brightness = self.brightness.of
+        self.workspace.sensitivity.trials.set_brightness(self.brightness)
         self.workspace.rangeChanged.connect(self._show_range)
         # Errors of an earlier file no longer apply.
         self.workspace.volumeRead.connect(self.notice.clear)

@@ -208,7 +208,7 @@ class Menus(QObject):
         )
         add_action(menu, "Save &picture…", partial(pictures.save, reference), "Ctrl+Shift+S")
         add_action(menu, "&Copy picture…", partial(pictures.copy, reference), "Ctrl+Shift+C")
-        saving = add_action(menu, "Save &generator's picture…", partial(pictures.save, generator))
+        saving = add_action(menu, "Save &model's picture…", partial(pictures.save, generator))
         latent, workspace = self._parts.latent, self._parts.workspace
 
         def enable() -> None:

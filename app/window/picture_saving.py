@@ -78,6 +78,10 @@ class PictureSaving(QObject):
             self.problem.emit("There is no image to save yet; wait until one is shown.")
             return None
         size = image.width(), image.height()
+        if pane.engine == "exact":
+            # An image that is still refined has fewer pixels than it will have.
+            whole = pane.canvas.picture_rect.size() * pane.canvas.devicePixelRatioF()
+            size = max(size, (whole.width(), whole.height()))
         dialog = PictureDialog(size, self._last, button, self._parent)
         accepted = dialog.exec() == QDialog.DialogCode.Accepted
         choice = dialog.choice() if accepted else None

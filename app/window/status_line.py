@@ -11,6 +11,8 @@ from app.state.viewer_state import ViewerState
 NEWS_MS = 20_000
 """Time for which a sentence stays, unless another one comes."""
 
+RESET = "The first view again; Alt+Left returns to yours."
+
 PENDING = "…"
 """End of sentences about what is still under way: they stay until the next one."""
 
@@ -43,6 +45,7 @@ class StatusLine(QStatusBar):
         state.navigationChanged.connect(self._show_view)
         # It may be about what is undone.
         state.undone.connect(self._forget)
+        state.viewReset.connect(lambda: self.tell(RESET))
         self._show_view()
 
     @property

@@ -47,8 +47,8 @@ class UpAxisBar(QFrame):
             self._buttons[axis] = button
             layout.addWidget(button)
         layout.addStretch()
-        leave = QPushButton("Leave it")
-        leave.setToolTip("Keep the volume as it stands")
+        leave = QPushButton("Hide")
+        leave.setToolTip("Keep the volume as it stands, and do not ask again")
         leave.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         leave.clicked.connect(self._dismiss)
         layout.addWidget(leave)

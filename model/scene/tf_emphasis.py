@@ -13,6 +13,7 @@ from model.scene.transfer_function import (
     ColorTF,
     GaussianMode,
     OpacityTF,
+    Range,
     TransferFunction,
 )
 
@@ -150,18 +151,50 @@ def lower_value(opacity: OpacityTF, value: float, width: float) -> OpacityTF:
     return replace(opacity, modes=tuple(lowered))
 
 
-def isolate_value(opacity: OpacityTF, value: float, width: float) -> OpacityTF:
+def isolate_value(
+    opacity: OpacityTF, value: float, width: float, reach: Range | None = None
+) -> OpacityTF:
     """Keep the opacity around a value only; see :func:`raise_value`.
 
-    A mode at the value stays as it is; otherwise there is one of the opacity there, of at
-    least .05.
+    A mode that is not farther from the value than its width stays as it is, and of a curve of
+    points what lies in reach. Otherwise there is one mode, of the opacity there, at least .05.
+
+    Parameters
+    ----------
+    opacity : OpacityTF
+    value, width : float
+        In the data's units.
+    reach : tuple of float, optional
+        Values around the value that are kept with it.
     """
     now = float(opacity(np.array([value]))[0])
-    near = [mode for mode in opacity.modes if abs(mode.mean - value) <= math.sqrt(2) * width]
+    if opacity.points and reach is not None and now > 0:
+        return replace(opacity, points=_between(opacity, reach, width))
+    near = [
+        mode
+        for mode in opacity.modes
+        if abs(mode.mean - value) <= max(mode.width, math.sqrt(2) * width)
+    ]
     if near:
-        return replace(opacity, modes=(max(near, key=lambda mode: mode.amplitude),))
+        alone = [OpacityTF(opacity.scalar_range, (mode,)) for mode in near]
+        return max(alone, key=lambda one: float(one(np.array([value]))[0]))
     mode = GaussianMode(value, math.sqrt(2) * width, max(now, LEAST_RAISE))
     return OpacityTF(opacity.scalar_range, (mode,))
+
+
+def _between(opacity: OpacityTF, reach: Range, width: float) -> tuple[tuple[float, float], ...]:
+    """Points of a curve between two values, and of its flanks, which end one width beyond."""
+    (lo, hi), (low, high) = opacity.scalar_range, reach
+    kept = [low, *(p[0] for p in opacity.points if low < p[0] < high), high]
+    heights = opacity(np.array(kept))
+    curve = dict(zip(kept, heights.tolist(), strict=True))
+    for end in (low - width, high + width):
+        if lo < end < hi:
+            curve[end] = 0.0
+    # The ends of the range always have a point.
+    for end in (lo, hi):
+        curve.setdefault(end, 0.0)
+    return tuple(sorted(curve.items()))
 
 
 def _reshaped(opacity: OpacityTF, value: float, width: float, factor: float) -> OpacityTF:

@@ -20,7 +20,7 @@ LEAST_SHARE = 0.05
 CORE = 0.2
 """Part of a peak's height down to which the values around it are said to be of the peak."""
 
-LEAST_FLANK = 0.1
+LEAST_FLANK = 0.08
 """Share of what lies beyond, on one side, from which it is named by itself."""
 
 SAME = 10
@@ -37,10 +37,13 @@ class Contribution:
         In the data's units.
     share : float
         Its share, with the values around it, of the place's visibility, 0 to 1.
+    reach : tuple of float
+        The lowest and the highest of these values.
     """
 
     value: float
     share: float
+    reach: Range
 
 
 def contributions(
@@ -80,11 +83,14 @@ def contributions(
         flanks = [(first, low), (high, last)]
         kept = [float(visibility[a:b].sum()) / total >= LEAST_FLANK for a, b in flanks]
         own = slice(low if kept[0] else first, high if kept[1] else last)
-        found.append(Contribution(float(values[peak - 1]), float(visibility[own].sum()) / total))
+        share = float(visibility[own].sum()) / total
+        reach = float(values[own.start]), float(values[own.stop - 1])
+        found.append(Contribution(float(values[peak - 1]), share, reach))
         for a, b in (flank for flank, is_long in zip(flanks, kept, strict=True) if is_long):
             sums = np.cumsum(visibility[a:b].astype(np.float64))
             middle = a + int(np.searchsorted(sums, sums[-1] / 2))
-            found.append(Contribution(float(values[middle]), float(sums[-1]) / total))
+            reach = float(values[a]), float(values[b - 1])
+            found.append(Contribution(float(values[middle]), float(sums[-1]) / total, reach))
     named = [one for one in found if one.share >= LEAST_SHARE]
     return tuple(sorted(named, key=lambda one: -one.share)[:count])
 
@@ -111,7 +117,7 @@ def follow(
         near = [new for new in left if abs(new.value - old.value) <= reach]
         new = min(near, key=lambda new: abs(new.value - old.value), default=None)
         if new is None:
-            listed.append(Contribution(old.value, 0.0))
+            listed.append(Contribution(old.value, 0.0, old.reach))
         else:
             left.remove(new)
             listed.append(new)
