@@ -7,11 +7,14 @@ from PySide6.QtWidgets import QLabel, QWidget
 
 from app import theme
 from app.sensitivity_view.response_layer import EXACT, LEARNED
-from app.state.sensitivity_answers import SOURCE_NAMES
+from app.state.sensitivity_answers import SOURCE_NAMES, Agreement
 from app.state.sensitivity_dispatcher import SensitivityDispatcher
 from app.state.sensitivity_state import SensitivityState
 from app.state.workspace import Workspace
 from model.sensitivity.trust import trust_word
+
+NOTABLE = 2.0
+"""Factor between learned and exact responses from which it is said."""
 
 
 class SourceLabel(QLabel):
@@ -46,7 +49,7 @@ class SourceLabel(QLabel):
             "by differences: images of slightly more and less opacity, as under global light an "
             "edit also moves shadows; takes some seconds.\n"
             "learned: the derivative of the model's image.\n"
-            "cosine: how far learned and exact curves agree, 1 at best."
+            "cosine: how far learned and exact curves agree in shape, 1 at best."
         )
         for signal in (dispatcher.regionAnswered, dispatcher.fieldAnswered):
             signal.connect(self.refresh)
@@ -87,7 +90,7 @@ class SourceLabel(QLabel):
             parts.append(f"<span style='color:{LEARNED}'>■</span> learned")
             agreement = dispatcher.region_agreement
             if agreement is not None:
-                parts.append(f"cosine {agreement:.2f}, {trust_word(agreement)}")
+                parts.append(self._agreement_text(agreement))
             elif exact not in dispatcher.regions and not self._hint:
                 recorded = self._workspace.recorded_agreement
                 parts.append(
@@ -104,6 +107,15 @@ class SourceLabel(QLabel):
         elif missing := self._missing_learned():
             parts.append(missing)
         return " &nbsp; ".join(parts)
+
+    def _agreement_text(self, found: Agreement) -> str:
+        words = [f"cosine {found.cosine:.2f}"]
+        if not 1 / NOTABLE < found.strength < NOTABLE:
+            words.append(f"{found.strength:.1f} times as strong")
+        elif not self._hint:
+            # Where the model knows nothing, a shape that happens to agree is no good.
+            words.append(trust_word(found.cosine))
+        return ", ".join(words)
 
     def _missing_learned(self) -> str:
         """Say why a model of this volume gives no answer; empty if it does, or need not."""

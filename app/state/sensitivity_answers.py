@@ -80,13 +80,30 @@ def same_question(one: Answer[Any] | None, other: Answer[Any] | None) -> bool:
     return a == b
 
 
+@dataclass(frozen=True)
+class Agreement:
+    """How far learned responses agree with exact ones.
+
+    Attributes
+    ----------
+    cosine : float
+        1 where they have one shape.
+    strength : float
+        The learned ones' norm, in units of the exact ones'.
+    """
+
+    cosine: float
+    strength: float
+
+
 def agreement(
-    one: RegionAnswer, other: RegionAnswer, scalar_range: Range, window: Range
-) -> float | None:
-    """Return the cosine of two responses over a window; None where they are but rounding."""
+    learned: RegionAnswer, exact: RegionAnswer, scalar_range: Range, window: Range
+) -> Agreement | None:
+    """Compare two responses over a window; None where they are but rounding."""
     values = np.linspace(*scalar_range, TF_SAMPLES)
     inside = (values >= window[0]) & (values <= window[1])
-    a, b = one.value[inside], other.value[inside]
-    if max(float(np.linalg.norm(a)), float(np.linalg.norm(b))) < NEGLIGIBLE:
+    a, b = learned.value[inside], exact.value[inside]
+    norms = float(np.linalg.norm(a)), float(np.linalg.norm(b))
+    if max(norms) < NEGLIGIBLE:
         return None
-    return cosine(a, b)
+    return Agreement(cosine(a, b), norms[0] / max(norms[1], NEGLIGIBLE))

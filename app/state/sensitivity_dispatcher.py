@@ -28,6 +28,7 @@ from app.state.edit_trials import EditTrials
 from app.state.engine_chooser import EngineChooser, EngineName, question_of
 from app.state.pace import Pace
 from app.state.sensitivity_answers import (
+    Agreement,
     Answer,
     FieldAnswer,
     RegionAnswer,
@@ -211,8 +212,8 @@ class SensitivityDispatcher(QObject):
         return bool(can_come) and not self.is_fresh(self.region_answer)
 
     @property
-    def region_agreement(self) -> float | None:
-        """Cosine of learned and exact responses of the region, over the values of interest."""
+    def region_agreement(self) -> Agreement | None:
+        """Agreement of learned and exact responses of the region, over the values of interest."""
         exact, learned = self._both(self.regions)
         if exact is None or learned is None or not self.is_fresh(exact):
             return None

@@ -80,8 +80,18 @@ def shown_result(
     )
 
 
-def at_size_of(field: NDArray[np.float32], image: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return an image with as many pixels as a field of it, which may be of its square only."""
+def at_size_of(
+    field: NDArray[np.float32], image: NDArray[np.float32], sampled: bool = False
+) -> NDArray[np.float32]:
+    """Return an image with as many pixels as a field of it, which may be of its square only.
+
+    Parameters
+    ----------
+    field, image : ndarray of float32, shapes (H, W, 3)
+    sampled : bool
+        Whether pixels are what the image shows in their middle, as if it were rendered with as
+        few, instead of means over their areas.
+    """
     if field.shape == image.shape:
         return image
     # Imported here: the window starts without it.
@@ -89,4 +99,6 @@ def at_size_of(field: NDArray[np.float32], image: NDArray[np.float32]) -> NDArra
 
     rows, columns, _ = field.shape
     shown = middle_square(image) if rows == columns else image
-    return np.asarray(resize(shown, field.shape, order=1, anti_aliasing=True), dtype=np.float32)
+    order = 3 if sampled else 1
+    resized = resize(shown, field.shape, order=order, anti_aliasing=not sampled)
+    return np.asarray(resized, dtype=np.float32)

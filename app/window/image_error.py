@@ -78,7 +78,8 @@ class ImageError(QObject):
             self._clear()
             return
         # Not by model.metrics: it imports torch and more, without which the window starts.
-        one, other = np.clip(drawn, 0, 1), np.clip(at_size_of(drawn, truth), 0, 1)
+        # Sampled as models draw: means would count what any image of so few pixels lacks.
+        one, other = np.clip(drawn, 0, 1), np.clip(at_size_of(drawn, truth, sampled=True), 0, 1)
         squares = np.mean((one - other) ** 2, axis=-1)
         self._generator.set_note(f"RMSE {np.sqrt(squares.mean()):.3f}", TIP)
         self._difference = None

@@ -27,6 +27,7 @@ from app.engines.messages import (
 )
 from app.image_view.image_canvas import ImageCanvas, to_qimage
 from app.sensitivity_view.held_button import CLICK_MS
+from app.state.sensitivity_answers import Agreement
 from app.window.main_window import MainWindow
 from model.errors import RenderError
 from model.scene.crop import CropBox
@@ -764,6 +765,52 @@ def test_the_best_edit_is_the_one_that_changes_most_in_truth(
         [layer._area.axis.place(value) for value in (60.0, 120.0, 30.0)]
     )
     assert "darker -0.5" in findings.rows[0].text()
+
+
+def test_changes_are_measured_in_the_brightness_that_is_shown(
+    qtbot: QtBot, window: MainWindow
+) -> None:
+    findings = window.sensitivity.findings
+    window.brightness.set(1.0)
+    qtbot.waitUntil(lambda: findings.rows[0].text().endswith("   brighter +0.1"))
+    # .1 of grey over black, at brightness b: .1 b / (1 + .1 (b - 1)).
+    window.brightness.set(3.0)
+    qtbot.waitUntil(lambda: findings.rows[0].text().endswith("   brighter +0.25"))
+
+
+def test_what_if_follows_the_mouse_while_it_is_on(qtbot: QtBot, window: MainWindow) -> None:
+    findings, state = window.sensitivity.findings, window.sensitivity_state
+    findings.what_if_button.click()
+    qtbot.waitUntil(lambda: "exact RMSE" in findings.result.full_text)
+    state.hover(170.0)
+    # The bin that is nearest to it.
+    qtbot.waitUntil(lambda: findings.result.full_text.startswith("At 169.8"))
+    qtbot.waitUntil(lambda: "exact RMSE" in findings.result.full_text)
+    findings.what_if_button.click()
+    # What was said of one value does not stay beside another.
+    state.hover(120.0)
+    assert findings.result.full_text == ""
+
+
+def test_who_is_to_draw_a_region_is_told_in_the_image(window: MainWindow) -> None:
+    canvas = window.reference.canvas
+    before = canvas.grab().toImage()
+    window.sensitivity_state.set_tool("rectangle")
+    assert canvas.grab().toImage() != before
+    window.sensitivity_state.set_tool(None)
+    assert canvas.grab().toImage() == before
+
+
+@pytest.mark.parametrize(
+    ("learned", "hint", "said"),
+    [(1.0, "", "cosine 1.00, good"), (5.0, "", "5.0 times as strong"), (1.0, "Far", "cosine 1.00")],
+)
+def test_agreement_in_shape_alone_is_not_called_good(
+    window: MainWindow, learned: float, hint: str, said: str
+) -> None:
+    label = window.sensitivity.source
+    label._take_hint(hint)
+    assert label._agreement_text(Agreement(1.0, learned)).endswith(said)
 
 
 def test_what_a_drag_no_longer_wants_is_not_measured(

@@ -223,6 +223,19 @@ def test_hiding_ends_a_drag_and_keeps_the_box(
     assert told == [False, True]
 
 
+def test_its_focus_does_not_go_to_another_number_when_it_is_hidden(
+    qtbot: QtBot, make_window: Callable[..., MainWindow]
+) -> None:
+    window = make_window()
+    window.crop_bar.set_shown(True)
+    window.activateWindow()
+    box = window.crop_bar.planes[0][0]
+    box.setFocus()
+    qtbot.waitUntil(box.hasFocus)
+    window.crop_bar.set_shown(False)
+    assert window.hasFocus()
+
+
 def test_another_volume_has_other_voxels_and_names(state: ViewerState, bar: CropBar) -> None:
     assert [name.text() for name in bar.names] == ["x", "y", "z"]
     state.set_crop(BOX)

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtGui import QGuiApplication, QImage
-from PySide6.QtWidgets import QFileDialog
+from PySide6.QtWidgets import QDialog, QFileDialog
 from pytestqt.qtbot import QtBot
 
 from app.window.file_dialogs import file_name
 from app.window.main_window import MainWindow
-from app.window.picture_dialog import PictureChoice
+from app.window.picture_dialog import PictureChoice, PictureDialog
 
 WindowMaker = Callable[..., MainWindow]
 
@@ -62,6 +62,24 @@ def test_a_place_that_cannot_be_written_is_told(
 def test_without_an_image_nothing_is_asked(window: MainWindow) -> None:
     window.pictures.save(window.generator)
     assert "no image" in window.notice.text
+
+
+def test_a_coarse_image_is_offered_in_its_final_size(
+    window: MainWindow, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    offered: list[tuple[int, int]] = []
+
+    def no(dialog: PictureDialog) -> QDialog.DialogCode:
+        offered.append((dialog.choice().width, dialog.choice().height))
+        return QDialog.DialogCode.Rejected
+
+    monkeypatch.setattr(PictureDialog, "exec", no)
+    monkeypatch.setattr(type(window.reference.client), "is_ready", True)
+    for pane in (window.reference, window.generator):
+        pane.canvas.show_image(QImage(30, 30, QImage.Format.Format_RGB888))
+        window.pictures.save(pane)
+    whole = window.reference.canvas.picture_rect
+    assert offered == [(whole.width(), whole.height()), (30, 30)]
 
 
 def test_the_file_is_asked_for_after_the_size(

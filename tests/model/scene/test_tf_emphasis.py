@@ -14,7 +14,7 @@ from model.scene.tf_emphasis import (
     raise_value,
     striking_color,
 )
-from model.scene.transfer_function import OpacityTF
+from model.scene.transfer_function import GaussianMode, OpacityTF
 
 TF = make_tf()  # modes at 130 and 170, .5 high, over 100..200
 POINTS = OpacityTF((100.0, 200.0), points=((100.0, 0.0), (150.0, 0.4), (200.0, 0.1)))
@@ -45,6 +45,26 @@ def test_raising_lowering_and_isolating(opacity: OpacityTF, value: float) -> Non
 
 def test_a_mode_at_the_value_is_what_is_isolated() -> None:
     assert isolate_value(TF.opacity, 131.0, 3.0).modes == (TF.opacity.modes[0],)
+
+
+def test_of_a_curve_the_values_in_reach_are_isolated() -> None:
+    points = ((100.0, 0.0), (120.0, 0.2), (160.0, 0.6), (200.0, 0.8))
+    curve = OpacityTF((100.0, 200.0), points=points)
+    alone = isolate_value(curve, 150.0, 3.0, (130.0, 170.0))
+    for value in (131.0, 150.0, 160.0, 169.0):
+        assert at(alone, value) == pytest.approx(at(curve, value), abs=1e-6)
+    for value in (100.0, 120.0, 126.0, 174.0, 200.0):
+        assert at(alone, value) == 0.0
+    # Up to the ends of the range, and there is nothing to keep where nothing was.
+    high = isolate_value(curve, 190.0, 3.0, (170.0, 200.0))
+    assert at(high, 199.0) == pytest.approx(at(curve, 199.0))
+    assert isolate_value(curve, 100.0, 3.0, (100.0, 100.0)).modes
+
+
+def test_a_value_on_a_modes_flank_stays_with_the_whole_mode() -> None:
+    wide = GaussianMode(160.0, 26.0, 0.9)
+    opacity = OpacityTF((100.0, 200.0), (GaussianMode(110.0, 8.0, 0.2), wide))
+    assert isolate_value(opacity, 145.0, 3.0).modes == (wide,)
 
 
 def test_an_opaque_value_cannot_be_raised() -> None:
