@@ -45,7 +45,7 @@ WHOLE = corners(CropBox())
 HALVINGS = 20
 """Halvings of the interval in which the nearest distance of a home view is searched."""
 
-MARGIN = 0.03
+MARGIN = 0.05
 """Part of half the image's side that is left free around a volume that just fits."""
 
 
