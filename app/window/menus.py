@@ -37,8 +37,7 @@ from app.window.picture_saving import PictureSaving
 from app.window.recent_menu import RecentMenus
 from model.scene.axes import AXES
 from model.scene.orientation import STANDARD_VIEWS
-from model.volume_files.finish import readable_name
-from model.volume_files.shipped import shipped_volumes
+from model.volume_files.shipped import shipped_volumes, title_of
 
 TEXT_WIDTH = 620
 """Width of the help's texts, in pixels."""
@@ -183,7 +182,7 @@ class Menus(QObject):
         samples.setToolTipsVisible(True)
         for path in shipped_volumes():
             action = add_action(
-                samples, readable_name(path), partial(self._parts.opening.open_volume, path)
+                samples, title_of(path), partial(self._parts.opening.open_volume, path)
             )
             action.setToolTip("Ships with tfscope, with a model that was trained on it")
         recent.add_recent(menu, "volumes")

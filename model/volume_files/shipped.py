@@ -8,7 +8,18 @@ RESOURCES = Path(__file__).resolve().parents[2] / "resources"
 
 DEFAULT_VOLUME = RESOURCES / "volumes" / "reacting_jet_temperature_112x112x192_float32.nrrd"
 
+TITLES = {
+    "lidc_chest_256x256x133_uint8.nrrd": "Chest CT (LIDC)",
+    "reacting_jet_temperature_112x112x192_float32.nrrd": "Reacting jet, temperature",
+}
+"""What the shipped volumes are of, by file name."""
+
 
 def shipped_volumes() -> list[Path]:
     """Return the files of the shipped volumes, in alphabetical order."""
     return sorted((RESOURCES / "volumes").glob("*.nrrd"))
+
+
+def title_of(path: Path) -> str:
+    """Return what a shipped volume is of, in words."""
+    return TITLES[path.name]

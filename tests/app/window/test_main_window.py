@@ -388,7 +388,7 @@ def test_the_sample_volumes_are_in_the_menu(
     window = make_window()
     opened: list[Path] = []
     monkeypatch.setattr(window.workspace, "open_volume", lambda path, *_, **__: opened.append(path))
-    for name in ("lidc chest", "reacting jet temperature"):
+    for name in ("Chest CT (LIDC)", "Reacting jet, temperature"):
         action(window, name).trigger()
     assert opened == shipped_volumes()
 
