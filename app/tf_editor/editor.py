@@ -68,7 +68,7 @@ class TransferFunctionEditor(QFrame):
         self.numbers = NumbersPanel(state, self.selection, self.moves, self)
         self.menu = TransferFunctionMenu(state, self.area, self.range, self.moves, self)
         self.menu.show_all.connect(self.gestures.show_all)
-        self.menu.replaced.connect(self.selection.clear)
+        self.menu.replaced.connect(self.select_strongest)
         self.menu.range_shown.connect(self.show_range)
         self.presets = QToolButton()
         self.presets.setText("Presets")

@@ -55,7 +55,7 @@ class TransferFunctionMenu(QObject):
     show_all = Signal()
     """Emitted when all values are to be visible."""
     replaced = Signal()
-    """Emitted before another TF replaces the present one, with other handles."""
+    """Emitted when another TF has replaced the present one, with other handles."""
     range_shown = Signal(bool)
     """Emitted when the range is to be visible, and True if it is to fill the plots."""
 
@@ -207,8 +207,8 @@ class TransferFunctionMenu(QObject):
 
     def _commit(self, tf: TransferFunction, text: str) -> None:
         if tf != self._state.transfer_function:
-            self.replaced.emit()
             self._state.commit(tf, text)
+            self.replaced.emit()
 
 
 def _swatch(name: str) -> QIcon:

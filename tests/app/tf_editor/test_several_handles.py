@@ -198,7 +198,11 @@ def test_the_menu_converts_and_replaces_in_one_step_each(
     menu = editor.menu
     menu.to_curve()
     curve = state.transfer_function.opacity
-    assert editor.selection.selected is None
+    # Of the new handles, the highest one is selected.
+    index = editor.selection.index("opacity")
+    assert index is not None
+    assert curve.points[index][1] == max(height for _, height in curve.points)
+    assert editor.selection.indices("opacity") == (index,)
     assert 4 < len(curve.points) < 40
     np.testing.assert_allclose(curve.sample(), before.opacity.sample(), atol=0.03)
     menu.start_curve()
