@@ -185,8 +185,8 @@ class FieldCover(QObject):
         else:
             colored = overlay(image, field, self._scale, choices.measure, trust)
         self._bar = choices.measure
-        end = " (brighter)" if choices.measure == "signed" else ""
-        self._caption = f"{self._scale:.2g}{end} per +.01 opacity, {SOURCE_NAMES[answer.source]}"
+        end, source = " (brighter)" if choices.measure == "signed" else "", answer.source
+        self._caption = f"{self._scale:.2g}{end}: slope per +.01 opacity, {SOURCE_NAMES[source]}"
         if answer.source == "learned" and self._hint:
             self._caption += ", outside what it was trained on"
         band = self._sensitivity.band

@@ -46,6 +46,9 @@ from model.scene.value_text import value_text
 PANEL_WIDTH = 300
 ROWS = 3
 
+MIXED = 3.0
+"""Ratio of the size of a change to that of the mean brightness from which both are said."""
+
 WHAT_IF_TIP = (
     "Show what a mode at the value under the mouse (or where the curve is highest) would change: "
     "click to see it until the next click, or hold (W)"
@@ -206,6 +209,12 @@ class FindingsPanel(QWidget):
             self._what_if.clear()
             self._say("rendering …")
 
+    def leave_what_if(self) -> bool:
+        """Show the fields again; return False if they are."""
+        was_shown = self.what_if_button.isChecked()
+        self.end_what_if()
+        return was_shown
+
     def end_what_if(self) -> None:
         """Show the fields again; the numbers stay."""
         if self.what_if_button.isChecked():
@@ -339,8 +348,8 @@ class FindingsPanel(QWidget):
         texts = []
         for name, one in self._what_if.items():
             predicted = one.what_if.predicted
-            said = "" if predicted is None else f" (predicted {predicted:.3f})"
-            texts.append(f"{name} RMSE {one.what_if.rmse:.3f}{said}")
+            said = "" if predicted is None else f" (promised {predicted:.3f})"
+            texts.append(f"{name} changes {one.what_if.rmse:.3f}{said}")
         self._say(f"At {self._text(self._tried)}: {', '.join(texts)}")
         if self.what_if_button.isChecked():
             self.whatIfShown.emit(answer)
@@ -351,14 +360,20 @@ class FindingsPanel(QWidget):
     def _interval_text(self, index: int) -> str:
         interval = self._layer.intervals[index]
         predicted = self._effect(interval.predicted(self._sensitivity.choices.height))
-        measured = self._measured.change(interval)
-        effect = "…" if measured is None else self._effect(measured)
-        if measured is not None and measured * interval.response < 0:
-            effect += f" (faint: {predicted.split()[0]})"
+        measured = self._measured.found(interval)
+        if measured is None:
+            effect = "…"
+        elif self._sensitivity.choices.measure == "change":
+            effect = self._effect(measured.rmse)
+        else:
+            effect = self._effect(measured.brightness)
+            if measured.rmse > MIXED * abs(measured.brightness):
+                effect += f" (±{measured.rmse:.2g})"
         self.rows[index].setToolTip(
             f"{self._text(interval.low)} to {self._text(interval.high)}: a mode of this opacity "
-            "changes the region's pixels by so much (1 is from black to white), rendered and shown "
-            f"in the present brightness. The curve, which is of faint edits, promises: {predicted}."
+            "changes the region's pixels\nby so much (1 is from black to white), rendered and "
+            "shown in the present brightness.\n(±): so much on the average where some become "
+            f"brighter and others darker.\nThe curve, of faint edits, promises: {predicted}."
         )
         return f"{index + 1}   {self._text(interval.value)}   {effect}"
 

@@ -10,6 +10,7 @@ from app.state.sensitivity_dispatcher import SensitivityDispatcher
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from model.sensitivity.intervals import Interval
+from model.sensitivity.what_if import WhatIf
 
 REST_MS = 250
 """Pause after the last answer until its edits are rendered."""
@@ -48,7 +49,7 @@ class MeasuredEdits(QObject):
         self._layer = layer
         self._asked: IntervalTrial | None = None
         self._measured: IntervalTrial | None = None
-        self._changes: dict[Interval, float] = {}
+        self._found: dict[Interval, WhatIf] = {}
         self._rest = QTimer(self, singleShot=True, interval=REST_MS)
         self._rest.timeout.connect(self._ask)
         for signal in (
@@ -62,9 +63,9 @@ class MeasuredEdits(QObject):
             signal.connect(self._follow)
         dispatcher.trials.intervalsMeasured.connect(self._take)
 
-    def change(self, interval: Interval) -> float | None:
-        """Return the change by a mode in an interval; None until it is measured."""
-        return self._changes.get(interval) if self._measured == self._trial else None
+    def found(self, interval: Interval) -> WhatIf | None:
+        """Return what a mode in an interval does; None until it is measured."""
+        return self._found.get(interval) if self._measured == self._trial else None
 
     @property
     def _trial(self) -> IntervalTrial:
@@ -84,9 +85,12 @@ class MeasuredEdits(QObject):
             self._asked = self._trial
             dispatcher.trials.measure(self._layer.promising)
 
-    def _take(self, trial: IntervalTrial, changes: list[float]) -> None:
+    def _take(self, trial: IntervalTrial, found: list[WhatIf]) -> None:
         if trial == self._trial:
             self._measured = trial
-            self._changes = dict(zip(trial.intervals, changes, strict=True))
-            self._layer.rank(sorted(trial.intervals, key=lambda i: -abs(self._changes[i])))
+            self._found = dict(zip(trial.intervals, found, strict=True))
+            signed = trial.measure == "signed"
+            sizes = [abs(one.brightness) if signed else one.rmse for one in found]
+            ranked = sorted(zip(trial.intervals, sizes, strict=True), key=lambda pair: -pair[1])
+            self._layer.rank([interval for interval, _ in ranked])
             self.changed.emit()

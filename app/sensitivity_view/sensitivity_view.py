@@ -98,7 +98,7 @@ class SensitivityView(QObject):
         elif asked.band is not None and asked.band.pinned:
             asked.unpin()
         else:
-            return self.findings.values.leave()
+            return self.findings.leave_what_if() or self.findings.values.leave()
         return True
 
     def result(self) -> SensitivityResult | None:

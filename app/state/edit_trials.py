@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -68,7 +68,7 @@ class EditTrials(QObject):
     whatIfAnswered = Signal(object)
     """Emitted with a :class:`WhatIfAnswer`."""
     intervalsMeasured = Signal(object, object)
-    """Emitted with an :class:`IntervalTrial`, and the change by each of its modes: a list."""
+    """Emitted with an :class:`IntervalTrial`, and a list of what each of its modes does: WhatIf."""
     outdated = Signal()
     """Emitted when images are shown in another brightness, in which other edits show."""
     dropped = Signal(str)
@@ -125,6 +125,9 @@ class EditTrials(QObject):
         trial = self.trial_of(intervals)
         for name in self._chooser.order("images", live=False)[:1]:
             quality = self._chooser.measuring_quality(name)
+            if len(self._chooser.available) == 2 and trial.outline == Outline():
+                # The square that both images have, as in the responses.
+                quality = replace(quality, raster=None)
             self._submit(name, MeasureRequest, quality, more, partial(self._show_intervals, trial))
 
     def stop_measuring(self) -> None:
@@ -177,7 +180,8 @@ class EditTrials(QObject):
     ) -> None:
         field = self._field_of(source)
         predicted = None
-        if field is not None and field.is_of(self._state.inputs):
+        as_computed = self._brightness is None or self._brightness.value == 1
+        if as_computed and field is not None and field.is_of(self._state.inputs):
             request = field.request
             its_edit = edit_over(request.values, self._state.scalar_range, request.width)
             if np.array_equal(its_edit, edit):
@@ -185,16 +189,22 @@ class EditTrials(QObject):
                 inside = shown[outline.mask(shown.shape)]
                 scale = self._asked.choices.height / SMALL_EDIT
                 predicted = scale * float(np.sqrt(np.square(inside).mean()))
-        what_if = compare(images[0], images[1], outline.mask(images.shape[1:3]), predicted)
+        colors = self._as_shown(images, source)
+        what_if = compare(colors[0], colors[1], outline.mask(images.shape[1:3]), predicted)
         self.whatIfAnswered.emit(WhatIfAnswer(what_if, source))
 
-    def _show_intervals(self, trial: IntervalTrial, source: Source, images: Images) -> None:
-        mask = trial.outline.mask(images.shape[1:3])
-        # As they are shown: where bright parts fade and dark ones shine, it decides which counts.
+    def _as_shown(self, images: Images, source: Source) -> Images:
+        """Return colours as they are shown.
+
+        Where bright parts fade and dark ones shine, the brightness decides which of them count.
+        """
         colors = np.clip(images[..., :3], 0, 1)
         if self._brightness is not None:
             brighten(colors, self._brightness.of("learned" if source == "learned" else "exact"))
+        return colors
+
+    def _show_intervals(self, trial: IntervalTrial, source: Source, images: Images) -> None:
+        mask = trial.outline.mask(images.shape[1:3])
+        colors = self._as_shown(images, source)
         found = [compare(colors[0], after, mask) for after in colors[1:]]
-        signed = trial.measure == "signed"
-        changes = [one.brightness if signed else one.rmse for one in found]
-        self.intervalsMeasured.emit(trial, changes)
+        self.intervalsMeasured.emit(trial, found)

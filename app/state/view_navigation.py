@@ -12,6 +12,7 @@ from app.state.view_history import ViewHistory
 from model.scene.axes import DEFAULT_UP, axis_direction, axis_labelled
 from model.scene.orientation import (
     FARTHEST_HOME,
+    HALVINGS,
     WHOLE,
     angles_in,
     centred,
@@ -121,12 +122,35 @@ class ViewNavigation(QObject):
         return centred(far, self._proportions, self._shown)
 
     def turned(self, view: View) -> View:
-        """Pan a view that was turned so that the pivot stays where it is in the image."""
+        """Return a view that was turned so that the pivot stays where it is in the image.
+
+        Where all that is shown was in the image, it still is: the view moves away if it must.
+        """
         pivot, before = self.pivot, Projection(self._view, self._proportions)
         is_centre = bool((pivot == 0.5).all())
-        if is_centre or before.depths(pivot[None])[0] < NEAREST_DEPTH:
+        if before.depths(pivot[None])[0] < NEAREST_DEPTH:
             return view
-        return holding(pivot, before.places(pivot[None])[0], view, self._proportions)
+        place = before.places(pivot[None])[0]
+
+        def held(distance: float) -> View:
+            moved = replace(view, distance=distance)
+            return moved if is_centre else holding(pivot, place, moved, self._proportions)
+
+        near, far = view.distance, max(view.distance, FARTHEST_HOME)
+        if not self._has_all(self._view) or self._has_all(held(near)):
+            return held(near)
+        for _ in range(HALVINGS):
+            middle = (near + far) / 2
+            near, far = (near, middle) if self._has_all(held(middle)) else (middle, far)
+        return held(far)
+
+    def _has_all(self, view: View) -> bool:
+        """Whether all that is shown is in the image."""
+        projection = Projection(view, self._proportions)
+        if projection.depths(self._shown).min() < NEAREST_DEPTH:
+            return False
+        places = np.abs(projection.places(self._shown))
+        return bool((places <= 2 * np.array(self._reach)).all())
 
     def move_view(self, view: View) -> None:
         """Change the view during a drag."""

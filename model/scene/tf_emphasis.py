@@ -207,7 +207,7 @@ def _reshaped(opacity: OpacityTF, value: float, width: float, factor: float) -> 
 def _values_around(opacity: OpacityTF, value: float, width: float) -> NDArray[np.float64]:
     """Values of the curve's points, and of some more around a value."""
     lo, hi = opacity.scalar_range
-    more = value + width * np.linspace(-3, 3, 13)
+    more = value + width * np.linspace(-2.5, 2.5, 7)
     inside = more[(more > lo) & (more < hi)]
     together = np.union1d([point[0] for point in opacity.points], inside)
     # Points closer than a quarter of a bin would be hard to hit, and change nothing.

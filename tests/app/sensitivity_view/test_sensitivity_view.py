@@ -40,7 +40,7 @@ from model.scene.view import View
 from model.scene.volume import Volume
 from model.sensitivity.display import overlay, scale_of, shown_field, shown_responses
 from model.sensitivity.intervals import Interval
-from model.sensitivity.what_if import edited
+from model.sensitivity.what_if import WhatIf, edited
 
 WindowMaker = Callable[..., MainWindow]
 
@@ -496,8 +496,8 @@ def test_what_if_shows_the_edit_while_the_key_is_held(qtbot: QtBot, window: Main
     qtbot.waitUntil(lambda: window.generator.canvas.cover is not None)
     assert "difference" in window.sensitivity.exact.caption
     # The fake's second image is .1 brighter than the first.
-    assert "exact RMSE 0.100" in findings.result.full_text
-    assert "learned RMSE 0.100" in findings.result.full_text
+    assert "exact changes 0.100" in findings.result.full_text
+    assert "learned changes 0.100" in findings.result.full_text
     # Without a band, the mode is at the first value of the list.
     value = window.sensitivity.responses.intervals[0].value
     tried = float(findings.result.full_text.removeprefix("At ").partition(":")[0])
@@ -508,7 +508,7 @@ def test_what_if_shows_the_edit_while_the_key_is_held(qtbot: QtBot, window: Main
 
 def test_what_if_after_the_key_is_released_covers_nothing(qtbot: QtBot, window: MainWindow) -> None:
     QTest.keyClick(window, Qt.Key.Key_W)
-    qtbot.waitUntil(lambda: "learned RMSE" in window.sensitivity.findings.result.full_text)
+    qtbot.waitUntil(lambda: "learned changes" in window.sensitivity.findings.result.full_text)
     assert window.generator.canvas.cover is None
 
 
@@ -729,6 +729,12 @@ def test_an_answer_of_an_engine_that_is_no_longer_chosen_is_ignored(
     analyst.gate = None
 
 
+def changing(brightness: float, size: float | None = None) -> WhatIf:
+    """An edit that changes a region's brightness, and its pixels by a size."""
+    nothing = np.zeros((1, 1, 3), np.float32)
+    return WhatIf(nothing, nothing, abs(brightness) if size is None else size, brightness)
+
+
 def test_edits_are_measured_at_rest_and_ranked_by_it(qtbot: QtBot, window: MainWindow) -> None:
     findings, layer = window.sensitivity.findings, window.sensitivity.responses
     # The fake's second image is .1 brighter than the first; the derivative promises something else.
@@ -745,7 +751,7 @@ def test_edits_are_measured_at_rest_and_ranked_by_it(qtbot: QtBot, window: MainW
     late = window.workspace.sensitivity.trials.trial_of(layer.promising)
     window.sensitivity_state.choose(width=3.0)
     assert "…" in findings.rows[0].text()
-    window.workspace.sensitivity.trials.intervalsMeasured.emit(late, [0.5])
+    window.workspace.sensitivity.trials.intervalsMeasured.emit(late, [changing(0.5)])
     assert "…" in findings.rows[0].text()
 
 
@@ -759,12 +765,15 @@ def test_the_best_edit_is_the_one_that_changes_most_in_truth(
     )
     layer.promising = promising
     trial = window.workspace.sensitivity.trials.trial_of(promising)
-    window.workspace.sensitivity.trials.intervalsMeasured.emit(trial, [0.01, -0.5, 0.0, 0.2])
+    found = [changing(0.01), changing(-0.5), changing(0.0), changing(0.2, 0.9)]
+    window.workspace.sensitivity.trials.intervalsMeasured.emit(trial, found)
     assert [interval.value for interval in layer.intervals] == [60.0, 120.0, 30.0]
     assert [flag.pos().x() for flag in layer._flags] == pytest.approx(
         [layer._area.axis.place(value) for value in (60.0, 120.0, 30.0)]
     )
-    assert "darker -0.5" in findings.rows[0].text()
+    assert findings.rows[0].text().endswith("darker -0.5")
+    # Where brighter and darker pixels cancel, that is not all.
+    assert findings.rows[1].text().endswith("brighter +0.2 (±0.9)")
 
 
 def test_changes_are_measured_in_the_brightness_that_is_shown(
@@ -781,12 +790,13 @@ def test_changes_are_measured_in_the_brightness_that_is_shown(
 def test_what_if_follows_the_mouse_while_it_is_on(qtbot: QtBot, window: MainWindow) -> None:
     findings, state = window.sensitivity.findings, window.sensitivity_state
     findings.what_if_button.click()
-    qtbot.waitUntil(lambda: "exact RMSE" in findings.result.full_text)
+    qtbot.waitUntil(lambda: "exact changes" in findings.result.full_text)
     state.hover(170.0)
     # The bin that is nearest to it.
     qtbot.waitUntil(lambda: findings.result.full_text.startswith("At 169.8"))
-    qtbot.waitUntil(lambda: "exact RMSE" in findings.result.full_text)
-    findings.what_if_button.click()
+    qtbot.waitUntil(lambda: "exact changes" in findings.result.full_text)
+    QTest.keyClick(window, Qt.Key.Key_Escape)
+    assert not findings.what_if_button.isChecked()
     # What was said of one value does not stay beside another.
     state.hover(120.0)
     assert findings.result.full_text == ""
@@ -891,7 +901,7 @@ def test_a_region_cannot_be_lost_outside_the_image(qtbot: QtBot, window: MainWin
     window.sensitivity.findings.field_bar.add.click()
     assert window.state.undo_stack.undoText() == "add mode"
     QTest.keyClick(window, Qt.Key.Key_W)
-    qtbot.waitUntil(lambda: "learned RMSE" in window.sensitivity.findings.result.full_text)
+    qtbot.waitUntil(lambda: "learned changes" in window.sensitivity.findings.result.full_text)
 
 
 def test_what_is_still_computed_is_not_called_nothing(

@@ -15,6 +15,7 @@ from model.scene.axes import axis_direction
 from model.scene.crop import CropBox
 from model.scene.orientation import STANDARD_VIEWS, WHOLE, corners, home_view
 from model.scene.projection import Projection
+from model.scene.region import SQUARE, Reach
 from model.scene.view import View
 
 BOX = (0.8, 0.48, 0.36)
@@ -211,6 +212,26 @@ def test_turns_are_about_what_is_shown_where_no_model_stands_beside_it(state: Vi
     state.start_view(proportions, shown=part)
     state.move_view(turn(state, 70.0, 20.0))
     assert (state.view.pan_x, state.view.pan_y) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("reach", [SQUARE, (1.0, 0.5)])
+def test_turning_keeps_all_in_the_image_that_was_in_it(state: ViewerState, reach: Reach) -> None:
+    proportions = (0.2, 0.4, 0.89)
+    state.start_view(proportions, reach=reach)
+
+    def beyond() -> float:
+        places = np.abs(Projection(state.view, proportions).places(WHOLE))
+        return float((places / (2 * np.array(reach))).max())
+
+    state.set_trackball(True)
+    for _ in range(12):
+        state.move_view(turn(state, 40.0, 15.0))
+        assert beyond() < 1.0 + 1e-5 or state.view.distance == pytest.approx(1.0)
+    # Whoever has come nearer sees as much as before.
+    state.move_view(replace(state.view, distance=0.4))
+    assert beyond() > 1.0
+    state.move_view(turn(state, 40.0, 15.0))
+    assert state.view.distance == 0.4
 
 
 def test_a_picture_has_all_that_is_shown_in_its_middle(state: ViewerState) -> None:
