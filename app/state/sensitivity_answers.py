@@ -17,6 +17,7 @@ from app.engines.messages import (
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import TF_SAMPLES, Range
 from model.sensitivity.cosine import cosine
+from model.sensitivity.display import shown_responses
 from model.sensitivity.what_if import WhatIf
 
 Source = Literal["exact", "differences", "learned"]
@@ -80,6 +81,12 @@ def same_question(one: Answer[Any] | None, other: Answer[Any] | None) -> bool:
     return a == b
 
 
+def _displayed(answer: RegionAnswer) -> NDArray[np.float64]:
+    request = answer.request
+    pixels = int(request.region.mask(request.quality.pixels.shape).sum())
+    return shown_responses(answer.value, pixels, request.width)
+
+
 @dataclass(frozen=True)
 class Agreement:
     """How far learned responses agree with exact ones.
@@ -103,7 +110,8 @@ def agreement(
     values = np.linspace(*scalar_range, TF_SAMPLES)
     inside = (values >= window[0]) & (values <= window[1])
     a, b = learned.value[inside], exact.value[inside]
-    norms = float(np.linalg.norm(a)), float(np.linalg.norm(b))
-    if max(norms) < NEGLIGIBLE:
+    if max(float(np.linalg.norm(a)), float(np.linalg.norm(b))) < NEGLIGIBLE:
         return None
-    return Agreement(cosine(a, b), norms[0] / max(norms[1], NEGLIGIBLE))
+    # In the displayed unit: the engines' images may have different numbers of pixels.
+    own, true = (float(np.linalg.norm(_displayed(each)[inside])) for each in (learned, exact))
+    return Agreement(cosine(a, b), own / true if true > 0 else np.inf)

@@ -15,7 +15,7 @@ from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
 from app.window.small_pictures import SmallPictures
 from app.window.up_axis_bar import PICTURE, UpAxisBar
-from model.scene.axes import AXES
+from model.scene.axes import AXES, DEFAULT_UP
 from model.scene.orientation import home_view
 from model.volume_files.shipped import shipped_volumes
 
@@ -94,8 +94,8 @@ class UpAxisQuestion(QObject):
         opened = self._workspace.opened
         if opened is None:
             return
-        before = self._preferences.volume(opened.fingerprint).up_axis or opened.volume.up
-        if before and self._state.up_axis != before:
+        known = self._preferences.volume(opened.fingerprint).up_axis or opened.volume.up
+        if self._state.up_axis != (known or DEFAULT_UP):
             self._remember()
 
     def _remember(self) -> None:

@@ -69,3 +69,14 @@ def test_a_file_that_says_it_is_believed(
     window.state.set_up_axis("-x")
     reopen(qtbot, window, "ramp")
     assert window.state.up_axis == "-x"
+
+
+def test_an_axis_that_is_chosen_elsewhere_is_an_answer(
+    qtbot: QtBot, make_window: Callable[..., MainWindow]
+) -> None:
+    window = make_window(model=None)
+    assert not window.up_axis_bar.isHidden()
+    window.state.set_up_axis("-x")
+    assert window.up_axis_bar.isHidden()
+    reopen(qtbot, window, "ramp")
+    assert window.up_axis_bar.isHidden() and window.state.up_axis == "-x"
