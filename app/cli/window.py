@@ -31,11 +31,11 @@ def open_window(
     leave_sources_unread()
     # The modules that are imported now stay: looking through them again and again takes time.
     gc.disable()
-    from app.launch import run_window
-
-    if screenshot is not None:
-        make_room_for(screenshot)
     try:
+        from app.launch import run_window
+
+        if screenshot is not None:
+            make_room_for(screenshot)
         return run_window(start, GeneratorSettings(device, backend, precision), screenshot)
     finally:
         gc.enable()

@@ -34,7 +34,4 @@ class AddButton(QToolButton):
         menu = QMenu(self)
         add_action(menu, "In a colour that stands out", partial(self.addRequested.emit, True))
         self.setMenu(menu)
-        self.clicked.connect(partial(self._request, False))
-
-    def _request(self, striking: bool, _checked: bool = False) -> None:
-        self.addRequested.emit(striking)
+        self.clicked.connect(lambda: self.addRequested.emit(False))

@@ -24,6 +24,7 @@ from model.scene.tf_perturbation import edit_over
 from model.sensitivity.display import (
     BACKDROP,
     FLOOR,
+    LEAST_DIFFERENCE,
     color_bar,
     overlay,
     scale_of,
@@ -133,7 +134,7 @@ class FieldCover(QObject):
             return
         what_if = answer.what_if
         difference = np.asarray(what_if.difference.mean(axis=-1), dtype=np.float64)
-        self._scale = max(float(np.quantile(np.abs(difference), 0.998)), 1 / 255)
+        self._scale = scale_of(difference, LEAST_DIFFERENCE)
         colored = overlay(what_if.image, difference, self._scale, "signed")
         self._bar = "signed"
         self._caption = f"{self._scale:.2g} (brighter): difference of pixel values by the edit"

@@ -63,7 +63,7 @@ class ListedValues(QObject):
 
     @property
     def heading(self) -> str:
-        """What is listed."""
+        """Title of the list."""
         if self._sensitivity.place is not None:
             return "At the clicked place"
         return f"Visible: {self._sensitivity.region_name.lower()}"

@@ -1,4 +1,4 @@
-"""How much the most promising edits of a region change, measured by rendering them at rest."""
+"""Measurement of the most promising edits of a region, which are rendered at rest."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ HINTS: dict[Tool, str] = {
     "rectangle": "Drag a rectangle; Escape ends it",
     "lasso": "Draw around something; Escape ends it",
 }
-"""What to do while a region is to be drawn."""
+"""Instructions while a region is to be drawn."""
 
 HINT_MARGIN = 14
 

@@ -13,7 +13,7 @@ from PySide6.QtGui import QColor, QMouseEvent, QWheelEvent
 
 from app import theme
 from app.sensitivity_view.peak_flag import PeakFlag
-from app.state.sensitivity_answers import RegionAnswer
+from app.state.sensitivity_answers import RegionAnswer, displayed
 from app.state.sensitivity_dispatcher import SensitivityDispatcher
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
@@ -22,7 +22,7 @@ from app.tf_editor.plot_area import PlotArea
 from model.scene.tf_perturbation import edit_over
 from model.scene.transfer_function import TF_SAMPLES, Range
 from model.scene.value_text import value_text
-from model.sensitivity.display import FLOOR, SMALL_EDIT, shown_responses
+from model.sensitivity.display import FLOOR, SMALL_EDIT
 from model.sensitivity.intervals import Interval, promising_intervals
 
 EXACT, LEARNED, BAND = "#56b4e9", "#e69f00", "#e05c5c"
@@ -260,9 +260,7 @@ class ResponseLayer(QObject):
         """Responses in the displayed unit; None for those of another measure."""
         if answer is None or answer.request.measure != self._sensitivity.choices.measure:
             return None
-        request = answer.request
-        pixels = int(request.region.mask(request.quality.pixels.shape).sum())
-        return shown_responses(answer.value, pixels, request.width)
+        return displayed(answer)
 
     @property
     def _interest(self) -> Range:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -123,11 +123,9 @@ class EditTrials(QObject):
         edits = [edit_around(i.value, scalar_range, choices.width) for i in intervals]
         more = tuple(edited(inputs, edit, choices.height) for edit in edits)
         trial = self.trial_of(intervals)
-        for name in self._chooser.order("images", live=False)[:1]:
-            quality = self._chooser.measuring_quality(name)
-            if len(self._chooser.available) == 2 and trial.outline == Outline():
-                # The square that both images have, as in the responses.
-                quality = replace(quality, raster=None)
+        chooser = self._chooser
+        for name in chooser.order("images", live=False)[:1]:
+            quality = chooser.in_common(chooser.measuring_quality(name), chooser.available)
             self._submit(name, MeasureRequest, quality, more, partial(self._show_intervals, trial))
 
     def stop_measuring(self) -> None:

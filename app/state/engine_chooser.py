@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Literal
 
 from app.engines.messages import (
@@ -133,6 +134,15 @@ class EngineChooser:
             return Quality(self.learned_size or REST_SIZE)
         size = SLOW_REGION_SIZE if self._by_differences else MEASURED_SIZE
         return self._sized(min(size, self.picture.shorter))
+
+    def in_common(self, quality: Quality, names: Sequence[EngineName]) -> Quality:
+        """Return the quality of an answer about a region, by engines that shall agree about it.
+
+        Where two of them are asked about the whole image, that is the square which both have.
+        """
+        if len(names) == 2 and not self._asked.outline.points:
+            return replace(quality, raster=None)
+        return quality
 
     def _sized(self, size: int, live: bool = False) -> Quality:
         """Quality of an answer of the reference's proportions, with a square of this size."""

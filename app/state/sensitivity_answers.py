@@ -81,7 +81,8 @@ def same_question(one: Answer[Any] | None, other: Answer[Any] | None) -> bool:
     return a == b
 
 
-def _displayed(answer: RegionAnswer) -> NDArray[np.float64]:
+def displayed(answer: RegionAnswer) -> NDArray[np.float64]:
+    """Return a region's responses in the displayed unit, float64 (256,)."""
     request = answer.request
     pixels = int(request.region.mask(request.quality.pixels.shape).sum())
     return shown_responses(answer.value, pixels, request.width)
@@ -89,7 +90,7 @@ def _displayed(answer: RegionAnswer) -> NDArray[np.float64]:
 
 @dataclass(frozen=True)
 class Agreement:
-    """How far learned responses agree with exact ones.
+    """Agreement of learned responses with exact ones.
 
     Attributes
     ----------
@@ -113,5 +114,5 @@ def agreement(
     if max(float(np.linalg.norm(a)), float(np.linalg.norm(b))) < NEGLIGIBLE:
         return None
     # In the displayed unit: the engines' images may have different numbers of pixels.
-    own, true = (float(np.linalg.norm(_displayed(each)[inside])) for each in (learned, exact))
+    own, true = (float(np.linalg.norm(displayed(each)[inside])) for each in (learned, exact))
     return Agreement(cosine(a, b), own / true if true > 0 else np.inf)

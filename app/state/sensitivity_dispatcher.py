@@ -7,7 +7,6 @@ the one that is fast enough is asked; at rest both, so that they can be compared
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -274,9 +273,7 @@ class SensitivityDispatcher(QObject):
             if name == "exact" and self._waits:
                 self._clients[name].abandon(RegionSensitivityRequest)
                 continue
-            quality = self.chooser.quality(name, measure, live)
-            if len(names) == 2 and not outline.points:  # the image that both have
-                quality = replace(quality, raster=None)
+            quality = self.chooser.in_common(self.chooser.quality(name, measure, live), names)
             self._clients[name].submit(
                 RegionSensitivityRequest(
                     self._next(), inputs, quality, outline, choices.width, measure

@@ -12,12 +12,12 @@ from app.state.view_history import ViewHistory
 from model.scene.axes import DEFAULT_UP, axis_direction, axis_labelled
 from model.scene.orientation import (
     FARTHEST_HOME,
-    HALVINGS,
     WHOLE,
     angles_in,
     centred,
     fit_distance,
     home_view,
+    nearest_fitting,
     standard_view,
     view_in,
 )
@@ -127,22 +127,18 @@ class ViewNavigation(QObject):
         Where all that is shown was in the image, it still is: the view moves away if it must.
         """
         pivot, before = self.pivot, Projection(self._view, self._proportions)
-        is_centre = bool((pivot == 0.5).all())
         if before.depths(pivot[None])[0] < NEAREST_DEPTH:
             return view
         place = before.places(pivot[None])[0]
 
         def held(distance: float) -> View:
-            moved = replace(view, distance=distance)
-            return moved if is_centre else holding(pivot, place, moved, self._proportions)
+            return holding(pivot, place, replace(view, distance=distance), self._proportions)
 
-        near, far = view.distance, max(view.distance, FARTHEST_HOME)
+        near = view.distance
         if not self._has_all(self._view) or self._has_all(held(near)):
             return held(near)
-        for _ in range(HALVINGS):
-            middle = (near + far) / 2
-            near, far = (near, middle) if self._has_all(held(middle)) else (middle, far)
-        return held(far)
+        far = max(near, FARTHEST_HOME)
+        return held(nearest_fitting(lambda distance: self._has_all(held(distance)), near, far))
 
     def _has_all(self, view: View) -> bool:
         """Whether all that is shown is in the image."""

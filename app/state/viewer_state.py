@@ -200,7 +200,7 @@ class ViewerState(ViewNavigation):
         """End a drag, making it one undo step named `text` in the menu."""
         before, self._before_drag = self._before_drag, None
         if before is not None and before != self._transfer_function:
-            self._push(_Edit(self, before, self._transfer_function, text))
+            self._push(_Edit(self._show, before, self._transfer_function, text))
 
     def cancel_preview(self) -> None:
         """Restore the TF from before the drag."""
@@ -223,7 +223,8 @@ class ViewerState(ViewNavigation):
         """
         self.finish_preview(text)
         if transfer_function != self._transfer_function:
-            self._push(_Edit(self, self._transfer_function, transfer_function, text, merge_key))
+            now = self._transfer_function
+            self._push(_Edit(self._show, now, transfer_function, text, merge_key))
 
     def undo(self) -> None:
         """Undo the last edit; a current drag is ended and counts as one."""
@@ -286,7 +287,7 @@ class ViewerState(ViewNavigation):
 
 
 class _Change(QUndoCommand):
-    """One change of the light or of the crop box.
+    """One change that can be undone.
 
     Parameters
     ----------
@@ -312,21 +313,18 @@ class _Change(QUndoCommand):
         self._show(self._before)
 
 
-class _Edit(QUndoCommand):
-    """One edit of the TF, from one value to another."""
+class _Edit(_Change):
+    """One edit of the TF, which may be merged with the next one of its key."""
 
     def __init__(
         self,
-        state: ViewerState,
+        show: Callable[[TransferFunction], None],
         before: TransferFunction,
         after: TransferFunction,
         text: str,
         merge_key: str | None = None,
     ) -> None:
-        super().__init__(text)
-        self._state = state
-        self._before = before
-        self._after = after
+        super().__init__(show, before, after, text)
         self._merge_key = merge_key
 
     def id(self) -> int:
@@ -339,11 +337,3 @@ class _Edit(QUndoCommand):
             return False
         self._after = other._after
         return True
-
-    def redo(self) -> None:
-        """Apply the result of the edit."""
-        self._state._show(self._after)
-
-    def undo(self) -> None:
-        """Restore the TF from before the edit."""
-        self._state._show(self._before)

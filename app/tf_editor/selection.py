@@ -35,7 +35,7 @@ class Selection(QObject):
         self._flank: int | None = None
         self._known: tuple[object, ...] = ()
         self._before: tuple[Selected, ...] = ()
-        """What was selected before a handle was added."""
+        """Selection from before a handle was added."""
 
     @property
     def selected(self) -> Selected | None:

@@ -16,12 +16,9 @@ from app.state.sensitivity_export import at_size_of
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
 from model.scene.inputs import SceneInputs
-from model.sensitivity.display import overlay
+from model.sensitivity.display import LEAST_DIFFERENCE, overlay, scale_of
 
 Image = NDArray[np.float32]
-
-LEAST_SCALE = 1 / 255
-"""Smallest difference that the colours' end stands for."""
 
 TIP = (
     "Root mean squared difference of the colours from the reference's, in the square that both\n"
@@ -85,7 +82,7 @@ class ImageError(QObject):
         self._difference = None
         if self._is_wanted:
             difference = np.sqrt(squares).astype(np.float64)
-            self._scale = max(float(np.quantile(difference, 0.998)), LEAST_SCALE)
+            self._scale = scale_of(difference, LEAST_DIFFERENCE)
             colored = overlay(drawn, difference, self._scale, "change")
             self._difference = to_qimage(colored.astype(np.float32))
         self._generator.canvas.update()

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -43,7 +44,7 @@ WHOLE = corners(CropBox())
 """Corners of a volume: what has them in the image has all of it."""
 
 HALVINGS = 20
-"""Halvings of the interval in which the nearest distance of a home view is searched."""
+"""Halvings of the interval in which the nearest distance that fits is searched."""
 
 MARGIN = 0.05
 """Part of half the image's side that is left free around a volume that just fits."""
@@ -175,14 +176,30 @@ def centred(
         image = np.stack([right, up]) / (tangent * (distance * FAR_DISTANCE_RADII - back))
         return image.min(axis=1), image.max(axis=1)
 
-    near, far = NEAREST_HOME, view.distance
+    def fits(distance: float) -> bool:
+        low, high = ends(distance)
+        return bool(((high - low) / 2 <= room).all())
+
+    distance = nearest_fitting(fits, NEAREST_HOME, view.distance)
+    low, high = ends(distance)
+    pan_x, pan_y = map(float, -(low + high) / 2)
+    return replace(view, distance=distance, pan_x=pan_x, pan_y=pan_y)
+
+
+def nearest_fitting(fits: Callable[[float], bool], near: float, far: float) -> float:
+    """Return the smallest distance that fits, between one that may not and one that should.
+
+    Parameters
+    ----------
+    fits : callable
+        Says of a distance whether it fits; of all that are larger, too, then.
+    near, far : float
+        The farther one is returned where none fits.
+    """
     for _ in range(HALVINGS):
         distance = (near + far) / 2
-        low, high = ends(distance)
-        near, far = (near, distance) if ((high - low) / 2 <= room).all() else (distance, far)
-    low, high = ends(far)
-    pan_x, pan_y = map(float, -(low + high) / 2)
-    return replace(view, distance=far, pan_x=pan_x, pan_y=pan_y)
+        near, far = (near, distance) if fits(distance) else (distance, far)
+    return far
 
 
 def _in_radii(

@@ -26,6 +26,9 @@ UNIT = "change of pixel value per +.01 opacity"
 FLOOR = 1 / 2550
 """Smallest value at the end of a scale: a tenth of an 8-bit step. What is below is rounding."""
 
+LEAST_DIFFERENCE = 1 / 255
+"""Smallest value at the end of a scale of differences between images: an 8-bit step."""
+
 COLOR_MAPS: dict[Measure, str] = {"change": "matplotlib:inferno", "signed": "crameri:berlin"}
 
 BACKDROP = 0.45
@@ -92,9 +95,9 @@ def shown_field(
     return np.asarray(np.sqrt(np.square(scaled).mean(axis=-1)))
 
 
-def scale_of(field: NDArray[np.floating]) -> float:
-    """Return the value at the end of a field's scale, at least :data:`FLOOR`."""
-    return max(float(np.quantile(np.abs(field), _CLIP_QUANTILE)), FLOOR)
+def scale_of(field: NDArray[np.floating], least: float = FLOOR) -> float:
+    """Return the value at the end of a field's scale, or the least one."""
+    return max(float(np.quantile(np.abs(field), _CLIP_QUANTILE)), least)
 
 
 def color_bar(measure: Measure, count: int = 64) -> NDArray[np.float64]:

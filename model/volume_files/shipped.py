@@ -12,7 +12,7 @@ TITLES = {
     "lidc_chest_256x256x133_uint8.nrrd": "Chest CT (LIDC)",
     "reacting_jet_temperature_112x112x192_float32.nrrd": "Reacting jet, temperature",
 }
-"""What the shipped volumes are of, by file name."""
+"""Titles of the shipped volumes, by file name."""
 
 
 def shipped_volumes() -> list[Path]:

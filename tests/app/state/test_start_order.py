@@ -1,4 +1,4 @@
-"""Which engine begins when a volume is opened."""
+"""Order in which the engines of an opened volume begin."""
 
 from __future__ import annotations
 
