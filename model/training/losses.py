@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import torch
 from torch import Tensor
-from torch.nn.functional import binary_cross_entropy_with_logits
+from torch.nn.functional import binary_cross_entropy_with_logits, l1_loss
 
 
 def l1(fake: Tensor, real: Tensor) -> Tensor:
     """Mean absolute difference of images (N, C, H, W) (paper, Eq. 8)."""
-    return (fake.float() - real).abs().mean()
+    return l1_loss(fake.float(), real)
 
 
 def adversarial(logits: Tensor, target: float) -> Tensor:

@@ -16,7 +16,6 @@ from model.networks.blocks import (
     initialize,
     mlp,
     score_head,
-    upsample,
 )
 from model.networks.codec import LatentCodec
 from model.networks.encoding import EncodedInputs
@@ -56,7 +55,8 @@ class OpacityGenerator(LatentCodec):
         blocks: list[nn.Module] = []
         for i, (a, b) in enumerate(pairwise([*map(c, full), 1])):
             # All pixels of the first block are equal, so a kernel of size 1 suffices.
-            blocks += [upsample(), ResidualBlock(a, b, 1 if i == 0 else 3, last=b == 1)]
+            kernel = 1 if i == 0 else 3
+            blocks.append(ResidualBlock(a, b, kernel, last=b == 1, doubles=True))
         self.image = nn.Sequential(*blocks, nn.Tanh())
         initialize(self)
 

@@ -14,6 +14,7 @@ from torch import Tensor, nn
 
 from model.networks.blocks import (
     LEAK,
+    DoublingConv2d,
     ImageDiscriminator,
     Modulation,
     ResidualBlock,
@@ -22,7 +23,6 @@ from model.networks.blocks import (
     initialize,
     mlp,
     score_head,
-    upsample,
 )
 from model.networks.encoding import EncodedInputs
 from model.networks.size import NetworkSize
@@ -101,7 +101,7 @@ class TranslationGenerator(nn.Module):
         skips = [0, *ascending[1:]]
         outputs = [*ascending[1:], c(64)]
         self.decoder = nn.ModuleList(
-            nn.Sequential(upsample(), ResidualBlock(a + skip, b))
+            ResidualBlock(a + skip, b, doubles=True)
             for a, skip, b in zip([ascending[0], *outputs[:-1]], skips, outputs, strict=True)
         )
         doublings = int(math.log2(size.image_size // size.opacity_size))
@@ -109,7 +109,8 @@ class TranslationGenerator(nn.Module):
         self.paint = _painter(c(64), last, doublings)
         color = nn.Conv2d(last, 3, 3, padding=1)
         self.color = nn.Sequential(color, nn.Tanh())
-        modulated = [*outputs, last] if size.modulation else []
+        # None at the colour image's own size, where it would take a fifth of a training step.
+        modulated = outputs if size.modulation else []
         self.modulations = nn.ModuleList(Modulation(3 * c(256), n) for n in modulated)
         initialize(self)
         if size.modulation:
@@ -148,7 +149,7 @@ class TranslationGenerator(nn.Module):
         for i, double in enumerate(self.decoder):
             x = double(x if i == 0 else concatenate(x, encodings[-1 - i]))
             x = self._modulate(i, x, codes)
-        image: Tensor = self.color(self._modulate(-1, self.paint(x), codes))
+        image: Tensor = self.color(self.paint(x))
         return image
 
     def _modulate(self, index: int, x: Tensor, codes: Tensor) -> Tensor:
@@ -222,13 +223,10 @@ def _painter(channels_in: int, channels: int, doublings: int) -> nn.Sequential:
     """Return layers from decoder to RGB features that double the size `doublings` times."""
     layers: list[nn.Module] = []
     for _ in range(doublings - 1):
-        layers += [upsample(), ResidualBlock(channels_in, channels)]
+        layers.append(ResidualBlock(channels_in, channels, doubles=True))
         channels_in = channels
+    last = nn.Conv2d(channels_in, channels_in, 3, padding=1)
     if doublings:
-        layers.append(upsample())
-    layers += [
-        nn.Conv2d(channels_in, channels_in, 3, padding=1),
-        nn.BatchNorm2d(channels_in),
-        nn.ReLU(),
-    ]
+        last = DoublingConv2d(channels_in, channels_in)
+    layers += [last, nn.BatchNorm2d(channels_in), nn.ReLU()]
     return nn.Sequential(*layers)
