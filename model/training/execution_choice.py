@@ -109,7 +109,7 @@ def step_seconds(
     device : torch.device
     execution : Execution
     stage : str, optional
-        Name of the stage that is timed; by default the first that learns from images, if any.
+        Name of the stage that is timed; by default the last that learns from images, if any.
 
     Yields
     ------
@@ -118,8 +118,9 @@ def step_seconds(
     """
     stages = Schedule(size, options, scene, device, execution).stages
     by_default = [s.name for s in stages.values() if s.needs_images] or list(stages)
-    timed = stages[stage or by_default[0]]
-    batch = _noise(timed.stage.batch_size, size, condition_numbers(scene)).to(device)
+    timed = stages[stage or by_default[-1]]
+    drawn = replace(size, image_size=timed.image_size or size.image_size)
+    batch = _noise(timed.stage.batch_size, drawn, condition_numbers(scene)).to(device)
     while True:
         start = time.perf_counter()
         # At the end of the stage, when the discriminator has joined. The step returns numbers

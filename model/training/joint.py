@@ -1,14 +1,15 @@
-"""Joint training of the whole generator in one stage."""
+"""Joint training of the paper's generator: opacity and colour images at once."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import torch
 from torch import Tensor
 
-from model.networks.generator_network import GeneratorNetwork
 from model.networks.paper.translation import TranslationDiscriminator
+from model.networks.paper.two_stage import TwoStageGenerator
 from model.networks.size import NetworkSize
 from model.training.batch import EncodedBatch
 from model.training.codec_loss import CodecLoss
@@ -26,7 +27,7 @@ class JointStage(ColorStage):
     ----------
     size : NetworkSize
     options : TrainingOptions
-    generator : GeneratorNetwork
+    generator : TwoStageGenerator
     conditions : int
         Number of condition values.
     codec_loss : CodecLoss
@@ -35,14 +36,14 @@ class JointStage(ColorStage):
     """
 
     name = "joint"
-    generator: GeneratorNetwork
-    average: EMA[GeneratorNetwork]
+    generator: TwoStageGenerator
+    average: EMA[TwoStageGenerator]
 
     def __init__(
         self,
         size: NetworkSize,
         options: TrainingOptions,
-        generator: GeneratorNetwork,
+        generator: TwoStageGenerator,
         conditions: int,
         codec_loss: CodecLoss,
         device: torch.device,
@@ -53,9 +54,14 @@ class JointStage(ColorStage):
         self._codec_loss = codec_loss
 
     def _generate(self, batch: EncodedBatch) -> tuple[Tensor, tuple[Tensor, Tensor]]:
-        image, opacity_image = self.generator(batch.inputs)
-        codec = self.generator.codec
-        return image, (opacity_image, codec.decode(codec.encode(batch.inputs.opacity_tf)))
+        opacity_view, view, latent, color = self.generator.features(batch.inputs)
+        opacity_image = self.generator.opacity.decode_image(opacity_view, latent)
+        given = opacity_image
+        if self.options.true_opacity_share:
+            rendered = int(self.options.true_opacity_share * len(batch))
+            given = torch.cat([batch.opacity_image[:rendered], opacity_image[rendered:]])
+        image = self.generator.translation.decode(view, latent, color, given)
+        return image, (opacity_image, self.generator.codec.decode(latent))
 
     def _generator_losses(self, batch: EncodedBatch, fake: Tensor, extra: Any) -> dict[str, Tensor]:
         opacity_image, decoded = extra
@@ -71,5 +77,46 @@ class JointStage(ColorStage):
             "adversarial": 1.0,
             "decoded_tf": self.options.decoded_tf_weight,
             "opacity_l1": self.options.opacity_l1_weight,
+            "feature_matching": self.options.feature_matching_weight,
             "l1": self.options.l1_weight,
         }
+
+
+class SmallStage(JointStage):
+    """Joint training on colour images of the opacity image's size, before the full size.
+
+    Parameters
+    ----------
+    size : NetworkSize
+        That of the whole generator; see :func:`small_size`.
+    options : TrainingOptions
+    generator : TwoStageGenerator
+        Of the small size.
+    conditions : int
+    codec_loss : CodecLoss
+    device : torch.device
+    execution : Execution
+    """
+
+    name = "small"
+
+    def __init__(
+        self,
+        size: NetworkSize,
+        options: TrainingOptions,
+        generator: TwoStageGenerator,
+        conditions: int,
+        codec_loss: CodecLoss,
+        device: torch.device,
+        execution: Execution = STANDARD,
+    ) -> None:
+        self.image_size = size.opacity_size
+        # The discriminator joins at the full size only.
+        own = replace(options, joint=options.small, adversarial_start=1.0)
+        small = small_size(size)
+        super().__init__(small, own, generator, conditions, codec_loss, device, execution)
+
+
+def small_size(size: NetworkSize) -> NetworkSize:
+    """Return the size of a generator whose colour images are as small as its opacity images."""
+    return replace(size, image_size=size.opacity_size)

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import torch
 from skimage.io import imsave
+from torch.nn.functional import adaptive_avg_pool2d
 
 from model import metrics
 from model.files import write_atomically
@@ -59,11 +60,13 @@ class HoldoutProbe:
         Returns
         -------
         dict of float
-            Mean RMSE of opacity TFs, opacity images and images, mean colour EMD,
-            and the indicators checked by :class:`model.training.guard.CollapseGuard`.
+            Mean RMSE of opacity TFs, opacity images and images, mean colour EMD, at the
+            size that the generator draws, and the indicators checked by
+            :class:`model.training.guard.CollapseGuard`.
         """
         image, opacity, tf, latent = self._render(generator)
-        images, truth = _pixels(image), _pixels(self.batch.image)
+        real = adaptive_avg_pool2d(self.batch.image, image.shape[-1])
+        images, truth = _pixels(image), _pixels(real)
         opacities, true_opacities = _pixels(opacity), _pixels(self.batch.opacity_image)
         _save_sheet(sheet, [truth, images, true_opacities, opacities])
         tf_error = decode_unit(tf) - decode_unit(self.batch.inputs.opacity_tf)
@@ -76,7 +79,7 @@ class HoldoutProbe:
             "emd": float(np.mean([metrics.color_emd(a, b) for a, b in pairs])),
             **latent_health(latent),
             "opacity_diversity": diversity(opacity, self.batch.opacity_image),
-            "diversity": diversity(image, self.batch.image),
+            "diversity": diversity(image, real),
         }
 
     @torch.inference_mode()

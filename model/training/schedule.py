@@ -9,6 +9,7 @@ import torch
 from model.networks.build import build_generator
 from model.networks.generator_network import GeneratorNetwork
 from model.networks.paper.opacity import OpacityGenerator
+from model.networks.paper.translation import TranslationGenerator
 from model.networks.paper.two_stage import TwoStageGenerator
 from model.networks.refined.refined_generator import RefinedGenerator
 from model.networks.size import NetworkSize
@@ -17,7 +18,7 @@ from model.scene.scene import Scene
 from model.scene.volume import Volume
 from model.training.codec_loss import CodecLoss
 from model.training.execution import STANDARD, Execution
-from model.training.joint import JointStage
+from model.training.joint import JointStage, SmallStage, small_size
 from model.training.options import TrainingOptions
 from model.training.refined_stages import CodecStage, RefinerStage
 from model.training.stage import Stage
@@ -74,13 +75,15 @@ class Schedule:
                 )
                 self.ends = {"codec": options.codec_time_share, "refiner": 1.0}
         elif options.one_stage:
-            generator = build_generator(size, scene)
-            self.stages = {
-                "joint": JointStage(
-                    size, options, generator, conditions, codec_loss, device, execution
-                )
-            }
-            self.ends = {"joint": 1.0}
+            rest = conditions, codec_loss, device, execution
+            self.stages, self.ends = {}, {}
+            if options.small_time_share and size.image_size > size.opacity_size:
+                small = _generator(small_size(size), conditions)
+                self.stages["small"] = SmallStage(size, options, small, *rest)
+                self.ends["small"] = options.small_time_share
+            generator = _generator(size, conditions)
+            self.stages["joint"] = JointStage(size, options, generator, *rest)
+            self.ends["joint"] = 1.0
         else:
             opacity_generator = OpacityGenerator(size)
             opacity = OpacityStage(size, options, opacity_generator, codec_loss, device, execution)
@@ -127,7 +130,8 @@ class Schedule:
                 getattr(self._refined, name).load_state_dict(averaged)
             return self._refined.eval()
         if "joint" in self.stages:
-            network: GeneratorNetwork = self.stages["joint"].average.network
+            begun = [s for s in self.stages.values() if s.steps] or [self.stages["joint"]]
+            network: GeneratorNetwork = begun[-1].average.network
             return network.eval()
         opacity, translation = self.stages["opacity"], self.stages["translation"]
         return TwoStageGenerator(
@@ -140,11 +144,27 @@ class Schedule:
         Parameters
         ----------
         generator : GeneratorNetwork
-            A generator of the run's size and scene.
+            A generator of the run's scene and size, or of smaller images.
         """
+        if "small" in self.stages:
+            # What it would learn is learned.
+            del self.stages["small"], self.ends["small"]
         for name, stage in self.stages.items():
             stage.start_from(generator if name == "joint" else getattr(generator, name))
+
+    def enter(self, name: str) -> None:
+        """Prepare the first step of the named stage, once those before it are over."""
+        if name == "joint" and "small" in self.stages:
+            self.stages[name].start_from(self.stages["small"].average.network)
 
     def draws_color(self, name: str) -> bool:
         """Return True if the named stage, or one before it, trains colour images."""
         return name != "opacity"
+
+    def draws_whole_images(self, name: str) -> bool:
+        """Return True if the generator draws colour images of its own size in the named stage."""
+        return name not in ("opacity", "small")
+
+
+def _generator(size: NetworkSize, conditions: int) -> TwoStageGenerator:
+    return TwoStageGenerator(size, translation=TranslationGenerator(size, conditions))

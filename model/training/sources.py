@@ -6,6 +6,8 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
+
 from model.errors import DatasetError
 from model.samples.sample_store import SampleBatch, SampleStore
 from model.samples.sampling import Split
@@ -33,7 +35,9 @@ class SampleSource(ABC):
         """Return the first samples of a split, at most `count`; the same in every run."""
 
     @abstractmethod
-    def batches(self, stage: int, batch_size: int, seed: int, done: int) -> Iterator[SampleBatch]:
+    def batches(
+        self, stage: int, batch_size: int, seed: int, done: int, image_size: int | None = None
+    ) -> Iterator[SampleBatch]:
         """Yield batches of random training samples endlessly.
 
         Parameters
@@ -45,6 +49,8 @@ class SampleSource(ABC):
             Seed of the training run; equal arguments give equal batches.
         done : int
             Number of batches to skip: those used by earlier sessions of the run.
+        image_size : int, optional
+            Width and height of the images, if smaller than the scene's.
         """
 
     @abstractmethod
@@ -80,9 +86,14 @@ class StoredSource(SampleSource):
         """Return the first samples of a split, at most `count`."""
         return self.store.read(split, range(min(count, self.store.count(split))))
 
-    def batches(self, stage: int, batch_size: int, seed: int, done: int) -> Iterator[SampleBatch]:
+    def batches(
+        self, stage: int, batch_size: int, seed: int, done: int, image_size: int | None = None
+    ) -> Iterator[SampleBatch]:
         """Yield batches of random samples, each sample once per pass."""
-        return self.store.shuffled("train", [seed, stage], batch_size, skip=done)
+        batches = self.store.shuffled("train", [seed, stage], batch_size, skip=done)
+        if image_size in (None, self.scene.image_size):
+            return batches
+        return (reduced(batch, image_size) for batch in batches)
 
     def check(self, batch_size: int) -> None:
         """Raise :class:`model.errors.DatasetError` if samples are too few or incomplete."""
@@ -101,3 +112,12 @@ class StoredSource(SampleSource):
     def summary(self) -> dict[str, Any]:
         """Return the number of training samples and their seed."""
         return {"samples_stored": self.store.count("train"), "dataset_seed": self.seed}
+
+
+def reduced(samples: SampleBatch, image_size: int) -> SampleBatch:
+    """Return samples with images (N, S, S, 4) averaged over blocks to `image_size` pixels."""
+    count, side = samples.rgba.shape[:2]
+    block = side // image_size
+    blocks = samples.rgba.reshape(count, image_size, block, image_size, block, 4)
+    means = blocks.mean(axis=(2, 4), dtype=np.float32)
+    return SampleBatch(samples.inputs, np.rint(means).astype(np.uint8))

@@ -57,6 +57,8 @@ class Stage(ABC):
     ----------
     needs_images : bool
         Whether steps learn from rendered images; otherwise any batch will do.
+    image_size : int or None
+        Width and height of the colour images it learns, if smaller than the scene's.
     generator : torch.nn.Module
     discriminator : torch.nn.Module or None
     average : EMA
@@ -73,6 +75,7 @@ class Stage(ABC):
 
     name: str
     needs_images = True
+    image_size: int | None = None
 
     def __init__(
         self,
@@ -108,9 +111,16 @@ class Stage(ABC):
             self._generate = torch.compile(self._generate)  # type: ignore[method-assign]
 
     def start_from(self, generator: nn.Module) -> None:
-        """Copy the weights of a trained generator; to be called before the first step."""
+        """Copy the weights of a trained generator; to be called before the first step.
+
+        Of one that draws smaller images, layers that the larger ones add or change keep
+        their initial weights.
+        """
+        trained = generator.state_dict()
         for network in (self.generator, self.average.network):
-            network.load_state_dict(generator.state_dict())
+            own = network.state_dict()
+            fitting = {n: v for n, v in trained.items() if n in own and v.shape == own[n].shape}
+            network.load_state_dict({**own, **fitting})
 
     def step(self, batch: EncodedBatch, progress: float) -> StepResult:
         """Train the generator, and once it has joined the discriminator, on one batch.
@@ -157,6 +167,7 @@ class Stage(ABC):
             if adversaries:
                 with self._autocast():
                     losses["adversarial"] = adversarial(self._judge(part, fake), 1.0)
+                    losses |= self._feature_losses(part, fake)
             total = torch.stack([weights[name] * loss for name, loss in losses.items()]).sum()
             (share * total).backward()  # type: ignore[no-untyped-call]
             for name, loss in losses.items():
@@ -229,6 +240,10 @@ class Stage(ABC):
     def _judge(self, batch: EncodedBatch, image: Tensor) -> Tensor:
         """Discriminator's logits for images of a batch."""
         raise NotImplementedError
+
+    def _feature_losses(self, batch: EncodedBatch, fake: Tensor) -> dict[str, Tensor]:
+        """Losses by the discriminator's features, once it has joined, by name."""
+        return {}
 
     @abstractmethod
     def _generate(self, batch: EncodedBatch) -> tuple[Tensor, Any]:

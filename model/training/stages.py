@@ -79,6 +79,8 @@ class OpacityStage(Stage):
 class ColorStage(Stage):
     """Stage that trains colour images against a :class:`TranslationDiscriminator`."""
 
+    discriminator: TranslationDiscriminator | None
+
     def _real(self, batch: EncodedBatch) -> Tensor:
         return batch.image
 
@@ -86,6 +88,15 @@ class ColorStage(Stage):
         assert self.discriminator is not None
         logits: Tensor = self.discriminator(batch.inputs, image)
         return logits
+
+    def _feature_losses(self, batch: EncodedBatch, fake: Tensor) -> dict[str, Tensor]:
+        if not self.options.feature_matching_weight:
+            return {}
+        assert self.discriminator is not None
+        with torch.no_grad():
+            real = self.discriminator.image.features(batch.image)
+        pairs = zip(self.discriminator.image.features(fake), real, strict=True)
+        return {"feature_matching": torch.stack([l1(a, b.float()) for a, b in pairs]).mean()}
 
 
 class TranslationStage(ColorStage):
@@ -137,4 +148,8 @@ class TranslationStage(ColorStage):
         return {"l1": l1(fake, batch.image)}
 
     def _weights(self) -> dict[str, float]:
-        return {"adversarial": 1.0, "l1": self.options.l1_weight}
+        return {
+            "adversarial": 1.0,
+            "feature_matching": self.options.feature_matching_weight,
+            "l1": self.options.l1_weight,
+        }

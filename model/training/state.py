@@ -38,7 +38,7 @@ class Progress:
     Attributes
     ----------
     stage : str
-        "joint", "opacity", "translation" or "done".
+        "small", "joint", "opacity", "translation" or "done".
     seconds : float
         Wall-clock time of all sessions of the run.
     samples : int

@@ -13,6 +13,7 @@ import os
 import threading
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
@@ -103,7 +104,9 @@ class StreamSource(SampleSource):
         finally:
             renderer.close()
 
-    def batches(self, stage: int, batch_size: int, seed: int, done: int) -> Iterator[SampleBatch]:
+    def batches(
+        self, stage: int, batch_size: int, seed: int, done: int, image_size: int | None = None
+    ) -> Iterator[SampleBatch]:
         """Yield batches of random samples among the newest, endlessly."""
         self.close()
         fresh = batch_size / self.reuse
@@ -112,7 +115,10 @@ class StreamSource(SampleSource):
         oldest = max(0, newest - self._capacity) // BLOCK * BLOCK
         ring = self._ring = _Ring(self._capacity, stage * STAGE_SAMPLES, oldest)
         for _ in range(self._threads):
-            threading.Thread(target=self._render, args=(ring,), name="samples", daemon=True).start()
+            arguments = ring, replace(self.scene, image_size=image_size or self.scene.image_size)
+            threading.Thread(
+                target=self._render, args=arguments, name="samples", daemon=True
+            ).start()
         try:
             number = done
             while True:
@@ -154,15 +160,15 @@ class StreamSource(SampleSource):
         with self._lock:
             self.rendering_seconds += seconds
 
-    def _render(self, ring: _Ring) -> None:
+    def _render(self, ring: _Ring, scene: Scene) -> None:
         """Render block after block into the ring, until it is closed."""
         try:
-            renderer = make_renderer(self._volume, self.scene, device=self._device)
+            renderer = make_renderer(self._volume, scene, device=self._device)
             try:
                 while (block := ring.next_block()) is not None:
                     start = time.thread_time()
                     indices = range(block.start + ring.offset, block.stop + ring.offset)
-                    samples = render_samples(renderer, self.scene, self.seed, "train", indices)
+                    samples = render_samples(renderer, scene, self.seed, "train", indices)
                     self._count(time.thread_time() - start)
                     ring.write(block, samples)
             finally:

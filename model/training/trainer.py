@@ -2,7 +2,7 @@
 
 A run is stored in a folder: ``training.json`` with its tensors (the resumable
 state), ``log.csv``, ``sheets/`` with images, and, from the first checkpoint of a
-stage that trains colour images, the model itself, which the window can open
+stage that trains whole colour images, the model itself, which the window can open
 during training.
 """
 
@@ -134,6 +134,7 @@ class _Run:
             for name in names[names.index(self.progress.stage) :]:
                 if name != self.progress.stage:
                     self.progress.enter(name)
+                    self.schedule.enter(name)
                     self._checkpoint()
                 self._train_stage(self.schedule.stages[name])
             self.progress.stage = "done"
@@ -242,7 +243,8 @@ class _Run:
         if not stage.needs_images:
             return repeat(self._encoded(source.first("train", size)))
         own = parallel.own_stage(self.schedule.names.index(self.progress.stage))
-        samples = source.batches(own, size, self.plan.options.seed, self.progress.batch)
+        seed = self.plan.options.seed
+        samples = source.batches(own, size, seed, self.progress.batch, stage.image_size)
         return map(self._encoded, samples)
 
     def _encoded(self, samples: SampleBatch) -> EncodedBatch:
@@ -280,7 +282,7 @@ class _Run:
         begun = self.schedule.begun(name)
         with _writing(self.plan.folder):
             save_state(self.plan.folder, self.progress, self.plan.recipe(), begun)
-            if self.schedule.draws_color(name) and begun[-1].steps:
+            if self.schedule.draws_whole_images(name) and begun[-1].steps:
                 save_model(self.plan.folder, self._card(), self._generator())
         self._is_on_disk = True
         if not is_first:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -48,6 +48,8 @@ class WarmStart:
     def check(self, size: NetworkSize, scene: Scene) -> None:
         """Refuse a model of another network size or an incompatible scene.
 
+        The paper's networks may have been trained on smaller images: they grow.
+
         The volume may be another one of the same proportions, and the light may
         differ: training then still needs less time than from random weights.
 
@@ -56,7 +58,10 @@ class WarmStart:
         TrainingError
             When they differ; the message names all differences.
         """
-        theirs = asdict(self.card.size) | _built_for(self.card.scene)
+        own = self.card.size
+        if size.architecture == own.architecture == "paper" and own.image_size < size.image_size:
+            own = replace(own, image_size=size.image_size)
+        theirs = asdict(own) | _built_for(self.card.scene)
         ours = asdict(size) | _built_for(scene)
         differing = [
             f"{name.replace('_', ' ')} ({value}, not {ours[name]})"

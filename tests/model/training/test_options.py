@@ -83,7 +83,7 @@ def test_settings_change_single_options() -> None:
         ("l1_weight=many", "give a number, as now 150"),
         ("l1_weight", "give a number"),
         ("l1_weight=nan", "give a number"),
-        ("joint.batch_size=2.5", "give a number, as now 8"),
+        ("joint.batch_size=2.5", "give a number, as now 32"),
         ("kaiming_init=1", "true or false"),
         ("average_decay=2", "from 0 to below 1"),
         ("joint.batch_size=1", "at least 2"),

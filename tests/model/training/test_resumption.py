@@ -60,7 +60,7 @@ def adversarial(store: SampleStore, tmp_path_factory: pytest.TempPathFactory) ->
 
 def against(store: SampleStore, folder: Path) -> TrainingPlan:
     """A run in which the discriminator learns from the start."""
-    options = replace(RECIPE, one_stage=True, adversarial_start=0.0)
+    options = replace(RECIPE, one_stage=True, small_time_share=0.0, adversarial_start=0.0)
     return replace(plan(store, folder, 128, 1e9), options=options)
 
 

@@ -21,7 +21,7 @@ from model.training.schedule import Schedule
 from model.training.trainer import train
 from model.training.warm_start import WarmStart
 
-ONE_STAGE = replace(RECIPE, one_stage=True)
+ONE_STAGE = replace(RECIPE, one_stage=True, small_time_share=0.0)
 
 
 def from_there(store: SampleStore, finished: Path, folder: Path) -> TrainingPlan:

@@ -100,6 +100,31 @@ def test_first_weights_have_the_papers_spread() -> None:
     assert not norm.bias.any()
 
 
+@pytest.mark.parametrize("kernel", [1, 3])
+@pytest.mark.parametrize("channels", [(6, 6), (6, 4)])
+def test_a_doubling_block_is_the_block_of_the_doubled_image(
+    kernel: int, channels: tuple[int, int]
+) -> None:
+    """Values, statistics and gradients, against torch's own doubling and convolution."""
+    torch.manual_seed(0)
+    fused = ResidualBlock(*channels, kernel, doubles=True).double()
+    plain = ResidualBlock(*channels, kernel).double()
+    plain.load_state_dict(fused.state_dict())
+    x = torch.randn(3, 6, 5, 4, dtype=torch.float64)
+    given = [x.clone().requires_grad_(), x.clone().requires_grad_()]
+    images = [fused(given[0]), plain(nn.Upsample(scale_factor=2)(given[1]))]
+    torch.testing.assert_close(*images)
+    weights = torch.randn_like(images[0])
+    for image in images:
+        (image * weights).sum().backward()
+    torch.testing.assert_close(given[0].grad, given[1].grad)
+    for one, other in zip(fused.parameters(), plain.parameters(), strict=True):
+        torch.testing.assert_close(one.grad, other.grad)
+    for name, value in fused.named_buffers():
+        # The unbiased variance of four times as many pixels differs by their number alone.
+        torch.testing.assert_close(value, plain.get_buffer(name), rtol=0.02, atol=1e-9)
+
+
 def test_narrow_encoders_pass_their_signal_on() -> None:
     torch.manual_seed(0)
     encoder = TranslationGenerator(NetworkSize(0.25)).color_tf
