@@ -691,3 +691,35 @@ def test_light_moves_in_lit_images_only(
     assert np.abs(images[0] - images[1]).max() > 0.05
     assert run([*base, "--light", "60,20"]) == 2
     assert "Try: --lighting direct" in one_line(capsys)
+
+
+def test_a_latent_code_is_drawn_by_the_models_that_draw_from_codes(
+    raw_file: Path, trained: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    # The toy model draws from TFs: its codes are decoded, and there are no pictures of codes.
+    base = f"render --renderer generator --volume {raw_file} --model {trained} --out {tmp_path}"
+    code = "0.1,0.2,0.3,0.4,0.5,0.6,0.7,0.8"
+    assert run(f"{base}/code.npy --code {code}".split()) == 0
+    assert np.load(tmp_path / "code.npy").shape == (64, 64, 4)
+    assert run(f"{base}/x.npy --code 0.1,0.2".split()) == 2
+    assert "8 numbers, not 2" in one_line(capsys)
+    assert run(f"render --volume {raw_file} --out {tmp_path}/x.npy --code {code}".split()) == 2
+    assert "--renderer generator" in one_line(capsys)
+    map_ = f"latent --volume {raw_file} --samples 20 --at 0,0 --picture code --out {tmp_path}/x.png"
+    assert run(map_.split()) == 2
+    assert "give --model" in one_line(capsys)
+    assert run(f"{map_} --model {trained}".split()) == 2
+    assert "--picture tf" in one_line(capsys)
+    assert not (tmp_path / "x.png").exists()
+
+
+def test_a_value_is_coloured_by_the_fields_of_all_values(
+    raw_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    base = f"sensitivity --volume {raw_file} --size 32 --scale global --out {tmp_path}"
+    assert run(f"{base}/field.png --value 120".split()) == 0
+    assert imread(tmp_path / "field.png").std() > 1
+    assert run(f"{base}/field.npz --value 120".split()) == 2
+    assert "give --value and OUT.png" in one_line(capsys)
+    assert run(f"{base}/x.png --value 120 --lighting global".split()) == 2
+    assert "--scale own" in one_line(capsys)
