@@ -8,7 +8,7 @@ from torch.nn.functional import binary_cross_entropy_with_logits
 
 
 def l1(fake: Tensor, real: Tensor) -> Tensor:
-    """Mean absolute difference of images (N, C, H, W) (paper, Eq. 8)."""
+    """Mean absolute difference of images (N, C, H, W) (paper, Eq. 9)."""
     return (fake.float() - real).abs().mean()
 
 

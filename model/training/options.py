@@ -79,7 +79,7 @@ class TrainingOptions:
         The paper's runs make 30 passes over 200,000 samples. Runs of an hour
         are far shorter and need more steps: smaller batches, larger rates.
     l1_weight : float
-        Lambda, the weight of the colour image's l1 loss (paper, Eq. 8).
+        Lambda, the weight of the colour image's l1 loss (paper, Eq. 9).
     decoded_tf_weight : float
         Weight of the decoded-TF loss; 1 in the paper.
     unrendered_tfs : int
