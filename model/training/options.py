@@ -172,7 +172,7 @@ class TrainingOptions:
 
     @classmethod
     def faithful(cls, seed: int = 0) -> TrainingOptions:
-        """Return the paper's recipe, without additions."""
+        """Return the paper's recipe, without additions; both of its stages see as many samples."""
         return replace(
             cls(seed=seed),
             opacity=StageOptions(64, 2e-4, 30 / 5),
@@ -188,6 +188,7 @@ class TrainingOptions:
             kaiming_init=False,
             adversarial_start=0.0,
             one_stage=False,
+            opacity_time_share=0.5,
         )
 
     def with_settings(self, settings: Sequence[str]) -> TrainingOptions:

@@ -15,12 +15,15 @@ from skimage.io import imread
 from app.cli import run
 from model.generator.catalog import shipped_models
 from model.networks.card import load_card
+from model.networks.size import NetworkSize
 from model.rendering.vtk_renderer import VtkRenderer
 from model.samples.sample_store import SampleStore
 from model.scene.inputs import SceneInputs
 from model.scene.scene import Scene
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
 from model.scene.view import View
+from model.training.job import TrainingJob
+from model.training.options import TrainingOptions
 from model.volume_files import read_volume
 from model.volume_files.shipped import DEFAULT_VOLUME, shipped_volumes
 
@@ -723,3 +726,17 @@ def test_a_value_is_coloured_by_the_fields_of_all_values(
     assert "give --value and OUT.png" in one_line(capsys)
     assert run(f"{base}/x.png --value 120 --lighting global".split()) == 2
     assert "--scale own" in one_line(capsys)
+
+
+def test_the_papers_run_is_one_command(raw_file: Path, tmp_path: Path) -> None:
+    base = f"train --faithful --volume {raw_file} --out {tmp_path}/run --save-job {tmp_path}"
+    assert run(f"{base}/whole.json".split()) == 0
+    job = TrainingJob.load(tmp_path / "whole.json")
+    assert (job.preset, job.tf_family, job.samples, job.reuse) == ("paper", "paper", 12_000_000, 30)
+    assert job.size == NetworkSize(1.0, 64, 256, 8, architecture="paper")
+    assert job.options == TrainingOptions.faithful()
+    assert run(f"{base}/short.json --preset draft --epochs 5 --tf-family drawn".split()) == 0
+    job = TrainingJob.load(tmp_path / "short.json")
+    assert (job.samples, job.tf_family) == (2_000_000, "drawn")
+    assert job.options.opacity.halvings == 1
+    assert run(f"{base}/x.json --epochs 5 --minutes 5".split()) == 2
