@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, cast
 from model.scene.scene import Lighting, RendererName, TFFamily
 
 if TYPE_CHECKING:
+    from model.latent.codes import PictureOf
     from model.networks.size import Architecture
     from model.sensitivity.measure import Measure
 
@@ -33,6 +34,20 @@ class MeasureOption(StrEnum):
 
     SIGNED = "signed"
     CHANGE = "change"
+
+
+class ScaleOption(StrEnum):
+    """Colour scales of a value's field, for the command line."""
+
+    OWN = "own"
+    GLOBAL = "global"
+
+
+class PictureOption(StrEnum):
+    """What of a latent code is drawn, for the command line."""
+
+    CODE = "code"
+    TF = "tf"
 
 
 class StudyName(StrEnum):
@@ -153,6 +168,11 @@ def lighting(option: LightingOption) -> Lighting:
 def measure(option: MeasureOption) -> Measure:
     """Return the measure of an option."""
     return cast("Measure", str(option))
+
+
+def picture_of(option: PictureOption | None) -> PictureOf | None:
+    """Return what is to be drawn of a latent code; None for what a model usually draws."""
+    return None if option is None else option.value
 
 
 def minutes_of(minutes: float | None, samples: int | None, default: float) -> float | None:

@@ -33,6 +33,10 @@ def about(seconds: float) -> str:
     """Say a duration in words, as roughly as it is known."""
     if seconds < 45:
         return "less than a minute"
+    if seconds >= 2 * 86400:
+        return f"about {seconds / 86400:.0f} days"
+    if seconds >= 2 * 3600:
+        return f"about {seconds / 3600:.0f} hours"
     minutes = max(round(seconds / 60), 1)
     return "about a minute" if minutes == 1 else f"about {minutes} minutes"
 

@@ -54,6 +54,15 @@ def render(
     ] = None,
     light: options.LightAngles = None,
     crop: options.CropPlanes = None,
+    code: Annotated[
+        str | None,
+        typer.Option(
+            "--code",
+            metavar="N,N,...",
+            help="Draw this latent code of the model instead of an opacity TF; the colours are "
+            "those of --tf.",
+        ),
+    ] = None,
     size: Annotated[
         int | None,
         typer.Option("--size", min=16, max=4096, help="Pixels. (default: the model's, or 256)"),
@@ -98,6 +107,7 @@ def render(
             backend=str(backend),
             precision=str(precision),
             out=out,
+            code=values.latent_code(code),
         )
     )
 
@@ -166,6 +176,14 @@ def sensitivity(
             "change, also where the picture is black.",
         ),
     ] = choices.MeasureOption.SIGNED,
+    scale: Annotated[
+        choices.ScaleOption,
+        typer.Option(
+            "--scale",
+            help="Of a value's figure. own: colours by its field; global: by the fields of all "
+            "values, and opacity by its own, as in the paper.",
+        ),
+    ] = choices.ScaleOption.OWN,
     device: options.DeviceName = choices.Device.AUTO,
 ) -> None:
     """Find where in the TF an edit changes a region, or where in the image an edit shows."""
@@ -188,5 +206,6 @@ def sensitivity(
             lighting=lighting,
             device=str(device),
             out=out,
+            by_all_values=scale is choices.ScaleOption.GLOBAL,
         )
     )

@@ -16,8 +16,10 @@ from app.cli.console import console
 from app.cli.latent_order import Brush, LatentOrder, Place
 from app.cli.outputs import make_room_for
 from app.cli.render import load_fitted
+from app.figures.mosaic import mosaic
 from model.errors import LatentError, RenderError, reason
 from model.files import writing
+from model.latent.codes import Codes, PictureOf
 from model.latent.embedding import EmbeddingProcess
 from model.latent.latent_map import LatentMap
 from model.latent.latent_space import LatentSpace
@@ -31,13 +33,31 @@ from model.scene.volume import Volume
 from model.training.codec_training import CodecKind
 from model.volume_files.source import volume_of
 
-GAP = 4
-"""Pixels between the pictures of a grid."""
-
-MAP_PIXELS = 720
+PICTURES: dict[PictureOf, str] = {
+    "code": "drawn from the latent codes",
+    "tf": "drawn under the decoded TFs",
+}
+"""What pictures are of, for captions."""
 
 Images = NDArray[np.float32]
-Draw = Callable[[list[SceneInputs]], Images]
+
+
+@dataclass(frozen=True)
+class _Engine:
+    """What draws pictures of codes.
+
+    Attributes
+    ----------
+    draw : callable
+        From codes (n, d) to images (n, S, S, 4).
+    close : callable
+    of : {"code", "tf"}
+        What of a code is drawn.
+    """
+
+    draw: Callable[[Codes], Images]
+    close: Callable[[], None]
+    of: PictureOf
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,22 +83,22 @@ def save_latent(order: LatentOrder) -> None:
     if order.tf is not None:
         colors = load_fitted(order.tf, volume.scalar_range)
     inputs = SceneInputs.of(order.view, colors)
-    draw, close = _engine(order, volume)
+    engine = _engine(order, volume, space, inputs)
     try:
         if order.grid is not None:
-            found = _grid(space, map_, order.grid, inputs, draw)
+            found = _grid(map_, order.grid, engine)
         elif order.at is not None:
-            found = _at(space, map_, order.at, inputs, draw)
+            found = _at(space, map_, order.at, engine)
         elif order.near is not None:
             tf = load_fitted(order.near, volume.scalar_range)
-            found = _near(space, map_, tf.opacity, inputs, draw)
+            found = _near(space, map_, tf.opacity, engine)
         else:
             found = _Found({})
     finally:
-        close()
+        engine.close()
     make_room_for(order.out)
     if order.out.suffix.lower() == ".png":
-        _draw_figure(order, volume, map_, found)
+        _draw_figure(order, volume, map_, found, engine.of)
     else:
         _write(order.out, map_, found, colors)
     _tell(map_)
@@ -143,69 +163,55 @@ def _compute(map_: LatentMap) -> NDArray[np.float32]:
     return places
 
 
-def _engine(order: LatentOrder, volume: Volume) -> tuple[Draw, Callable[[], None]]:
-    """Function that draws, and one that ends the engine."""
+def _engine(order: LatentOrder, volume: Volume, space: LatentSpace, inputs: SceneInputs) -> _Engine:
+    """Return what draws; its pictures have the view and the colours of the inputs."""
     if order.model is not None:
         from model.generator.generator import Generator
+        from model.latent.code_pictures import draw_codes, usual_picture
 
-        return Generator.load(order.model).render_batch, lambda: None
+        generator = Generator.load(order.model)
+        of = order.picture or usual_picture(generator)
+        return _Engine(
+            lambda codes: draw_codes(generator, space, codes, inputs, of), lambda: None, of
+        )
     from model.rendering.raycast.renderer import RaycastRenderer
 
     renderer = RaycastRenderer(volume)
 
-    def draw(inputs: list[SceneInputs]) -> Images:
-        return np.stack([renderer.render(one, order.size) for one in inputs])
+    def draw(codes: Codes) -> Images:
+        tfs = space.tfs_of(codes)
+        return np.stack([renderer.render(replace(inputs, opacity_tf=tf), order.size) for tf in tfs])
 
-    return draw, renderer.close
+    return _Engine(draw, renderer.close, "tf")
 
 
-def _grid(
-    space: LatentSpace,
-    map_: LatentMap,
-    brush: Brush,
-    inputs: SceneInputs,
-    draw: Draw,
-) -> _Found:
+def _grid(map_: LatentMap, brush: Brush, engine: _Engine) -> _Found:
     cells = map_.cells(brush)
-    filled = np.argwhere(cells.count > 0)
-    if not len(filled):
+    filled = cells.count > 0
+    if not filled.any():
         raise LatentError(
             "There is no sample in this rectangle; the map lies within -1 to 1 along both axes."
         )
-    tfs = [space.tf_of(cells.codes[row, column]) for row, column in filled]
-    drawn = draw([replace(inputs, opacity_tf=tf) for tf in tfs])
-    side, size = cells.count.shape[0], drawn.shape[1]
-    images = np.full((side, side, size, size, 4), np.nan, dtype=np.float32)
-    images[tuple(filled.T)] = drawn
-    edge = side * size + (side - 1) * GAP
-    picture = np.full((edge, edge, 3), 0.12, dtype=np.float32)
-    for row, column in filled:
-        y, x = row * (size + GAP), column * (size + GAP)
-        picture[y : y + size, x : x + size] = images[row, column, ..., :3]
+    drawn = engine.draw(cells.codes[filled])
+    images = np.full((*filled.shape, *drawn.shape[1:]), np.nan, dtype=np.float32)
+    images[filled] = drawn
     arrays: dict[str, NDArray[Any]] = {"cells": cells.codes, "count": cells.count, "images": images}
-    return _Found(arrays, picture, "Means of the rectangle's 4 x 4 cells")
+    caption = f"Means of the rectangle's 4 x 4 cells, {PICTURES[engine.of]}"
+    return _Found(arrays, mosaic(images[..., :3]), caption)
 
 
-def _at(
-    space: LatentSpace,
-    map_: LatentMap,
-    place: Place,
-    inputs: SceneInputs,
-    draw: Draw,
-) -> _Found:
+def _at(space: LatentSpace, map_: LatentMap, place: Place, engine: _Engine) -> _Found:
     blend = map_.at(place)
     if not blend.samples:
         console.print("No sample lies in the disc around this place; the nearest one is taken.")
-    return _one(space, blend.code, np.array(place), inputs, draw)
+    return _one(space, blend.code, np.array(place), engine)
 
 
-def _near(
-    space: LatentSpace, map_: LatentMap, tf: OpacityTF, inputs: SceneInputs, draw: Draw
-) -> _Found:
+def _near(space: LatentSpace, map_: LatentMap, tf: OpacityTF, engine: _Engine) -> _Found:
     code = space.code_of(tf)
     place = map_.place(code)
     console.print(f"The TF lies near {place[0]:.3f},{place[1]:.3f} on the map.")
-    found = _one(space, code, np.array(place), inputs, draw)
+    found = _one(space, code, np.array(place), engine)
     return replace(found, arrays={**found.arrays, "neighbours": map_.nearest(code, 8)})
 
 
@@ -213,14 +219,14 @@ def _one(
     space: LatentSpace,
     code: NDArray[np.float32],
     place: NDArray[np.floating],
-    inputs: SceneInputs,
-    draw: Draw,
+    engine: _Engine,
 ) -> _Found:
     tf = space.tf_of(code)
-    image = draw([replace(inputs, opacity_tf=tf)])[0]
+    image = engine.draw(code[None])[0]
     arrays = {"code": code, "place": place, "tf": tf.sample(), "image": image}
     x, y = (float(number) for number in place)
-    return _Found(arrays, image[..., :3], f"At {x:.3f},{y:.3f}", (x, y), fitted_curve(tf))
+    caption = f"At {x:.3f},{y:.3f}, {PICTURES[engine.of]}"
+    return _Found(arrays, image[..., :3], caption, (x, y), fitted_curve(tf))
 
 
 def _draw_figure(
@@ -228,6 +234,7 @@ def _draw_figure(
     volume: Volume,
     map_: LatentMap,
     found: _Found,
+    of: PictureOf,
 ) -> None:
     from app.figures.latent_figure import LatentFigure, save_latent_figure
 
@@ -244,12 +251,12 @@ def _draw_figure(
             found.place,
             found.opacity_tf,
             f"scalar value{units}",
-            _explanation(order, volume),
+            _explanation(order, volume, of),
         ),
     )
 
 
-def _explanation(order: LatentOrder, volume: Volume) -> str:
+def _explanation(order: LatentOrder, volume: Volume, of: PictureOf) -> str:
     """Say what the parts of the figure are."""
     facts = ["Grey: samples of opacity TFs, near each other where their codes are"]
     if order.grid is not None:
@@ -257,7 +264,8 @@ def _explanation(order: LatentOrder, volume: Volume) -> str:
             "orange: a rectangle of 4 x 4 cells, each of which is drawn at its place beside the map"
         )
     elif order.at is not None or order.near is not None:
-        facts.append("orange cross: the place of the TF below, under which the picture is drawn")
+        shown = "that its code decodes to" if of == "code" else "under which the picture is drawn"
+        facts.append(f"orange cross: the place of the TF below, {shown}")
     if order.grid is not None or order.at is not None or order.near is not None:
         lighting = "none" if order.model is None else load_card(order.model).scene.lighting
         facts.append(f"colours of the {tf_text(order.tf)}, lighting {lighting}")

@@ -73,6 +73,14 @@ def latent(
         int,
         typer.Option("--size", min=16, max=1024, help="Pixels; a model has its own size."),
     ] = 128,
+    picture: Annotated[
+        choices.PictureOption | None,
+        typer.Option(
+            "--picture",
+            help="code: the model's picture of the latent code itself, as in the paper; tf: that "
+            "of the TF which the code decodes to. (default: code, if the model draws from codes)",
+        ),
+    ] = None,
 ) -> None:
     """Map opacity TFs by their latent codes, and draw what its parts show."""
     order = LatentOrder(
@@ -86,6 +94,7 @@ def latent(
         tf,
         size,
         out,
+        choices.picture_of(picture),
     )
     # Late: with it comes torch.
     from app.cli.latent import save_latent

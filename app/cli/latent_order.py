@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from model.errors import LatentError
+from model.latent.codes import PictureOf
 from model.scene.view import View
 from model.volume_files.source import VolumeSource
 
@@ -37,6 +38,7 @@ class LatentOrder:
     tf: Path | None
     size: int
     out: Path
+    picture: PictureOf | None = None
 
     def __post_init__(self) -> None:
         if sum(one is not None for one in (self.grid, self.at, self.near)) > 1:
@@ -44,6 +46,10 @@ class LatentOrder:
         if self.model is not None and self.volume.scalar_range is not None:
             raise LatentError(
                 "A model draws over the range that it was trained on; leave --range out."
+            )
+        if self.model is None and self.picture == "code":
+            raise LatentError(
+                "Pictures of codes are a model's; give --model, or leave --picture out."
             )
         if self.out.suffix.lower() == ".json" and self.at is None and self.near is None:
             raise LatentError(

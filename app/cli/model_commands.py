@@ -84,11 +84,13 @@ def train(
         ),
     ],
     preset: Annotated[
-        choices.Preset,
+        choices.Preset | None,
         typer.Option(
-            "--preset", help="64 x 64, 128 x 128, 256 x 256, or the paper's networks at 256 x 256."
+            "--preset",
+            help="64 x 64, 128 x 128, 256 x 256, or the paper's networks at 256 x 256. "
+            "(default: compact; with --faithful, paper)",
         ),
-    ] = choices.Preset.COMPACT,
+    ] = None,
     volume: options.VolumeFile = None,
     raw: options.RawLayoutText = None,
     component: options.ComponentName = None,
@@ -97,6 +99,15 @@ def train(
     minutes: Annotated[float | None, typer.Option("--minutes", help="Budget in minutes.")] = None,
     samples: Annotated[
         int | None, typer.Option("--samples", help="Budget in samples seen.")
+    ] = None,
+    epochs: Annotated[
+        float | None,
+        typer.Option(
+            "--epochs",
+            min=0.001,
+            help="Budget in passes of each stage over the samples: those of --dataset, or 200000 "
+            "that are rendered. (default with --faithful: 30)",
+        ),
     ] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the run in --out.")] = False,
     start: Annotated[
@@ -109,14 +120,21 @@ def train(
         ),
     ] = None,
     faithful: Annotated[
-        bool, typer.Option("--faithful", help="The paper's recipe, nothing added.")
+        bool,
+        typer.Option(
+            "--faithful",
+            help="The paper's networks, losses, TFs, batches, rates, stages and epochs, nothing "
+            "added; says first how long that takes here.",
+        ),
     ] = False,
     architecture: Annotated[
         choices.ArchitectureOption | None,
         typer.Option(
             "--architecture",
             help="A coarse volume whose images a small network refines, or the paper's two "
-            "networks. (default: the preset's)",
+            "networks, of a quarter of their width but for --preset paper, with a deeper decoder "
+            "of TFs, features modulated by the codes of view and TFs, and this program's recipe. "
+            "(default: the preset's)",
         ),
     ] = None,
     settings: Annotated[
@@ -140,7 +158,13 @@ def train(
     renderer: options.SampleRendererName = choices.SampleRenderer.RAYCAST,
     lighting: options.LightingName = choices.LightingOption.NONE,
     movable_light: options.MovableLight = False,
-    family: options.TFFamilyName = choices.TFFamilyOption.DRAWN,
+    family: Annotated[
+        choices.TFFamilyOption | None,
+        typer.Option(
+            "--tf-family",
+            help=f"{options.FAMILY_HELP} (default: drawn; with --faithful, paper)",
+        ),
+    ] = None,
     window: options.Window = None,
     up: options.UpAxis = None,
     seed: options.Seed = 0,
@@ -173,8 +197,14 @@ def train(
 ) -> None:
     """Train a generator of one volume's renderings."""
     from model.scene.scene import scatters
+    from model.training.epochs import (
+        PAPER_EPOCHS,
+        PAPER_IMAGES,
+        halvings_of_epochs,
+        samples_of_epochs,
+    )
     from model.training.job import TrainingJob
-    from model.training.options import preset_size
+    from model.training.options import TrainingOptions, preset_size
     from model.training.stopping import ask_to_stop
 
     if stop:
@@ -182,10 +212,36 @@ def train(
         ask_to_stop(out)
         typer.echo(f"The run in {out} will be saved and end after its present step.")
         return
+    preset = preset or (choices.Preset.PAPER if faithful else choices.Preset.COMPACT)
+    if family is None:
+        # Those of a stored data set are what they are.
+        of_paper = faithful and store is None
+        family = choices.TFFamilyOption.PAPER if of_paper else choices.TFFamilyOption.DRAWN
+    if epochs is not None and (minutes is not None or samples is not None):
+        raise TrainingError("Give one of --epochs, --minutes and --samples.")
+    if faithful and minutes is None and samples is None:
+        epochs = epochs or PAPER_EPOCHS
     size = preset_size(str(preset), choices.architecture_name(architecture))
     scattering = scatters(choices.renderer_name(renderer), choices.lighting(lighting))
     # Only the codec learns then, unless a stored data set shows something else.
     only_codec = size.architecture == "refined" and not (faithful or scattering or store)
+    changes = tuple(settings or ())
+    if epochs is not None:
+        recipe = (TrainingOptions.faithful() if faithful else TrainingOptions()).with_settings(
+            changes
+        )
+        images = PAPER_IMAGES
+        if store is not None:
+            # Late: with it comes Zarr.
+            from model.samples.sample_store import SampleStore
+
+            images = SampleStore(store).count("train")
+        samples = samples_of_epochs(epochs, images, recipe)
+        # Before what was asked for, which has the last word.
+        changes = halvings_of_epochs(epochs) + changes if faithful else changes
+        if faithful and store is None and reuse is None:
+            # As often as in the paper is each image learned from.
+            reuse = max(1.0, epochs)
     asked = TrainingJob(
         out=out,
         volume=values.source(volume, raw, component, scalar_range),
@@ -193,7 +249,7 @@ def train(
         preset=str(preset),
         architecture=choices.architecture_name(architecture),
         faithful=faithful,
-        settings=tuple(settings or ()),
+        settings=changes,
         minutes=choices.minutes_of(minutes, samples, 5.0 if only_codec else 60.0),
         samples=samples,
         lighting=choices.lighting(lighting),

@@ -102,14 +102,11 @@ MovableLight = Annotated[
         "--movable-light", help="Draw the light's direction at random: models can follow it."
     ),
 ]
-TFFamilyName = Annotated[
-    choices.TFFamilyOption,
-    typer.Option(
-        "--tf-family",
-        help="Random opacity TFs: the paper's mixtures of Gaussian modes, or also ramps, "
-        "plateaus, steps, bands, free curves, constants and empty ones, as people draw them.",
-    ),
-]
+FAMILY_HELP = (
+    "Random opacity TFs: the paper's mixtures of Gaussian modes, or also ramps, plateaus, steps, "
+    "bands, free curves, constants and empty ones, as people draw them."
+)
+TFFamilyName = Annotated[choices.TFFamilyOption, typer.Option("--tf-family", help=FAMILY_HELP)]
 SampleRendererName = Annotated[
     choices.SampleRenderer,
     typer.Option(

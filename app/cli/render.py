@@ -24,6 +24,7 @@ from model.scene.inputs import SceneInputs, outside_range
 from model.scene.light import LightDirection
 from model.scene.range_fitting import fit_to_range, fit_to_volume
 from model.scene.scene import Lighting, RendererName, Scene
+from model.scene.tf_perturbation import with_opacity
 from model.scene.transfer_function import Range, TransferFunction
 from model.scene.view import View
 from model.scene.volume import Volume
@@ -54,6 +55,7 @@ class RenderOrder:
     backend: str
     precision: str
     out: Path
+    code: tuple[float, ...] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,6 +105,8 @@ def render_to_file(order: RenderOrder) -> None:
     """Render an image and write it, replacing an existing file."""
     if order.light is not None and order.lighting == choices.LightingOption.NONE:
         raise RenderError("An unlit image has no light to be moved.", lighting="direct")
+    if order.code is not None and order.renderer != "generator":
+        raise RenderError("A latent code is a model's.", renderer="generator")
     by = _render_generator if order.renderer == "generator" else _render_volume
     rendered = by(order)
     make_room_for(order.out)
@@ -226,7 +230,14 @@ def _render_generator(order: RenderOrder) -> _Rendered:
     from model.generator.generator import Generator
 
     generator = Generator.load(folder, order.device, order.backend, order.precision)
-    rgba = generator.render(inputs)
+    drawn_from = ""
+    if order.code is None:
+        rgba = generator.render(inputs)
+    else:
+        code = np.array(order.code, dtype=np.float32)
+        rgba = generator.render_latent(code, inputs)
+        inputs = with_opacity(inputs, generator.decode(code))
+        drawn_from = f", from the latent code {','.join(f'{n:g}' for n in order.code)}"
     if order.size and order.size != scene.image_size:
         from skimage.transform import resize
 
@@ -237,7 +248,7 @@ def _render_generator(order: RenderOrder) -> _Rendered:
         scene.volume_name,
         scene.lighting,
         order.light or scene.light,
-        f"the model {folder}",
+        f"the model {folder}{drawn_from}",
     )
 
 

@@ -31,6 +31,7 @@ from model.scene.tf_perturbation import EDIT_WIDTH, edit_around, response_to_edi
 from model.scene.transfer_function import TF_SAMPLES, TransferFunction
 from model.scene.view import View
 from model.scene.volume import Volume
+from model.sensitivity.global_scale import global_scale
 from model.sensitivity.measure import Measure
 from model.sensitivity.result import Kind, SensitivityResult, save_numbers
 from model.volume_files.source import VolumeSource
@@ -60,6 +61,7 @@ class SensitivityOrder:
     lighting: choices.LightingOption | None
     device: str
     out: Path
+    by_all_values: bool = False
 
 
 @dataclass(frozen=True)
@@ -96,12 +98,16 @@ class _Question:
 
 @dataclass(frozen=True)
 class _Answer:
-    """The image, its sensitivity, who computed it, and the light of the image."""
+    """The image, its sensitivity, who computed it, and the light of the image.
+
+    `blocks` has the fields of all values, shape (n, n, 256), where colours are to be by them.
+    """
 
     image: NDArray[np.float32]
     sensitivity: NDArray[np.float32]
     source: str
     lighting: Lighting
+    blocks: NDArray[np.float32] | None = None
 
 
 def save_sensitivity(order: SensitivityOrder) -> None:
@@ -144,6 +150,8 @@ def _check_question(order: SensitivityOrder) -> None:
     with_blocks = order.engine == "blockwise" and order.value is not None and not order.region
     if sum(one is not None for one in asked) > (2 if with_blocks else 1):
         raise RenderError("Give one of --region, --value and --block, as each is a question.")
+    if order.by_all_values and (order.value is None or order.out.suffix.lower() != ".png"):
+        raise RenderError("A scale is that of a value's figure; give --value and OUT.png.")
     if order.block is not None and order.value is None and order.measure == "change":
         raise RenderError(
             "Blocks have the signed measure of the paper; leave --measure out, or give --value."
@@ -192,6 +200,15 @@ def _by_renderer(order: SensitivityOrder, volume: Volume, asked: _Question) -> _
                 "Under global light there are regions and values, for edits at least one 256th "
                 "of the range wide; give --region or --value, or another --lighting."
             )
+        if order.by_all_values and not renderer.is_differentiable:
+            raise RenderError(
+                "Under global light there are no fields of all values to colour by; give "
+                "--scale own, or another --lighting."
+            )
+        blocks = None
+        if order.by_all_values:
+            slopes = sensitivity_field(renderer, asked.inputs, size, _block(size))
+            blocks = response_to_edits(slopes, asked.width)
         image = renderer.render(asked.inputs, size)[..., :3]
         if asked.edit is not None:
             found = value_sensitivity(renderer, asked.inputs, size, asked.edit)
@@ -206,7 +223,7 @@ def _by_renderer(order: SensitivityOrder, volume: Volume, asked: _Question) -> _
     finally:
         renderer.close()
     light_name = "" if lighting == "none" else f", {lighting} light"
-    return _Answer(image, found, f"{how}, by the ray caster{light_name}", lighting)
+    return _Answer(image, found, f"{how}, by the ray caster{light_name}", lighting, blocks)
 
 
 def _by_generator(order: SensitivityOrder, volume: Volume, asked: _Question) -> _Answer:
@@ -230,7 +247,7 @@ def _by_generator(order: SensitivityOrder, volume: Volume, asked: _Question) -> 
     blockwise = order.engine == "blockwise"
     sensitivity: Any
     if asked.edit is not None and blockwise:
-        block = asked.block or -(-scene.image_size // PAPER_BLOCKS)
+        block = asked.block or _block(scene.image_size)
         sensitivity = found.blockwise_change(block, asked.edit)
     elif asked.edit is not None:
         sensitivity = found.change(asked.edit)
@@ -242,7 +259,13 @@ def _by_generator(order: SensitivityOrder, volume: Volume, asked: _Question) -> 
         sensitivity = found.region(asked.pixels(scene.image_size))
     how = "block by block" if blockwise else "learned"
     image = np.clip(found.image, 0, 1)
-    return _Answer(image, sensitivity, f"{how}, by the generator", scene.lighting)
+    blocks = found.field(_block(scene.image_size)) if order.by_all_values else None
+    return _Answer(image, sensitivity, f"{how}, by the generator", scene.lighting, blocks)
+
+
+def _block(size: int) -> int:
+    """Width and height of the paper's blocks, of which there are 16 x 16."""
+    return -(-size // PAPER_BLOCKS)
 
 
 def _result(
@@ -271,6 +294,9 @@ def _result(
         if asked.kind == "blocks"
         else int(asked.pixels(size).mask(size).sum()),
         edit=asked.edit,
+        whole_scale=None
+        if answer.blocks is None
+        else global_scale(answer.blocks, _block(size) ** 2, asked.width),
     )
 
 

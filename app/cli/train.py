@@ -34,6 +34,9 @@ from model.training.state import STATE_FILE
 LINE_SECONDS = 0.5
 """Least time between lines of machine-readable progress."""
 
+LONG_RUN = 20_000
+"""Samples from which on a run's time is estimated before it begins."""
+
 
 def train_model(job: TrainingJob, lines: bool) -> None:
     """Train with a progress bar or JSON lines; Ctrl-C saves and ends the run."""
@@ -74,9 +77,29 @@ def _worth(job: TrainingJob) -> str:
 def _run_with_bar(job: TrainingJob) -> None:
     def say(execution: Execution) -> None:
         console.print(f"Steps are computed in {execution}: the fastest way measured here.")
+        _say_how_long(job, execution)
 
     with TrainingDisplay() as display:
         run_job(job, display.show, say)
+
+
+def _say_how_long(job: TrainingJob, execution: Execution) -> None:
+    """Say what a long run by samples will take; one of the coarse volume's takes minutes."""
+    if job.samples is None or job.samples < LONG_RUN or job.size.architecture != "paper":
+        return
+    from app.cli.console import about
+    from model.devices import choose_device
+    from model.training.run_forecast import forecast_run
+
+    try:
+        volume = job.volume.read()
+    except VolumeError:
+        return
+    seconds = forecast_run(job, volume, choose_device(job.device), execution)
+    console.print(
+        f"This run of {job.samples:,} samples takes {about(seconds)} on this machine. "
+        "It can be stopped and go on at any time; --minutes or --epochs make it shorter."
+    )
 
 
 def _run_with_lines(job: TrainingJob) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from app.figures.plots import (
     AXIS_WIDTH,
@@ -30,6 +31,7 @@ from model.sensitivity.display import (
     shown_responses,
     spread_blocks,
 )
+from model.sensitivity.global_scale import global_color_bar, overlay_globally
 from model.sensitivity.measure import Measure
 from model.sensitivity.result import SensitivityResult
 
@@ -116,8 +118,15 @@ def _save_field(path: Path, result: SensitivityResult, caption: str) -> None:
     title = f"Sensitivity to {result.place}: {result.source}"
     layout.addLabel(title, 0, 0, 1, 3, color="k")
     add_image(layout, 1, 0, "Image", image)
-    add_image(layout, 1, 1, MEASURE_NAMES[measure], overlay(image, field, scale, measure))
-    _add_bar(layout, measure, scale, label)
+    if result.whole_scale is not None:
+        shown = overlay_globally(image, field, scale, result.whole_scale)
+        add_image(layout, 1, 1, MEASURE_NAMES["change"], shown)
+        add_bar(layout, 1, 2, global_color_bar(256), (0.0, result.whole_scale), label)
+        caption = f"{caption}, colours by the fields of all values, opaque from {scale:.2g}"
+    else:
+        add_image(layout, 1, 1, MEASURE_NAMES[measure], overlay(image, field, scale, measure))
+        low = -scale if measure == "signed" else 0.0
+        add_bar(layout, 1, 2, color_bar(measure, 256), (low, scale), label)
     _share_width(layout, 1, 1)
     caption = ", ".join(filter(None, [caption, _edits(result)]))
     add_caption(layout, 2, 3, caption, FIGURE_SIZE[0])
@@ -149,17 +158,25 @@ def _outline(plot: Any, region: Region) -> None:
     plot.plot(x, y, pen=pg.mkPen("w", width=2))
 
 
-def _add_bar(layout: Any, measure: Measure, scale: float, label: str) -> None:
+def add_bar(
+    layout: Any,
+    row: int,
+    column: int,
+    colors: NDArray[np.floating],
+    ends: tuple[float, float],
+    label: str,
+) -> None:
+    """Add a colour bar of colours (n, 3) from the lower to the higher end of a scale."""
     import pyqtgraph as pg
 
-    plot = layout.addPlot(row=1, col=2)
-    colors = np.rint(255 * color_bar(measure, 256)).astype(np.uint8)[:, None]
-    item = pg.ImageItem(colors, axisOrder="row-major", levels=(0, 255))
-    low = -scale if measure == "signed" else 0.0
-    item.setRect(0, low, 1, scale - low)
+    low, high = ends
+    plot = layout.addPlot(row=row, col=column)
+    levels = np.rint(255 * colors).astype(np.uint8)[:, None]
+    item = pg.ImageItem(levels, axisOrder="row-major", levels=(0, 255))
+    item.setRect(0, low, 1, high - low)
     plot.addItem(item)
     plot.setXRange(0, 1, padding=0)
-    plot.setYRange(low, scale, padding=0)
+    plot.setYRange(low, high, padding=0)
     plot.hideAxis("bottom")
     plot.hideAxis("left")
     plot.showAxis("right")

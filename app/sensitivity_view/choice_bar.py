@@ -27,7 +27,7 @@ MEASURES: dict[str, tuple[Measure, str]] = {
     "Brightness": (
         "signed",
         "Whether the region becomes brighter (above 0) or darker: the derivative of its norm "
-        "(Eq. 9 of the paper). A black region has none.",
+        "(Eq. 11 of the paper). A black region has none.",
     ),
 }
 

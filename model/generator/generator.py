@@ -154,6 +154,11 @@ class Generator:
         """Scene that the model was trained on."""
         return self.card.scene
 
+    @property
+    def takes_code(self) -> bool:
+        """Whether images depend on the opacity TF through its latent code only."""
+        return self.network.takes_code
+
     def render(self, inputs: SceneInputs) -> NDArray[np.float32]:
         """Generate one image of shape (S, S, 4)."""
         return self.render_batch([inputs])[0]
@@ -205,6 +210,11 @@ class Generator:
         Returns
         -------
         ndarray of float32, shape (S, S, 4) or (N, S, S, 4)
+
+        Raises
+        ------
+        LatentError
+            For codes that are not finite, or of another length than the generator's.
         """
         codes = self._codes(latent)
         conditions, _, color_tf = self.encoded([inputs])
@@ -246,6 +256,11 @@ class Generator:
         codes = np.atleast_2d(latent).astype(np.float32)
         if not np.isfinite(codes).all():
             raise LatentError("A latent code holds NaN or infinite numbers; give finite ones.")
+        wanted = self.card.size.latent_dim
+        if codes.ndim != 2 or codes.shape[1] != wanted:
+            raise LatentError(
+                f"A latent code of this model has {wanted} numbers, not {codes.shape[-1]}."
+            )
         return torch.from_numpy(codes).to(self.device)
 
     def decode(self, latent: NDArray[np.float32]) -> NDArray[np.float32]:

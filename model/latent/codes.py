@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from model.networks.codec import BrowserCodec, LatentCodec
 
 SAMPLES = 10_000
-"""Number of codes on a map, as in the paper (section 4.4)."""
+"""Number of codes on a map, as in the paper (section 5.2)."""
 
 ROBUST_SHARE = 0.005
 """Share of encoded TFs beyond either side of the box that codes are drawn from."""
@@ -25,6 +25,9 @@ COLLAPSED_DEVIATION = 1e-4
 
 LEAST_MODE = 0.02
 """Opacity that a peak must stand out by to count as a mode."""
+
+PictureOf = Literal["code", "tf"]
+"""What of a latent code is drawn: the code itself, or the opacity TF that it decodes to."""
 
 Codes = NDArray[np.float32]
 Opacities = NDArray[np.float32]
@@ -99,7 +102,7 @@ class CodeSamples:
 def sample_codes(
     codec: TFCodec, tfs: NDArray[np.floating], count: int = SAMPLES, seed: int = 0
 ) -> CodeSamples:
-    """Draw codes uniformly, decode them, and encode them again (paper, section 4.4).
+    """Draw codes uniformly, decode them, and encode them again (paper, section 5.2).
 
     Parameters
     ----------

@@ -18,7 +18,7 @@ from model.errors import LatentError
 from model.latent.codes import Codes, checked_codes
 
 PERPLEXITY = 30
-"""Effective number of neighbours of t-SNE, as in the paper (section 4.4)."""
+"""Effective number of neighbours of t-SNE, as in the paper (section 5.2)."""
 
 ITERATIONS = 750
 REPORTED_EVERY = 50

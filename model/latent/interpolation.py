@@ -1,6 +1,6 @@
 """Codes between samples of a map: means of grid cells, and Shepard interpolation.
 
-Section 4.4 of the paper. Far from all samples, and in cells without any, there is nothing to
+Section 5.2 of the paper. Far from all samples, and in cells without any, there is nothing to
 average; what is there instead is said.
 """
 

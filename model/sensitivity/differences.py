@@ -75,7 +75,7 @@ def region_responses(
         values that are computed, by two images each; a spline through them is as smooth as
         the responses are.
     measure : {"signed", "change"}
-        Change of the l2 norm of the region's colours (paper, Eq. 9), which is 0 for a black
+        Change of the l2 norm of the region's colours (paper, Eq. 11), which is 0 for a black
         region, or the l2 norm of their change.
     before_each : callable
         Called before each value is computed; may raise an exception to give up.

@@ -1,7 +1,7 @@
 """Exact sensitivity of rendered images to the opacity TF, a reference for generators.
 
 Sensitivity is the derivative of the l2 norm of an image region's colours by
-the 256 values of the opacity TF (paper, Eq. 9, with the renderer in place of
+the 256 values of the opacity TF (paper, Eq. 11, with the renderer in place of
 the network).
 """
 

@@ -1,4 +1,4 @@
-"""A generator's sensitivity to the opacity TF (paper, section 5.1 and Eq. 9).
+"""A generator's sensitivity to the opacity TF (paper, section 5.1 and Eq. 11).
 
 Each question has its own direction of differentiation: where in the TF a region reacts is
 one reverse pass, where in the image an edit shows is one forward pass. A field of all
@@ -76,7 +76,7 @@ class Sensitivity:
         Returns
         -------
         ndarray of float32, shape (256,)
-            Derivative of the l2 norm of the region's colours (paper, Eq. 9), by one reverse
+            Derivative of the l2 norm of the region's colours (paper, Eq. 11), by one reverse
             pass; 0 for a black region, whose norm has no derivative.
 
         Raises

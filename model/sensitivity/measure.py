@@ -7,7 +7,7 @@ from typing import Literal
 Measure = Literal["change", "signed"]
 """Measure of a region's reaction to an edit of the opacity TF.
 
-"signed" is the paper's (Eq. 9): the change of the l2 norm of the region's colours, above 0 where
+"signed" is the paper's (Eq. 11): the change of the l2 norm of the region's colours, above 0 where
 they become brighter. It is 0 for a black region, and where some pixels become brighter as
 much as others become darker. "change" is the l2 norm of the colours' change.
 """

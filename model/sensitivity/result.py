@@ -50,6 +50,9 @@ class SensitivityResult:
         Number of the region's or of a block's pixels.
     edit : ndarray of float32, shape (256,), optional
         The edit of a value's sensitivity.
+    whole_scale : float, optional
+        End of the scale of all values' fields, where a value's field is to be coloured by it;
+        see :func:`model.sensitivity.global_scale.global_scale`.
     """
 
     kind: Kind
@@ -65,6 +68,7 @@ class SensitivityResult:
     place: str
     pixels: int
     edit: NDArray[np.float32] | None = None
+    whole_scale: float | None = None
 
     @property
     def scalar_values(self) -> NDArray[np.float64]:

@@ -26,7 +26,7 @@ LAYER = 32
 
 
 class CodecLoss:
-    """Decoded-TF loss (paper, Eq. 7), optionally also over TFs without rendered images.
+    """Decoded-TF loss (paper, Eq. 8), optionally also over TFs without rendered images.
 
     Parameters
     ----------

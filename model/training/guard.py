@@ -26,8 +26,16 @@ LEAST_SPREAD = 1e-4
 PATIENCE = 2
 """Number of consecutive collapsed measurements that end a run."""
 
-WARM_UP = 5000
-"""Number of samples of a stage before which measurements are not checked."""
+WARM_UP = 600
+"""Number of steps of a stage before which measurements are not checked.
+
+Under the paper's initialization all codes start equal (a spread of 3e-6), and a codec of full
+width has an effective rank of 1.0 from step 100 to 400, whatever its batches; by step 600 it is
+above 2. Images start alike, too.
+"""
+
+LATEST_START = 3000
+"""Number of steps after which codes or images that never differed count as collapsed."""
 
 
 class Trouble(NamedTuple):
@@ -50,6 +58,7 @@ class CollapseGuard:
     def __init__(self) -> None:
         self.healthy = True
         self._bad = 0
+        self._differed: set[tuple[str, str]] = set()
 
     def check_step(self, stage: Stage, result: StepResult) -> Trouble | None:
         """Return the failure of a step with a loss or gradient that is not finite, or None."""
@@ -63,21 +72,30 @@ class CollapseGuard:
         return None
 
     def check_measurement(
-        self, stage: Stage, metrics: dict[str, float], samples: int, last: bool = False
+        self, stage: Stage, metrics: dict[str, float], steps: int, last: bool = False
     ) -> Trouble | None:
         """Return the collapse that lasted for :data:`PATIENCE` measurements, or None.
+
+        What was different earlier in the stage and no longer is has collapsed; what never
+        was may still be where it started, until :data:`LATEST_START` or the stage's end.
 
         Parameters
         ----------
         stage : Stage
         metrics : dict of float
             "latent_rank", "latent_spread" and "diversity" as measured by the probe.
-        samples : int
-            Number of samples seen in this stage.
+        steps : int
+            Number of steps done in this stage.
         last : bool
             Whether the stage is over; a single collapsed measurement then suffices.
         """
-        found = None if samples < WARM_UP else _collapse(stage, metrics)
+        checked = {"codes": _equal_codes(metrics), "images": _alike(stage, metrics)}
+        found = None
+        for what, trouble in checked.items() if steps >= WARM_UP else ():
+            if trouble is None:
+                self._differed.add((stage.name, what))
+            elif last or steps >= LATEST_START or (stage.name, what) in self._differed:
+                found = found or trouble
         self.healthy = found is None
         self._bad = 0 if self.healthy else self._bad + 1
         return found if last or self._bad >= PATIENCE else None
@@ -117,25 +135,29 @@ def diversity(images: Tensor, truth: Tensor) -> float:
     return math.sqrt(spreads[0] / max(spreads[1], 1e-12))
 
 
-def _collapse(stage: Stage, metrics: dict[str, float]) -> Trouble | None:
-    if metrics["latent_spread"] < LEAST_SPREAD or metrics["latent_rank"] < LEAST_RANK:
-        return Trouble(
-            "the latent codes of all opacity TFs have become the same "
-            f"(largest standard deviation {metrics['latent_spread']:.2g}, "
-            f"effective rank {metrics['latent_rank']:.2f}); raise the weight of the decoded TF, "
-            "or try another seed",
-            "decoded_tf_weight=4000",
-        )
-    if metrics["diversity"] < LEAST_DIVERSITY:
-        early = stage.options.adversarial_start < 0.8
-        later = "let the discriminator join later, or " if early else ""
-        return Trouble(
-            "all generated images have become alike "
-            f"(their spread is {metrics['diversity']:.1%} of the rendered ones'); "
-            f"{later}lower the learning rate",
-            "adversarial_start=0.8" if early else _slower(stage),
-        )
-    return None
+def _equal_codes(metrics: dict[str, float]) -> Trouble | None:
+    if metrics["latent_spread"] >= LEAST_SPREAD and metrics["latent_rank"] >= LEAST_RANK:
+        return None
+    return Trouble(
+        "the latent codes of all opacity TFs are the same "
+        f"(largest standard deviation {metrics['latent_spread']:.2g}, "
+        f"effective rank {metrics['latent_rank']:.2f}); raise the weight of the decoded TF, "
+        "or try another seed",
+        "decoded_tf_weight=4000",
+    )
+
+
+def _alike(stage: Stage, metrics: dict[str, float]) -> Trouble | None:
+    if metrics["diversity"] >= LEAST_DIVERSITY:
+        return None
+    early = stage.options.adversarial_start < 0.8
+    later = "let the discriminator join later, or " if early else ""
+    return Trouble(
+        "all generated images are alike "
+        f"(their spread is {metrics['diversity']:.1%} of the rendered ones'); "
+        f"{later}lower the learning rate",
+        "adversarial_start=0.8" if early else _slower(stage),
+    )
 
 
 def _slower(stage: Stage) -> str:

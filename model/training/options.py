@@ -79,7 +79,7 @@ class TrainingOptions:
         The paper's runs make 30 passes over 200,000 samples. Runs of an hour
         are far shorter and need more steps: smaller batches, larger rates.
     l1_weight : float
-        Lambda, the weight of the colour image's l1 loss (paper, Eq. 8).
+        Lambda, the weight of the colour image's l1 loss (paper, Eq. 9).
     decoded_tf_weight : float
         Weight of the decoded-TF loss; 1 in the paper.
     unrendered_tfs : int
@@ -193,7 +193,7 @@ class TrainingOptions:
 
     @classmethod
     def faithful(cls, seed: int = 0) -> TrainingOptions:
-        """Return the paper's recipe, without additions."""
+        """Return the paper's recipe, without additions; both of its stages see as many samples."""
         return replace(
             cls(seed=seed),
             opacity=StageOptions(64, 2e-4, 30 / 5),
@@ -210,6 +210,7 @@ class TrainingOptions:
             adversarial_start=0.0,
             one_stage=False,
             small_time_share=0.0,
+            opacity_time_share=0.5,
         )
 
     def with_settings(self, settings: Sequence[str]) -> TrainingOptions:

@@ -18,7 +18,7 @@ from model.training.stage import Stage
 
 
 class OpacityStage(Stage):
-    """Stage 1: the opacity GAN with its decoded-TF loss (paper, Eq. 7).
+    """Stage 1: the opacity GAN with its decoded-TF loss (paper, Eq. 8).
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ class ColorStage(Stage):
 
 
 class TranslationStage(ColorStage):
-    """Stage 2: the translation GAN with its l1 loss (paper, Eq. 8), stage 1 frozen.
+    """Stage 2: the translation GAN with its l1 loss (paper, Eq. 9), stage 1 frozen.
 
     Parameters
     ----------

@@ -194,8 +194,8 @@ class _Run:
     def _take_stock(self, stage: Stage, recent: list[Losses], last: bool) -> None:
         """Measure the generator, and save a checkpoint unless it has collapsed."""
         measured = self._measure(recent)
-        seen = self.progress.batch * stage.stage.batch_size * parallel.ranks()
-        self._stop_if(stage, self.guard.check_measurement(stage, measured, seen, last))
+        steps = self.progress.batch
+        self._stop_if(stage, self.guard.check_measurement(stage, measured, steps, last))
         if self.guard.healthy:
             self._checkpoint()
 

@@ -15,12 +15,15 @@ from skimage.io import imread
 from app.cli import run
 from model.generator.catalog import shipped_models
 from model.networks.card import load_card
+from model.networks.size import NetworkSize
 from model.rendering.vtk_renderer import VtkRenderer
 from model.samples.sample_store import SampleStore
 from model.scene.inputs import SceneInputs
 from model.scene.scene import Scene
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
 from model.scene.view import View
+from model.training.job import TrainingJob
+from model.training.options import TrainingOptions
 from model.volume_files import read_volume
 from model.volume_files.shipped import DEFAULT_VOLUME, shipped_volumes
 
@@ -691,3 +694,49 @@ def test_light_moves_in_lit_images_only(
     assert np.abs(images[0] - images[1]).max() > 0.05
     assert run([*base, "--light", "60,20"]) == 2
     assert "Try: --lighting direct" in one_line(capsys)
+
+
+def test_a_latent_code_is_drawn_by_the_models_that_draw_from_codes(
+    raw_file: Path, trained: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    # The toy model draws from TFs: its codes are decoded, and there are no pictures of codes.
+    base = f"render --renderer generator --volume {raw_file} --model {trained} --out {tmp_path}"
+    code = "0.1,0.2,0.3,0.4,0.5,0.6,0.7,0.8"
+    assert run(f"{base}/code.npy --code {code}".split()) == 0
+    assert np.load(tmp_path / "code.npy").shape == (64, 64, 4)
+    assert run(f"{base}/x.npy --code 0.1,0.2".split()) == 2
+    assert "8 numbers, not 2" in one_line(capsys)
+    assert run(f"render --volume {raw_file} --out {tmp_path}/x.npy --code {code}".split()) == 2
+    assert "--renderer generator" in one_line(capsys)
+    map_ = f"latent --volume {raw_file} --samples 20 --at 0,0 --picture code --out {tmp_path}/x.png"
+    assert run(map_.split()) == 2
+    assert "give --model" in one_line(capsys)
+    assert run(f"{map_} --model {trained}".split()) == 2
+    assert "--picture tf" in one_line(capsys)
+    assert not (tmp_path / "x.png").exists()
+
+
+def test_a_value_is_coloured_by_the_fields_of_all_values(
+    raw_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    base = f"sensitivity --volume {raw_file} --size 32 --scale global --out {tmp_path}"
+    assert run(f"{base}/field.png --value 120".split()) == 0
+    assert imread(tmp_path / "field.png").std() > 1
+    assert run(f"{base}/field.npz --value 120".split()) == 2
+    assert "give --value and OUT.png" in one_line(capsys)
+    assert run(f"{base}/x.png --value 120 --lighting global".split()) == 2
+    assert "--scale own" in one_line(capsys)
+
+
+def test_the_papers_run_is_one_command(raw_file: Path, tmp_path: Path) -> None:
+    base = f"train --faithful --volume {raw_file} --out {tmp_path}/run --save-job {tmp_path}"
+    assert run(f"{base}/whole.json".split()) == 0
+    job = TrainingJob.load(tmp_path / "whole.json")
+    assert (job.preset, job.tf_family, job.samples, job.reuse) == ("paper", "paper", 12_000_000, 30)
+    assert job.size == NetworkSize(1.0, 64, 256, 8, architecture="paper")
+    assert job.options == TrainingOptions.faithful()
+    assert run(f"{base}/short.json --preset draft --epochs 5 --tf-family drawn".split()) == 0
+    job = TrainingJob.load(tmp_path / "short.json")
+    assert (job.samples, job.tf_family) == (2_000_000, "drawn")
+    assert job.options.opacity.halvings == 1
+    assert run(f"{base}/x.json --epochs 5 --minutes 5".split()) == 2

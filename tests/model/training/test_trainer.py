@@ -170,7 +170,7 @@ def test_a_collapse_stops_the_run_and_keeps_the_last_good_state(
         return latent if len(seen) < 7 else latent * 0
 
     monkeypatch.setattr(LatentCodec, "encode", collapsing)
-    with pytest.raises(TrainingError, match="codes of all opacity TFs have become the same"):
+    with pytest.raises(TrainingError, match="codes of all opacity TFs are the same"):
         train(plan(store, tmp_path), on_report=seen.append)
     assert load_progress(tmp_path)[0].samples == 6 * 16
 

@@ -1,0 +1,100 @@
+"""Pictures of latent codes by a generator: of the codes themselves, or of the TFs they decode to.
+
+The two differ. A picture of a code is what the paper shows: the generator's image of a point of
+its latent space (section 5.2). The TF that a code decodes to is encoded again when it is drawn,
+which gives another code, and so the picture of what somebody who takes the TF will see.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.errors import LatentError
+from model.generator.generator import Generator
+from model.latent.codes import Codes, PictureOf, checked_codes
+from model.latent.interpolation import Cells
+from model.latent.latent_space import LatentSpace
+from model.scene.inputs import SceneInputs
+from model.scene.transfer_function import OpacityTF
+
+Images = NDArray[np.float32]
+
+
+def usual_picture(generator: Generator) -> PictureOf:
+    """Return "code" for a generator that draws from codes, else "tf"."""
+    return "code" if generator.takes_code else "tf"
+
+
+def draw_codes(
+    generator: Generator,
+    space: LatentSpace,
+    codes: Codes,
+    inputs: SceneInputs,
+    of: PictureOf = "code",
+) -> Images:
+    """Draw pictures of latent codes, in one pass.
+
+    Parameters
+    ----------
+    generator : Generator
+    space : LatentSpace
+        The space that the codes are of; for pictures of codes, the generator's own.
+    codes : ndarray of float32, shape (n, d)
+    inputs : SceneInputs
+        View, light and colours of all pictures; its opacity TF is not used.
+    of : {"code", "tf"}
+
+    Returns
+    -------
+    ndarray of float32, shape (n, S, S, 4)
+        RGBA in [0, 1], premultiplied, row 0 at the top.
+
+    Raises
+    ------
+    LatentError
+        For codes that are not finite or not of the generator, and for pictures of codes by a
+        generator that draws from TFs only.
+    """
+    codes = checked_codes(codes)
+    if of == "tf":
+        return _of_tfs(generator, space.tfs_of(codes), inputs)
+    if not generator.takes_code:
+        raise LatentError(
+            "This model draws from TFs, not from latent codes; take the pictures of decoded TFs.",
+            picture="tf",
+        )
+    return generator.render_latent(codes, inputs)
+
+
+def draw_cells(
+    generator: Generator,
+    space: LatentSpace,
+    cells: Cells,
+    inputs: SceneInputs,
+    of: PictureOf = "code",
+) -> Images:
+    """Draw the pictures of a brushed rectangle's 4 x 4 cells, in one pass.
+
+    Returns
+    -------
+    ndarray of float32, shape (4, 4, S, S, 4)
+        NaN in cells without samples.
+
+    Raises
+    ------
+    LatentError
+        As :func:`draw_codes` does, and when no cell has samples.
+    """
+    filled = cells.count > 0
+    drawn = draw_codes(generator, space, cells.codes[filled], inputs, of)
+    images = np.full((*filled.shape, *drawn.shape[1:]), np.nan, dtype=np.float32)
+    images[filled] = drawn
+    return images
+
+
+def _of_tfs(generator: Generator, tfs: Sequence[OpacityTF], inputs: SceneInputs) -> Images:
+    return generator.render_batch([replace(inputs, opacity_tf=tf) for tf in tfs])

@@ -1,0 +1,108 @@
+"""Pictures of codes against the network run by hand, on codes and on decoded TFs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from lively import SIZE, lively_network
+
+from model.errors import LatentError
+from model.generator.generator import Generator
+from model.latent.code_pictures import draw_cells, draw_codes, usual_picture
+from model.latent.interpolation import cell_means
+from model.latent.latent_space import LatentSpace
+from model.networks.card import ModelCard
+from model.networks.checkpoint import save_model
+from model.networks.encoding import EncodedInputs, decode_unit
+from model.networks.paper.two_stage import TwoStageGenerator
+from model.networks.refined.coarse_volume import CoarseVolume
+from model.networks.refined.refined_generator import RefinedGenerator
+from model.samples.sampling import draw_sample
+from model.scene.scene import Scene
+from model.scene.volume import Volume
+
+
+@pytest.fixture(scope="module")
+def folder(scene: Scene, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder: Path = tmp_path_factory.mktemp("model")
+    save_model(folder, ModelCard(scene, "draft", SIZE), lively_network())
+    return folder
+
+
+@pytest.fixture(scope="module")
+def generator(folder: Path) -> Generator:
+    return Generator.load(folder, "cpu")
+
+
+@pytest.fixture(scope="module")
+def space(folder: Path) -> LatentSpace:
+    return LatentSpace.of_model(folder)
+
+
+@pytest.fixture(scope="module")
+def codes(space: LatentSpace) -> np.ndarray:
+    tfs = np.random.default_rng(1).uniform(0, 1, (5, 256)).astype(np.float32)
+    return space.codec.encode(np.cumsum(tfs, axis=1) / 256)
+
+
+def test_a_code_is_drawn_as_it_is(
+    generator: Generator, space: LatentSpace, codes: np.ndarray, scene: Scene
+) -> None:
+    inputs = draw_sample(scene, 3, "train", 0)
+    network = generator.network
+    assert isinstance(network, TwoStageGenerator)
+    with torch.inference_mode():
+        encoded = EncodedInputs.of([inputs], scene)
+        view = network.opacity.encode_view(encoded.conditions)
+        for code, image in zip(codes, draw_codes(generator, space, codes, inputs), strict=True):
+            latent = torch.from_numpy(code)[None]
+            opacity = network.opacity.decode_image(view, latent)
+            color = network.translation(encoded.conditions, latent, encoded.color_tf, opacity)
+            expected = decode_unit(color)[0].permute(1, 2, 0).numpy()
+            np.testing.assert_allclose(image[..., :3], expected, atol=1e-5)
+
+
+def test_the_tf_of_a_code_is_drawn_as_whoever_takes_it_sees_it(
+    generator: Generator, space: LatentSpace, codes: np.ndarray, scene: Scene
+) -> None:
+    inputs = draw_sample(scene, 3, "train", 0)
+    drawn = draw_codes(generator, space, codes, inputs, "tf")
+    for code, image in zip(codes, drawn, strict=True):
+        taken = generator.render(replace(inputs, opacity_tf=space.tf_of(code)))
+        np.testing.assert_allclose(image, taken, atol=1e-5)
+    assert np.abs(drawn - draw_codes(generator, space, codes, inputs)).max() > 0.01
+
+
+def test_cells_without_samples_are_left_out(
+    generator: Generator, space: LatentSpace, codes: np.ndarray, scene: Scene
+) -> None:
+    places = np.array([[0.1, 0.1], [0.15, 0.1], [0.9, 0.9], [0.6, 0.1], [5, 5]], dtype=np.float32)
+    cells = cell_means(codes, places, (0, 0, 1, 1))
+    inputs = draw_sample(scene, 3, "train", 0)
+    images = draw_cells(generator, space, cells, inputs)
+    assert images.shape == (4, 4, 64, 64, 4)
+    there = {(3, 0), (0, 3), (3, 2)}
+    assert {tuple(p) for p in np.argwhere(~np.isnan(images[..., 0, 0, 0]))} == there
+    mean = (codes[0] + codes[1]) / 2
+    np.testing.assert_allclose(images[3, 0], generator.render_latent(mean, inputs), atol=1e-5)
+
+
+def test_codes_that_cannot_be_drawn_are_refused(
+    generator: Generator, space: LatentSpace, codes: np.ndarray, scene: Scene, volume: Volume
+) -> None:
+    inputs = draw_sample(scene, 3, "train", 0)
+    with pytest.raises(LatentError, match="8 numbers, not 7"):
+        draw_codes(generator, space, codes[:, :7], inputs)
+    with pytest.raises(LatentError, match="finite"):
+        draw_codes(generator, space, codes * np.nan, inputs)
+    size = replace(SIZE, architecture="refined", opacity_size=64)
+    network = RefinedGenerator(size, scene, CoarseVolume.plain(volume, 1000))
+    refined = Generator(ModelCard(scene, "draft", size), network, torch.device("cpu"))
+    assert (usual_picture(generator), usual_picture(refined)) == ("code", "tf")
+    with pytest.raises(LatentError, match="from TFs") as refusal:
+        draw_codes(refined, space, codes, inputs)
+    assert refusal.value.suggested == {"picture": "tf"}

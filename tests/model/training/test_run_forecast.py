@@ -1,0 +1,46 @@
+"""The forecast of a run beside the run itself, as a ratio: it says an order, not seconds."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import torch
+
+from model.scene.volume import Volume
+from model.training import run_forecast
+from model.training.execution import Execution
+from model.training.job import TrainingJob
+
+
+def test_a_forecast_grows_with_the_samples_and_counts_both_stages(
+    volume: Volume, monkeypatch
+) -> None:
+    timed: list[tuple[str, int]] = []
+
+    def steps(size, options, scene, device, execution, stage):
+        batch = getattr(options, stage).batch_size
+        timed.append((stage, batch))
+        while True:
+            yield {"opacity": 2.0, "translation": 6.0}[stage]
+
+    monkeypatch.setattr(run_forecast, "step_seconds", steps)
+    monkeypatch.setattr(run_forecast, "_rendering_seconds", lambda scene, volume: 0.5)
+    device, execution = torch.device("cpu"), Execution("float32")
+    seconds = []
+    for samples in (1000, 3000):
+        job = TrainingJob(
+            Path("x"), preset="draft", faithful=True, samples=samples, workers=2, reuse=10.0
+        )
+        seconds.append(run_forecast.forecast_run(job, volume, device, execution))
+    assert timed[:2] == [("opacity", 4), ("translation", 4)]
+    # Half of the samples in each stage, four a step; a tenth rendered by two threads.
+    assert seconds[0] == 500 / 4 * 2 + 500 / 4 * 6 + 1000 / 10 * 0.5 / 2
+    assert seconds[1] == 3 * seconds[0]
+
+
+def test_a_forecast_takes_seconds(volume: Volume) -> None:
+    job = TrainingJob(Path("x"), preset="draft", faithful=True, samples=10**6)
+    start = time.monotonic()
+    seconds = run_forecast.forecast_run(job, volume, torch.device("cpu"), Execution("float32"))
+    assert seconds > time.monotonic() - start
