@@ -12,7 +12,8 @@ from app.engines.engines import Builders, GeneratorSettings
 from app.engines.messages import EngineReady
 from app.engines.states import EngineState
 from app.state.opened_volume import OpenedVolume
-from model.networks.card import recorded_agreement, verdict_of
+from model.networks.card import recorded_agreement
+from model.networks.recorded_errors import worth_of
 from model.scene.inputs import SceneInputs, outside_range
 from model.scene.scene import Lighting, Scene
 
@@ -70,9 +71,9 @@ class GeneratorWork(QObject):
         client.stateChanged.connect(self._note_failure)
 
     @property
-    def verdict(self) -> str:
+    def worth(self) -> str:
         """What the model is worth, as its card has it; empty where that is not known."""
-        return "" if self.folder is None else verdict_of(self.folder)
+        return "" if self.folder is None else worth_of(self.folder)
 
     @property
     def recorded_agreement(self) -> float | None:

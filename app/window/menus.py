@@ -35,9 +35,9 @@ from app.window.overlays import Overlays
 from app.window.pane_layout import PaneLayout, Shown
 from app.window.picture_saving import PictureSaving
 from app.window.recent_menu import RecentMenus
+from app.window.sample_menus import SampleMenus
 from model.scene.axes import AXES
 from model.scene.orientation import STANDARD_VIEWS
-from model.volume_files.shipped import shipped_volumes, title_of
 
 TEXT_WIDTH = 620
 """Width of the help's texts, in pixels."""
@@ -175,19 +175,15 @@ class Menus(QObject):
 
     def _build_file(self, menu: QMenu) -> None:
         files, recent = self._parts.files, self._recent
+        samples = SampleMenus(self._parts.opening, self._parts.workspace)
         keys = QKeySequence.StandardKey
         add_action(menu, "Open &volume…", files.open_volume, keys.Open)
         add_action(menu, "Open &DICOM folder…", files.open_dicom)
-        samples = menu.addMenu("Sa&mple volumes")
-        samples.setToolTipsVisible(True)
-        for path in shipped_volumes():
-            action = add_action(
-                samples, title_of(path), partial(self._parts.opening.open_volume, path)
-            )
-            action.setToolTip("Ships with tfscope, with a model that was trained on it")
+        samples.add_volumes(menu)
         recent.add_recent(menu, "volumes")
         menu.addSeparator()
         add_action(menu, "Open &model…", files.open_model, "Ctrl+M")
+        samples.add_models(menu)
         recent.add_models(menu)
         recent.add_recent(menu, "models")
         menu.addSeparator()
