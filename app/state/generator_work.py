@@ -45,6 +45,8 @@ class GeneratorWork(QObject):
         Folder of the open model, of this volume or of another one; None without one.
     scene : Scene or None
         What the model was trained on; None until it is loaded.
+    draws_codes : bool
+        Whether the loaded model draws images from latent codes.
     """
 
     ready = Signal()
@@ -65,6 +67,7 @@ class GeneratorWork(QObject):
         self._settings = settings
         self.folder: Path | None = None
         self.scene: Scene | None = None
+        self.draws_codes = False
         self._promised: Scene | None = None
         self._is_held = False
         client.engineReady.connect(self._take)
@@ -93,6 +96,7 @@ class GeneratorWork(QObject):
             Whether to wait for :meth:`begin`: what loads a model takes the processor from others.
         """
         self.scene, self._promised = None, promised
+        self.draws_codes = False
         self.folder = folder
         self._is_held = folder is not None
         if folder is None:
@@ -180,5 +184,5 @@ class GeneratorWork(QObject):
             self.failed.emit()
 
     def _take(self, ready: EngineReady) -> None:
-        self.scene = ready.scene
+        self.scene, self.draws_codes = ready.scene, ready.draws_codes
         self.ready.emit()

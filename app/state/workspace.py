@@ -361,7 +361,9 @@ class Workspace(QObject):
         scene = self._model.fitting_scene(self._opened)
         learned_size = None if scene is None else scene.image_size
         self.sensitivity.set_learned(learned_size)
-        self.latent.set_model(None if scene is None else self._model.folder, learned_size)
+        self.latent.set_model(
+            None if scene is None else self._model.folder, learned_size, self._model.draws_codes
+        )
         self._update_hint()
         # Last, so that whoever listens finds all of them changed.
         self.modelChanged.emit()

@@ -40,7 +40,7 @@ def errors_by_kind(metrics: dict[str, Any]) -> dict[str, float]:
     found = {}
     for kind, name in KIND_NAMES.items():
         entry = kinds.get(kind) if isinstance(kinds, dict) else None
-        error = entry.get("rmse") if isinstance(entry, dict) else None
+        error: Any = entry.get("rmse") if isinstance(entry, dict) else None
         if _is_number(error):
             found[name] = float(error)
     return dict(sorted(found.items(), key=lambda item: -item[1]))
