@@ -13,10 +13,13 @@ from app.cli.console import about, console, counting, warn
 from app.cli.outputs import write_json, write_text
 from model.evaluation.job import EvaluationJob, EvaluationResult, run_evaluation
 from model.evaluation.report import AGREEMENTS, MEASURES, html_report
+from model.networks.card import MODEL_FILE, add_metrics, load_card
 
 
-def evaluate_model(job: EvaluationJob, json_path: Path | None, report_path: Path | None) -> None:
-    """Measure the model, print a table, and write JSON and an HTML report when asked."""
+def evaluate_model(
+    job: EvaluationJob, json_path: Path | None, report_path: Path | None, record: bool = False
+) -> None:
+    """Measure the model, print a table, and write JSON, an HTML report and the card when asked."""
 
     def write(result: EvaluationResult) -> None:
         if json_path is not None:
@@ -29,6 +32,8 @@ def evaluate_model(job: EvaluationJob, json_path: Path | None, report_path: Path
     def images_measured(result: EvaluationResult) -> None:
         bars.end()
         _print(result.figures)
+        if record:
+            _record(job.model, result.figures)
         write(result)
 
     with _Bars() as bars:
@@ -36,6 +41,19 @@ def evaluate_model(job: EvaluationJob, json_path: Path | None, report_path: Path
     if "sensitivity_agreement" in result.figures:
         _print_agreement(result.figures["sensitivity_agreement"])
         write(result)
+
+
+def _record(folder: Path, figures: dict[str, Any]) -> None:
+    """Write the errors into a model's card, where the window and `info` find them."""
+    before = load_card(folder).metrics.get("holdout", {})
+    means = {name: figures[name]["mean"] for name in MEASURES if name in figures}
+    add_metrics(
+        folder,
+        holdout={**before, **means},
+        holdout_count=figures["count"],
+        kinds=figures["kinds"],
+    )
+    console.print(f"The errors are in {folder / MODEL_FILE}.")
 
 
 def _tell_duration(seconds: float) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 from app.cli.captions import range_text
 from app.cli.console import print_facts
 from model.networks.card import MODEL_FILE, ModelCard, verdict_of
+from model.networks.recorded_errors import errors_by_kind
 from model.scene.robust_range import robust_range
 from model.volume_files import describe
 from model.volume_files.source import VolumeSource
@@ -62,10 +63,13 @@ def _card_rows(card: ModelCard, verdict: str) -> list[tuple[str, str]]:
     while isinstance(course.get("seconds"), int | float):
         rows.append((name, _course(course)))
         name, course = "before that", course.get("start", {})
-    if verdict:
+    # What the paper's networks are worth is what is measured of them.
+    if verdict and size.architecture != "paper":
         rows.append(("worth", verdict))
     for name, value in card.metrics.get("holdout", {}).items():
         rows.append((f"hold-out {name}", f"{value:.4f}"))
+    for name, error in errors_by_kind(card.metrics).items():
+        rows.append((f"rmse, {name}", f"{error:.4f}"))
     return rows
 
 

@@ -319,6 +319,10 @@ def evaluate(
             callback=values.output(".html", ".htm"),
         ),
     ] = None,
+    record: Annotated[
+        bool,
+        typer.Option("--record", help="Also write the errors into the model's card."),
+    ] = False,
     device: options.DeviceName = choices.Device.AUTO,
     workers: options.Workers = None,
 ) -> None:
@@ -338,7 +342,7 @@ def evaluate(
         device=str(device),
         illustrated=report is not None,
     )
-    evaluate_model(job, json, report)
+    evaluate_model(job, json, report, record)
 
 
 def study(

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from app.engines.messages import (
     BatchRequest,
     ImageRequest,
-    LatentRequest,
     MeasureRequest,
     PictureRequest,
     RegionSensitivityRequest,
@@ -47,6 +46,10 @@ class Engine(Protocol):
     def scene(self) -> Scene | None:
         """Scene that a generator was trained on; None for renderers."""
 
+    @property
+    def draws_codes(self) -> bool:
+        """Whether images can be drawn from latent codes; False for renderers."""
+
     def image(self, request: Request, is_wanted: Callable[[], bool] = always) -> Array:
         """Draw one image; may raise :class:`SupersededError` once it is no longer wanted."""
 
@@ -70,8 +73,8 @@ class Engine(Protocol):
     def visibility(self, request: VisibilityRequest) -> Array:
         """Compute the visibility of each scalar value in a region."""
 
-    def latent_images(self, request: LatentRequest) -> Array:
-        """Draw images from latent codes."""
+    def latent_images(self, request: BatchRequest) -> Array:
+        """Draw images from the request's latent codes."""
 
     def close(self) -> None:
         """Release the engine's resources."""
@@ -101,6 +104,8 @@ def answer(
             return engine.image(request, is_wanted)
         case PictureRequest():
             return engine.picture(request)
+        case BatchRequest() if request.codes:
+            return engine.latent_images(request)
         case MeasureRequest():
             return engine.images(request, is_wanted)
         case BatchRequest():
@@ -111,6 +116,4 @@ def answer(
             return engine.value_sensitivity(request)
         case VisibilityRequest():
             return engine.visibility(request)
-        case LatentRequest():
-            return engine.latent_images(request)
     raise NotOfferedError(f"No engine answers a request for a {kind_of(request)}.")

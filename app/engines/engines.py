@@ -21,7 +21,6 @@ from app.engines.engine import Array, Engine, always
 from app.engines.messages import (
     BatchRequest,
     ImageRequest,
-    LatentRequest,
     PictureRequest,
     Quality,
     RegionSensitivityRequest,
@@ -150,6 +149,7 @@ class RendererEngine:
     """
 
     scene = None
+    draws_codes = False
 
     def __init__(self, renderer: Renderer, sample_distance: float, description: str = "") -> None:
         self.description = description
@@ -241,7 +241,7 @@ class RendererEngine:
             raise NotOfferedError("VTK does not know its derivative; choose the ray caster.")
         return self._renderer
 
-    def latent_images(self, request: LatentRequest) -> Array:
+    def latent_images(self, request: BatchRequest) -> Array:
         """Not supported: renderers have no latent codes."""
         raise NotOfferedError("A renderer draws no latent codes; decode them to TFs first.")
 
@@ -268,6 +268,11 @@ class GeneratorEngine:
     def scene(self) -> Scene:
         """Scene that the generator was trained on."""
         return self._generator.scene
+
+    @property
+    def draws_codes(self) -> bool:
+        """Whether the network's images depend on the opacity TF through its code alone."""
+        return self._generator.network.takes_code
 
     def image(self, request: Request, is_wanted: Callable[[], bool] = always) -> Array:
         """Generate one image."""
@@ -304,9 +309,10 @@ class GeneratorEngine:
         """Not supported: generators have no samples along rays."""
         raise NotOfferedError("A generator does not know which scalar values are visible.")
 
-    def latent_images(self, request: LatentRequest) -> Array:
+    def latent_images(self, request: BatchRequest) -> Array:
         """Generate images from latent codes in one pass."""
-        return self._generator.render_latent(request.codes, request.inputs)
+        codes = np.array(request.codes, dtype=np.float32)
+        return self._generator.render_latent(codes, request.inputs)
 
     def close(self) -> None:
         """Do nothing: the weights are released with the object."""

@@ -77,9 +77,19 @@ class PictureRequest(Request):
 
 @dataclass(frozen=True)
 class BatchRequest(Request):
-    """Request for several images, float32 (N, S, S, 4), of `inputs` and of `more`."""
+    """Request for several images, float32 (N, S, S, 4).
+
+    Attributes
+    ----------
+    more : tuple of SceneInputs
+        Those of all images but the first, which has `inputs`.
+    codes : tuple of tuple of float
+        N latent codes of a generator that draws them, in place of the opacity TFs of the N
+        inputs; all else in these is the same. Empty to draw the TFs.
+    """
 
     more: tuple[SceneInputs, ...] = ()
+    codes: tuple[tuple[float, ...], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -173,18 +183,6 @@ class PickRequest(VisibilityRequest):
 
 
 @dataclass(frozen=True, eq=False)
-class LatentRequest(Request):
-    """Request for images from latent codes instead of an opacity TF: float32 (N, S, S, 4).
-
-    Attributes
-    ----------
-    codes : ndarray of float32, shape (N, latent_dim)
-    """
-
-    codes: NDArray[np.float32]
-
-
-@dataclass(frozen=True, eq=False)
 class Result:
     """Result of a request: an array or an error, never both.
 
@@ -219,10 +217,13 @@ class EngineReady:
         Device and backend, for display; may be empty.
     scene : Scene or None
         Scene that a generator was trained on; None for renderers.
+    draws_codes : bool
+        Whether it draws images from latent codes.
     """
 
     description: str
     scene: Scene | None
+    draws_codes: bool = False
 
 
 @dataclass(frozen=True)

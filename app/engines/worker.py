@@ -168,7 +168,7 @@ class EngineWorker(QObject):
         try:
             engine = self._factory()
             give_back_memory()
-            ready = EngineReady(engine.description, engine.scene)
+            ready = EngineReady(engine.description, engine.scene, engine.draws_codes)
         except BaseException as error:
             # Whatever it is: a thread that ended without a word would be waited for, for ever.
             self._message.emit(EngineFailed(error_sentence(error)))

@@ -35,6 +35,11 @@ class BrowserBar(QWidget):
     Parameters
     ----------
     latent : LatentState
+
+    Attributes
+    ----------
+    decoded : QToolButton
+        Chooses what a model's pictures are drawn from; below the map, where there is room.
     """
 
     resetRequested = Signal()
@@ -54,6 +59,7 @@ class BrowserBar(QWidget):
         self._latent = latent
         self._band_before: Range | None = None
         self._refused: str | None = None
+        self._draws_codes = False
         self.coloring = combo(dict(COLORINGS.values()), "What the colours mean")
         self.engine = combo(dict(ENGINES.values()), "Who draws the pictures")
         self.codec = combo(
@@ -77,6 +83,13 @@ class BrowserBar(QWidget):
             "As modes", "A chosen TF becomes Gaussian modes, instead of a curve"
         )
         self.modes.setCheckable(True)
+        self.decoded = text_button(
+            "Decoded TFs",
+            "The model draws the TFs that codes are decoded to, or the ray caster does,\n"
+            "instead of the codes themselves (D)",
+        )
+        self.decoded.setCheckable(True)
+        self.decoded.setVisible(False)
         self.places = text_button("Places", "Named places, and the path between them")
         self.search = text_button("Find", "Search for a TF by what its picture shall show")
         self.reset = text_button("Whole map", "Show the whole map (Home)")
@@ -101,9 +114,11 @@ class BrowserBar(QWidget):
         self._show_choices()
         self.fill_places()
 
-    def set_model(self, fits: bool) -> None:
-        """Offer what only a model has, if one fits the volume."""
+    def set_model(self, fits: bool, draws_codes: bool = False) -> None:
+        """Offer what only a model has, if one fits the volume, and one that draws codes."""
         self.codec.setVisible(fits)
+        self._draws_codes = draws_codes
+        self._show_choices()
         self.engine.setEnabled(fits)
 
     def show_search(self, running: bool, remembered: bool, region: str) -> None:
@@ -171,6 +186,7 @@ class BrowserBar(QWidget):
         self.band.editingFinished.connect(self._read_band)
         self.band.textChanged.connect(lambda text: None if text else self._read_band())
         self.lasso.clicked.connect(self._toggle_lasso)
+        self.decoded.clicked.connect(lambda on: latent.choose(drawn="tf" if on else "code"))
         self.modes.clicked.connect(lambda on: latent.choose(as_modes=on))
         self.reset.clicked.connect(self.resetRequested)
         latent.choicesChanged.connect(lambda _choices: self._show_choices())
@@ -193,6 +209,8 @@ class BrowserBar(QWidget):
         self.engine.setCurrentIndex(list(ENGINES).index(choices.engine))
         self.codec.setCurrentIndex(("shipped", "model").index(choices.codec))
         self.modes.setChecked(choices.as_modes)
+        self.decoded.setChecked(choices.drawn == "tf")
+        self.decoded.setVisible(self._draws_codes and choices.codec == "model")
         if choices.band is None and self._band_before is not None:
             self.band.clear()
         self._band_before = choices.band

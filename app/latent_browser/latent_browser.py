@@ -159,6 +159,7 @@ class LatentBrowser(QWidget):
         images.addWidget(self.grid, 1)
         below = QHBoxLayout()
         below.addWidget(self.status, 1)
+        below.addWidget(self.bar.decoded)
         below.addWidget(self.keep)
         below.addWidget(self.cancel)
         column = QVBoxLayout(self)
@@ -345,10 +346,11 @@ class LatentBrowser(QWidget):
             self.preview.show_picture(None)
             return
         source = SOURCES[picture.source]
+        drawn = f"{source} from the code" if picture.of_code else source
         of = {0: "nearest sample, none in the disc", 1: "one sample"}.get(
             picture.samples, f"{picture.samples} samples"
         )
-        text = f"Under the mouse: {of}; {source}, {1000 * picture.seconds:.0f} ms"
+        text = f"Under the mouse: {of}; {drawn}, {1000 * picture.seconds:.0f} ms"
         self.preview.show_picture(picture.image, text, picture.source)
 
     # Places and paths.
@@ -482,8 +484,10 @@ class LatentBrowser(QWidget):
             count = f"{session.wanted.sum():,} of {count}"
         facts = [f"{count} TFs"]
         dimensions, effective = samples.codes.shape[1], samples.effective_dimension
+        singular = ", ".join(f"{value:.2g}" for value in samples.singular_values)
         explained = [
-            f"The map shows {dimensions} dimensions of codes, of which {effective:.1f} are used."
+            f"The map shows {dimensions} dimensions of codes, of which {effective:.1f} are used.\n"
+            f"Singular values of the codes: {singular}."
         ]
         if not session.map.is_final:
             facts.append("principal components only")
@@ -498,9 +502,10 @@ class LatentBrowser(QWidget):
         if grid is not None and grid.images:
             size = next(iter(grid.images.values())).shape[0]
             source, ms = SOURCES[grid.source], 1000 * grid.seconds
+            of = " from codes" if grid.of_codes else ""
             if self._latent.hover is None:
                 # Both do not have room.
-                facts.append(f"{len(grid.images)} pictures by the {source} in {ms:.0f} ms")
+                facts.append(f"{len(grid.images)} pictures by the {source}{of} in {ms:.0f} ms")
             explained.append(
                 f"Pictures of the grid have {size} × {size} pixels; the number in a corner\n"
                 "is how many of the TFs lie in that cell of the frame."

@@ -24,6 +24,8 @@ HANDLE = 4.0
 NAMED_PICTURE = 40
 """Edge of a named place's picture, in pixels."""
 LEGEND_WIDTH, LEGEND_HEIGHT, MARGIN = 132, 7, 10
+BAR, BARS_HEIGHT, MOST_BARS = 11, 26, 16
+"""Width of a singular value's bar with its gap, height of the largest, and most of them."""
 
 
 def paint_contours(painter: QPainter, frame: MapFrame, lines: list[NDArray[np.float64]]) -> None:
@@ -144,19 +146,40 @@ def paint_lasso(painter: QPainter, frame: MapFrame, corners: Sequence[Place]) ->
     painter.drawPath(path)
 
 
+def paint_singular_values(painter: QPainter, frame: MapFrame, values: NDArray[np.floating]) -> None:
+    """Paint the singular values of the codes as bars in the lower right corner."""
+    values = values[:MOST_BARS]
+    metrics = QFontMetricsF(painter.font())
+    title = "Singular values"
+    width = max(len(values) * BAR, metrics.horizontalAdvance(title))
+    left = frame.width - MARGIN - width
+    bottom = frame.height - MARGIN
+    top = bottom - BARS_HEIGHT - metrics.height()
+    _paint_ground(painter, QRectF(left - 4, top - 3, width + 8, bottom - top + 6))
+    painter.setPen(QColor(theme.TEXT))
+    painter.drawText(QPointF(left, top + metrics.ascent()), title)
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(QColor(theme.ACCENT))
+    for number, share in enumerate(values / max(float(values.max()), 1e-30)):
+        height = max(float(share) * (BARS_HEIGHT - 2), 1.0)
+        painter.drawRect(QRectF(left + number * BAR, bottom - height, BAR - 3, height))
+
+
+def _paint_ground(painter: QPainter, box: QRectF) -> None:
+    ground = QColor(theme.BACKGROUND)
+    ground.setAlpha(200)
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(ground)
+    painter.drawRoundedRect(box, 4, 4)
+
+
 def paint_legend(painter: QPainter, frame: MapFrame, legend: Legend) -> None:
     """Paint the colour bar with its title and numbers in the lower left corner."""
     metrics = QFontMetricsF(painter.font())
     line = metrics.height()
     width = max(LEGEND_WIDTH, metrics.horizontalAdvance(legend.title))
     top = frame.height - MARGIN - 2 * line - LEGEND_HEIGHT
-    ground = QColor(theme.BACKGROUND)
-    ground.setAlpha(200)
-    painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(ground)
-    painter.drawRoundedRect(
-        QRectF(MARGIN - 4, top - 3, width + 8, 2 * line + LEGEND_HEIGHT + 6), 4, 4
-    )
+    _paint_ground(painter, QRectF(MARGIN - 4, top - 3, width + 8, 2 * line + LEGEND_HEIGHT + 6))
     painter.setPen(QColor(theme.TEXT))
     painter.drawText(QPointF(MARGIN, top + metrics.ascent()), legend.title)
     table = lookup_table()

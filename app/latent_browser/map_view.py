@@ -212,6 +212,8 @@ class MapView(QWidget):
         if latent.hover is not None and self._pressed is None:
             self._paint_hover(painter, latent.hover, map_.radius)
         marks.paint_legend(painter, frame, self._shades.legend)
+        if self._pictures.has_own_codes:
+            marks.paint_singular_values(painter, frame, map_.samples.singular_values)
         painter.end()
 
     def resizeEvent(self, _event: QResizeEvent) -> None:

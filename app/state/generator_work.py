@@ -12,7 +12,8 @@ from app.engines.engines import Builders, GeneratorSettings
 from app.engines.messages import EngineReady
 from app.engines.states import EngineState
 from app.state.opened_volume import OpenedVolume
-from model.networks.card import recorded_agreement, verdict_of
+from model.networks.card import recorded_agreement
+from model.networks.recorded_errors import worth_of
 from model.scene.inputs import SceneInputs, outside_range
 from model.scene.scene import Lighting, Scene
 
@@ -44,6 +45,8 @@ class GeneratorWork(QObject):
         Folder of the open model, of this volume or of another one; None without one.
     scene : Scene or None
         What the model was trained on; None until it is loaded.
+    draws_codes : bool
+        Whether the loaded model draws images from latent codes.
     """
 
     ready = Signal()
@@ -64,15 +67,16 @@ class GeneratorWork(QObject):
         self._settings = settings
         self.folder: Path | None = None
         self.scene: Scene | None = None
+        self.draws_codes = False
         self._promised: Scene | None = None
         self._is_held = False
         client.engineReady.connect(self._take)
         client.stateChanged.connect(self._note_failure)
 
     @property
-    def verdict(self) -> str:
+    def worth(self) -> str:
         """What the model is worth, as its card has it; empty where that is not known."""
-        return "" if self.folder is None else verdict_of(self.folder)
+        return "" if self.folder is None else worth_of(self.folder)
 
     @property
     def recorded_agreement(self) -> float | None:
@@ -92,6 +96,7 @@ class GeneratorWork(QObject):
             Whether to wait for :meth:`begin`: what loads a model takes the processor from others.
         """
         self.scene, self._promised = None, promised
+        self.draws_codes = False
         self.folder = folder
         self._is_held = folder is not None
         if folder is None:
@@ -179,5 +184,5 @@ class GeneratorWork(QObject):
             self.failed.emit()
 
     def _take(self, ready: EngineReady) -> None:
-        self.scene = ready.scene
+        self.scene, self.draws_codes = ready.scene, ready.draws_codes
         self.ready.emit()

@@ -80,6 +80,7 @@ class LatentPath(QObject):
         self._session = session
         self._pictures = pictures
         self._tfs: list[OpacityTF] = []
+        self._codes: NDArray[np.float32] | None = None
         self._places: list[Place] = []
         self._inputs: SceneInputs | None = None
         self._number = 0
@@ -140,6 +141,7 @@ class LatentPath(QObject):
         stations = np.array([space.code_of(tf) for tf in tfs])
         codes = path_codes(space.codec, stations, FRAMES_PER_LEG * max(len(tfs) - 1, 1) + 1)
         self._tfs = space.tfs_of(codes)
+        self._codes = codes if self._pictures.from_codes else None
         self._places = [map_.place(code) for code in codes]
         self._inputs, self._number, self._movie = self._state.inputs, 0, movie
         self._frames, self._waiting = [], None
@@ -175,8 +177,13 @@ class LatentPath(QObject):
         self._asked = self._sequence
         # The view may turn while a path is played.
         inputs = self._state.inputs if self._movie is None else self._inputs
+        number = self._number
+        code = () if self._codes is None else (tuple(self._codes[number].tolist()),)
         request = FrameRequest(
-            self._sequence, replace(inputs, opacity_tf=self._tfs[self._number]), Quality(size)
+            self._sequence,
+            replace(inputs, opacity_tf=self._tfs[number]),
+            Quality(size),
+            codes=code,
         )
         self._pictures.clients[self._engine].submit(request)
 

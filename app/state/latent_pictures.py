@@ -1,8 +1,8 @@
 """Pictures of the map: the grid of cells, the place under the mouse, thumbnails.
 
 Drawn by whichever engine is chosen; automatically the ray caster, or the model where the ray
-caster has proved too slow. A picture is always that of the decoded TF, so that it is what a
-click on it gives.
+caster has proved too slow. A picture is that of the decoded TF, so that it is what a click on it
+gives, or, by a model that draws codes, of the code itself, as in the paper (section 5.2).
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from app.engines.messages import (
     ThumbnailRequest,
 )
 from app.state.latent_session import LatentSession
-from app.state.latent_state import LatentState, Place
+from app.state.latent_state import LatentChoices, LatentState, Place
 from app.state.pace import Pace
 from app.state.viewer_state import ViewerState
 from model.scene.inputs import SceneInputs
@@ -70,6 +70,8 @@ class HoverPicture:
     image : ndarray of float32, shape (S, S, 4)
     seconds : float
     source : {"exact", "learned"}
+    of_code : bool
+        Whether it is drawn from the code, not from the TF.
     """
 
     place: Place
@@ -78,6 +80,7 @@ class HoverPicture:
     image: Images
     seconds: float
     source: EngineName
+    of_code: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,6 +100,8 @@ class GridPicture:
         View, light and colours of the pictures.
     seconds : float
     source : {"exact", "learned"}
+    of_codes : bool
+        Whether they are drawn from codes, not from TFs.
     """
 
     map: LatentMap
@@ -106,6 +111,7 @@ class GridPicture:
     inputs: SceneInputs
     seconds: float
     source: EngineName
+    of_codes: bool = False
 
 
 @dataclass(frozen=True)
@@ -141,6 +147,8 @@ class LatentPictures(QObject):
         Both clients by name.
     learned_size : int or None
         Image size of a generator that fits the volume.
+    draws_codes : bool
+        Whether that generator draws the codes of its own codec.
     grid : GridPicture or None
     hover : HoverPicture or None
     thumbnails : dict of int to ndarray
@@ -172,6 +180,7 @@ class LatentPictures(QObject):
         self.thumbnails: dict[int, Images] = {}
         self.stale_thumbnails: dict[int, Images] = {}
         self.learned_size: int | None = None
+        self.draws_codes = False
         self._state = state
         self._latent = latent
         self._session = session
@@ -185,6 +194,7 @@ class LatentPictures(QObject):
         self._asked_thumbnails: tuple[int, tuple[int, ...]] | None = None
         self._wanted: list[int] = []
         self._drawn_for: SceneInputs | None = None
+        self._drawn_before = latent.choices.drawn
         self._hover_rest = QTimer(self, singleShot=True, interval=REST_MS)
         self._hover_rest.timeout.connect(lambda: self._ask_hover(live=False))
         state.inputsChanged.connect(self._ask_live)
@@ -192,7 +202,7 @@ class LatentPictures(QObject):
         latent.brushChanged.connect(lambda _brush: self._ask_grid(live=latent.dragging))
         latent.brushChangeFinished.connect(self._ask_grid)
         latent.hoverChanged.connect(self._hover_changed)
-        latent.choicesChanged.connect(lambda _choices: self.ask())
+        latent.choicesChanged.connect(self._choices_changed)
         session.mapClosed.connect(self.forget)
         session.mapChanged.connect(lambda _map: self.ask())
         session.filterChanged.connect(self._ask_grid)
@@ -206,10 +216,21 @@ class LatentPictures(QObject):
         choice = self._latent.choices.engine
         if self.learned_size is None or choice == "exact":
             return "exact"
-        if choice == "learned":
+        if choice == "learned" or (self.has_own_codes and self._latent.choices.drawn == "code"):
             return "learned"
         expected = self._pace.expected("exact", CELL_SIZE)
         return "learned" if expected is not None and expected > SLOW_SECONDS else "exact"
+
+    @property
+    def from_codes(self) -> bool:
+        """Whether pictures are drawn from codes, not from the TFs that these are decoded to."""
+        wanted = self.has_own_codes and self._latent.choices.drawn == "code"
+        return wanted and self.source == "learned"
+
+    @property
+    def has_own_codes(self) -> bool:
+        """Whether the map's codes are those of a model that draws them."""
+        return self.draws_codes and self._session.has_models_codec
 
     def size_of(self, source: EngineName, size: int) -> int:
         """Size of an engine's pictures where one would do: a generator has its own."""
@@ -275,6 +296,14 @@ class LatentPictures(QObject):
             place = map_.places[cells.nearest.flat[index]]
         return float(place[0]), float(place[1])
 
+    def _choices_changed(self, choices: LatentChoices) -> None:
+        if choices.drawn != self._drawn_before:
+            # Pictures of the same places, drawn otherwise.
+            self._drawn_before = choices.drawn
+            self._make_thumbnails_stale()
+            self._asked_thumbnails = None
+        self.ask()
+
     def _ask_live(self) -> None:
         if self._state.live:
             self._ask_grid(live=True)
@@ -292,7 +321,7 @@ class LatentPictures(QObject):
             return
         key = (
             look_of(self._state.inputs), map_, self._latent.brush, self._latent.choices.nearest,
-            self.source,
+            self.source, self.from_codes,
         )  # fmt: skip
         if key == self._grid_key:
             # An edit of the opacity TF changes no picture of the map.
@@ -314,12 +343,17 @@ class LatentPictures(QObject):
         if not inputs:
             self._asked_grids.clear()
             none = np.empty((0, 1, 1, 4), np.float32)
-            self._show_grid(asked, none, 0.0, self.source, self._state.inputs)
+            empty = GridRequest(self._sequence, self._state.inputs, Quality(1))
+            self._show_grid(asked, none, 0.0, self.source, empty)
             return
         self._asked_grids[self._sequence] = asked
         seconds = GRID_SECONDS / len(inputs)
         quality = self._quality(CELL_SIZE, seconds, live)
-        self._submit(GridRequest(self._sequence, inputs[0], quality, tuple(inputs[1:])))
+        self._submit(
+            GridRequest(
+                self._sequence, inputs[0], quality, tuple(inputs[1:]), self._drawn(codes[drawn])
+            )
+        )
 
     def _hover_changed(self, place: Place | None) -> None:
         if place is None or self._session.map is None:
@@ -336,23 +370,30 @@ class LatentPictures(QObject):
         place = self._latent.hover
         if place is None or self._session.map is None:
             return
-        latent = self._latent
-        tf, samples = self._session.tf_at(place, latent.hover_sample, latent.closeness)
+        latent, space = self._latent, self._session.space
+        assert space is not None
+        code, samples = self._session.code_at(place, latent.hover_sample, latent.closeness)
+        tf = space.tf_of(code)
         self._sequence += 1
         self._asked_hovers[self._sequence] = _AskedHover(place, samples)
         self.hoverMoved.emit(tf)
         quality = self._quality(REST_SIZE, HOVER_SECONDS, live)
-        self._submit(HoverRequest(self._sequence, self._with(tf), quality))
+        inputs, codes = self._with(tf), self._drawn(code[None])
+        self._submit(HoverRequest(self._sequence, inputs, quality, codes=codes))
 
     def _check_thumbnails(self) -> None:
         """Draw thumbnails anew if view, light or colours have changed."""
         look = look_of(self._state.inputs)
-        if self._drawn_for is not None and self._drawn_for != look and self.thumbnails:
+        if self._drawn_for is not None and self._drawn_for != look:
+            self._make_thumbnails_stale()
+        self._drawn_for = look
+
+    def _make_thumbnails_stale(self) -> None:
+        if self.thumbnails:
             self.stale_thumbnails.update(self.thumbnails)
             self.thumbnails = {}
             self._asked_thumbnails = None
             self.thumbnailsDrawn.emit()
-        self._drawn_for = look
 
     def _ask_thumbnails(self) -> None:
         space, map_ = self._session.space, self._session.map
@@ -361,12 +402,17 @@ class LatentPictures(QObject):
         if not self._latent.choices.shown or self._state.live:
             return
         some = tuple(self._wanted[:THUMBNAILS_AT_ONCE])
-        inputs = [self._with(tf) for tf in space.tfs_of(map_.codes[[*some]])]
+        codes = map_.codes[[*some]]
+        inputs = [self._with(tf) for tf in space.tfs_of(codes)]
         self._sequence += 1
         self._asked_thumbnails = self._sequence, some
         self._submit(
             ThumbnailRequest(
-                self._sequence, inputs[0], Quality(THUMBNAIL_SIZE, live=True), tuple(inputs[1:])
+                self._sequence,
+                inputs[0],
+                Quality(THUMBNAIL_SIZE, live=True),
+                tuple(inputs[1:]),
+                self._drawn(codes),
             )
         )
 
@@ -382,6 +428,10 @@ class LatentPictures(QObject):
         size = self.size_of(source, request.quality.size)
         quality = replace(request.quality, size=size)
         self.clients[source].submit(replace(request, quality=quality))
+
+    def _drawn(self, codes: NDArray[np.float32]) -> tuple[tuple[float, ...], ...]:
+        """Codes (n, d) to draw; none where it is their TFs that are drawn."""
+        return tuple(map(tuple, codes.tolist())) if self.from_codes else ()
 
     def _with(self, tf: OpacityTF) -> SceneInputs:
         return replace(self._state.inputs, opacity_tf=tf)
@@ -402,15 +452,13 @@ class LatentPictures(QObject):
             case GridRequest():
                 asked_grid = _pop(self._asked_grids, request.sequence)
                 if asked_grid is not None:
-                    self._show_grid(
-                        asked_grid, result.value, result.seconds, source, request.inputs
-                    )
+                    self._show_grid(asked_grid, result.value, result.seconds, source, request)
             case HoverRequest():
                 asked = _pop(self._asked_hovers, request.sequence)
                 if asked is not None:
                     self.hover = HoverPicture(
                         asked.place, request.inputs.opacity_tf, asked.samples,
-                        result.value[0], result.seconds, source,
+                        result.value[0], result.seconds, source, bool(request.codes),
                     )  # fmt: skip
                     self.hoverDrawn.emit(self.hover)
             case ThumbnailRequest():
@@ -429,10 +477,13 @@ class LatentPictures(QObject):
         images: Images,
         seconds: float,
         source: EngineName,
-        inputs: SceneInputs,
+        request: GridRequest,
     ) -> None:
         drawn = dict(zip(asked.drawn, images, strict=True))
-        self.grid = GridPicture(asked.map, asked.cells, asked.tfs, drawn, inputs, seconds, source)
+        self.grid = GridPicture(
+            asked.map, asked.cells, asked.tfs, drawn, request.inputs, seconds, source,
+            bool(request.codes),
+        )  # fmt: skip
         self.gridDrawn.emit(self.grid)
 
     def _take_thumbnails(self, request: ThumbnailRequest, images: Images) -> None:

@@ -127,6 +127,11 @@ class LatentSession(QObject):
         return self._embedding is not None
 
     @property
+    def has_models_codec(self) -> bool:
+        """True if the codes are those of the model's own codec."""
+        return self._model is not None and self._latent.choices.codec == "model"
+
+    @property
     def volume(self) -> Volume | None:
         """The open volume."""
         return self._volume
@@ -182,21 +187,29 @@ class LatentSession(QObject):
     def tf_at(
         self, place: tuple[float, float], sample: int | None = None, closeness: float = 1.0
     ) -> tuple[OpacityTF, int]:
-        """Opacity TF at a place of the map, and how many samples it blends.
+        """Opacity TF at a place of the map, and how many samples it blends; see :meth:`code_at`."""
+        assert self.space is not None
+        code, samples = self.code_at(place, sample, closeness)
+        return self.space.tf_of(code), samples
+
+    def code_at(
+        self, place: tuple[float, float], sample: int | None = None, closeness: float = 1.0
+    ) -> tuple[NDArray[np.float32], int]:
+        """Code (d,) at a place of the map, and how many samples it blends.
 
         Parameters
         ----------
         place : tuple of float
         sample : int, optional
-            Sample whose own TF is wanted.
+            Sample whose own code is wanted.
         closeness : float
             See :meth:`model.latent.latent_map.LatentMap.at`.
         """
-        assert self.map is not None and self.space is not None
+        assert self.map is not None
         if sample is not None:
-            return self.space.tf_of(self.map.codes[sample]), 1
+            return self.map.codes[sample], 1
         blend = (self.chosen or self.map).at(place, closeness)
-        return self.space.tf_of(blend.code), blend.samples
+        return blend.code, blend.samples
 
     def remember_place(self, tf: OpacityTF, place: tuple[float, float]) -> None:
         """Say where a TF was found, for as long as it is the present one."""

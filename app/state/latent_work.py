@@ -41,6 +41,7 @@ class LatentWork(QObject):
     ) -> None:
         super().__init__(parent)
         self.state = latent
+        self._model: Path | None = None
         self.session = LatentSession(state, latent, open_space, self)
         self.pictures = LatentPictures(state, latent, self.session, exact, learned, self)
         exact.stateChanged.connect(partial(self._check_failure, exact))
@@ -63,12 +64,35 @@ class LatentWork(QObject):
         self.errors.restart()
         self.pictures.ask()
 
-    def set_model(self, folder: Path | None, size: int | None) -> None:
-        """Set a model that fits the volume, and its image size; None without one."""
+    def set_model(self, folder: Path | None, size: int | None, draws_codes: bool = False) -> None:
+        """Set a model that fits the volume.
+
+        Parameters
+        ----------
+        folder : Path or None
+            None without one.
+        size : int or None
+            Size of its images.
+        draws_codes : bool
+            Whether it draws images from the codes of its own codec: another model's arrival, or
+            its end, then also chooses the codec.
+        """
         if size != self.pictures.learned_size:
             self.search.cancel()
             self.path.cancel()
-        self.session.set_model(folder)
+        draws_codes = draws_codes and folder is not None
+        chosen = "model" if draws_codes else "shipped"
+        if folder == self._model:
+            chosen = self.state.choices.codec
+        self._model = folder
+        self.pictures.draws_codes = draws_codes
+        if chosen == "model":
+            # First the folder, then the choice of its codec: the map is opened once.
+            self.session.set_model(folder)
+            self.state.choose(codec=chosen)
+        else:
+            self.state.choose(codec=chosen)
+            self.session.set_model(folder)
         self.pictures.set_learned(size)
         self.errors.set_learned(size)
 

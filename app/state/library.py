@@ -7,15 +7,18 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from app.engines.messages import error_sentence
+from app.state.generator_work import LIGHTS
 from app.state.preferences import Preferences
 from model.errors import CheckpointError, TfscopeError
-from model.generator.catalog import shipped_models
+from model.generator.catalog import START_ARCHITECTURE, shipped_models
 from model.networks.card import MODEL_FILE, ModelCard, card_of, read_header
+from model.networks.recorded_errors import worth
+from model.networks.size import Architecture
 from model.networks.weights_file import read_weights
 from model.scene.scene import Scene
 from model.volume_files import SUFFIXES
 from model.volume_files.finish import readable_name
-from model.volume_files.shipped import shipped_volumes
+from model.volume_files.shipped import shipped_volumes, title_of
 
 MOST_NEIGHBORS = 1000
 """Number of files beside a model among which its volume is looked for."""
@@ -30,14 +33,14 @@ class KnownModel:
     folder : Path
     name : str
         For display.
-    verdict : str
+    worth : str
         What it is worth, as its card says; empty where that is not known.
     is_shipped : bool
     """
 
     folder: Path
     name: str
-    verdict: str
+    worth: str
     is_shipped: bool
 
 
@@ -54,14 +57,14 @@ class ModelCheck:
     scene : Scene or None
         What the model was trained on: its volume's name and fingerprint, the scalar range,
         image size and lighting. None where that cannot be read.
-    verdict : str
+    worth : str
         What it is worth, as its card says; empty where that is not known.
     """
 
     folder: Path
     problem: str = ""
     scene: Scene | None = None
-    verdict: str = ""
+    worth: str = ""
 
     @property
     def is_fine(self) -> bool:
@@ -84,24 +87,40 @@ class Library:
     def models_of(self, fingerprint: str) -> list[KnownModel]:
         """Return the models of a volume: the user's, the one opened last first; then shipped ones.
 
-        Of the shipped ones, that of direct light comes first: it shows most. Models that are
-        gone, or are of another volume by now, are left out.
+        Of the shipped ones those of :data:`model.generator.catalog.START_ARCHITECTURE` come first,
+        and of these that of direct light: it shows most. Models that are gone, or are of another
+        volume by now, are left out.
         """
         own = [Path(text) for text in self._preferences.volume(fingerprint).models]
         shipped = shipped_models()
         folders = [*(f for f in own if f not in shipped), *shipped]
         cards = [(folder, card) for folder in folders if (card := _card(folder)) is not None]
         ours = [(f, card) for f, card in cards if card.scene.volume_fingerprint == fingerprint]
-        ours.sort(key=lambda one: one[0] in shipped and one[1].scene.lighting != "direct")
+        ours.sort(key=lambda one: _rank(one[1]) if one[0] in shipped else (0, 0))
         return [
             KnownModel(
                 folder,
                 folder.name.replace("_", " ") if folder in shipped else folder.name,
-                _verdict(card),
+                worth(card),
                 folder in shipped,
             )
             for folder, card in ours
         ]
+
+    def shipped_of(self, architecture: Architecture) -> list[tuple[KnownModel, Path]]:
+        """Return the shipped models of an architecture, named by volume and light, with these.
+
+        Models whose volume does not ship are left out.
+        """
+        found = []
+        for folder in shipped_models():
+            card = _card(folder)
+            volume = None if card is None else _shipped_volume(card.scene)
+            if card is None or volume is None or card.size.architecture != architecture:
+                continue
+            name = f"{title_of(volume)}, {LIGHTS[card.scene.lighting]}"
+            found.append((KnownModel(folder, name, worth(card), is_shipped=True), volume))
+        return found
 
     def volume_of(self, folder: Path) -> Path | None:
         """Return where the volume of a model probably is, or None if that is not known.
@@ -142,7 +161,7 @@ class Library:
             if not isinstance(error, TfscopeError):
                 problem = f"{folder}: the model cannot be read ({problem}); choose another."
             return ModelCheck(folder, problem, None if card is None else card.scene)
-        return ModelCheck(folder, "", card.scene, _verdict(card))
+        return ModelCheck(folder, "", card.scene, worth(card))
 
 
 def _check_folder(folder: Path) -> None:
@@ -166,9 +185,12 @@ def _card(folder: Path) -> ModelCard | None:
         return None
 
 
-def _verdict(card: ModelCard) -> str:
-    found = card.metrics.get("alternatives")
-    return str(found.get("verdict", "")) if isinstance(found, dict) else ""
+def _rank(card: ModelCard) -> tuple[int, int]:
+    """Order of shipped models: the smallest comes first."""
+    return (
+        1 + (card.size.architecture != START_ARCHITECTURE),
+        int(card.scene.lighting != "direct"),
+    )
 
 
 def _volume_files(place: Path) -> Iterator[Path]:

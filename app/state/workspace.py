@@ -196,7 +196,7 @@ class Workspace(QObject):
         """Load a generator in the background; None for no model."""
         scene = None if folder is None else self.library.scene_of(folder)
         self._model.open(folder, scene, held=self._reference_comes_first())
-        self.news.emit(self._model.verdict)
+        self.news.emit(self._model.worth)
         self._follow_scene()
 
     def fitted(self, transfer_function: TransferFunction) -> TransferFunction:
@@ -299,7 +299,7 @@ class Workspace(QObject):
             self.open_model(folder)
         self.reference.start(opened.volume, self._model.scene_for(opened))
         self._follow_scene()
-        notes = [*opened.volume.notes, self._model.verdict, RESTORED if kept is not None else ""]
+        notes = [*opened.volume.notes, self._model.worth, RESTORED if kept is not None else ""]
         self.news.emit(" ".join(filter(None, notes)))
         volume, (view, crop) = opened.volume, self._looks.start(opened.fingerprint)
         up = self._preferences.volume(opened.fingerprint).up_axis or volume.up
@@ -361,7 +361,9 @@ class Workspace(QObject):
         scene = self._model.fitting_scene(self._opened)
         learned_size = None if scene is None else scene.image_size
         self.sensitivity.set_learned(learned_size)
-        self.latent.set_model(None if scene is None else self._model.folder, learned_size)
+        self.latent.set_model(
+            None if scene is None else self._model.folder, learned_size, self._model.draws_codes
+        )
         self._update_hint()
         # Last, so that whoever listens finds all of them changed.
         self.modelChanged.emit()

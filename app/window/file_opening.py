@@ -81,7 +81,7 @@ class FileOpening(QObject):
         if not path.exists():
             self.problem.emit(f"{path}: it is no longer there; open it from its new place.")
         elif kind == "models":
-            self._open_model_and_volume(path)
+            self.open_model_and_volume(path, self._workspace.library.volume_of(path))
         elif kind == "volumes":
             self.open_volume(path)
         else:
@@ -123,10 +123,9 @@ class FileOpening(QObject):
         change = "" if same else f"; it was fitted to the values from {lo:.5g} to {hi:.5g}"
         self.news.emit(f"Opened {path.name}{change}.")
 
-    def _open_model_and_volume(self, folder: Path) -> None:
-        """Open a model that was open before, with its volume where that is still there."""
+    def open_model_and_volume(self, folder: Path, volume: Path | None) -> None:
+        """Open a model with its volume, unless that is open or None: not there any more."""
         check = self._workspace.library.check_model(folder)
-        volume = self._workspace.library.volume_of(folder)
         if not check.is_fine or volume is None or self._is_open(check):
             self.open_model(folder)
             return

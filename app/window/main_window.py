@@ -352,7 +352,8 @@ class MainWindow(QMainWindow):
         self.brightness.set_lighting("learned", self.workspace.model_lighting)
         opened = self.workspace.opened
         self.training_bar.set_offered(opened is not None and not self.workspace.has_model)
-        self.browser.bar.set_model(self.workspace.latent.pictures.learned_size is not None)
+        pictures = self.workspace.latent.pictures
+        self.browser.bar.set_model(pictures.learned_size is not None, pictures.draws_codes)
 
     def _place_training_bar(self) -> None:
         """Put it beside the reference's controls where there is room, else below the images."""

@@ -35,9 +35,9 @@ from app.window.overlays import Overlays
 from app.window.pane_layout import PaneLayout, Shown
 from app.window.picture_saving import PictureSaving
 from app.window.recent_menu import RecentMenus
+from app.window.sample_menus import SampleMenus
 from model.scene.axes import AXES
 from model.scene.orientation import STANDARD_VIEWS
-from model.volume_files.shipped import shipped_volumes, title_of
 
 TEXT_WIDTH = 620
 """Width of the help's texts, in pixels."""
@@ -86,6 +86,7 @@ GESTURES = """<h3>Images</h3>
 <table cellspacing="6">
 <tr><td>Move the mouse over the map</td><td>picture and TF of that place</td></tr>
 <tr><td>Click</td><td>make it the TF</td></tr>
+<tr><td>D</td><td>a model's pictures of decoded TFs, or of the codes</td></tr>
 <tr><td>Drag in the rectangle, at its edges</td><td>move it, resize it</td></tr>
 <tr><td>Drag beside it, or with Shift</td><td>draw a new one</td></tr>
 <tr><td>Wheel over the map</td><td>come closer, until thumbnails appear</td></tr>
@@ -175,19 +176,15 @@ class Menus(QObject):
 
     def _build_file(self, menu: QMenu) -> None:
         files, recent = self._parts.files, self._recent
+        samples = SampleMenus(self._parts.opening, self._parts.workspace)
         keys = QKeySequence.StandardKey
         add_action(menu, "Open &volume…", files.open_volume, keys.Open)
         add_action(menu, "Open &DICOM folder…", files.open_dicom)
-        samples = menu.addMenu("Sa&mple volumes")
-        samples.setToolTipsVisible(True)
-        for path in shipped_volumes():
-            action = add_action(
-                samples, title_of(path), partial(self._parts.opening.open_volume, path)
-            )
-            action.setToolTip("Ships with tfscope, with a model that was trained on it")
+        samples.add_volumes(menu)
         recent.add_recent(menu, "volumes")
         menu.addSeparator()
         add_action(menu, "Open &model…", files.open_model, "Ctrl+M")
+        samples.add_models(menu)
         recent.add_models(menu)
         recent.add_recent(menu, "models")
         menu.addSeparator()
@@ -247,6 +244,17 @@ class Menus(QObject):
         )
         browse.setCheckable(True)
         latent.choicesChanged.connect(lambda choices: browse.setChecked(choices.shown))
+        decoded = add_action(menu, "Draw &decoded TFs on the map", self._toggle_decoded, "D")
+        decoded.setCheckable(True)
+
+        def show_decoded() -> None:
+            pictures = self._parts.workspace.latent.pictures
+            decoded.setEnabled(pictures.has_own_codes and latent.choices.shown)
+            decoded.setChecked(latent.choices.drawn == "tf")
+
+        latent.choicesChanged.connect(lambda _choices: show_decoded())
+        self._parts.workspace.modelChanged.connect(show_decoded)
+        show_decoded()
         menu.addSeparator()
         self._build_camera(menu)
         menu.addSeparator()
@@ -281,6 +289,10 @@ class Menus(QObject):
         add_action(menu, "S&wap the images", panes.swap, "Ctrl+Shift+X")
         full = add_action(menu, "&Full screen", self._toggle_full_screen, "F11")
         full.setCheckable(True)
+
+    def _toggle_decoded(self) -> None:
+        latent = self._parts.latent
+        latent.choose(drawn="code" if latent.choices.drawn == "tf" else "tf")
 
     def _build_camera(self, menu: QMenu) -> None:
         state = self._state

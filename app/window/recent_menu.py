@@ -71,7 +71,7 @@ class RecentMenus(QObject):
         found = [] if opened is None else self._workspace.library.models_of(opened.fingerprint)
         for model in found:
             action = add_action(menu, model.name, partial(self._opening.open_model, model.folder))
-            action.setToolTip(model.verdict or str(model.folder))
+            action.setToolTip(model.worth or str(model.folder))
             action.setCheckable(True)
             action.setChecked(model.folder == self._workspace.model)
         if not found:

@@ -21,7 +21,7 @@ from model.training.stages import ColorStage
 
 
 class JointStage(ColorStage):
-    """Training of opacity and colour images together, with both stages' losses (Eqs. 7 and 8).
+    """Training of opacity and colour images together, with both stages' losses (Eqs. 8 and 9).
 
     Parameters
     ----------

@@ -8,13 +8,8 @@ from torch.nn.functional import binary_cross_entropy_with_logits, l1_loss
 
 
 def l1(fake: Tensor, real: Tensor) -> Tensor:
-<<<<<<< HEAD
-    """Mean absolute difference of images (N, C, H, W) (paper, Eq. 8)."""
-    return l1_loss(fake.float(), real)
-=======
     """Mean absolute difference of images (N, C, H, W) (paper, Eq. 9)."""
-    return (fake.float() - real).abs().mean()
->>>>>>> paper
+    return l1_loss(fake.float(), real)
 
 
 def adversarial(logits: Tensor, target: float) -> Tensor:

@@ -52,8 +52,10 @@ class FakeEngine:
         scene: Scene | None = None,
         gate: threading.Semaphore | None = None,
         description: str = "",
+        draws_codes: bool = False,
     ) -> None:
         self.scene = scene
+        self.draws_codes = draws_codes
         self.description = description
         self.gate = gate
         self.started = threading.Semaphore(0)
@@ -119,7 +121,14 @@ class FakeEngine:
         self.others.append(request)
         raise NotOfferedError("The fake does not offer that.")
 
-    latent_images = _not_offered
+    def latent_images(self, request: BatchRequest) -> NDArray[np.float32]:
+        """Images as bright as the first number of their codes, in [-1, 1]."""
+        if not self.draws_codes:
+            return self._not_offered(request)
+        self.others.append(request)
+        levels = (np.array(request.codes, np.float32)[:, 0] + 1) / 2
+        shape = request.quality.pixels.shape
+        return np.ones((len(levels), *shape, 4), np.float32) * levels[:, None, None, None]
 
     def _wait_or_fail(self) -> None:
         if self.gate is not None:
@@ -138,6 +147,7 @@ class FakeBuilders:
 
     volumes: dict[str, Volume] = field(default_factory=lambda: {"ramp": make_volume()})
     scene: Scene | None = None
+    draws_codes: bool = False
     generators: list[FakeEngine] = field(default_factory=list)
     references: list[FakeEngine] = field(default_factory=list)
     analysts: list[FakeEngine] = field(default_factory=list)
@@ -179,5 +189,5 @@ class FakeBuilders:
         if self.generator_error is not None:
             raise self.generator_error
         scene = self.scene or Scene.of(self.volumes["ramp"], image_size=16)
-        self.generators.append(FakeEngine(scene, description="CPU"))
+        self.generators.append(FakeEngine(scene, description="CPU", draws_codes=self.draws_codes))
         return self.generators[-1]

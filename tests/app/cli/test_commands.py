@@ -468,6 +468,14 @@ def test_evaluate_compares_with_the_nearest_neighbour(
     again = json.loads(out.read_text())
     assert again["rmse"]["mean"] == pytest.approx(result["rmse"]["mean"])
     assert again["nearest_neighbor"]["rmse"]["mean"] <= result["nearest_neighbor"]["rmse"]["mean"]
+    # The card of a copy gets what was measured.
+    copied = Path(shutil.copytree(trained, tmp_path / "copied"))
+    arguments = f"evaluate --model {copied} --dataset {samples} --count 6 --record"
+    assert run(arguments.split()) == 0
+    recorded = load_card(copied).metrics
+    assert recorded["holdout"]["rmse"] == pytest.approx(result["rmse"]["mean"])
+    assert recorded["holdout_count"] == 6
+    assert recorded["kinds"] == again["kinds"]
 
 
 def test_a_model_is_not_asked_silently_for_what_it_was_not_trained_on(

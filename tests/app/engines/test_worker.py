@@ -2,12 +2,11 @@ from __future__ import annotations
 
 import threading
 
-import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 from window_fakes import PATIENCE_S, FakeEngine, make_request
 
-from app.engines.messages import LatentRequest, Result, VisibilityRequest
+from app.engines.messages import BatchRequest, Result, VisibilityRequest
 from app.engines.worker import EngineWorker
 from model.errors import CheckpointError, RenderError
 from model.scene.region import Region
@@ -188,7 +187,7 @@ def test_each_kind_has_a_slot_of_its_own_and_its_turn(qtbot: QtBot) -> None:
 def test_what_is_not_offered_is_an_error_as_data(qtbot: QtBot) -> None:
     harness = Harness(qtbot, FakeEngine())
     image = make_request(7)
-    request = LatentRequest(7, image.inputs, image.quality, np.zeros((1, 8), np.float32))
+    request = BatchRequest(7, image.inputs, image.quality, codes=((0.0,) * 8,))
     with qtbot.waitSignal(harness.worker.resultReady):
         harness.worker.submit(request)
     assert harness.results[0].request is request

@@ -1,0 +1,63 @@
+"""Menus of what ships with tfscope: volumes, and models with theirs."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from PySide6.QtCore import QObject
+from PySide6.QtWidgets import QMenu
+
+from app.controls import add_action
+from app.state.workspace import Workspace
+from app.window.file_opening import FileOpening
+from model.networks.size import Architecture
+from model.volume_files.shipped import shipped_volumes, title_of
+
+MODEL_MENUS: dict[Architecture, str] = {
+    "paper": "The &paper's networks",
+    "refined": "&Coarse volumes, refined",
+}
+
+
+class SampleMenus(QObject):
+    """Adds the menus of shipped volumes and models.
+
+    Parameters
+    ----------
+    opening : FileOpening
+    workspace : Workspace
+        Its library knows the shipped models.
+    """
+
+    def __init__(self, opening: FileOpening, workspace: Workspace) -> None:
+        super().__init__(opening)
+        self._opening = opening
+        self._workspace = workspace
+
+    def add_volumes(self, menu: QMenu) -> None:
+        """Add a menu of the shipped volumes."""
+        samples = menu.addMenu("Sa&mple volumes")
+        samples.setToolTipsVisible(True)
+        for path in shipped_volumes():
+            action = add_action(samples, title_of(path), partial(self._opening.open_volume, path))
+            action.setToolTip("Ships with tfscope, with a model that was trained on it")
+
+    def add_models(self, menu: QMenu) -> None:
+        """Add a menu of the shipped models, which are opened with their volumes."""
+        samples = menu.addMenu("Sample mo&dels")
+        for architecture, title in MODEL_MENUS.items():
+            models = samples.addMenu(title)
+            models.setToolTipsVisible(True)
+            models.aboutToShow.connect(partial(self._fill, models, architecture))
+
+    def _fill(self, menu: QMenu, architecture: Architecture) -> None:
+        menu.clear()
+        found = self._workspace.library.shipped_of(architecture)
+        for model, volume in found:
+            open_both = partial(self._opening.open_model_and_volume, model.folder, volume)
+            action = add_action(menu, model.name, open_both)
+            action.setToolTip(model.worth or str(model.folder))
+            action.setCheckable(True)
+            action.setChecked(model.folder == self._workspace.model)
+        if not found:
+            menu.addAction("None ship with this version").setEnabled(False)

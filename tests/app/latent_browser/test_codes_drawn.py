@@ -1,0 +1,141 @@
+"""Pictures of the map by a model that draws its own codes, on fake engines and a toy codec."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtGui import QAction
+from PySide6.QtTest import QTest
+from pytestqt.qtbot import QtBot
+from window_fakes import FakeBuilders
+
+from app.engines.messages import GridRequest, HoverRequest, ThumbnailRequest
+from app.window.main_window import MainWindow
+
+WindowMaker = Callable[..., MainWindow]
+
+
+@pytest.fixture
+def window(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders, tmp_path: Path
+) -> MainWindow:
+    """A window with the map of a model that draws codes, and its grid."""
+    builders.draws_codes, builders.map_folder = True, tmp_path
+    window = make_window()
+    window.resize(1200, 800)
+    window.browse.click()
+    work = window.workspace.latent
+    qtbot.waitUntil(lambda: work.pictures.grid is not None and work.session.overview is not None)
+    qtbot.waitUntil(lambda: not work.session.is_embedding, timeout=60_000)
+    qtbot.waitUntil(lambda: work.pictures.grid is not None and bool(work.pictures.grid.images))
+    return window
+
+
+def newest(builders: FakeBuilders, kind: type) -> GridRequest:
+    return [r for r in builders.generators[-1].others if isinstance(r, kind)][-1]
+
+
+def test_the_grid_draws_the_mean_codes_in_one_batch(
+    window: MainWindow, builders: FakeBuilders
+) -> None:
+    assert window.latent_state.choices.codec == "model"
+    assert builders.spaces == [Path("model")]
+    grid = window.workspace.latent.pictures.grid
+    assert grid is not None and grid.of_codes and grid.source == "learned"
+    means = grid.cells.codes.reshape(16, -1)[grid.cells.count.ravel() > 0]
+    request = newest(builders, GridRequest)
+    np.testing.assert_allclose(request.codes, means, rtol=1e-6)
+    # The fake's images are as bright as the first number of their code.
+    brightness = [image[0, 0, 0] for image in grid.images.values()]
+    assert brightness == pytest.approx((means[:, 0] + 1) / 2, abs=1e-6)
+    assert "from codes" in window.browser.status.text()
+
+
+def test_hovering_draws_the_interpolated_code_and_shows_the_decoded_tf(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
+) -> None:
+    work, map_view = window.workspace.latent, window.browser.map
+    QTest.mouseMove(map_view, map_view.frame.pixel((-0.3, 0.25)).toPoint())
+    qtbot.waitUntil(lambda: work.pictures.hover is not None)
+    place = window.latent_state.hover
+    assert place is not None
+    code, _ = work.session.code_at(place)
+    request = newest(builders, HoverRequest)
+    assert request.codes == (tuple(code.tolist()),)
+    assert work.pictures.hover is not None and work.pictures.hover.of_code
+    assert work.pictures.hover.tf == work.session.tf_at(place)[0]
+    assert "from the code" in window.browser.preview.caption
+
+
+def test_the_decoded_tfs_pictures_come_by_a_key(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
+) -> None:
+    pictures, bar = window.workspace.latent.pictures, window.browser.bar
+    assert bar.decoded.isVisible() and not bar.decoded.isChecked()
+    (decoded,) = [a for a in window.findChildren(QAction) if a.shortcut().toString() == "D"]
+    assert decoded.isEnabled()
+    decoded.trigger()
+    assert bar.decoded.isChecked() and decoded.isChecked()
+    qtbot.waitUntil(lambda: pictures.grid is not None and not pictures.grid.of_codes)
+    # By the ray caster, which a click's picture is drawn by, too.
+    assert pictures.grid is not None and pictures.grid.source == "exact"
+    window.latent_state.choose(engine="learned")
+    qtbot.waitUntil(lambda: pictures.grid is not None and pictures.grid.source == "learned")
+    assert newest(builders, GridRequest).codes == ()
+    decoded.trigger()
+    qtbot.waitUntil(lambda: pictures.grid is not None and pictures.grid.of_codes)
+
+
+def test_thumbnails_are_drawn_from_codes_and_anew_from_tfs(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
+) -> None:
+    pictures, map_view = window.workspace.latent.pictures, window.browser.map
+    map_ = window.workspace.latent.session.map
+    assert map_ is not None
+    x, y = map_.places[0].tolist()
+    map_view.look_at((x - 0.1, y - 0.1, x + 0.1, y + 0.1))
+    wanted = map_view.thumbnails_in_sight
+    assert wanted
+    qtbot.waitUntil(lambda: set(wanted) <= set(pictures.thumbnails))
+    for sample in wanted:
+        level = (map_.codes[sample, 0] + 1) / 2
+        assert pictures.thumbnails[sample][0, 0, 0] == pytest.approx(level, abs=1e-6)
+    window.latent_state.choose(drawn="tf", engine="learned")
+    assert set(wanted) <= set(pictures.stale_thumbnails)
+    qtbot.waitUntil(lambda: set(wanted) <= set(pictures.thumbnails))
+    assert newest(builders, ThumbnailRequest).codes == ()
+
+
+def test_the_shipped_codecs_codes_are_not_the_models(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
+) -> None:
+    pictures = window.workspace.latent.pictures
+    window.latent_state.choose(codec="shipped")
+    assert not window.browser.bar.decoded.isVisible()
+    qtbot.waitUntil(lambda: pictures.grid is not None and pictures.grid.source == "exact")
+    assert pictures.grid is not None and not pictures.grid.of_codes
+    # Without the model, its codec has nothing to draw with.
+    window.latent_state.choose(codec="model")
+    qtbot.waitUntil(lambda: pictures.grid is not None and pictures.grid.of_codes)
+    window.workspace.open_model(None)
+    assert window.latent_state.choices.codec == "shipped"
+    qtbot.waitUntil(lambda: pictures.grid is not None and pictures.grid.source == "exact")
+
+
+def test_a_path_is_drawn_from_codes(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
+) -> None:
+    work = window.workspace.latent
+    for place in ((-0.5, 0.0), (0.5, 0.2)):
+        window.latent_state.name_place(place, work.session.tf_at(place)[0])
+    frames = []
+    work.path.frameDrawn.connect(frames.append)
+    work.path.play()
+    qtbot.waitUntil(lambda: len(frames) > 2)
+    work.path.cancel()
+    first = frames[0]
+    code = work.session.space.codec.encode(first.tf.sample()[None])[0]
+    assert first.image[0, 0, 0] == pytest.approx((code[0] + 1) / 2, abs=0.01)

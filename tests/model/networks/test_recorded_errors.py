@@ -1,0 +1,81 @@
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from ramp import make_volume
+
+from model.networks.card import ModelCard
+from model.networks.recorded_errors import (
+    KIND_NAMES,
+    error_text,
+    errors_by_kind,
+    worth,
+    worth_of,
+)
+from model.networks.size import Architecture, NetworkSize
+from model.scene.random_tfs import SHARES
+from model.scene.scene import Scene
+
+METRICS: dict[str, Any] = {
+    "holdout": {"rmse": 0.0823, "emd": 0.0131},
+    "holdout_count": 2000,
+    "kinds": {
+        "modes": {"count": 800, "rmse": 0.06},
+        "step": {"count": 160, "rmse": 0.11},
+        "empty": {"count": 40, "rmse": 0.0004},
+    },
+}
+
+
+def test_every_kind_of_random_tf_has_a_name() -> None:
+    assert KIND_NAMES.keys() == SHARES.keys()
+
+
+def test_the_worst_kind_is_named_first() -> None:
+    assert list(errors_by_kind(METRICS).items()) == [
+        ("steps", 0.11), ("mixtures of modes", 0.06), ("empty", 0.0004),
+    ]  # fmt: skip
+    assert error_text(METRICS) == (
+        "RMSE of 2,000 hold-out images 0.082, colour EMD 0.013; "
+        "by kind of TF: steps 0.110, mixtures of modes 0.060, empty 0.000."
+    )
+
+
+@pytest.mark.parametrize(
+    "metrics",
+    [
+        {},
+        {"holdout": 3, "kinds": []},
+        {"holdout": {"rmse": "small"}, "kinds": {"modes": 0.1, "step": {"rmse": None}}},
+        {"holdout": {"rmse": float("nan")}, "kinds": {"modes": {"rmse": float("inf")}}},
+        {"holdout": {"rmse": True}},
+    ],
+)
+def test_a_card_without_figures_says_nothing(metrics: dict[str, Any]) -> None:
+    assert errors_by_kind(metrics) == {}
+    assert error_text(metrics) == ""
+
+
+def test_kinds_alone_are_told() -> None:
+    metrics = {"kinds": {"ramp": {"count": 5, "rmse": 0.05}}}
+    assert error_text(metrics) == "RMSE by kind of TF: ramps 0.050."
+
+
+def make_card(architecture: Architecture, **metrics: Any) -> ModelCard:
+    size = NetworkSize(0.25, 16, 64, architecture=architecture)
+    return ModelCard(Scene.of(make_volume(), 64), "draft", size, metrics=metrics)
+
+
+def test_of_the_papers_networks_errors_are_told_and_of_others_the_verdict_too() -> None:
+    compared = {"alternatives": {"verdict": "It pays."}}
+    errors = error_text(METRICS)
+    assert worth(make_card("paper", **METRICS, **compared)) == errors
+    assert worth(make_card("refined", **METRICS, **compared)) == f"It pays. {errors}"
+    assert worth(make_card("paper", **compared)) == "It pays."
+    assert worth(make_card("refined", alternatives="none")) == ""
+
+
+def test_a_folder_without_a_model_is_worth_nothing(tmp_path: Path) -> None:
+    assert worth_of(tmp_path) == ""
