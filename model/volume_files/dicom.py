@@ -19,14 +19,12 @@ from model.volume_files.checks import (
     check_grid,
     check_present,
     damaged,
-    frame_notes,
     slices_in,
     truncated,
     unsupported,
-    usable_origin,
-    usable_spacing,
 )
 from model.volume_files.dicom_tags import Tags, is_dicom, read_tags
+from model.volume_files.frame import frame_notes, usable_origin, usable_spacing
 from model.volume_files.grid import Grid
 
 SUFFIXES = (".dcm", ".dicom", ".ima")
