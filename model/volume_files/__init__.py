@@ -15,7 +15,7 @@ from model.volume_files.checks import readable_size, times, unreadable
 from model.volume_files.choice import LARGEST, Choice
 from model.volume_files.dicom import SUFFIXES as DICOM_SUFFIXES
 from model.volume_files.dicom import dicom_slices, read_dicom
-from model.volume_files.dicom_tags import is_dicom
+from model.volume_files.dicom_file import is_dicom
 from model.volume_files.finish import Component, make_volume
 from model.volume_files.grid import Grid
 from model.volume_files.legacy_vtk import read_legacy_vtk
@@ -140,7 +140,7 @@ def _read_grid(path: Path, raw: RawLayout | None, choice: Choice) -> Grid:
     if suffix in _READERS:
         return _READERS[suffix](path, choice)
     if suffix in DICOM_SUFFIXES or is_dicom(path):
-        return read_dicom(dicom_slices(path.parent), like=path)
+        return read_dicom(dicom_slices(path.parent), path, choice)
     raise VolumeError(
         f"{path}: files of the kind '{suffix or path.name}' are not known here; "
         f"supported are {', '.join(SUFFIXES)} and folders of DICOM or TIFF slices."
@@ -149,7 +149,7 @@ def _read_grid(path: Path, raw: RawLayout | None, choice: Choice) -> Grid:
 
 def _read_folder(folder: Path, choice: Choice) -> Grid:
     if slices := dicom_slices(folder):
-        return read_dicom(slices)
+        return read_dicom(slices, None, choice)
     if slices := tiff_slices(folder):
         return read_tiff_folder(folder, slices, choice)
     raise VolumeError(

@@ -195,8 +195,7 @@ def _without_missing(
         missing = bad if missing is None else missing | bad
     if declared:
         notes += (
-            f"{declared} voxels have the file's value for what is missing"
-            f"{_share(declared, scalars.size)}.",
+            f"{declared} voxels are missing by what the file says{_share(declared, scalars.size)}.",
         )
     missing = missing if missing is not None and missing.any() else None
     if missing is not None and missing.all():

@@ -193,7 +193,7 @@ def test_a_declared_value_of_no_data_is_missing(tmp_path):
     nodata = (42113, 2, 0, "-9999", True)
     tifffile.imwrite(path, array, extratags=[nodata], photometric="minisblack")
     volume = read_volume(path)
-    assert "1 voxels have the file's value for what is missing" in described(volume)
+    assert "1 voxels are missing by what the file says" in described(volume)
     assert volume.data_range[0] > -9999
 
 

@@ -367,7 +367,8 @@ def itk_series(folder):
 
 @pytest.mark.parametrize("dtype", ["uint8", "int16", "uint16", "int32", "uint32"])
 def test_dicom_folder(tmp_path, dtype):
-    folder = write_dicom(tmp_path / "ct", voxels(dtype), names=["f", "c", "b", "a", "d", "e"])
+    names = ["f", "c", "b", "a", "d", "e"]
+    folder = write_dicom(tmp_path / "ct", voxels(dtype), names=names, t0028_1054="HU")
     volume = read_volume(folder)
     assert_volume(volume, voxels(dtype))
     assert (volume.name, volume.units, volume.notes) == ("ct", "HU", ())
@@ -406,7 +407,8 @@ def test_one_slice_stands_for_its_series(tmp_path):
     np.testing.assert_array_equal(read_volume(tmp_path / "y.dcm").scalars, other)
     volume = read_volume(tmp_path)
     np.testing.assert_array_equal(volume.scalars, voxels())
-    assert volume.notes == ("The folder holds 2 series; the one of 6 slices is read.",)
+    (note,) = volume.notes
+    assert note == "Of 2 series 'series' is read (7 x 5 x 6); also there: series (2)."
 
 
 def test_missing_dicom_slices_are_noticed(tmp_path):
@@ -414,7 +416,7 @@ def test_missing_dicom_slices_are_noticed(tmp_path):
     (tmp_path / "002.dcm").unlink()
     volume = read_volume(tmp_path)
     assert volume.dimensions == (7, 5, 5)
-    assert "some may be missing" in volume.notes[0]
+    assert "1 slice between slices 1 and 2 (at 33 and 39 mm)" in volume.notes[0]
 
 
 # --- raw ----------------------------------------------------------------------------------
