@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from model.errors import VolumeError
 from model.scene.distribution import Distribution, Range
+from model.scene.file_facts import FileFacts
 
 Triple = tuple[float, float, float]
 
@@ -77,6 +78,8 @@ class Volume:
         :data:`~model.scene.axes.AXES` points to; empty when unknown.
     chosen_range : tuple of float, or None
         A scalar range other than that of the voxels, see :meth:`over`.
+    file : FileFacts
+        What the volume's file says beyond its voxels.
 
     Raises
     ------
@@ -95,6 +98,7 @@ class Volume:
     up: str = ""
     axis_labels: tuple[str, ...] = field(default=())
     chosen_range: Range | None = None
+    file: FileFacts = field(default=FileFacts())
 
     def __post_init__(self) -> None:
         voxels = self.voxels

@@ -12,9 +12,10 @@ from pathlib import Path
 from model.errors import VolumeError
 from model.scene.volume import Volume
 from model.volume_files.checks import readable_size, times, unreadable
+from model.volume_files.choice import LARGEST, Choice
 from model.volume_files.dicom import SUFFIXES as DICOM_SUFFIXES
 from model.volume_files.dicom import dicom_slices, read_dicom
-from model.volume_files.dicom_tags import is_dicom
+from model.volume_files.dicom_file import is_dicom
 from model.volume_files.finish import Component, make_volume
 from model.volume_files.grid import Grid
 from model.volume_files.legacy_vtk import read_legacy_vtk
@@ -22,12 +23,14 @@ from model.volume_files.metaimage import read_metaimage
 from model.volume_files.nifti import read_nifti
 from model.volume_files.nrrd import read_nrrd
 from model.volume_files.raw import RawLayout, read_raw
-from model.volume_files.tiff import read_tiff, read_tiff_folder, tiff_slices
+from model.volume_files.tiff import SUFFIXES as TIFF_SUFFIXES
+from model.volume_files.tiff import read_tiff
+from model.volume_files.tiff_folder import read_tiff_folder, tiff_slices
 from model.volume_files.vti import read_vti
 
-__all__ = ["SUFFIXES", "Component", "RawLayout", "describe", "read_volume"]
+__all__ = ["SUFFIXES", "Choice", "Component", "RawLayout", "describe", "read_volume"]
 
-_READERS: dict[str, Callable[[Path], Grid]] = {
+_READERS: dict[str, Callable[[Path, Choice], Grid]] = {
     ".nrrd": read_nrrd,
     ".nhdr": read_nrrd,
     ".mha": read_metaimage,
@@ -36,8 +39,7 @@ _READERS: dict[str, Callable[[Path], Grid]] = {
     ".nii.gz": read_nifti,
     ".vti": read_vti,
     ".vtk": read_legacy_vtk,
-    ".tif": read_tiff,
-    ".tiff": read_tiff,
+    **dict.fromkeys(TIFF_SUFFIXES, read_tiff),
 }
 
 SUFFIXES = (*_READERS, *DICOM_SUFFIXES, ".raw")
@@ -45,7 +47,11 @@ SUFFIXES = (*_READERS, *DICOM_SUFFIXES, ".raw")
 
 
 def read_volume(
-    path: Path, *, raw: RawLayout | None = None, component: Component | None = None
+    path: Path,
+    *,
+    raw: RawLayout | None = None,
+    component: Component | None = None,
+    choice: Choice = LARGEST,
 ) -> Volume:
     """Read a volume from a file, or from a folder of DICOM or TIFF slices.
 
@@ -59,6 +65,8 @@ def read_volume(
         ``engine_256x256x110_uint8.raw``.
     component : int, "magnitude" or None
         Component to read from a file with several components per voxel.
+    choice : Choice
+        What to read of a file or folder that holds several volumes; by default the largest.
 
     Returns
     -------
@@ -75,7 +83,7 @@ def read_volume(
     path = Path(path)
     try:
         _check_path(path)
-        return make_volume(path, _read_grid(path, raw), component)
+        return make_volume(path, _read_grid(path, raw, choice), component)
     except OSError as error:
         raise unreadable(path, error) from None
     except MemoryError:
@@ -122,28 +130,28 @@ def _check_path(path: Path) -> None:
             raise VolumeError(f"{path}: the file is empty (0 bytes); copy or download it again.")
 
 
-def _read_grid(path: Path, raw: RawLayout | None) -> Grid:
+def _read_grid(path: Path, raw: RawLayout | None, choice: Choice) -> Grid:
     if path.is_dir():
-        return _read_folder(path)
+        return _read_folder(path, choice)
     suffix = "".join(path.suffixes[-2:] if path.suffix.lower() == ".gz" else path.suffixes[-1:])
     suffix = suffix.lower()
     if raw is not None or suffix == ".raw":
         return read_raw(path, raw)
     if suffix in _READERS:
-        return _READERS[suffix](path)
+        return _READERS[suffix](path, choice)
     if suffix in DICOM_SUFFIXES or is_dicom(path):
-        return read_dicom(dicom_slices(path.parent), like=path)
+        return read_dicom(dicom_slices(path.parent), path, choice)
     raise VolumeError(
         f"{path}: files of the kind '{suffix or path.name}' are not known here; "
         f"supported are {', '.join(SUFFIXES)} and folders of DICOM or TIFF slices."
     )
 
 
-def _read_folder(folder: Path) -> Grid:
+def _read_folder(folder: Path, choice: Choice) -> Grid:
     if slices := dicom_slices(folder):
-        return read_dicom(slices)
+        return read_dicom(slices, None, choice)
     if slices := tiff_slices(folder):
-        return read_tiff_folder(folder, slices)
+        return read_tiff_folder(folder, slices, choice)
     raise VolumeError(
         f"{folder}: the folder holds no DICOM or TIFF slices; "
         "choose a volume file or another folder."

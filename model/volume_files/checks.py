@@ -8,14 +8,9 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import DTypeLike, NDArray
+from numpy.typing import DTypeLike
 
 from model.errors import VolumeError, reason
-from model.scene.volume import Triple
-
-AXES = "xyz"
-SMALLEST_SPACING, LARGEST_SPACING = 1e-15, 1e15
-MOST_UNLIKE_SPACING = 1e4
 
 
 def readable_size(count: int) -> str:
@@ -146,7 +141,8 @@ def slices_in(folder: Path, suffixes: tuple[str, ...]) -> Iterator[Path]:
     """
     own = folder.resolve()
     for path in folder.iterdir():
-        if not path.is_file():
+        # Finder leaves a "._" beside each file on foreign disks.
+        if path.name.startswith(".") or not path.is_file():
             continue
         if not path.resolve().is_relative_to(own):
             if path.suffix.lower() in suffixes:
@@ -174,75 +170,3 @@ def unreadable(path: Path, error: OSError) -> VolumeError:
 def unsupported(path: Path, what: str, remedy: str) -> VolumeError:
     """Return the error for a valid file of an unsupported kind."""
     return VolumeError(f"{path}: {what} cannot be read here; {remedy}.")
-
-
-def usable_spacing(spacing: Sequence[float] | None) -> tuple[Triple, tuple[str, ...]]:
-    """Convert a header's spacing to a valid one.
-
-    A sign only gives the direction of an axis and is dropped. Numbers that are
-    missing, zero, not finite or extreme are replaced by 1; all, if they are so unlike one
-    another that the volume would be a line without any thickness.
-
-    Returns
-    -------
-    spacing : tuple of float
-    notes : tuple of str
-        Assumptions made, for the user; empty if there are none.
-    """
-    if spacing is None:
-        return (1.0, 1.0, 1.0), ("The file gives no voxel spacing; 1 is assumed.",)
-    fixed = [
-        float(abs(s)) if SMALLEST_SPACING < abs(s) < LARGEST_SPACING else None for s in spacing
-    ]
-    unknown = ", ".join(axis for axis, s in zip(AXES, fixed, strict=True) if s is None)
-    notes = (f"The file's voxel spacing along {unknown} is unusable; 1 is assumed.",)
-    x, y, z = (1.0 if s is None else s for s in fixed)
-    if max(x, y, z) > MOST_UNLIKE_SPACING * min(x, y, z):
-        return (1.0, 1.0, 1.0), (
-            f"The file's voxel spacing of {x:g} x {y:g} x {z:g} is unusable; 1 is assumed.",
-        )
-    return (x, y, z), notes if unknown else ()
-
-
-def usable_origin(origin: Sequence[float]) -> Triple:
-    """Replace coordinates that are not finite by 0."""
-    x, y, z = (float(o) if math.isfinite(o) else 0.0 for o in origin)
-    return x, y, z
-
-
-def frame_notes(directions: NDArray[np.float64], handedness: int = 1) -> tuple[str, ...]:
-    """Describe the orientation of the grid in the file's space, unless it is the default.
-
-    Parameters
-    ----------
-    directions : ndarray of float64, shape (3, 3)
-        Row k is the step from one voxel to the next along the grid's axis k,
-        in the file's space.
-    handedness : int
-        -1 if that space is left-handed.
-
-    Returns
-    -------
-    tuple of str
-        Notes for the user; volumes are always shown in index order.
-    """
-    lengths = np.linalg.norm(directions, axis=1, keepdims=True)
-    if not np.isfinite(directions).all() or not (lengths > 0).all():
-        return ()
-    unit = directions / lengths
-    aligned = np.allclose(np.abs(unit).max(axis=1), 1.0, atol=1e-4)
-    mirrored = np.linalg.det(unit) * handedness < 0
-    notes = []
-    sheared = not np.allclose(unit @ unit.T, np.eye(3), atol=1e-2)
-    if sheared:
-        notes.append(
-            "The grid's axes are not at right angles in the file's space; it is shown as if they "
-            "were, so its shape is wrong: resample it in the program that made it."
-        )
-    elif not aligned:
-        notes.append("The grid lies oblique in the file's space; it is shown along its own axes.")
-    elif not np.allclose(unit, np.eye(3), atol=1e-2) and not mirrored:
-        notes.append("The grid is turned in the file's space; it is shown along its own axes.")
-    if mirrored:
-        notes.append("The grid is left-handed in the file's space, so it is shown mirrored.")
-    return tuple(notes)

@@ -1,46 +1,26 @@
-"""DICOM series, given as a folder of slices or by any one of them.
-
-The tags are parsed here, because VTK's DICOM reader wraps rescaled values into
-16 bits, accepts truncated slices, and mixes the series of a folder.
-"""
+"""DICOM series, given as a folder or by any one of its files."""
 
 from __future__ import annotations
 
-from collections import Counter
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from model.errors import VolumeError
-from model.volume_files.anatomy import axis_labels
-from model.volume_files.blocks import Block, read_block
-from model.volume_files.checks import (
-    check_grid,
-    check_present,
-    damaged,
-    frame_notes,
-    slices_in,
-    truncated,
-    unsupported,
-    usable_origin,
-    usable_spacing,
-)
-from model.volume_files.dicom_tags import Tags, is_dicom, read_tags
+from model.scene.file_facts import Content
+from model.volume_files.checks import slices_in, truncated, unsupported
+from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen_index
+from model.volume_files.dicom_file import DicomFile, is_dicom, numbers_of, read_dicom_file
+from model.volume_files.dicom_frame import Frame, frames_of
+from model.volume_files.dicom_stack import Stack, stacks_of
+from model.volume_files.dicom_volume import read_stack, value_type
 from model.volume_files.grid import Grid
+from model.volume_files.library_log import log_of
 
 SUFFIXES = (".dcm", ".dicom", ".ima")
-
-ROWS, COLUMNS = (0x0028, 0x0010), (0x0028, 0x0011)
-BITS_ALLOCATED, BITS_STORED, SIGNED = (0x0028, 0x0100), (0x0028, 0x0101), (0x0028, 0x0103)
-SAMPLES, FRAMES = (0x0028, 0x0002), (0x0028, 0x0008)
-PIXEL_SPACING, SLICE_SPACING, THICKNESS = (0x0028, 0x0030), (0x0018, 0x0088), (0x0018, 0x0050)
-POSITION, ORIENTATION, NUMBER = (0x0020, 0x0032), (0x0020, 0x0037), (0x0020, 0x0013)
-SERIES, MODALITY, STORAGE_CLASS = (0x0020, 0x000E), (0x0008, 0x0060), (0x0002, 0x0002)
-INTERCEPT, SLOPE, RESCALE_TYPE = (0x0028, 0x1052), (0x0028, 0x1053), (0x0028, 0x1054)
-
-EVEN = 0.02
-"""Relative difference below which slice distances count as equal."""
 
 
 def dicom_slices(folder: Path) -> list[Path]:
@@ -52,214 +32,161 @@ def dicom_slices(folder: Path) -> list[Path]:
         As for :func:`~model.volume_files.checks.slices_in`.
     """
     files = sorted(slices_in(folder, SUFFIXES))
-    return [path for path in files if path.suffix.lower() in SUFFIXES or is_dicom(path)]
+    return [
+        path
+        for path in files
+        if path.name.upper() != "DICOMDIR" and (path.suffix.lower() in SUFFIXES or is_dicom(path))
+    ]
 
 
-def read_dicom(files: list[Path], like: Path | None = None) -> Grid:
-    """Read one series from DICOM files, with its slices sorted by position.
-
-    Parameters
-    ----------
-    files : list of Path
-        Files of one folder.
-    like : Path or None
-        A file of the wanted series; None for the largest series.
+def list_dicom(files: Sequence[Path]) -> tuple[list[Stack], tuple[str, ...]]:
+    """Tell the volumes in DICOM files apart, by their tags alone.
 
     Returns
     -------
-    Grid
-        Values rescaled by the slope and intercept of each slice.
+    stacks : list of Stack
+        The largest first.
+    notes : tuple of str
+        On files that were left out.
 
     Raises
     ------
     VolumeError
-        When a slice is foreign, damaged, truncated or compressed, or the
-        slices do not form one grid.
+        When a file is foreign, damaged or cut off, or none holds an image.
     """
-    slices, notes = _series(files, like)
-    slices, step, gap_notes = _in_order(slices)
-    first = slices[0]
-    shape, dtype = _shape(first), _dtype(first)
-    if any((_shape(tags), _dtype(tags)) != (shape, dtype) for tags in slices):
-        raise VolumeError(
-            f"{first.path.parent}: the slices of the series differ in size or type; "
-            "keep those of one volume together."
-        )
-    dimensions = (shape[1], shape[0], len(slices))
-    out_type = _rescaled_type(slices, dtype)
-    check_grid(first.path.parent, dimensions, out_type)
-    values = np.empty(dimensions[::-1], out_type)
-    for plane, tags in zip(values, slices, strict=True):
-        slope, intercept = _rescale(tags)
-        plane[:] = _stored(tags, shape, dtype)
-        if (slope, intercept) != (1, 0):
-            plane *= out_type.type(slope)
-            plane += out_type.type(intercept)
-
-    row_column = first.numbers(*PIXEL_SPACING)
-    spacing, spacing_notes = usable_spacing(
-        [row_column[1], row_column[0], step] if len(row_column) == 2 else None
-    )
-    position = first.numbers(*POSITION)
-    return Grid(
-        values,
-        spacing,
-        usable_origin(position) if len(position) == 3 else (0.0, 0.0, 0.0),
-        _units(first),
-        notes + gap_notes + spacing_notes + frame_notes(_axes(first)),
-        axis_labels(_axes(first), "LPS") if _is_placed(first) else (),
-    )
-
-
-def _series(files: list[Path], like: Path | None) -> tuple[list[Tags], tuple[str, ...]]:
-    """Select the images of one series; also return notes for the user."""
-    images: list[Tags] = []
-    others: list[Tags] = []
-    for path in files:
-        if not is_dicom(path):
-            raise VolumeError(f"{path}: this is not a DICOM file; remove it from the folder.")
-        tags = read_tags(path)
-        (others if tags.pixels is None else images).append(tags)
-    image_classes = {tags.text(*STORAGE_CLASS) for tags in images} | {""}
-    for tags in others:
-        if ROWS in tags.values or tags.text(*STORAGE_CLASS) in image_classes:
-            raise truncated(tags.path, "it has no pixels")
+    read = [read_dicom_file(path) for path in files]
+    images = [file for file in read if file.kind is not None]
+    others = [file for file in read if file.kind is None]
+    classes = {file.text("SOPClassUID") for file in images}
+    for file in others:
+        # Of a file that was cut off there may be only the beginning of its class.
+        begun = (file.text("SOPClassUID"), file.meta_text("MediaStorageSOPClassUID"))
+        is_image = any(each.startswith(part) for each in classes for part in begun)
+        if "Rows" in file.tags or is_image:
+            raise truncated(file.path, "it has no pixels")
     notes: tuple[str, ...] = ()
     if others:
         notes = (f"DICOM files without an image were left out: {len(others)}.",)
-    counts = Counter(tags.text(*SERIES) for tags in images)
-    if not counts:
+    if not images:
         raise VolumeError(
             f"{files[0].parent}: no DICOM file here holds an image; choose another folder."
         )
-    wanted = counts.most_common(1)[0][0]
-    if like is not None:
-        wanted = next((tags.text(*SERIES) for tags in images if tags.path == like), wanted)
-    if len(counts) > 1:
-        notes += (
-            f"The folder holds {len(counts)} series; the one of {counts[wanted]} slices is read.",
-        )
-    return [tags for tags in images if tags.text(*SERIES) == wanted], notes
+    images, copies = _without_copies(images)
+    if copies:
+        notes += (f"Files with the same image as another were left out: {copies}.",)
+    return stacks_of([frame for file in images for frame in frames_of(file)]), notes
 
 
-def _axes(tags: Tags) -> NDArray[np.float64]:
-    """Directions of rows, columns and slices, one per row; the unit axes if unknown."""
-    numbers = tags.numbers(*ORIENTATION)
-    if len(numbers) != 6:
-        return np.eye(3)
-    along_row, along_column = np.array(numbers[:3]), np.array(numbers[3:])
-    return np.stack([along_row, along_column, np.cross(along_row, along_column)])
+def read_dicom(
+    files: Sequence[Path],
+    like: Path | None = None,
+    choice: Choice = LARGEST,
+) -> Grid:
+    """Read one volume from DICOM files.
+
+    Parameters
+    ----------
+    files : sequence of Path
+        Files of one folder.
+    like : Path or None
+        A file of the wanted series; None for the largest.
+    choice : Choice
+
+    Returns
+    -------
+    Grid
+        Values rescaled as each image says.
+
+    Raises
+    ------
+    VolumeError
+        When an image is foreign, damaged, truncated or of an unsupported kind, or the images
+        form no volume.
+    """
+    with log_of("pydicom"):
+        return _read(files, like, choice)
 
 
-def _is_placed(tags: Tags) -> bool:
-    """Return True if a slice says where in the patient it lies."""
-    return len(tags.numbers(*ORIENTATION)) == 6 and len(tags.numbers(*POSITION)) == 3
+def _read(files: Sequence[Path], like: Path | None, choice: Choice) -> Grid:
+    folder = files[0].parent
+    stacks, notes = list_dicom(files)
+    if like is not None and choice.series is None:
+        own = [s for s in stacks if any(frame.file.path == like for frame in s.frames)]
+        stacks = own + [stack for stack in stacks if stack not in own]
+    volumes = [stack for stack in stacks if len(stack.frames) > 1 and _is_grey(stack.frames[0])]
+    if like is not None and choice.series is None and stacks[0] not in volumes:
+        volumes = []
+    if not volumes:
+        raise _no_volume(folder, files, stacks, like)
+    stack, contents = _chosen(folder, volumes, choice)
+    left = len(stacks) - len(volumes)
+    if left:
+        notes += (f"Single images and those in colour were left out: {left} series.",)
+    grid = read_stack(stack)
+    return replace(
+        grid,
+        notes=choice_notes(contents) + notes + grid.notes,
+        facts=replace(grid.facts, contents=contents),
+    )
 
 
-def _in_order(slices: list[Tags]) -> tuple[list[Tags], float, tuple[str, ...]]:
-    """Sort slices along their normal; also return their distance, and notes on gaps."""
-    normal = _axes(slices[0])[2]
-    positions = [tags.numbers(*POSITION) for tags in slices]
-    if any(len(position) != 3 for position in positions):
-        ordered = sorted(slices, key=lambda tags: (tags.numbers(*NUMBER) or [0.0])[0])
-        steps_given = slices[0].numbers(*SLICE_SPACING) or slices[0].numbers(*THICKNESS) or [1.0]
-        return (
-            ordered,
-            steps_given[0],
-            ("The slices give no position; they are ordered by number.",),
-        )
-    heights = np.array(positions) @ normal
-    order = np.argsort(heights, kind="stable")
-    ordered = [slices[index] for index in order]
-    if len(slices) == 1:
-        return ordered, 1.0, ()
-    steps = np.diff(heights[order])
-    step = float(np.median(steps))
-    if not steps.min() > 1e-6:
-        raise VolumeError(
-            f"{slices[0].path.parent}: several slices of the series lie at one position; "
-            "keep one time step or echo in the folder."
-        )
-    if steps.max() - steps.min() > EVEN * step:
-        return (
-            ordered,
-            step,
-            (
-                f"The slices are {steps.min():g} to {steps.max():g} apart, so some may be "
-                f"missing; {step:g} is used for all.",
-            ),
-        )
-    return ordered, step, ()
+def _without_copies(images: list[DicomFile]) -> tuple[list[DicomFile], int]:
+    """Leave out files that are copies of another, by their instance and place."""
+    seen: set[tuple[str, str]] = set()
+    kept = []
+    for file in images:
+        key = file.text("SOPInstanceUID"), file.text("ImagePositionPatient")
+        if not key[0] or key not in seen:
+            kept.append(file)
+        seen.add(key)
+    return kept, len(images) - len(kept)
 
 
-def _shape(tags: Tags) -> tuple[int, int]:
-    return tags.short(*ROWS, default=0), tags.short(*COLUMNS, default=0)
+def _is_grey(frame: Frame) -> bool:
+    return (numbers_of(frame.file.tags, "SamplesPerPixel") or [1.0])[0] == 1
 
 
-def _dtype(tags: Tags) -> np.dtype[np.generic]:
-    """Type of the stored pixels, with byte order."""
-    if tags.short(*SAMPLES, default=1) != 1:
-        raise unsupported(tags.path, "a DICOM file in colour", "convert it to grey values")
-    if tags.text(*FRAMES) not in ("", "1"):
-        raise unsupported(
-            tags.path,
-            "a DICOM file of several frames",
-            "save it with one slice per file or as NRRD",
-        )
-    bits = tags.short(*BITS_ALLOCATED, default=0)
-    if bits not in (8, 16, 32):
-        raise unsupported(tags.path, f"a DICOM file of {bits} bits per pixel", "convert it")
-    kind = "i" if tags.short(*SIGNED, default=0) else "u"
-    return np.dtype(f"{tags.order}{kind}{bits // 8}")
+def _no_volume(
+    folder: Path, files: Sequence[Path], stacks: list[Stack], like: Path | None
+) -> VolumeError:
+    first = stacks[0].frames[0]
+    path = first.file.path if like is not None or len(files) == 1 else folder
+    if not _is_grey(first) and len(stacks[0].frames) > 1:
+        return unsupported(path, "a DICOM file in colour", "convert it to grey values")
+    return VolumeError(
+        f"{path}: this is a flat image of {first.columns} x {first.rows} x 1 pixels, not a volume; "
+        "choose a series of at least two slices."
+    )
 
 
-def _stored(tags: Tags, shape: tuple[int, int], dtype: np.dtype[np.generic]) -> NDArray[np.generic]:
-    """Stored pixels of one slice, sign-extended or cleared in their unused high bits."""
-    assert tags.pixels is not None
-    offset, length = tags.pixels
-    block = Block(tags.path, shape, dtype, offset)
-    check_present(tags.path, length, block.nbytes)
-    pixels = read_block(block)
-    unused = dtype.itemsize * 8 - _bits_stored(tags, dtype)
-    return (pixels << unused) >> unused if unused else pixels  # type: ignore[operator]
+def _chosen(
+    folder: Path, volumes: list[Stack], choice: Choice
+) -> tuple[Stack, tuple[Content, ...]]:
+    """Return the chosen stack, and all others to choose from."""
+    listed: tuple[Content, ...] = ()
+    found = volumes
+    for kind in ("series", "time", "channel"):
+        names = list(dict.fromkeys(getattr(stack, kind) for stack in found))
+        if kind != "series":
+            names.sort(key=partial(_first_number, found, kind))
+        number = chosen_index(folder, kind, names, getattr(choice, kind))  # type: ignore[arg-type]
+        if len(names) > 1:
+            listed += tuple(
+                _content(kind, name, [s for s in found if getattr(s, kind) == name], k == number)
+                for k, name in enumerate(names)
+            )
+        found = [stack for stack in found if getattr(stack, kind) == names[number]]
+    return found[0], listed
 
 
-def _bits_stored(tags: Tags, dtype: np.dtype[np.generic]) -> int:
-    """Number of low bits that hold the value."""
-    allocated = dtype.itemsize * 8
-    stored = tags.short(*BITS_STORED, default=allocated)
-    if not 1 <= stored <= allocated:
-        raise damaged(tags.path, "its bits stored exceed its bits allocated")
-    return stored
+def _first_number(stacks: list[Stack], kind: str, name: str) -> float:
+    return next(stack for stack in stacks if getattr(stack, kind) == name).frames[0].number
 
 
-def _rescale(tags: Tags) -> tuple[float, float]:
-    slope, intercept = tags.numbers(*SLOPE) or [1.0], tags.numbers(*INTERCEPT) or [0.0]
-    if slope[0] == 0 or not np.isfinite([slope[0], intercept[0]]).all():
-        return 1.0, 0.0
-    return slope[0], intercept[0]
-
-
-def _rescaled_type(slices: list[Tags], dtype: np.dtype[np.generic]) -> np.dtype[np.generic]:
-    """Type for all slices' rescaled pixels: an integer type if the values are integers and fit."""
-    scales = {_rescale(tags) for tags in slices}
-    native = dtype.newbyteorder("=")
-    if scales == {(1.0, 0.0)}:
-        return native
-    if any(not number.is_integer() for scale in scales for number in scale):
-        return np.dtype(np.float32)
-    bits = max(_bits_stored(tags, dtype) for tags in slices)
-    signed = dtype.kind == "i"
-    lowest, highest = (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1) if signed else (0, 2**bits - 1)
-    ends = [slope * end + intercept for slope, intercept in scales for end in (lowest, highest)]
-    for candidate in (np.int16, np.int32):
-        if np.iinfo(candidate).min <= min(ends) and max(ends) <= np.iinfo(candidate).max:
-            return np.dtype(candidate)
-    return np.dtype(np.float64)
-
-
-def _units(tags: Tags) -> str:
-    kind = tags.text(*RESCALE_TYPE)
-    if kind in ("", "US"):
-        return "HU" if tags.text(*MODALITY) == "CT" else ""
-    return kind
+def _content(kind: str, name: str, stacks: list[Stack], is_read: bool) -> Content:
+    stack = stacks[0]
+    first = stack.frames[0]
+    dimensions = first.columns, first.rows, len(stack.frames)
+    dtype = value_type(stack.frames)
+    size = int(np.prod(dimensions)) * dtype.itemsize
+    return Content(kind, name, dimensions, dtype.name, size, is_read)  # type: ignore[arg-type]

@@ -1,20 +1,26 @@
-"""Conversion of a file's grid to a volume: one component, finite values, a readable name."""
+"""Conversion of a file's grid to a volume: one component, what is missing, a readable name."""
 
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
-from typing import Literal
+from typing import Literal, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError
 from model.scene.axes import axis_labelled
+from model.scene.file_facts import Content
 from model.scene.volume import Volume, is_resolved
+from model.volume_files.fill_values import far_away_values
 from model.volume_files.grid import Grid
 
 Component = int | Literal["magnitude"]
+
+MOST_IN_MAGNITUDE = 4
+"""Components up to which a voxel's are taken for a vector or a colour."""
 
 _LAYOUT_SUFFIX = re.compile(r"[\W_]*\d+x\d+x\d+([\W_].*)?$", re.IGNORECASE)
 
@@ -28,32 +34,55 @@ def make_volume(path: Path, grid: Grid, component: Component | None) -> Volume:
         File or folder of the grid.
     grid : Grid
     component : int, "magnitude" or None
-        The component to use; None if there is only one.
+        The component to use; None for the only one, the magnitude of up to four, or the first.
 
     Raises
     ------
     VolumeError
-        When the component is missing or ambiguous, or no voxel is finite, or
-        all are equal.
+        When there is no such component, or no voxel is finite, or all are equal.
     """
-    scalars = _one_component(path, grid.values, component)
-    bad_notes = _replace_bad_voxels(path, scalars)
-    scalars, offset_notes = _without_offset(scalars)
+    grid, notes = finished(path, grid, component)
     try:
         return Volume(
-            scalars,
+            grid.values,
             grid.spacing,
             grid.origin,
             readable_name(path),
             grid.units,
-            grid.notes + bad_notes + offset_notes,
+            grid.notes + notes,
             axis_labelled("S", grid.axis_labels),
             grid.axis_labels,
+            file=grid.facts,
         )
     except VolumeError as error:
         raise VolumeError(
             f"{path}: {str(error).removeprefix(readable_name(path) + ': ')}"
         ) from None
+
+
+def finished(path: Path, grid: Grid, component: Component | None) -> tuple[Grid, tuple[str, ...]]:
+    """Reduce a grid to finite scalars, with a mask of what is missing.
+
+    Returns
+    -------
+    grid : Grid
+        Its missing voxels have the smallest value of the others.
+    notes : tuple of str
+        Further ones.
+
+    Raises
+    ------
+    VolumeError
+        As for :func:`make_volume`.
+    """
+    chosen, component_notes = _chosen_component(grid, component)
+    scalars = _one_component(path, grid.values, chosen)
+    contents = grid.facts.contents + _components(grid, scalars, chosen)
+    scalars, missing, missing_notes = _without_missing(path, scalars, grid.missing)
+    scalars, offset_notes = _without_offset(scalars)
+    facts = replace(grid.facts, contents=contents)
+    notes = component_notes + missing_notes + offset_notes
+    return replace(grid, values=scalars, missing=missing, facts=facts), notes
 
 
 def _without_offset(
@@ -90,13 +119,6 @@ def _one_component(
     """Reduce components to scalars, C-contiguous and without an unnecessary copy."""
     count = values.shape[3] if values.ndim == 4 else 1
     last = count - 1
-    if component is None and count > 1:
-        choices = f"0 to {last}"
-        raise VolumeError(
-            f"{path}: every voxel has {count} components; "
-            f"choose one ({choices}) or their magnitude.",
-            component="magnitude",
-        )
     if component == "magnitude" and count > 1:
         return _magnitude(values)
     if isinstance(component, int) and not 0 <= component < count:
@@ -111,31 +133,119 @@ def _one_component(
 
 def _magnitude(values: NDArray[np.generic]) -> NDArray[np.generic]:
     """Euclidean norm of each voxel's components, computed slice by slice to save memory."""
-    narrow = np.can_cast(values.dtype, np.float32)
-    lengths = np.empty(values.shape[:3], np.float32 if narrow else np.float64)
+    lengths = np.empty(values.shape[:3], _magnitude_type(values.dtype))
     with np.errstate(invalid="ignore", over="ignore"):
         for plane, vectors in zip(lengths, values, strict=True):
             plane[:] = np.sqrt(np.square(vectors.astype(np.float64)).sum(axis=-1))
     return lengths
 
 
-def _replace_bad_voxels(path: Path, scalars: NDArray[np.generic]) -> tuple[str, ...]:
-    """Set NaN and infinite voxels to the smallest finite value, in place; return notes."""
-    if scalars.dtype.kind != "f":
+def _magnitude_type(dtype: np.dtype[np.generic]) -> np.dtype[np.generic]:
+    return np.dtype(np.float32 if np.can_cast(dtype, np.float32) else np.float64)
+
+
+def _chosen_component(
+    grid: Grid, component: Component | None
+) -> tuple[Component | None, tuple[str, ...]]:
+    """Choose the magnitude of vectors and colours where nothing is chosen, else the first."""
+    count = grid.values.shape[3] if grid.values.ndim == 4 else 1
+    if component is not None or count == 1:
+        return component, ()
+    if count <= MOST_IN_MAGNITUDE:
+        what, chosen = "their magnitude is read", "magnitude"
+    else:
+        what, chosen = "component 0 is read", 0
+    note = f"Every voxel has {count} components; {what}, and 0 to {count - 1} can be chosen."
+    return cast(Component, chosen), (note,)
+
+
+def _components(
+    grid: Grid, scalars: NDArray[np.generic], chosen: Component | None
+) -> tuple[Content, ...]:
+    """List the components, and their magnitude."""
+    if grid.values.ndim < 4 or grid.values.shape[3] == 1:
         return ()
-    bad, lowest = 0, np.inf
-    for plane in scalars:
-        finite = np.isfinite(plane)
-        bad += finite.size - int(np.count_nonzero(finite))
-        lowest = min(lowest, float(plane.min(where=finite, initial=np.inf)))
-    if bad == 0:
-        return ()
-    if bad == scalars.size:
-        raise VolumeError(
-            f"{path}: every voxel is NaN or infinite, so there is nothing to show; "
-            "choose another file or component."
+    nz, ny, nx = scalars.shape
+    kinds = [(str(k), grid.values.dtype) for k in range(grid.values.shape[3])]
+    kinds.append(("magnitude", _magnitude_type(grid.values.dtype)))
+    return tuple(
+        Content(
+            "component",
+            name,
+            (nx, ny, nz),
+            dtype.name,
+            nx * ny * nz * dtype.itemsize,
+            name == str(chosen),
         )
-    for plane in scalars:
-        plane[~np.isfinite(plane)] = lowest
-    noun = "voxel was" if bad == 1 else "voxels were"
-    return (f"{bad} NaN or infinite {noun} set to the minimum, {lowest:g}.",)
+        for name, dtype in kinds
+    )
+
+
+def _without_missing(
+    path: Path, scalars: NDArray[np.generic], missing: NDArray[np.bool_] | None
+) -> tuple[NDArray[np.generic], NDArray[np.bool_] | None, tuple[str, ...]]:
+    """Find all voxels that are missing, and give them the smallest value of the others."""
+    notes: tuple[str, ...] = ()
+    declared = 0 if missing is None else int(np.count_nonzero(missing))
+    bad = _not_finite(scalars)
+    if bad is not None:
+        count = int(np.count_nonzero(bad))
+        noun = "voxel is" if count == 1 else "voxels are"
+        notes += (f"{count} NaN or infinite {noun} missing{_share(count, scalars.size)}.",)
+        missing = bad if missing is None else missing | bad
+    if declared:
+        notes += (
+            f"{declared} voxels are missing by what the file says{_share(declared, scalars.size)}.",
+        )
+    missing = missing if missing is not None and missing.any() else None
+    if missing is not None and missing.all():
+        raise VolumeError(
+            f"{path}: every voxel is NaN or infinite, or missing by what the file says, so there "
+            "is nothing to show; choose another file or component."
+        )
+    if missing is not None:
+        scalars = _filled(scalars, missing)
+    for value in far_away_values(scalars, missing):
+        found: NDArray[np.bool_] = scalars == value
+        if missing is not None:
+            found &= ~missing
+        count = int(np.count_nonzero(found))
+        missing = found if missing is None else missing | found
+        notes += (
+            f"{value:g} lies far from all other values, and {count} voxels have it: they are "
+            f"taken for missing{_share(count, scalars.size)}.",
+        )
+        scalars = _filled(scalars, missing)
+    return scalars, missing, notes
+
+
+def _share(count: int, size: int) -> str:
+    return f" ({100 * count / size:.2g} %)" if count < size else ""
+
+
+def _filled(scalars: NDArray[np.generic], missing: NDArray[np.bool_]) -> NDArray[np.generic]:
+    """Give missing voxels the smallest value of the others, in place where that is allowed."""
+    lowest = None
+    for plane, absent in zip(scalars, missing, strict=True):
+        present = plane[~absent]
+        if present.size:
+            low = present.min()
+            lowest = low if lowest is None or low < lowest else lowest
+    if not scalars.flags.writeable:
+        scalars = scalars.copy()
+    np.copyto(scalars, lowest, where=missing)  # type: ignore[arg-type]
+    return scalars
+
+
+def _not_finite(scalars: NDArray[np.generic]) -> NDArray[np.bool_] | None:
+    """Mark NaN and infinite voxels; None if there are none."""
+    if scalars.dtype.kind != "f":
+        return None
+    bad: NDArray[np.bool_] | None = None
+    for z, plane in enumerate(scalars):
+        finite = np.isfinite(plane)
+        if not finite.all():
+            if bad is None:
+                bad = np.zeros(scalars.shape, bool)
+            bad[z] = ~finite
+    return bad

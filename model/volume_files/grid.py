@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from model.scene.file_facts import FileFacts
 from model.scene.volume import Triple
 
 
@@ -26,6 +27,13 @@ class Grid:
         Assumptions and changes made by the reader, for the user.
     axis_labels : tuple of str
         See :class:`~model.scene.volume.Volume`.
+    missing : ndarray of bool, shape (nz, ny, nx), or None
+        True where the file says that nothing was measured, as by a padding or fill value; None
+        where it says nothing. NaN and infinities are missing without it.
+    facts : FileFacts
+        What else the file says.
+    vector : bool
+        Whether the components are those of a vector, of which the magnitude means something.
     """
 
     values: NDArray[np.generic]
@@ -34,3 +42,6 @@ class Grid:
     units: str = ""
     notes: tuple[str, ...] = ()
     axis_labels: tuple[str, ...] = ()
+    missing: NDArray[np.bool_] | None = None
+    facts: FileFacts = field(default=FileFacts())
+    vector: bool = True

@@ -9,13 +9,14 @@ import numpy as np
 
 from model.errors import VolumeError
 from model.volume_files.checks import check_grid, check_present, truncated
+from model.volume_files.choice import LARGEST, Choice
 from model.volume_files.grid import Grid
 from model.volume_files.vtk_session import image_grid, run_quietly
 
 LONGEST_HEADER = 1 << 16
 
 
-def read_legacy_vtk(path: Path) -> Grid:
+def read_legacy_vtk(path: Path, choice: Choice = LARGEST) -> Grid:
     """Read legacy VTK structured points, binary or ASCII.
 
     Raises

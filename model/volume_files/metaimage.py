@@ -15,16 +15,9 @@ from numpy.typing import NDArray
 from model.errors import VolumeError
 from model.volume_files.anatomy import OPPOSITES, axis_labels, is_space
 from model.volume_files.blocks import Block, read_block
-from model.volume_files.checks import (
-    check_grid,
-    damaged,
-    file_beside,
-    frame_notes,
-    truncated,
-    unsupported,
-    usable_origin,
-    usable_spacing,
-)
+from model.volume_files.checks import check_grid, damaged, file_beside, truncated, unsupported
+from model.volume_files.choice import LARGEST, Choice
+from model.volume_files.frame import frame_notes, usable_origin, usable_spacing
 from model.volume_files.grid import Grid
 
 LONGEST_HEADER = 1 << 16
@@ -82,7 +75,7 @@ class _Header:
         return damaged(self.path, f"its MetaImage header has a missing or malformed '{name}'")
 
 
-def read_metaimage(path: Path) -> Grid:
+def read_metaimage(path: Path, choice: Choice = LARGEST) -> Grid:
     """Read a MetaImage file; a fourth axis is read as components.
 
     Raises

@@ -11,18 +11,14 @@ from numpy.typing import NDArray
 from model.errors import VolumeError
 from model.scene.volume import Triple
 from model.volume_files.anatomy import axis_labels
-from model.volume_files.checks import (
-    check_grid,
-    check_present,
-    frame_notes,
-    usable_origin,
-    usable_spacing,
-)
+from model.volume_files.checks import check_grid, check_present
+from model.volume_files.choice import LARGEST, Choice
+from model.volume_files.frame import frame_notes, usable_origin, usable_spacing
 from model.volume_files.grid import Grid
 from model.volume_files.vtk_session import run_quietly, to_numpy
 
 
-def read_nifti(path: Path) -> Grid:
+def read_nifti(path: Path, choice: Choice = LARGEST) -> Grid:
     """Read a NIfTI file; time steps and vectors become components.
 
     The header's intensity scaling is applied. VTK reverses the slices of a

@@ -18,16 +18,9 @@ from numpy.typing import NDArray
 from model.errors import VolumeError
 from model.volume_files.anatomy import axis_labels, is_space
 from model.volume_files.blocks import Block, Encoding, read_block
-from model.volume_files.checks import (
-    check_grid,
-    damaged,
-    file_beside,
-    frame_notes,
-    truncated,
-    unsupported,
-    usable_origin,
-    usable_spacing,
-)
+from model.volume_files.checks import check_grid, damaged, file_beside, truncated, unsupported
+from model.volume_files.choice import LARGEST, Choice
+from model.volume_files.frame import frame_notes, usable_origin, usable_spacing
 from model.volume_files.grid import Grid
 
 LONGEST_HEADER = 1 << 20
@@ -92,7 +85,7 @@ class _Header:
         return damaged(self.path, f"its NRRD header has a malformed '{name}'")
 
 
-def read_nrrd(path: Path) -> Grid:
+def read_nrrd(path: Path, choice: Choice = LARGEST) -> Grid:
     """Read a NRRD file.
 
     Files with four axes are read as volumes with components. The component axis is

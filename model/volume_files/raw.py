@@ -12,7 +12,8 @@ import numpy as np
 from model.errors import VolumeError
 from model.scene.volume import Triple
 from model.volume_files.blocks import Block, read_block
-from model.volume_files.checks import check_grid, readable_size, times, usable_spacing
+from model.volume_files.checks import check_grid, readable_size, times
+from model.volume_files.frame import usable_spacing
 from model.volume_files.grid import Grid
 
 ByteOrder = Literal["little", "big"]

@@ -12,7 +12,7 @@ from model.scene.robust_range import robust_range
 from model.scene.scene import Scene
 from model.scene.volume import Volume
 from model.volume_files import SUFFIXES, Component, RawLayout, read_volume
-from model.volume_files.dicom_tags import is_dicom
+from model.volume_files.dicom_file import is_dicom
 from model.volume_files.shipped import DEFAULT_VOLUME, shipped_volumes
 
 

@@ -1,149 +1,204 @@
-"""TIFF stacks, as one file of several pages or a folder of slices, read by tifffile."""
+"""TIFF files of one or more volumes, read by tifffile."""
 
 from __future__ import annotations
 
-import logging
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError, first_line
-from model.volume_files.checks import check_grid, damaged, slices_in, unsupported, usable_spacing
+from model.scene.file_facts import Content, FileFacts
+from model.volume_files.checks import check_grid, damaged, times
+from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen_index, contents
+from model.volume_files.frame import usable_spacing
 from model.volume_files.grid import Grid
-from model.volume_files.tiff_pages import Page, read_pages
+from model.volume_files.library_log import log_of
+from model.volume_files.tiff_scale import calibrated, voxel_scale
+from model.volume_files.tiff_stack import Stack, all_series, check_pages, read_stack, stack_of
 
-SUFFIXES = (".tif", ".tiff")
-READABLE_TYPES = ("u1", "i1", "u2", "i2", "u4", "i4", "f4")
+if TYPE_CHECKING:
+    from tifffile import TiffFile
 
+SUFFIXES = (".tif", ".tiff", ".stk", ".lsm")
+MINISWHITE, PALETTE = 0, 3
 
-def tiff_slices(folder: Path) -> list[Path]:
-    """Return the TIFF files of a folder, with numbers in their names in numeric order.
+_HARMLESS = re.compile(r"metadata> raised|subfiletype|GDAL_NODATA|OME series failed to read \d")
+"""What tifffile warns of though the pixels are right."""
 
-    Raises
-    ------
-    VolumeError
-        As for :func:`~model.volume_files.checks.slices_in`.
-    """
-    files = slices_in(folder, SUFFIXES)
-    return sorted((path for path in files if path.suffix.lower() in SUFFIXES), key=_natural)
-
-
-def read_tiff(path: Path) -> Grid:
-    """Read a file whose pages are the slices.
-
-    Raises
-    ------
-    VolumeError
-        When the file is foreign, damaged, truncated, its pages differ, or it
-        is of an unsupported kind (tiles, palettes, 64-bit voxels).
-    """
-    return _read(path, [path], read_pages(path))
-
-
-def read_tiff_folder(folder: Path, slices: list[Path]) -> Grid:
-    """Read a folder with one slice per file, in the order given.
-
-    Raises
-    ------
-    VolumeError
-        As for :func:`read_tiff`, and when a slice has several pages.
-    """
-    pages = []
-    for path in slices:
-        in_file = read_pages(path)
-        if len(in_file) != 1:
-            raise VolumeError(
-                f"{path}: this slice of a stack has {len(in_file)} pages; "
-                "open it by itself, or keep one page per file."
-            )
-        pages += in_file
-    return _read(folder, slices, pages)
-
-
-def _read(path: Path, files: list[Path], pages: list[Page]) -> Grid:
-    first = pages[0]
-    if any(page.layout != first.layout for page in pages):
-        raise VolumeError(
-            f"{path}: its slices differ in size, type or storage; "
-            "keep those of one volume together."
-        )
-    _check_kind(path, first)
-    check_grid(path, (first.width, first.height, len(pages)), first.scalar_type, first.samples)
-    shape = (len(pages), first.height, first.width, first.samples)
-    values = np.empty(shape, dtype=first.scalar_type)
-    slices = iter(values)
-    for file in files:
-        _read_into(file, slices)
-    if next(slices, None) is not None:
-        raise damaged(path, "some of its pages cannot be found")
-    spacing, notes = usable_spacing(first.calibration)
-    return Grid(values[..., 0] if first.samples == 1 else values, spacing, notes=notes)
-
-
-def _read_into(file: Path, slices: Iterator[NDArray[Any]]) -> None:
-    """Read all pages of a file, each into the next of the slices.
-
-    What the library only warns of, such as pixels that it takes for 0, is damage here.
-    """
-    import tifffile
-
-    with _warnings_of("tifffile") as warnings:
-        try:
-            with tifffile.TiffFile(file) as tiff:
-                for page in tiff.pages:
-                    assert isinstance(page, tifffile.TiffPage)
-                    pixels = page.asarray(maxworkers=1)
-                    if page.planarconfig == 2 and page.samplesperpixel > 1:
-                        pixels = np.moveaxis(pixels, 0, -1)
-                    target = next(slices)
-                    if pixels.dtype != target.dtype or pixels.size != target.size:
-                        raise ValueError(f"a page of {pixels.dtype} {pixels.shape}")
-                    target[...] = pixels.reshape(target.shape)
-        except (OSError, MemoryError):
-            raise
-        except Exception as error:
-            # Decoders raise errors of many kinds.
-            raise damaged(file, f"its pixels cannot be unpacked: {first_line(error)}") from error
-    if warnings:
-        raise damaged(file, warnings[0])
+_NAMES = {"ome": "OME-TIFF", "imagej": "TIFF by ImageJ", "stk": "MetaSeries STK", "lsm": "LSM"}
 
 
 @contextmanager
-def _warnings_of(name: str) -> Iterator[list[str]]:
-    """Collect what a library logs, instead of printing it."""
-    logger, found = logging.getLogger(name), list[str]()
-    handler = logging.Handler(logging.WARNING)
-    handler.emit = lambda record: found.append(record.getMessage())  # type: ignore[method-assign]
-    propagated, logger.propagate = logger.propagate, False
-    logger.addHandler(handler)
-    try:
-        yield found
-    finally:
-        logger.removeHandler(handler)
-        logger.propagate = propagated
+def opened_tiff(path: Path) -> Iterator[TiffFile]:
+    """Open a TIFF file; what tifffile raises, or only warns of, is damage.
+
+    Raises
+    ------
+    VolumeError
+        When the file is foreign, damaged or truncated.
+    """
+    import tifffile
+
+    with log_of("tifffile") as warnings:
+        try:
+            with tifffile.TiffFile(path) as tiff:
+                if not len(tiff.pages):
+                    raise damaged(path, "it has no pages")
+                yield tiff
+        except (OSError, MemoryError, VolumeError):
+            raise
+        except tifffile.TiffFileError as error:
+            if "not a TIFF" in str(error):
+                raise VolumeError(
+                    f"{path}: this is not a TIFF file; choose another or correct its suffix."
+                ) from None
+            raise damaged(path, first_line(error)) from None
+        except Exception as error:
+            # Decoders raise errors of many kinds.
+            raise damaged(path, f"its pixels cannot be unpacked: {first_line(error)}") from None
+    if serious := [warning for warning in warnings if not _HARMLESS.search(warning)]:
+        said = re.sub(r"^<tifffile\.\w+ [^>]*> ", "", serious[0])
+        raise damaged(path, f"tifffile says '{said.rstrip('.')}'")
 
 
-def _check_kind(path: Path, page: Page) -> None:
-    if page.scalar_type not in READABLE_TYPES:
-        raise unsupported(
-            path,
-            f"a TIFF of {page.type_name} voxels",
-            "convert it to integers of 8 to 32 bits or to float32, or save it as NRRD",
+def read_tiff(path: Path, choice: Choice = LARGEST) -> Grid:
+    """Read a volume of a file; of several the largest, or the chosen one.
+
+    Raises
+    ------
+    VolumeError
+        When the file is foreign, damaged or truncated, or holds no volume.
+    """
+    with opened_tiff(path) as tiff:
+        stacks = [stack_of(series) for series in all_series(tiff)]
+        for stack in stacks:
+            _check_own(path, stack)
+        volumes = [stack for stack in stacks if stack.is_volume]
+        if not volumes:
+            raise _flat(path, stacks)
+        stack, index, listed = _chosen(path, volumes, choice)
+        check_pages(path, stack)
+        values = read_stack(path, stack, index)
+        missing, missing_notes = _without_data(stack, values)
+        values, units, notes = calibrated(tiff, values)
+        scale = voxel_scale(tiff, stacks.index(stack))
+        spacing, spacing_notes = usable_spacing(scale.spacing)
+        notes += _kind_notes(stack)
+        if len(volumes) < len(stacks):
+            notes += (f"Flat images were left out: {len(stacks) - len(volumes)}.",)
+        return Grid(
+            values,
+            spacing,
+            units=units,
+            notes=choice_notes(listed) + notes + missing_notes + scale.notes + spacing_notes,
+            missing=missing,
+            facts=FileFacts(_NAMES.get(stack.series.kind, "TIFF"), scale.unit, contents=listed),
+            vector=False,
         )
-    if page.tiled:
-        raise unsupported(path, "a tiled TIFF", "save it in strips")
-    if page.palette:
-        raise unsupported(path, "a TIFF with a palette", "save it as grey values")
 
 
-def _natural(path: Path) -> list[tuple[int, str]]:
-    """Natural sort key, which puts slice 9 before slice 10."""
-    return [
-        (int(word), "") if word.isdigit() else (0, word)
-        for word in re.split(r"(\d+)", path.name.lower())
-    ]
+def _check_own(path: Path, stack: Stack) -> None:
+    """Refuse pages in other files than those of the folder, which a stranger's header may name."""
+    folder = path.parent.resolve()
+    for page in stack.series.pages:
+        if page is None:
+            raise damaged(path, "pages that it names are missing, perhaps in files beside it")
+        place = Path(page.parent.filehandle.path).resolve()
+        if not place.is_relative_to(folder):
+            raise VolumeError(
+                f"{path}: its pages lie outside its folder, in {place.name[:100]!r}, from which "
+                "nothing is read; put the files together."
+            )
+
+
+def _flat(path: Path, stacks: list[Stack]) -> VolumeError:
+    """Return the error for a file without a volume."""
+    sizes = list(dict.fromkeys(times(stack.dimensions[:2]) for stack in stacks))
+    if len(stacks) > 1:
+        types = ", ".join(dict.fromkeys(str(stack.dtype) for stack in stacks))
+        return VolumeError(
+            f"{path}: its slices differ in size, type or storage ({', '.join(sizes[:4])} of "
+            f"{types}); keep those of one volume together."
+        )
+    try:
+        check_grid(path, stacks[0].dimensions, stacks[0].dtype)
+    except VolumeError as error:
+        beside = sum(1 for other in path.parent.glob(f"*{path.suffix}") if other.name[0] != ".")
+        if beside > 2:
+            return VolumeError(
+                f"{path}: this is a flat image of {times(stacks[0].dimensions)} pixels, not a "
+                f"volume; if it is one of the {beside} slices in its folder, open the folder."
+            )
+        return error
+    return damaged(path, "it has no pages")
+
+
+def _chosen(
+    path: Path, volumes: list[Stack], choice: Choice
+) -> tuple[Stack, dict[int, int], tuple[Content, ...]]:
+    """Return the chosen stack, its volume's number along its other axes, and all contents."""
+    names, owners = _series(volumes)
+    sizes = [np.prod(stack.dimensions) for stack, _ in owners]
+    number = chosen_index(path, "series", names, choice.series, int(np.argmax(sizes)))
+    stack, index = owners[number]
+    index = dict(index)
+    listed: tuple[Content, ...] = tuple(
+        replace(content, is_read=each == number)
+        for each, (name, (owner, _)) in enumerate(zip(names, owners, strict=True))
+        for content in contents("series", [name, ""], owner.dimensions, owner.dtype)[:1]
+    )
+    listed = listed if len(listed) > 1 else ()
+    for kind, letter in (("time", "T"), ("channel", "C")):
+        count = stack.count(letter)
+        numbers = [str(k) for k in range(count)]
+        wanted = choice.time if kind == "time" else choice.channel
+        at = chosen_index(path, kind, numbers, wanted)  # type: ignore[arg-type]
+        index |= {k: at for k in stack.others if stack.axes[k] == letter}
+        listed += contents(kind, numbers, stack.dimensions, stack.dtype, at)  # type: ignore[arg-type]
+    return stack, index, listed
+
+
+def _series(volumes: list[Stack]) -> tuple[list[str], list[tuple[Stack, dict[int, int]]]]:
+    """List volumes apart from their time steps and channels, by name."""
+    owners: list[tuple[Stack, dict[int, int]]] = []
+    titles: list[str] = []
+    for stack in volumes:
+        apart = [k for k in stack.others if stack.axes[k] not in "TC"]
+        for place in np.ndindex(*(int(stack.series.shape[k]) for k in apart)):
+            owners.append((stack, dict(zip(apart, place, strict=True))))
+            titles.append(stack.series.name or "")
+    is_named = all(titles) and len(set(titles)) == len(titles)
+    return (titles if is_named else [str(k) for k in range(len(owners))]), owners
+
+
+def _without_data(
+    stack: Stack, values: NDArray[np.generic]
+) -> tuple[NDArray[np.bool_] | None, tuple[str, ...]]:
+    """Find the voxels of the value that GDAL's tag declares to be no data."""
+    tag = stack.series.keyframe.tags.valueof(42113)
+    try:
+        value = float(str(tag).strip("\0 "))
+    except ValueError:
+        return None, ()
+    missing: NDArray[np.bool_] = values == value
+    return (missing, ()) if missing.ndim == 3 and missing.any() else (None, ())
+
+
+def _kind_notes(stack: Stack) -> tuple[str, ...]:
+    """Say what of the file is not shown as it may be meant."""
+    notes: tuple[str, ...] = ()
+    photometric = int(stack.series.keyframe.photometric)
+    if photometric == MINISWHITE:
+        notes += ("In this file 0 is white; the values are shown as stored, not inverted.",)
+    if photometric == PALETTE:
+        notes += ("The colours of the file's look-up table are left out; its indices are read.",)
+    if stack.depth is not None and stack.axes[stack.depth] in "TC":
+        what = {"T": "time steps", "C": "channels"}[stack.axes[stack.depth]]
+        notes += (f"The file calls its images {what}; they are taken for the slices of a volume.",)
+    return notes

@@ -13,6 +13,7 @@ import numpy as np
 
 from model.errors import VolumeError
 from model.volume_files.checks import check_grid, check_present, damaged, truncated
+from model.volume_files.choice import LARGEST, Choice
 from model.volume_files.grid import Grid
 from model.volume_files.vtk_session import image_grid, run_quietly
 
@@ -26,7 +27,7 @@ GREATEST_RATIOS = {
 """Largest compression ratios."""
 
 
-def read_vti(path: Path) -> Grid:
+def read_vti(path: Path, choice: Choice = LARGEST) -> Grid:
     """Read VTK image data in XML: ASCII, base64 or raw, compressed or not.
 
     Raises

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError
-from model.volume_files.checks import damaged, frame_notes, usable_origin, usable_spacing
+from model.volume_files.checks import damaged
+from model.volume_files.frame import frame_notes, usable_origin, usable_spacing
 from model.volume_files.grid import Grid
 
 _OUTPUT_WINDOW = threading.Lock()

@@ -291,11 +291,14 @@ BAD_FILES = {
     "vtk keyword": (legacy(b"SCALARS", b"SCALERS"), r"."),
     "vtk without size": (legacy(b"DIMENSIONS", b"DIMENSION"), r"no dimensions"),
     # Kinds that are not read.
-    "tif float64": (tiff(voxels("float64")), r"TIFF of float64 voxels cannot be read here"),
-    "tif int64": (tiff(voxels("int64")), r"TIFF of int64 voxels cannot be read here"),
-    "tif half": (tiff(ARRAY.astype(np.float16)), r"TIFF of float16 voxels cannot be read here"),
-    "tif tiled": (tiff(ARRAY, fields=[(322, 16)]), r"tiled TIFF cannot be read here"),
-    "tif palette": (tiff(voxels("uint8"), fields=[(262, 3)]), r"palette cannot be read here"),
+    "tif half tiled": (tiff(ARRAY, fields=[(322, 16)]), r"damaged or foreign"),
+    "tif complex": (
+        lambda p: (
+            tifffile.imwrite(p.with_suffix(".tif"), ARRAY.astype(np.complex64))
+            or p.with_suffix(".tif")
+        ),
+        r"TIFF of complex64 voxels cannot be read here",
+    ),
     "tif pages differ": (tiff([FLAT, FLAT.T]), r"slices differ in size, type or storage"),
     "tif types differ": (
         tiff([FLAT, FLAT.astype("u1")]),
@@ -311,27 +314,6 @@ BAD_FILES = {
     "constant but nan": (
         itk(".nrrd", np.where(np.arange(60).reshape(3, 4, 5) < 9, np.nan, 2.0)),
         r"every voxel has the value 2",
-    ),
-    # Components.
-    "vector": (
-        lambda p: write_itk(p.with_suffix(".mha"), voxels("float32", (4, 5, 6, 3)), vector=True),
-        r"3 components; choose one \(0 to 2\) or their magnitude\. .*'component'",
-    ),
-    "rgb": (
-        nrrd(
-            "kinds: RGB-color domain domain domain",
-            "encoding: raw",
-            array=voxels(shape=(4, 5, 6, 3)),
-        ),
-        r"3 components",
-    ),
-    "complex": (
-        lambda p: write_itk(p.with_suffix(".nii"), (voxels("float32") + 1j).astype(np.complex64)),
-        r"2 components; choose one \(0 to 1\)",
-    ),
-    "many": (
-        nrrd("encoding: raw", array=voxels(shape=(40, 4, 5, 10))),
-        r"40 components; choose one \(0 to 39\)",
     ),
 }
 
@@ -426,25 +408,13 @@ DICOM_CHANGES = {
     "no pixels": (lambda d: d[: d.index(b"\xe0\x7f\x10\x00")], r"002\.dcm: .*it has no pixels"),
     "cut tag": (lambda d: d[:500], r"002\.dcm: the file is truncated"),
     "foreign": (lambda d: b"?" * 900, r"002\.dcm: this is not a DICOM file"),
-    "other size": (
-        lambda d: d.replace(b"(\0\x10\0\x02\0\0\0\x05", b"(\0\x10\0\x02\0\0\0\x04"),
-        r"slices of the series differ",
-    ),
-    "colour": (
-        lambda d: d.replace(b"(\0\x04\0", b"(\0\x02\0\x02\0\0\0\x03\0(\0\x04\0", 1),
-        r"DICOM file in colour",
-    ),
-    "bits": (
-        lambda d: d.replace(b"(\0\0\x01\x02\0\0\0\x10", b"(\0\0\x01\x02\0\0\0\x0c"),
-        r"12 bits per pixel",
-    ),
     "bits stored": (
         lambda d: d.replace(b"(\0\x01\x01\x02\0\0\0\x10", b"(\0\x01\x01\x02\0\0\0\x13"),
         r"bits stored exceed",
     ),
     "compressed": (
         lambda d: d.replace(b"1.2.840.10008.1.2\0", b"1.2.840.10008.9.9\0"),
-        r"compressed pixels .*gdcmconv",
+        r"pixels compressed as .*gdcmconv",
     ),
     "same place": (lambda d: d.replace(b"10\\-20\\36", b"10\\-20\\30"), r"lie at one position"),
 }
@@ -545,7 +515,7 @@ def test_a_dicom_slice_cut_anywhere_is_refused(tmp_path, share):
 def test_tiff_directories_in_a_circle(tmp_path):
     path = write_tiff(tmp_path / "a.tif", ARRAY)
     first = struct.unpack("<I", path.read_bytes()[4:8])[0]
-    assert "form a circle" in refusal(patched(path, path.stat().st_size - 4, "<u4", first))
+    assert "circular reference" in refusal(patched(path, path.stat().st_size - 4, "<u4", first))
 
 
 def test_appended_data_is_looked_for_where_vtk_finds_it(tmp_path):

@@ -1,0 +1,163 @@
+"""Choosing one volume of those that a file or folder holds."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import DTypeLike
+
+from model.errors import VolumeError
+from model.scene.file_facts import Content
+from model.volume_files.checks import times
+
+AskedKind = Literal["series", "array", "time", "channel"]
+"""Kinds of contents that a :class:`Choice` chooses from; components are chosen by themselves."""
+
+ASKED_KINDS: tuple[AskedKind, ...] = get_args(AskedKind)
+
+PLURALS = {
+    "series": "series",
+    "array": "arrays",
+    "time": "time steps",
+    "channel": "channels",
+    "component": "components",
+}
+SINGULARS = {**PLURALS, "array": "array", "time": "time step", "channel": "channel"}
+MOST_LISTED = 12
+"""Names in a sentence; the others are counted."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What to read of a file or folder that holds more than one volume.
+
+    Attributes
+    ----------
+    series, array, time, channel : str or None
+        Name, or number from 0, of one of them; None for the largest or, among equals, the first.
+    """
+
+    series: str | None = None
+    array: str | None = None
+    time: str | None = None
+    channel: str | None = None
+
+    @classmethod
+    def parse(cls, text: str) -> Choice:
+        """Rebuild a choice from its :attr:`text`; what is not understood is left out."""
+        parts = dict(re.findall(r"(\w+)=((?:[^;\\]|\\.)*)(?:;|$)", text))
+        return cls(
+            **{kind: re.sub(r"\\(.)", r"\1", parts[kind]) for kind in ASKED_KINDS if kind in parts}
+        )
+
+    @property
+    def text(self) -> str:
+        """The choice as one line, such as ``series=CT;time=3``; empty if nothing is chosen."""
+        chosen = ((field.name, getattr(self, field.name)) for field in fields(self))
+        return ";".join(
+            f"{name}=" + re.sub(r"([;\\])", r"\\\1", value)
+            for name, value in chosen
+            if value is not None
+        )
+
+    def but(self, kind: AskedKind, name: str) -> Choice:
+        """Return the choice with another content of one kind."""
+        return replace(self, **{kind: name})
+
+
+LARGEST = Choice()
+"""The largest volume, or the first of several."""
+
+
+def contents(
+    kind: AskedKind,
+    names: Iterable[str],
+    dimensions: Sequence[int],
+    dtype: DTypeLike,
+    read: int = 0,
+) -> tuple[Content, ...]:
+    """List contents of equal size, such as the channels of an image.
+
+    Returns
+    -------
+    tuple of Content
+        Empty if there is only one.
+    """
+    scalar_type = np.dtype(dtype)
+    size = int(np.prod([int(n) for n in dimensions], dtype=object)) * scalar_type.itemsize
+    listed = [
+        Content(
+            kind, name, tuple(int(n) for n in dimensions), scalar_type.name, size, number == read
+        )
+        for number, name in enumerate(names)
+    ]
+    return tuple(listed) if len(listed) > 1 else ()
+
+
+def chosen_index(
+    path: Path, kind: AskedKind, names: Sequence[str], wanted: str | None, default: int = 0
+) -> int:
+    """Return the index of the content with a name, or with a number from 0.
+
+    Parameters
+    ----------
+    path : Path
+        Path named in the error message.
+    kind : {"series", "array", "time", "channel"}
+    names : sequence of str
+        Of all contents of that kind.
+    wanted : str or None
+        None for the default.
+    default : int
+        Index of the default.
+
+    Raises
+    ------
+    VolumeError
+        When there is no such content.
+    """
+    if wanted is None:
+        return default
+    if wanted in names:
+        return names.index(wanted)
+    alike = [number for number, name in enumerate(names) if name.lower() == wanted.lower()]
+    if len(alike) == 1:
+        return alike[0]
+    if re.fullmatch(r"\d{1,9}", wanted) and int(wanted) < len(names):
+        return int(wanted)
+    listed = ", ".join(names[:MOST_LISTED])
+    listed += f" and {len(names) - MOST_LISTED} more" if len(names) > MOST_LISTED else ""
+    raise VolumeError(
+        f"{path}: there is no {SINGULARS[kind]} '{wanted}'; "
+        f"there {'are' if len(names) > 1 else 'is'} {listed or 'none'}."
+    )
+
+
+def choice_notes(contents: Sequence[Content]) -> tuple[str, ...]:
+    """Sentences on what was read of several contents, one for each kind."""
+    notes = []
+    for kind in dict.fromkeys(content.kind for content in contents):
+        alike = [content for content in contents if content.kind == kind]
+        read = next((content for content in alike if content.is_read), None)
+        if read is None or len(alike) < 2:
+            continue
+        others = [content.name for content in alike if not content.is_read]
+        if all(re.fullmatch(r"\d+", name) for name in (read.name, *others)):
+            rest = f"the others are {others[0]} to {others[-1]}"
+            rest = f"the other is {others[0]}" if len(others) == 1 else rest
+        else:
+            rest = ", ".join(others[:MOST_LISTED])
+            left = len(others) - MOST_LISTED
+            rest = f"also there: {rest}" + (f" and {left} more" if left > 0 else "")
+        sizes = "" if len({content.dimensions for content in alike}) == 1 else _size(read)
+        notes.append(f"Of {len(alike)} {PLURALS[kind]} '{read.name}' is read{sizes}; {rest}.")
+    return tuple(notes)
+
+
+def _size(content: Content) -> str:
+    return f" ({times(content.dimensions)})"

@@ -1,0 +1,111 @@
+"""Values that files hold where nothing was measured: far from all others, and repeated."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+SAMPLES = 1 << 18
+"""Voxels that are looked at; all of a small volume."""
+
+LEAST_SHARE = 0.001
+"""Share of the voxels from which on a value counts as repeated."""
+
+FEWEST = 8
+"""Times that a value occurs, in a small volume."""
+
+FAR = 4.0
+"""Distance from the others from which on a value is far away, in widths of the others' range."""
+
+TAIL = 0.001
+"""Share of the others at each end that does not count for their width."""
+
+FEWEST_OTHERS = 16
+"""Different values that the others must have: a mask or labels have no fill value."""
+
+MOST_FILLS = 4
+
+
+def far_away_values(scalars: NDArray[np.generic], missing: NDArray[np.bool_] | None) -> list[float]:
+    """Find values that are repeated and lie far from all others.
+
+    Such as -9999, where other voxels lie from 0 to 240. A value is far away if the other voxels,
+    without a thousandth of them at either end, take less than a quarter of the way to it. Eight
+    bits have no room for such values.
+
+    Parameters
+    ----------
+    scalars : ndarray, shape (nz, ny, nx)
+        Finite.
+    missing : ndarray of bool, shape (nz, ny, nx), or None
+        Voxels that do not count.
+
+    Returns
+    -------
+    list of float
+        At most 4, in increasing order.
+    """
+    if scalars.dtype.itemsize < 2:
+        return []
+    chosen = _sample(scalars, missing)
+    values, counts = np.unique(chosen, return_counts=True)
+    least = max(LEAST_SHARE * len(chosen), FEWEST)
+    fills: list[float] = []
+    kept = np.ones(len(values), bool)
+    while len(fills) < MOST_FILLS and np.count_nonzero(kept) > FEWEST_OTHERS:
+        place = _farthest(values, counts, kept, least)
+        if place is None:
+            break
+        fills.append(values[place].item())
+        kept[place] = False
+    return sorted(fills) if np.count_nonzero(kept) >= FEWEST_OTHERS else []
+
+
+def _sample(scalars: NDArray[np.generic], missing: NDArray[np.bool_] | None) -> NDArray[np.generic]:
+    """Return some voxels, the same ones each time; all of a small volume."""
+    if scalars.size <= SAMPLES:
+        return scalars.ravel() if missing is None else scalars[~missing]
+    places = np.unravel_index(
+        np.random.default_rng(0).integers(0, scalars.size, SAMPLES), scalars.shape
+    )
+    found = scalars[places]
+    return found if missing is None else found[~missing[places]]
+
+
+def _farthest(
+    values: NDArray[np.generic], counts: NDArray[np.int64], kept: NDArray[np.bool_], least: float
+) -> int | None:
+    """Return the place of a repeated value that is far from all others that are kept."""
+    found, most = None, FAR
+    for place in np.flatnonzero(kept & (counts >= least)):
+        others = kept.copy()
+        others[place] = False
+        # The other fill values do not widen the range that the value is compared with.
+        others &= ~_beyond(values, counts, others, least)
+        upto = np.cumsum(counts[others])
+        if not len(upto):
+            continue
+        ends = np.searchsorted(upto, [TAIL * upto[-1], (1 - TAIL) * upto[-1]])
+        lo, hi = (float(value) for value in values[others][ends])
+        value = float(values[place])
+        distance = max(lo - value, value - hi)
+        if hi > lo and distance > most * (hi - lo):
+            found, most = int(place), distance / (hi - lo)
+    return found
+
+
+def _beyond(
+    values: NDArray[np.generic], counts: NDArray[np.int64], kept: NDArray[np.bool_], least: float
+) -> NDArray[np.bool_]:
+    """Mark the repeated values at both ends that lie apart from the next one that is kept."""
+    beyond = np.zeros(len(values), bool)
+    places = np.flatnonzero(kept)
+    if len(places) < FEWEST_OTHERS:
+        return beyond
+    numbers = values[places].astype(np.float64)
+    inner = numbers[-3] - numbers[2]
+    for ends in (places[:2], places[-2:][::-1]):
+        gap = abs(float(values[ends[0]]) - float(values[ends[1]]))
+        if counts[ends[0]] >= least and gap > inner:
+            beyond[ends[0]] = True
+    return beyond

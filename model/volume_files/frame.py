@@ -1,0 +1,230 @@
+"""Where a grid lies: spacing, units, origin, directions and mirrors, and what to say of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.scene.volume import Triple
+
+AXES = "xyz"
+SMALLEST_SPACING, LARGEST_SPACING = 1e-15, 1e15
+MOST_UNLIKE_SPACING = 1e4
+
+METRES = {
+    **dict.fromkeys(("m", "meter", "meters", "metre", "metres"), 1.0),
+    **dict.fromkeys(("dm", "decimeter"), 1e-1),
+    **dict.fromkeys(("cm", "centimeter", "centimeters", "centimetre"), 1e-2),
+    **dict.fromkeys(("mm", "millimeter", "millimeters", "millimetre", "millimetres"), 1e-3),
+    **dict.fromkeys(("um", "micron", "microns", "micrometer", "micrometers", "micrometre"), 1e-6),
+    **dict.fromkeys(("nm", "nanometer", "nanometers", "nanometre"), 1e-9),
+    **dict.fromkeys(("pm", "picometer", "picometre"), 1e-12),
+    **dict.fromkeys(("a", "angstrom", "angstroms", "\u00e5", "\u212b"), 1e-10),
+    **dict.fromkeys(("in", "inch", "inches", '"'), 0.0254),
+    **dict.fromkeys(("km", "kilometer", "kilometre"), 1e3),
+}
+"""Lengths of units, by their names in lower case."""
+
+NAMES = {1.0: "m", 1e-1: "dm", 1e-2: "cm", 1e-3: "mm", 1e-6: "um", 1e-9: "nm", 1e-12: "pm",
+         1e-10: "angstrom", 0.0254: "inch", 1e3: "km"}  # fmt: skip
+
+
+def unit_name(text: str) -> str:
+    """Return a unit of length by its usual name: ``"um"`` for ``"micron"``; others unchanged."""
+    word = text.strip().strip("\0").replace("\\u00B5", "u").replace("\u00b5", "u")
+    word = word.replace("\u03bc", "u")
+    length = METRES.get(word.lower())
+    return word if length is None else NAMES[length]
+
+
+def in_one_unit(
+    lengths: Sequence[float | None], units: Sequence[str]
+) -> tuple[list[float | None], str, tuple[str, ...]]:
+    """Convert lengths along the axes to the unit of the first one.
+
+    Returns
+    -------
+    lengths : list of float or None
+    unit : str
+    notes : tuple of str
+        Says it where the units differ and one of them is not known.
+    """
+    names = [unit_name(unit) for unit in units]
+    known = [name for name, length in zip(names, lengths, strict=True) if length is not None]
+    unit = known[0] if known else ""
+    if all(name == unit for name in known):
+        return list(lengths), unit, ()
+    if any(name.lower() not in METRES for name in known):
+        text = ", ".join(name or "none" for name in names)
+        return (
+            list(lengths),
+            "",
+            (f"The units of the axes differ ({text}); they are taken as one.",),
+        )
+    scale = METRES[unit.lower()]
+    converted = [
+        None if length is None else float(length * METRES[name.lower()] / scale)
+        for name, length in zip(names, lengths, strict=True)
+    ]
+    return converted, unit, ()
+
+
+def usable_spacing(
+    spacing: Sequence[float | None] | None,
+) -> tuple[Triple, tuple[str, ...]]:
+    """Convert a header's spacing to a valid one.
+
+    A sign only gives the direction of an axis and is dropped; see :func:`unmirrored`. What the
+    file does not give along one axis is taken from another; what is zero, not finite or
+    extreme is replaced by 1; all, if they are so unlike one another that the volume would be a
+    line without any thickness.
+
+    Parameters
+    ----------
+    spacing : sequence of float or None, or None
+        None for what the file does not say.
+
+    Returns
+    -------
+    spacing : tuple of float
+    notes : tuple of str
+        Assumptions made, for the user; empty if there are none.
+    """
+    given = [] if spacing is None else [s for s in spacing if s is not None]
+    if spacing is None or not given:
+        return (1.0, 1.0, 1.0), ("The file gives no voxel spacing; 1 is assumed.",)
+    usable = [s is not None and SMALLEST_SPACING < abs(s) < LARGEST_SPACING for s in spacing]
+    first = next((abs(float(s)) for s, ok in zip(spacing, usable, strict=True) if ok and s), 1.0)
+    x, y, z = (
+        first if s is None else abs(float(s)) if ok else 1.0
+        for s, ok in zip(spacing, usable, strict=True)
+    )
+    notes: tuple[str, ...] = ()
+    if silent := [axis for axis, s in zip(AXES, spacing, strict=True) if s is None]:
+        notes += (
+            f"The file gives no voxel spacing along {', '.join(silent)}; "
+            f"{first:g} is assumed, as along the others.",
+        )
+    unknown = [
+        axis for axis, s, ok in zip(AXES, spacing, usable, strict=True) if s is not None and not ok
+    ]
+    if unknown:
+        notes += (
+            f"The file's voxel spacing along {', '.join(unknown)} is unusable; 1 is assumed.",
+        )
+    if max(x, y, z) > MOST_UNLIKE_SPACING * min(x, y, z):
+        return (1.0, 1.0, 1.0), (
+            f"The file's voxel spacing of {x:g} x {y:g} x {z:g} is unusable; 1 is assumed.",
+        )
+    return (x, y, z), notes
+
+
+def usable_origin(origin: Sequence[float]) -> Triple:
+    """Replace coordinates that are not finite by 0."""
+    x, y, z = (float(o) if math.isfinite(o) else 0.0 for o in origin)
+    return x, y, z
+
+
+def unmirrored(
+    values: NDArray[np.generic],
+    spacing: Sequence[float | None],
+    origin: Sequence[float],
+    directions: NDArray[np.float64] | None = None,
+) -> tuple[NDArray[np.generic], Triple, tuple[str, ...]]:
+    """Reverse the axes along which a file's spacing is negative, so that nothing is mirrored.
+
+    Parameters
+    ----------
+    values : ndarray, shape (nz, ny, nx) or (nz, ny, nx, components)
+    spacing : sequence of float or None
+        Along x, y and z, with signs.
+    origin : sequence of float
+        Position of the file's first voxel.
+    directions : ndarray of float64, shape (3, 3), or None
+        Row k is the unit vector along axis k; None for those of the space.
+
+    Returns
+    -------
+    values : ndarray
+        A view.
+    origin : tuple of float
+        Of what is now the first voxel.
+    notes : tuple of str
+    """
+    place = np.array(usable_origin(origin))
+    axes = np.eye(3) if directions is None else directions
+    reversed_axes = []
+    for k, step in enumerate(spacing):
+        if step is None or not -LARGEST_SPACING < step < -SMALLEST_SPACING:
+            continue
+        count = values.shape[2 - k]
+        values = np.flip(values, axis=2 - k)
+        place = place + (count - 1) * step * axes[k]
+        reversed_axes.append(AXES[k])
+    if not reversed_axes:
+        return values, usable_origin(origin), ()
+    names = ", ".join(reversed_axes)
+    note = (
+        f"The file's voxel spacing along {names} is negative, which mirrors the volume; "
+        f"{names} {'is' if len(reversed_axes) == 1 else 'are'} read in reverse order, so that it "
+        "is shown as it is."
+    )
+    return values, usable_origin(place.tolist()), (note,)
+
+
+def unit_directions(directions: NDArray[np.float64] | None) -> tuple[Triple, ...]:
+    """Return unit vectors along the axes as plain numbers; empty where they are unusable.
+
+    Parameters
+    ----------
+    directions : ndarray of float64, shape (3, 3), or None
+        Row k is the step from one voxel to the next along the grid's axis k.
+    """
+    if directions is None or not np.isfinite(directions).all():
+        return ()
+    lengths = np.linalg.norm(directions, axis=1, keepdims=True)
+    if not (lengths > 0).all():
+        return ()
+    # Without -0.0.
+    return tuple((float(x), float(y), float(z)) for x, y, z in directions / lengths + 0.0)
+
+
+def frame_notes(directions: NDArray[np.float64], handedness: int = 1) -> tuple[str, ...]:
+    """Describe the orientation of the grid in the file's space, unless it is the default.
+
+    Parameters
+    ----------
+    directions : ndarray of float64, shape (3, 3)
+        Row k is the step from one voxel to the next along the grid's axis k,
+        in the file's space.
+    handedness : int
+        -1 if that space is left-handed.
+
+    Returns
+    -------
+    tuple of str
+        Notes for the user; volumes are always shown in index order.
+    """
+    lengths = np.linalg.norm(directions, axis=1, keepdims=True)
+    if not np.isfinite(directions).all() or not (lengths > 0).all():
+        return ()
+    unit = directions / lengths
+    aligned = np.allclose(np.abs(unit).max(axis=1), 1.0, atol=1e-4)
+    mirrored = np.linalg.det(unit) * handedness < 0
+    notes = []
+    sheared = not np.allclose(unit @ unit.T, np.eye(3), atol=1e-2)
+    if sheared:
+        notes.append(
+            "The grid's axes are not at right angles in the file's space; it is shown as if they "
+            "were, so its shape is wrong: resample it in the program that made it."
+        )
+    elif not aligned:
+        notes.append("The grid lies oblique in the file's space; it is shown along its own axes.")
+    elif not np.allclose(unit, np.eye(3), atol=1e-2) and not mirrored:
+        notes.append("The grid is turned in the file's space; it is shown along its own axes.")
+    if mirrored:
+        notes.append("The grid is left-handed in the file's space, so it is shown mirrored.")
+    return tuple(notes)

@@ -1,0 +1,105 @@
+"""Slices that are shifted against one another, moved back to where they were taken."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Shear:
+    """Shift of each slice against the one before.
+
+    Attributes
+    ----------
+    x, y : float
+        In voxels.
+    """
+
+    x: float
+    y: float
+
+
+def sheared_back(
+    values: NDArray[np.generic], missing: NDArray[np.bool_] | None, shear: Shear
+) -> tuple[NDArray[np.generic], NDArray[np.bool_], tuple[int, int]]:
+    """Move each slice by its shift, within a grid that has room for all of them.
+
+    Between voxels values are interpolated linearly; what lies in no slice is missing.
+
+    Parameters
+    ----------
+    values : ndarray, shape (nz, ny, nx)
+    missing : ndarray of bool, shape (nz, ny, nx), or None
+    shear : Shear
+
+    Returns
+    -------
+    values : ndarray, shape (nz, ny + more, nx + more)
+        Of the same type.
+    missing : ndarray of bool, of the same shape
+    moved : tuple of int
+        Voxels that the first slice has moved along x and y: the grid begins so many before it.
+    """
+    nz, ny, nx = values.shape
+    more = [math.ceil(abs(step) * (nz - 1) - 1e-6) for step in (shear.x, shear.y)]
+    start = [count if step < 0 else 0 for count, step in zip(more, (shear.x, shear.y), strict=True)]
+    shape = nz, ny + more[1], nx + more[0]
+    moved, absent = np.zeros(shape, values.dtype), np.ones(shape, bool)
+    for z in range(nz):
+        x, y = start[0] + z * shear.x, start[1] + z * shear.y
+        plane, nothing = values[z], None if missing is None else missing[z]
+        _place(moved[z], absent[z], plane, nothing, x, y)
+    return moved, absent, (start[0], start[1])
+
+
+def _place(
+    target: NDArray[np.generic],
+    absent: NDArray[np.bool_],
+    plane: NDArray[np.generic],
+    nothing: NDArray[np.bool_] | None,
+    x: float,
+    y: float,
+) -> None:
+    """Put a slice into a larger one at a place between its voxels."""
+    known = np.ones(plane.shape, bool) if nothing is None else ~nothing
+    pixels = plane.astype(np.float64)
+    for axis, place in ((1, x), (0, y)):
+        whole, rest = divmod(round(place, 6), 1)
+        pixels, known = _shifted(pixels, known, axis, int(whole), rest, target.shape[axis])
+    if target.dtype.kind in "iu":
+        pixels = np.rint(pixels)
+    target[...] = np.where(known, pixels, 0).astype(target.dtype)
+    absent[...] = ~known
+
+
+def _shifted(
+    pixels: NDArray[np.float64],
+    known: NDArray[np.bool_],
+    axis: int,
+    whole: int,
+    rest: float,
+    length: int,
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Shift along an axis by `whole` voxels and a `rest` from 0 to 1, in `length` voxels."""
+    shape = list(pixels.shape)
+    shape[axis] = length + 1
+    count = pixels.shape[axis]
+    wide, there = np.zeros(shape), np.zeros(shape, bool)
+    place = [slice(None), slice(None)]
+    # One voxel of room before, for the neighbor of the first.
+    place[axis] = slice(whole + 1, whole + 1 + count)
+    room = shape[axis] - (whole + 1)
+    kept = [slice(None), slice(None)]
+    kept[axis] = slice(0, min(count, room))
+    place[axis] = slice(whole + 1, whole + 1 + min(count, room))
+    wide[tuple(place)], there[tuple(place)] = pixels[tuple(kept)], known[tuple(kept)]
+    upper, lower = [slice(None), slice(None)], [slice(None), slice(None)]
+    upper[axis], lower[axis] = slice(1, None), slice(0, -1)
+    if rest == 0:
+        return wide[tuple(upper)], there[tuple(upper)]
+    mixed = (1 - rest) * wide[tuple(upper)] + rest * wide[tuple(lower)]
+    return mixed, there[tuple(upper)] & there[tuple(lower)]

@@ -1,0 +1,216 @@
+"""Voxel size, units and calibration that programs write into TIFF files."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+from xml.etree import ElementTree
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.volume_files.frame import in_one_unit
+
+if TYPE_CHECKING:
+    from tifffile import TiffFile
+
+X_RESOLUTION, Y_RESOLUTION, RESOLUTION_UNIT, PIXEL_SCALE = 282, 283, 296, 33550
+INCH, CENTIMETRE = 2, 3
+SIGNED_16 = -32768.0
+PRINTED = (72, 96, 100, 120, 150, 200, 240, 300, 360, 600, 1200)
+"""Pixels per inch of a page in print, which programs write without being asked."""
+
+NO_UNITS = ("", "pixel", "pixels")
+
+
+@dataclass(frozen=True)
+class Scale:
+    """Voxel size of a TIFF file, as far as it is given.
+
+    Attributes
+    ----------
+    spacing : tuple of float or None
+        Along x, y and z; None along an axis, or for all, of which the file says nothing.
+    unit : str
+    notes : tuple of str
+    """
+
+    spacing: tuple[float | None, float | None, float | None] | None = None
+    unit: str = ""
+    notes: tuple[str, ...] = ()
+
+
+def voxel_scale(tiff: TiffFile, series_number: int) -> Scale:
+    """Return the voxel size that ImageJ, OME, MetaSeries, Micro-Manager or others have written.
+
+    Parameters
+    ----------
+    tiff : tifffile.TiffFile
+    series_number : int
+        Of the OME image.
+    """
+    if tiff.is_ome and tiff.ome_metadata:
+        scale = _of_ome(tiff.ome_metadata, series_number)
+    elif tiff.imagej_metadata is not None:
+        scale = _of_imagej(tiff, tiff.imagej_metadata)
+    elif tiff.is_lsm:
+        scale = _of_lsm(tiff.lsm_metadata or {})
+    elif tiff.is_stk:
+        scale = _of_stk(tiff.stk_metadata or {})
+    elif tiff.is_metaseries:
+        scale = _of_metaseries(tiff.metaseries_metadata or {})
+    elif tiff.is_micromanager:
+        scale = _of_micromanager(tiff.micromanager_metadata or {})
+    else:
+        scale = _of_tags(tiff)
+    return scale
+
+
+def calibrated(
+    tiff: TiffFile, values: NDArray[np.generic]
+) -> tuple[NDArray[np.generic], str, tuple[str, ...]]:
+    """Apply ImageJ's calibration of the values.
+
+    Returns
+    -------
+    values : ndarray
+        Signed 16-bit numbers, which ImageJ stores with an offset, as what they are;
+        float32 for another straight line; as stored without one.
+    units : str
+        Of the values.
+    notes : tuple of str
+    """
+    data = tiff.imagej_metadata or {}
+    units = str(data.get("vunit", ""))
+    units = "" if units.lower() in ("gray value", "grey value", "") else units
+    line = [_number(data.get("c0")), _number(data.get("c1"))]
+    if "cf" not in data or line[0] is None or line[1] is None:
+        return values, units, ()
+    offset, slope = line
+    if str(data["cf"]) not in ("0", "0.0") or _number(data.get("c2")) is not None:
+        return values, "", ("ImageJ's calibration curve of the values is not applied.",)
+    if (offset, slope) == (0.0, 1.0) or slope == 0:
+        return values, units, ()
+    if (offset, slope) == (SIGNED_16, 1.0) and values.dtype == np.uint16:
+        values ^= np.uint16(0x8000)  # type: ignore[operator, assignment]
+        return values.view(np.int16), units, ()
+    scaled = values.astype(np.float64 if values.dtype.itemsize > 2 else np.float32)
+    scaled *= slope
+    scaled += offset
+    return scaled, units, ()
+
+
+def _number(value: Any) -> float | None:
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        return None
+    return number if math.isfinite(number) else None
+
+
+def _size(value: Any) -> float | None:
+    """Return a length as a number; None if it is none above zero."""
+    number = _number(value)
+    return None if number is None or number <= 0 else number
+
+
+def _resolution(tiff: TiffFile, tag: int) -> float | None:
+    """Return the distance of pixels by a resolution tag."""
+    value = tiff.pages.first.tags.valueof(tag)
+    if isinstance(value, tuple) and len(value) == 2 and all(value):
+        return _size(value[1] / value[0])
+    return None
+
+
+def _of_imagej(tiff: TiffFile, data: Mapping[str, Any]) -> Scale:
+    """ImageJ leaves out what is 1: the distance of slices, and the resolution."""
+    unit = str(data.get("unit", "")).strip()
+    x, y = _resolution(tiff, X_RESOLUTION), _resolution(tiff, Y_RESOLUTION)
+    z = _number(data.get("spacing"))
+    if x is None and y is None and z is None and unit.lower() in NO_UNITS:
+        return Scale()
+    units = [unit, str(data.get("yunit", unit)), str(data.get("zunit", unit))]
+    lengths: list[float | None] = [x or 1.0, y or x or 1.0, abs(z) if z else 1.0]
+    if (x, y) in ((None, None), (1.0, 1.0)) and z is None and unit.lower() in NO_UNITS:
+        return Scale()
+    sizes, name, notes = in_one_unit(lengths, ["" if u.lower() in NO_UNITS else u for u in units])
+    return Scale((sizes[0], sizes[1], sizes[2]), name, notes)
+
+
+def _of_ome(text: str, number: int) -> Scale:
+    if "<!ENTITY" in text:
+        return Scale()
+    try:
+        root = ElementTree.fromstring(text.strip("\0 \n"))
+    except (ElementTree.ParseError, ValueError):
+        return Scale()
+    pixels = [element for element in root.iter() if element.tag.rpartition("}")[2] == "Pixels"]
+    if number >= len(pixels):
+        return Scale()
+    found = pixels[number].attrib
+    lengths = [_size(found.get(f"PhysicalSize{axis}")) for axis in "XYZ"]
+    units = [found.get(f"PhysicalSize{axis}Unit", "um") for axis in "XYZ"]
+    if all(length is None for length in lengths):
+        return Scale()
+    sizes, unit, notes = in_one_unit(lengths, units)
+    return Scale((sizes[0], sizes[1], sizes[2]), unit, notes)
+
+
+def _of_lsm(data: Mapping[str, Any]) -> Scale:
+    metres = [_size(data.get(f"VoxelSize{axis}")) for axis in "XYZ"]
+    if all(length is None for length in metres):
+        return Scale()
+    x, y, z = (None if length is None else length * 1e6 for length in metres)
+    return Scale((x, y, z), "um")
+
+
+def _of_stk(data: Mapping[str, Any]) -> Scale:
+    x, y = _size(data.get("XCalibration")), _size(data.get("YCalibration"))
+    distances = np.ravel(data.get("ZDistance", []))
+    z = _size(distances[0]) if distances.size else None
+    if x is None and y is None and z is None:
+        return Scale()
+    return Scale((x, y, z), str(data.get("CalibrationUnits", "")))
+
+
+def _of_metaseries(data: Mapping[str, Any]) -> Scale:
+    plane = data.get("PlaneInfo", {})
+    x, y = (_size(plane.get(f"spatial-calibration-{axis}")) for axis in "xy")
+    if not plane.get("spatial-calibration-state", True) or (x is None and y is None):
+        return Scale()
+    z = _size(plane.get("z-step", plane.get("_MagSetting_z")))
+    return Scale((x, y, z), str(plane.get("spatial-calibration-units", "")))
+
+
+def _of_micromanager(data: Mapping[str, Any]) -> Scale:
+    summary = data.get("Summary", {})
+    x = _size(summary.get("PixelSize_um", summary.get("PixelSizeUm")))
+    z = _size(summary.get("z-step_um", summary.get("ZStepUm")))
+    if x is None and z is None:
+        return Scale()
+    aspect = _size(summary.get("PixelAspect")) or 1.0
+    return Scale((x, None if x is None else x * aspect, z), "um")
+
+
+def _of_tags(tiff: TiffFile) -> Scale:
+    """Scale of geographic files, else what a resolution says of x and y."""
+    scale = tiff.pages.first.tags.valueof(PIXEL_SCALE)
+    if isinstance(scale, tuple) and len(scale) == 3:
+        x, y, z = (_size(each) for each in scale)
+        return Scale((x, y, z)) if x and y else Scale()
+    x, y = _resolution(tiff, X_RESOLUTION), _resolution(tiff, Y_RESOLUTION)
+    unit = tiff.pages.first.tags.valueof(RESOLUTION_UNIT)
+    kinds = {INCH: "inch", CENTIMETRE: "cm"}
+    spacing = re.search(r"(?m)^spacing=([-+.\deE]+)", tiff.pages.first.description or "")
+    z = _size(spacing.group(1)) if spacing else None
+    if z is not None and x is not None:
+        return Scale((x, y, z))
+    if x is None or y is None or x == y == 1 or unit not in kinds:
+        return Scale()
+    if unit == INCH and x == y and round(1 / x, 6) in PRINTED:
+        return Scale()
+    factor = {"inch": 25.4, "cm": 10.0}[kinds[unit]]
+    return Scale((x * factor, y * factor, None), "mm")

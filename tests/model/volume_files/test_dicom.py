@@ -1,0 +1,389 @@
+"""DICOM as scanners, archives and programs write it; values by the standard or SimpleITK."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import imagecodecs
+import numpy as np
+import pytest
+import SimpleITK as sitk  # noqa: N813
+from dicom_writer import ENHANCED_MR, dataset, item, save, series
+from pydicom.pixels.encoders import RLELosslessEncoder
+from pydicom.uid import DeflatedExplicitVRLittleEndian, ExplicitVRBigEndian
+from volume_writers import voxels
+
+from model.errors import VolumeError
+from model.volume_files import Choice, read_volume
+from model.volume_files.dicom import dicom_slices, read_dicom
+
+CASES = Path(__file__).parent / "cases" / "dicom"
+
+
+def said(volume):
+    return " ".join(volume.notes)
+
+
+def itk(folder):
+    """A series as ITK reads it."""
+    reader = sitk.ImageSeriesReader()
+    reader.SetFileNames(reader.GetGDCMSeriesFileNames(str(folder)))
+    return reader.Execute()
+
+
+@pytest.mark.parametrize("case", ["no_preamble_implicit", "un_undefined_all", "enhanced_single"])
+def test_files_that_itk_reads_in_the_same_way(case):
+    volume = read_volume(CASES / case)
+    files = sorted((CASES / case).iterdir())
+    planes, heights = [], []
+    for path in files:
+        image = sitk.ReadImage(str(path))
+        planes.append(sitk.GetArrayFromImage(image)[0])
+        direction = np.array(image.GetDirection()).reshape(3, 3)[:, 2]
+        heights.append(float(np.dot(image.GetOrigin(), direction)))
+    expected = np.stack([planes[k] for k in np.argsort(heights)])
+    np.testing.assert_array_equal(volume.voxels, expected)
+    ranges = {"enhanced_single": (-988, 14000)}
+    assert volume.data_range == ranges.get(case, (6, 3000))
+    spacings = {"enhanced_single": (0.5, 0.5, 3.0)}
+    assert volume.spacing == spacings.get(case, (1.0, 1.0, 2.0))
+    assert (volume.file.spacing_unit, volume.file.space, volume.units) == ("mm", "LPS", "")
+
+
+def test_acquisitions_in_one_series_are_apart():
+    for number in range(2):
+        volume = read_volume(CASES / "interleaved_acquisitions", choice=Choice(series=str(number)))
+        assert (volume.dimensions, volume.spacing) == ((16, 12, 10), (1, 1, 2))
+        assert volume.origin == (0, 0, number)
+        assert "acquisition 1" in said(volume) and "acquisition 2" in said(volume)
+
+
+def test_pixel_spacing_that_changes_is_said():
+    volume = read_volume(CASES / "pixel_spacing_changes")
+    assert volume.dimensions[2] == 5
+    assert "Of 2 series" in said(volume)
+
+
+def test_padding_is_missing():
+    folder = CASES / "padding_signed"
+    grid = read_dicom(dicom_slices(folder))
+    stored = sitk.GetArrayFromImage(itk(folder))
+    np.testing.assert_array_equal(grid.missing, stored == -2000 - 1024)
+    volume = read_volume(folder)
+    assert volume.data_range == (stored[~grid.missing].min(), stored.max())
+    assert volume.units == "HU"
+    assert "missing by what the file says (28 %)" in said(volume)
+
+
+def test_a_lowest_value_that_is_white_is_said():
+    assert "MONOCHROME1" in said(read_volume(CASES / "monochrome1"))
+
+
+def linear(x, y, z):
+    """A field that linear interpolation reproduces, and that no reflection leaves alone."""
+    return np.round(1000 + 3 * x + 7 * y + 11 * z)
+
+
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_a_gantry_s_tilt_is_sheared_back(tmp_path, sign):
+    ys, xs = np.meshgrid(2.0 * np.arange(12), 0.5 * np.arange(16), indexing="ij")
+    shift = np.array([0.0, sign * 1.0, 3.0])
+    planes = []
+    for z in range(6):
+        at = np.array([10, -20, 30]) + z * shift
+        planes.append(linear(xs + at[0], ys + at[1], at[2]).astype(np.int16))
+    places = [np.array([10, -20, 30]) + z * shift for z in range(6)]
+    folder = series(tmp_path / "ct", planes, positions=places)
+    grid = read_dicom(dicom_slices(folder))
+    assert grid.missing is not None
+    nz, ny, nx = grid.values.shape
+    assert (nx, nz) == (16, 6)
+    z, y, x = np.meshgrid(*(np.arange(n) for n in (nz, ny, nx)), indexing="ij")
+    place = [o + s * k for o, s, k in zip(grid.origin, grid.spacing, (x, y, z), strict=True)]
+    there = ~grid.missing
+    assert there.sum() >= 6 * 11 * 16
+    np.testing.assert_allclose(grid.values[there], linear(*place)[there], atol=1)
+    assert "sheared back" in " ".join(grid.notes)
+
+
+def test_the_gantry_of_a_ct_by_its_tilt():
+    volume = read_volume(CASES / "gantry_tilt")
+    assert "tilted by 20.0 degrees" in said(volume)
+    assert volume.spacing[2] == pytest.approx(2 * np.cos(np.radians(20)))
+
+
+def encoders():
+    return {
+        "rle": ("1.2.840.10008.1.2.5", None),
+        "jpeg lossless": ("1.2.840.10008.1.2.4.70", imagecodecs.ljpeg_encode),
+        "jpeg-ls": ("1.2.840.10008.1.2.4.80", imagecodecs.jpegls_encode),
+        "jpeg 2000": (
+            "1.2.840.10008.1.2.4.90",
+            lambda a: imagecodecs.jpeg2k_encode(a, codecformat="j2k", reversible=True, level=0),
+        ),
+    }
+
+
+@pytest.mark.parametrize("dtype", ["uint8", "uint16", "int16"])
+@pytest.mark.parametrize("name", encoders())
+def test_lossless_compressions(tmp_path, name, dtype):
+    syntax, encode = encoders()[name]
+    array = (voxels("uint16", (4, 12, 16)) % (200 if dtype == "uint8" else 4000)).astype(dtype)
+    array = array - 100 if dtype == "int16" else array
+    for z, plane in enumerate(array):
+        bits = plane if dtype != "int16" else plane.view(np.uint16)
+        if encode is None:
+            runner = RLELosslessEncoder
+            options = {"rows": 12, "columns": 16, "samples_per_pixel": 1, "number_of_frames": 1}
+            options |= {"bits_allocated": 8 * plane.itemsize, "bits_stored": 8 * plane.itemsize}
+            options |= {
+                "pixel_representation": int(dtype == "int16"),
+                "transfer_syntax_uid": syntax,
+            }
+            options |= {"photometric_interpretation": "MONOCHROME2"}
+            data = runner.encode(plane.astype(plane.dtype.newbyteorder("<")).tobytes(), **options)
+        else:
+            data = encode(np.ascontiguousarray(bits))
+        tags = {"ImagePositionPatient": [0, 0, z], "SOPInstanceUID": f"1.2.{z}"}
+        save(tmp_path / f"{z}.dcm", dataset(plane, syntax=syntax, encoded=[data], **tags))
+    np.testing.assert_array_equal(read_volume(tmp_path).voxels, array)
+
+
+@pytest.mark.parametrize("syntax", [DeflatedExplicitVRLittleEndian, ExplicitVRBigEndian])
+def test_deflated_and_big_endian(tmp_path, syntax):
+    array = voxels("int16")
+    stored = array.astype(">i2") if syntax == ExplicitVRBigEndian else array
+    for z, plane in enumerate(stored):
+        tags = {"ImagePositionPatient": [0, 0, z], "SOPInstanceUID": f"1.2.{z}"}
+        ds = dataset(plane.view(np.int16), syntax=syntax, **tags)
+        save(tmp_path / f"{z}.dcm", ds)
+    np.testing.assert_array_equal(read_volume(tmp_path).voxels, array)
+
+
+def enhanced(count, times=1, **tags):
+    """Functional groups of count slices, at each of a number of times."""
+    groups = []
+    for time in range(times):
+        for z in range(count):
+            groups += item(
+                PlanePositionSequence=item(ImagePositionPatient=[1.0, 2.0, 3.0 * z]),
+                FrameContentSequence=item(TemporalPositionIndex=time + 1, StackID="1"),
+                PixelValueTransformationSequence=item(
+                    RescaleSlope=1 + z, RescaleIntercept=-5, RescaleType="US"
+                ),
+            )
+    shared = item(
+        PlaneOrientationSequence=item(ImageOrientationPatient=[1, 0, 0, 0, 1, 0]),
+        PixelMeasuresSequence=item(PixelSpacing=[2.0, 0.5], SliceThickness=9.0),
+    )
+    values = {"SOPClassUID": ENHANCED_MR, "PixelSpacing": None, "ImageOrientationPatient": None}
+    values |= {"PerFrameFunctionalGroupsSequence": groups}
+    return values | {"SharedFunctionalGroupsSequence": shared, **tags}
+
+
+@pytest.mark.parametrize("time", [None, "0", "1", "2"])
+def test_many_frames_in_one_file(tmp_path, time):
+    array = (voxels("uint16", (3, 4, 5, 7)) % 100).astype(np.uint16)
+    ds = dataset(array.reshape(12, 5, 7), frames=12, **enhanced(4, 3))
+    path = save(tmp_path / "a.dcm", ds)
+    volume = read_volume(path, choice=Choice(time=time and str(int(time) + 1)))
+    slopes = np.arange(1, 5)[:, None, None]
+    np.testing.assert_array_equal(volume.voxels, array[int(time or 0)].astype(int) * slopes - 5)
+    assert volume.spacing == (0.5, 2.0, 3.0)
+    assert volume.origin == (1.0, 2.0, 0.0)
+    assert [(c.kind, c.name) for c in volume.file.contents] == [
+        ("time", "1"),
+        ("time", "2"),
+        ("time", "3"),
+    ]
+
+
+def test_frames_without_functional_groups(tmp_path):
+    array = voxels("uint16", (6, 5, 7))
+    tags = {"ImagePositionPatient": [1, 2, 3], "SpacingBetweenSlices": 4.0}
+    path = save(tmp_path / "a.dcm", dataset(array, frames=6, **tags))
+    volume = read_volume(path)
+    np.testing.assert_array_equal(volume.voxels, array)
+    assert volume.spacing == (0.5, 2.0, 4.0)
+
+
+def test_a_rescaling_of_each_slice(tmp_path):
+    array = voxels("int16") // 64
+    folder = series(
+        tmp_path / "pt",
+        array,
+        Modality="PT",
+        Units="BQML",
+        each=lambda z: {"RescaleSlope": 1.5 + z, "RescaleIntercept": 0},
+    )
+    volume = read_volume(folder)
+    expected = array * (1.5 + np.arange(6))[:, None, None]
+    np.testing.assert_allclose(volume.voxels, expected, rtol=1e-6)
+    assert volume.units == "Bq/ml"
+
+
+@pytest.mark.parametrize(
+    ("tags", "units"),
+    [
+        ({}, ""),
+        ({"RescaleSlope": 1, "RescaleIntercept": -1024}, "HU"),
+        ({"RescaleSlope": 1, "RescaleIntercept": 0, "RescaleType": "US"}, ""),
+        ({"RescaleSlope": 1, "RescaleIntercept": 0, "RescaleType": "mgml"}, "mgml"),
+    ],
+)
+def test_hounsfield_units_only_of_rescaled_values(tmp_path, tags, units):
+    assert (
+        read_volume(series(tmp_path / "ct", voxels("int16"), Modality="CT", **tags)).units == units
+    )
+
+
+def test_a_modality_s_table(tmp_path):
+    array = (voxels("uint16") % 300).astype(np.uint16)
+    table = item(LUTDescriptor=[256, 10, 16], ModalityLUTType="OD")
+    entries = np.arange(256)[::-1].astype(np.uint16) * 3
+    table[0].LUTData = entries.tobytes()
+    table[0]["LUTData"].VR = "OW"
+    for element in ("LUTDescriptor",):
+        table[0][element].VR = "US"
+    folder = series(tmp_path / "dx", array, ModalityLUTSequence=table)
+    expected = entries[np.clip(array.astype(int) - 10, 0, 255)]
+    np.testing.assert_array_equal(read_volume(folder).voxels, expected)
+
+
+def test_what_lies_in_unused_bits_is_left_out(tmp_path):
+    array = (voxels("uint16") % 4096).astype(np.uint16)
+    tags = {"BitsStored": 12, "HighBit": 11}
+    folder = series(tmp_path / "mr", array | np.uint16(0xF000), **tags)
+    np.testing.assert_array_equal(read_volume(folder).voxels, array)
+    signed = (array.astype(int) - 2048).astype(np.int16)
+    folder = series(tmp_path / "ct", signed & np.int16(0x0FFF), **tags)
+    np.testing.assert_array_equal(read_volume(folder).voxels, signed)
+
+
+def test_echoes_are_channels_and_repetitions_are_times(tmp_path):
+    array = voxels("int16", (2, 3, 4, 5, 7))
+    for echo in range(2):
+        for time in range(3):
+            series(
+                tmp_path / "mr",
+                array[echo, time],
+                start=100 * echo + 10 * time,
+                EchoNumbers=echo + 1,
+                TemporalPositionIdentifier=time + 1,
+            )
+    volume = read_volume(tmp_path / "mr", choice=Choice(time="3", channel="echo 2"))
+    np.testing.assert_array_equal(volume.voxels, array[1, 2])
+    names = [(content.kind, content.name) for content in volume.file.contents]
+    assert names == [
+        ("time", "1"),
+        ("time", "2"),
+        ("time", "3"),
+        ("channel", "echo 1"),
+        ("channel", "echo 2"),
+    ]
+
+
+def test_repetitions_that_nothing_identifies_are_told_by_their_numbers(tmp_path):
+    array = voxels("int16", (2, 4, 5, 7))
+    for time in range(2):
+        series(tmp_path / "mr", array[time], start=10 * time)
+    np.testing.assert_array_equal(
+        read_volume(tmp_path / "mr", choice=Choice(time="1")).voxels, array[1]
+    )
+
+
+def test_localizers_previews_and_copies_are_left_out(tmp_path):
+    array = voxels("int16")
+    folder = series(tmp_path / "ct", array, SeriesDescription="thorax", SeriesNumber=4)
+    axes = [0, 1, 0, 0, 0, -1]
+    kind = ["ORIGINAL", "PRIMARY", "LOCALIZER"]
+    series(folder, array[:1], start=50, ImageOrientationPatient=axes, ImageType=kind)
+    series(folder, array[:2, :2, :2], start=60)
+    shutil.copy(folder / "000.dcm", folder / "copy of 000.dcm")
+    (folder / "._000.dcm").write_bytes(b"\0\5\x16\7" + b"Mac OS X" * 40)
+    volume = read_volume(folder)
+    np.testing.assert_array_equal(volume.voxels, array)
+    assert "same image as another were left out: 1" in said(volume)
+    assert "'4 thorax' is read" in said(volume)
+
+
+def test_images_beside_one_another_are_two_volumes(tmp_path):
+    array = voxels("int16", (2, 4, 5, 7))
+    for side in range(2):
+        places = [[100.0 * side, 0, 3 * z] for z in range(4)]
+        series(tmp_path / "mr", array[side], positions=places, start=10 * side)
+    for side in range(2):
+        volume = read_volume(tmp_path / "mr", choice=Choice(series=str(side)))
+        np.testing.assert_array_equal(volume.voxels, array[side])
+
+
+def test_gaps_are_said_with_their_places(tmp_path):
+    places = [[0, 0, 3 * z] for z in (0, 1, 2, 5, 6, 7)]
+    volume = read_volume(series(tmp_path / "mr", voxels("int16"), positions=places))
+    assert "2 slices between slices 2 and 3 (at 6 and 15 mm)" in said(volume)
+    assert volume.spacing[2] == 3
+
+
+def test_slices_without_places(tmp_path):
+    folder = series(tmp_path / "mr", voxels("int16"), positions=[None] * 6, SliceThickness=4)
+    volume = read_volume(folder)
+    np.testing.assert_array_equal(volume.voxels, voxels("int16"))
+    assert volume.spacing == (0.5, 2, 4)
+    assert "no position" in said(volume)
+
+
+def test_images_at_one_place_that_nothing_tells_apart(tmp_path):
+    places = [[0, 0, z] for z in (0, 1, 1, 2, 3, 4)]
+    with pytest.raises(VolumeError, match=r"one position \(001\.dcm and 002\.dcm\), and no field"):
+        read_volume(series(tmp_path / "mr", voxels("int16"), positions=places))
+
+
+def test_a_segmentation_of_one_bit(tmp_path):
+    array = voxels("uint8", (6, 5, 7)) > 100
+    packed = np.packbits(array.ravel(), bitorder="little")
+    packed = np.append(packed, np.zeros(len(packed) % 2, np.uint8))
+    ds = dataset(np.zeros((6, 5, 7), np.uint8), frames=6, ImagePositionPatient=[0, 0, 0])
+    ds.BitsAllocated, ds.BitsStored, ds.HighBit = 1, 1, 0
+    ds.PixelData = packed.tobytes()
+    np.testing.assert_array_equal(read_volume(save(tmp_path / "a.dcm", ds)).voxels, array)
+
+
+def test_a_dose_has_its_units(tmp_path):
+    array = voxels("uint16", (6, 5, 7))
+    tags = {"DoseGridScaling": 0.001, "DoseUnits": "GY", "Modality": "RTDOSE"}
+    tags |= {
+        "GridFrameOffsetVector": [0.0, 2.5, 5, 7.5, 10, 12.5],
+        "ImagePositionPatient": [1, 2, 3],
+    }
+    volume = read_volume(save(tmp_path / "a.dcm", dataset(array, frames=6, **tags)))
+    np.testing.assert_allclose(volume.voxels, array * 0.001, rtol=1e-5)
+    assert (volume.units, volume.spacing[2]) == ("Gy", 2.5)
+
+
+def test_colours_and_moving_pictures_say_what_to_do(tmp_path):
+    for z in range(3):
+        ds = dataset(voxels("uint8", (5, 7)), ImagePositionPatient=[0, 0, z], SamplesPerPixel=3)
+        ds.SOPInstanceUID = f"1.2.{z}"
+        save(tmp_path / "rgb" / f"{z}.dcm", ds)
+    with pytest.raises(VolumeError, match="in colour"):
+        read_volume(tmp_path / "rgb")
+    for z in range(3):
+        tags = {"ImagePositionPatient": [0, 0, z], "SOPInstanceUID": f"1.2.{z}"}
+        ds = dataset(
+            voxels("uint8", (5, 7)), syntax="1.2.840.10008.1.2.4.102", encoded=[b"?"], **tags
+        )
+        save(tmp_path / "mpeg" / f"{z}.dcm", ds)
+    with pytest.raises(VolumeError, match="compressed as MPEG-4"):
+        read_volume(tmp_path / "mpeg")
+
+
+def test_pixels_larger_than_their_tags_are_refused(tmp_path):
+    large = imagecodecs.jpegls_encode(np.zeros((2000, 2000), np.uint16))
+    for z in range(3):
+        tags = {"ImagePositionPatient": [0, 0, z], "SOPInstanceUID": f"1.2.{z}"}
+        syntax = "1.2.840.10008.1.2.4.80"
+        ds = dataset(voxels("uint16", (5, 7)), syntax=syntax, encoded=[large], **tags)
+        save(tmp_path / f"{z}.dcm", ds)
+    with pytest.raises(VolumeError, match="another size than its tags"):
+        read_volume(tmp_path)
