@@ -180,10 +180,23 @@ def training(
         typer.Option("--architecture", help="(default: the preset's)"),
     ] = None,
     steps: Annotated[int, typer.Option("--steps", min=1, help="That are timed each way.")] = 10,
+    batch: Annotated[
+        list[int] | None,
+        typer.Option(
+            "--batch",
+            min=2,
+            help="Compare batches of so many samples, alone and with rendering beside, by the "
+            "fastest way; may be repeated.",
+        ),
+    ] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="Change the recipe, as in 'train'."),
+    ] = None,
     json: options.JsonFile = None,
     device: options.DeviceName = choices.Device.AUTO,
 ) -> None:
-    """Speed of training by precision, order of channels, optimizer, compilation; no rendering."""
+    """Speed of training by precision, order of channels, optimizer, compilation, batch size."""
     from app.cli.bench_training import bench_training
 
     bench_training(
@@ -191,6 +204,8 @@ def training(
         choices.architecture_name(architecture),
         str(device),
         steps,
+        batch or [],
+        settings or [],
         json,
     )
 

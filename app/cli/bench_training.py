@@ -10,7 +10,7 @@ from rich.table import Table
 from app.cli.console import console
 from app.cli.machine import print_machine
 from app.cli.outputs import write_json
-from model.benchmarks.training import TrainingRow, compare_training
+from model.benchmarks.training import TrainingRow, compare_batches, compare_training
 from model.devices import choose_device
 from model.networks.size import Architecture
 from model.scene.scene import Scene
@@ -24,9 +24,11 @@ def bench_training(
     architecture: Architecture | None,
     device_name: str,
     steps: int,
+    batches: list[int],
+    settings: list[str],
     json_path: Path | None,
 ) -> None:
-    """Time steps without rendering; print a table per preset, and write JSON if requested."""
+    """Time training steps; print a table per preset, and write JSON if requested."""
     device = choose_device(device_name)
     machine = print_machine(device)
     volume = read_volume(DEFAULT_VOLUME)
@@ -34,7 +36,12 @@ def bench_training(
     for name in presets or ["draft", "compact"]:
         size = preset_size(name, architecture)
         scene = Scene.of(volume, size.image_size)
-        rows = list(compare_training(size, TrainingOptions(), scene, device, steps))
+        recipe = TrainingOptions().with_settings(settings)
+        if batches:
+            found = compare_batches(size, recipe, scene, volume, device, steps, batches)
+        else:
+            found = compare_training(size, recipe, scene, device, steps)
+        rows = list(found)
         _print(f"{name}, {size.architecture}", rows)
         results.append({"name": name, "rows": [asdict(row) for row in rows]})
     if json_path is not None:
@@ -43,7 +50,7 @@ def bench_training(
 
 def _print(name: str, rows: list[TrainingRow]) -> None:
     table = Table(title=name, title_justify="left")
-    for heading in ("stage", "precision", "channels", "fused", "compiled", "train"):
+    for heading in ("stage", "precision", "channels", "fused", "compiled", "rendering", "train"):
         table.add_column(heading)
     for heading in ("batch", "ms a step", "samples/s", "ratio"):
         table.add_column(heading, justify="right")
@@ -54,6 +61,7 @@ def _print(name: str, rows: list[TrainingRow]) -> None:
             "last" if row.execution.channels_last else "first",
             "yes" if row.execution.fused else "no",
             "yes" if row.execution.compiled else "no",
+            "beside" if row.rendered else "none",
             "takes this" if row.chosen else "",
             str(row.batch_size),
             f"{1e3 * row.seconds:.0f}",

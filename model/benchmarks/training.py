@@ -1,9 +1,10 @@
-"""Speed of training steps by precision, memory order, optimizer and compilation."""
+"""Speed of training steps by precision, memory order, optimizer, compilation and batch size."""
 
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator
+import time
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 from statistics import median
@@ -13,10 +14,13 @@ import torch
 
 from model.networks.size import NetworkSize
 from model.scene.scene import Scene
+from model.scene.volume import Volume
+from model.training.batch import encode_batch
 from model.training.execution import Execution
-from model.training.execution_choice import choose_execution, step_seconds
+from model.training.execution_choice import LATE, choose_execution, step_seconds
 from model.training.options import Precision, TrainingOptions
 from model.training.schedule import Schedule
+from model.training.streamed_samples import StreamSource
 
 WARM_UP_STEPS = 3
 
@@ -35,7 +39,9 @@ class TrainingRow:
     seconds : float
         Median time per step.
     speedup : float
-        Speedup over the first settings of that stage.
+        Speedup over the first settings of that stage, per sample.
+    rendered : bool
+        Whether samples were rendered beside the steps, as in a run.
     """
 
     stage: str
@@ -44,6 +50,7 @@ class TrainingRow:
     batch_size: int
     seconds: float
     speedup: float
+    rendered: bool = False
 
 
 def compare_training(
@@ -72,9 +79,85 @@ def compare_training(
         plainest: float | None = None
         for way in _ways(device, chosen):
             durations = step_seconds(size, options, scene, device, way, name)
-            seconds = median(islice(durations, WARM_UP_STEPS, WARM_UP_STEPS + steps))
+            seconds = _median(durations, steps)
             plainest = plainest or seconds
             yield TrainingRow(name, way, way == chosen, batch_size, seconds, plainest / seconds)
+
+
+def compare_batches(
+    size: NetworkSize,
+    options: TrainingOptions,
+    scene: Scene,
+    volume: Volume,
+    device: torch.device,
+    steps: int,
+    batch_sizes: Sequence[int],
+) -> Iterator[TrainingRow]:
+    """Time the steps of each stage that learns from images, by the number of samples in a batch.
+
+    Parameters
+    ----------
+    size : NetworkSize
+    options : TrainingOptions
+    scene : Scene
+    volume : Volume
+        The scene's.
+    device : torch.device
+    steps : int
+        Number of steps that are timed, after a few that are not.
+    batch_sizes : sequence of int
+
+    Yields
+    ------
+    TrainingRow
+        For each stage and batch size: the steps alone, then with samples rendered
+        beside them as in a run.
+    """
+    way = choose_execution(size, options, scene, device)
+    stages = Schedule(size, options, scene, device).stages.items()
+    for name in [name for name, stage in stages if stage.needs_images]:
+        first: float | None = None
+        for batch_size in batch_sizes:
+            changed = replace(getattr(options, name), batch_size=batch_size)
+            asked = replace(options, **{name: changed})
+            rest = size, asked, scene, device, way, name
+            for rendered in (False, True):
+                durations = step_seconds(*rest)
+                if rendered:
+                    durations = _seconds_of_a_run(volume, *rest)
+                seconds = _median(durations, steps) / batch_size
+                first = first or seconds
+                yield TrainingRow(
+                    name, way, True, batch_size, seconds * batch_size, first / seconds, rendered
+                )
+
+
+def _seconds_of_a_run(
+    volume: Volume,
+    size: NetworkSize,
+    options: TrainingOptions,
+    scene: Scene,
+    device: torch.device,
+    execution: Execution,
+    name: str,
+) -> Iterator[float]:
+    """Yield the seconds from step to step of a run, with its samples and their encoding."""
+    stage = Schedule(size, options, scene, device, execution).stages[name]
+    source = StreamSource(volume, scene, options.seed)
+    try:
+        samples = source.batches(0, stage.stage.batch_size, options.seed, 0, stage.image_size)
+        before = time.perf_counter()
+        for batch in samples:
+            stage.step(encode_batch(batch, scene, size.opacity_size).to(device), LATE)
+            now = time.perf_counter()
+            yield now - before
+            before = now
+    finally:
+        source.close()
+
+
+def _median(durations: Iterator[float], steps: int) -> float:
+    return median(islice(durations, WARM_UP_STEPS, WARM_UP_STEPS + steps))
 
 
 def _ways(device: torch.device, chosen: Execution) -> list[Execution]:

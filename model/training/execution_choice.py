@@ -40,6 +40,9 @@ HOPELESS = 1.3
 ALIKE = 1.03
 """Candidates whose step times differ by less than this factor count as equally fast."""
 
+LATE = 0.999
+"""Fraction of a stage's budget at which its steps are timed: a discriminator has joined."""
+
 NAME = "training"
 
 
@@ -123,9 +126,8 @@ def step_seconds(
     batch = _noise(timed.stage.batch_size, drawn, condition_numbers(scene)).to(device)
     while True:
         start = time.perf_counter()
-        # At the end of the stage, when the discriminator has joined. The step returns numbers
-        # on the CPU, so a GPU has finished by then.
-        timed.step(batch, 0.999)
+        # The step returns numbers on the CPU, so a GPU has finished by then.
+        timed.step(batch, LATE)
         yield time.perf_counter() - start
 
 
