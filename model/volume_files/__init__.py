@@ -20,6 +20,7 @@ from model.volume_files.finish import Component, make_volume
 from model.volume_files.grid import Grid
 from model.volume_files.legacy_vtk import read_legacy_vtk
 from model.volume_files.metaimage import read_metaimage
+from model.volume_files.nifti import SUFFIXES as NIFTI_SUFFIXES
 from model.volume_files.nifti import read_nifti
 from model.volume_files.nrrd import read_nrrd
 from model.volume_files.raw import RawLayout, read_raw
@@ -35,8 +36,7 @@ _READERS: dict[str, Callable[[Path, Choice], Grid]] = {
     ".nhdr": read_nrrd,
     ".mha": read_metaimage,
     ".mhd": read_metaimage,
-    ".nii": read_nifti,
-    ".nii.gz": read_nifti,
+    **dict.fromkeys(NIFTI_SUFFIXES, read_nifti),
     ".vti": read_vti,
     ".vtk": read_legacy_vtk,
     **dict.fromkeys(TIFF_SUFFIXES, read_tiff),
