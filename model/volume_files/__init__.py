@@ -18,15 +18,23 @@ from model.volume_files.dicom import dicom_slices, read_dicom
 from model.volume_files.dicom_file import is_dicom
 from model.volume_files.finish import Component, make_volume
 from model.volume_files.grid import Grid
+from model.volume_files.hdf5 import SUFFIXES as HDF5_SUFFIXES
+from model.volume_files.hdf5 import read_hdf5
 from model.volume_files.legacy_vtk import read_legacy_vtk
 from model.volume_files.metaimage import read_metaimage
+from model.volume_files.mrc import SUFFIXES as MRC_SUFFIXES
+from model.volume_files.mrc import read_mrc
+from model.volume_files.nifti import SUFFIXES as NIFTI_SUFFIXES
 from model.volume_files.nifti import read_nifti
 from model.volume_files.nrrd import read_nrrd
+from model.volume_files.numpy_arrays import SUFFIXES as NUMPY_SUFFIXES
+from model.volume_files.numpy_arrays import read_numpy
 from model.volume_files.raw import RawLayout, read_raw
 from model.volume_files.tiff import SUFFIXES as TIFF_SUFFIXES
 from model.volume_files.tiff import read_tiff
 from model.volume_files.tiff_folder import read_tiff_folder, tiff_slices
 from model.volume_files.vti import read_vti
+from model.volume_files.zarr_arrays import is_zarr, read_zarr
 
 __all__ = ["SUFFIXES", "Choice", "Component", "RawLayout", "describe", "read_volume"]
 
@@ -35,11 +43,13 @@ _READERS: dict[str, Callable[[Path, Choice], Grid]] = {
     ".nhdr": read_nrrd,
     ".mha": read_metaimage,
     ".mhd": read_metaimage,
-    ".nii": read_nifti,
-    ".nii.gz": read_nifti,
+    **dict.fromkeys(NIFTI_SUFFIXES, read_nifti),
     ".vti": read_vti,
     ".vtk": read_legacy_vtk,
     **dict.fromkeys(TIFF_SUFFIXES, read_tiff),
+    **dict.fromkeys(MRC_SUFFIXES, read_mrc),
+    **dict.fromkeys(NUMPY_SUFFIXES, read_numpy),
+    **dict.fromkeys(HDF5_SUFFIXES, read_hdf5),
 }
 
 SUFFIXES = (*_READERS, *DICOM_SUFFIXES, ".raw")
@@ -148,6 +158,8 @@ def _read_grid(path: Path, raw: RawLayout | None, choice: Choice) -> Grid:
 
 
 def _read_folder(folder: Path, choice: Choice) -> Grid:
+    if is_zarr(folder):
+        return read_zarr(folder, choice)
     if slices := dicom_slices(folder):
         return read_dicom(slices, None, choice)
     if slices := tiff_slices(folder):

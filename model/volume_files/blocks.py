@@ -20,6 +20,8 @@ Encoding = Literal["raw", "deflate", "bzip2"]
 
 CHUNK = 1 << 14
 EITHER_ZLIB_OR_GZIP = 47
+LONGEST_REST = 1 << 20
+"""Bytes behind the voxels that are unpacked to see whether the stream is sound."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +38,10 @@ class Block:
     offset : int
         First byte; -1 for a block at the end of the file.
     encoding : {"raw", "deflate", "bzip2"}
+    skip : int
+        Bytes before the voxels once a compressed block is unpacked.
+    more : bool
+        Whether something may follow the voxels there.
     """
 
     path: Path
@@ -43,6 +49,8 @@ class Block:
     dtype: np.dtype[np.generic]
     offset: int = 0
     encoding: Encoding = "raw"
+    skip: int = 0
+    more: bool = False
 
     @property
     def nbytes(self) -> int:
@@ -79,15 +87,55 @@ def read_block(block: Block) -> NDArray[np.generic]:
     return voxels.byteswap(inplace=True).view(voxels.dtype.newbyteorder("="))
 
 
+def unpacked_start(path: Path, length: int) -> bytes:
+    """Return the first bytes of a file, unpacked if it is compressed with gzip or bzip2.
+
+    Raises
+    ------
+    VolumeError
+        When the compressed stream is damaged.
+    """
+    with path.open("rb") as file:
+        start = file.read(max(length, 3))
+        encoding = encoding_of(start)
+        if encoding == "raw":
+            return start[:length]
+        file.seek(0)
+        data = b""
+        try:
+            for piece in _pieces(file, encoding):
+                data += piece
+                if len(data) >= length:
+                    break
+        except EOFError:
+            pass
+        except (zlib.error, OSError, ValueError) as error:
+            raise damaged(path, f"its compressed stream is invalid ({error})") from None
+        return data[:length]
+
+
+def encoding_of(start: bytes) -> Encoding:
+    """Return how a file is compressed, by its first bytes."""
+    if start[:2] == b"\x1f\x8b":
+        return "deflate"
+    return "bzip2" if start[:3] == b"BZh" else "raw"
+
+
 def _inflate(file: BinaryIO, block: Block, target: NDArray[np.uint8]) -> None:
-    """Decompress the rest of a file into `target`, which it must fill exactly."""
-    done = 0
+    """Decompress the rest of a file into `target`, which it must fill."""
+    done, left = -block.skip, LONGEST_REST
     try:
         for piece in _pieces(file, block.encoding):
-            if done + len(piece) > len(target):
+            start = min(max(-done, 0), len(piece))
+            used = memoryview(piece)[start : start + len(target) - max(done, 0)]
+            if len(used) < len(piece) - start and not block.more:
                 raise damaged(block.path, "it holds more voxels than its header says")
-            target[done : done + len(piece)] = np.frombuffer(piece, np.uint8)
-            done += len(piece)
+            target[max(done, 0) : max(done, 0) + len(used)] = np.frombuffer(used, np.uint8)
+            left -= len(piece) - start - len(used)
+            done += start + len(used)
+            if left < 0:
+                # Other volumes follow.
+                break
     except EOFError:
         raise truncated(block.path, "its compressed stream stops before the end") from None
     except (zlib.error, OSError, ValueError) as error:

@@ -32,8 +32,6 @@ class Grid:
         where it says nothing. NaN and infinities are missing without it.
     facts : FileFacts
         What else the file says.
-    vector : bool
-        Whether the components are those of a vector, of which the magnitude means something.
     """
 
     values: NDArray[np.generic]
@@ -44,4 +42,3 @@ class Grid:
     axis_labels: tuple[str, ...] = ()
     missing: NDArray[np.bool_] | None = None
     facts: FileFacts = field(default=FileFacts())
-    vector: bool = True

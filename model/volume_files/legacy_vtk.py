@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -11,7 +12,8 @@ from model.errors import VolumeError
 from model.volume_files.checks import check_grid, check_present, truncated
 from model.volume_files.choice import LARGEST, Choice
 from model.volume_files.grid import Grid
-from model.volume_files.vtk_session import image_grid, run_quietly
+from model.volume_files.vtk_arrays import VtkArray, chosen_array, image_grid
+from model.volume_files.vtk_session import run_quietly, to_numpy
 
 LONGEST_HEADER = 1 << 16
 
@@ -23,7 +25,7 @@ def read_legacy_vtk(path: Path, choice: Choice = LARGEST) -> Grid:
     ------
     VolumeError
         When the file is foreign, damaged, truncated, or holds another kind of
-        data set or no array.
+        data set or no array, or not the chosen one.
     """
     from vtkmodules.vtkIOLegacy import vtkStructuredPointsReader
 
@@ -36,8 +38,9 @@ def read_legacy_vtk(path: Path, choice: Choice = LARGEST) -> Grid:
     kind = re.search(rb"^DATASET\s+(\w+)", start, re.MULTILINE | re.IGNORECASE)
     if kind is not None and kind.group(1).upper() != b"STRUCTURED_POINTS":
         raise VolumeError(
-            f"{path}: the file holds {kind.group(1).decode().lower()}, not structured_points; "
-            "resample it to image data first."
+            f"{path}: the file holds {kind.group(1).decode('latin-1').lower()}, not "
+            "structured_points; make image data of it first, as with ParaView's filter Resample To "
+            "Image, and save that as .vti."
         )
     sizes = re.search(
         rb"^DIMENSIONS\s+(-?\d{1,18})\s+(-?\d{1,18})\s+(-?\d{1,18})\s",
@@ -50,5 +53,33 @@ def read_legacy_vtk(path: Path, choice: Choice = LARGEST) -> Grid:
     check_present(path, path.stat().st_size, check_grid(path, dimensions, np.uint8))
     reader = vtkStructuredPointsReader()
     reader.SetFileName(str(path))
+    reader.ReadAllScalarsOn()
+    reader.ReadAllVectorsOn()
+    reader.ReadAllFieldsOn()
     run_quietly(path, reader.Update)
-    return image_grid(path, reader.GetOutput())
+    image = reader.GetOutput()
+    arrays = [
+        *_arrays(image.GetPointData(), in_cells=False),
+        *_arrays(image.GetCellData(), in_cells=True),
+    ]
+    return image_grid(path, image, chosen_array(path, arrays, choice), "legacy VTK")
+
+
+def _arrays(attributes: Any, in_cells: bool) -> list[VtkArray]:
+    """List the arrays of points or cells."""
+    found = []
+    active = attributes.GetScalars()
+    for number in range(attributes.GetNumberOfArrays()):
+        array = attributes.GetArray(number)
+        if array is not None and array.GetNumberOfTuples():
+            dtype = to_numpy(array, (array.GetNumberOfTuples(), 1, 1)).dtype
+            found.append(
+                VtkArray(
+                    array.GetName() or "",
+                    in_cells,
+                    dtype,
+                    array.GetNumberOfComponents(),
+                    active is not None and array.GetName() == active.GetName(),
+                )
+            )
+    return found

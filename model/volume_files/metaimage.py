@@ -13,11 +13,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError
+from model.scene.file_facts import FileFacts
 from model.volume_files.anatomy import OPPOSITES, axis_labels, is_space
 from model.volume_files.blocks import Block, read_block
 from model.volume_files.checks import check_grid, damaged, file_beside, truncated, unsupported
 from model.volume_files.choice import LARGEST, Choice
-from model.volume_files.frame import frame_notes, usable_origin, usable_spacing
+from model.volume_files.frame import (
+    frame_notes,
+    unit_directions,
+    unit_name,
+    unmirrored,
+    usable_spacing,
+)
 from model.volume_files.grid import Grid
 
 LONGEST_HEADER = 1 << 16
@@ -100,21 +107,31 @@ def read_metaimage(path: Path, choice: Choice = LARGEST) -> Grid:
     if len(sizes) == 4:
         values = np.moveaxis(values, 0, -1).reshape(*sizes[2::-1], components)
     axes = len(sizes)
-    spacing, notes = usable_spacing(
-        _leading(header.numbers(axes, "ElementSpacing", "ElementSize"), 3)
-    )
+    steps = _leading(header.numbers(axes, "ElementSpacing", "ElementSize"), 3)
+    spacing, notes = usable_spacing(steps)
     matrix = header.numbers(axes * axes, "TransformMatrix", "Rotation", "Orientation")
     directions = None
     if matrix is not None:
         directions = np.array(matrix).reshape(axes, axes)[:3, :3]
         notes += frame_notes(directions)
     origin = _leading(header.numbers(axes, "Offset", "Position", "Origin"), 3)
+    unit = unit_directions(directions)
+    values, place, mirror_notes = unmirrored(
+        values, steps or (), origin or (0.0, 0.0, 0.0), np.array(unit) if unit else None
+    )
+    labels = _labels(header, directions)
     return Grid(
         values,
         spacing,
-        usable_origin(origin or (0.0, 0.0, 0.0)),
-        notes=notes,
-        axis_labels=_labels(header, directions),
+        place,
+        notes=mirror_notes + notes,
+        axis_labels=labels,
+        facts=FileFacts(
+            "MetaImage",
+            unit_name(header.first("DistanceUnits") or ""),
+            unit,
+            "LPS" if labels and unit else "",
+        ),
     )
 
 
@@ -141,6 +158,8 @@ def _read_header(path: Path) -> _Header:
         while "ElementDataFile" not in fields and file.tell() < LONGEST_HEADER:
             line = file.readline(LONGEST_HEADER)
             name, separator, value = line.decode("utf-8", "replace").partition("=")
+            if line and not line.strip():
+                continue
             if not separator:
                 break
             fields[name.strip()] = value.strip()

@@ -1,61 +1,169 @@
-"""NIfTI files (.nii, .nii.gz), read by VTK."""
+"""NIfTI-1 and -2, Analyze and MGH files: heads by nibabel, voxels as a block."""
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from model.errors import VolumeError
-from model.scene.volume import Triple
+from model.errors import VolumeError, first_line
+from model.scene.file_facts import FileFacts
 from model.volume_files.anatomy import axis_labels
-from model.volume_files.checks import check_grid, check_present
-from model.volume_files.choice import LARGEST, Choice
-from model.volume_files.frame import frame_notes, usable_origin, usable_spacing
+from model.volume_files.blocks import Block, encoding_of, read_block, unpacked_start
+from model.volume_files.checks import check_grid, check_present, damaged, unsupported
+from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen_index, contents
+from model.volume_files.frame import (
+    frame_notes,
+    unit_directions,
+    unit_name,
+    usable_origin,
+    usable_spacing,
+)
 from model.volume_files.grid import Grid
-from model.volume_files.vtk_session import run_quietly, to_numpy
+from model.volume_files.library_log import log_of
+from model.volume_files.nifti_frame import NiftiFrame, nifti_frame
+
+if TYPE_CHECKING:
+    from nibabel.analyze import AnalyzeHeader
+
+SUFFIXES = (".nii", ".nii.gz", ".hdr", ".img", ".img.gz", ".mgh", ".mgz")
+LONGEST_HEAD = 540
+MGH_OFFSET = 284
+
+
+@dataclass(frozen=True, eq=False)
+class _Head:
+    """What a head says of the voxels.
+
+    Attributes
+    ----------
+    format : str
+    path : Path
+        File of the voxels.
+    offset : int
+        Of the first voxel, once the file is unpacked.
+    shape : tuple of int
+        Fastest axis first, three or more.
+    dtype : numpy.dtype
+    slope, intercept : float
+    frame : NiftiFrame
+    unit : str
+    """
+
+    format: str
+    path: Path
+    offset: int
+    shape: tuple[int, ...]
+    dtype: np.dtype[np.generic]
+    slope: float
+    intercept: float
+    frame: NiftiFrame
+    unit: str
 
 
 def read_nifti(path: Path, choice: Choice = LARGEST) -> Grid:
-    """Read a NIfTI file; time steps and vectors become components.
+    """Read a NIfTI, Analyze or MGH file in the order of its voxels.
 
-    The header's intensity scaling is applied. VTK reverses the slices of a
-    left-handed grid, which is noted.
+    The header's intensity scaling is applied. Of several time steps one is read; vectors,
+    colours and complex numbers become components.
 
     Raises
     ------
     VolumeError
         When the file is foreign, damaged or truncated.
     """
-    from vtkmodules.util.numpy_support import get_vtk_to_numpy_typemap
-    from vtkmodules.vtkIOImage import vtkNIFTIImageReader
+    with log_of("nibabel.global", "nibabel"):
+        try:
+            head = _head(path)
+        except (OSError, MemoryError, VolumeError):
+            raise
+        except Exception as error:
+            raise damaged(path, f"its header is invalid: {first_line(error)}") from None
+    return _grid(path, head, choice)
 
-    reader = vtkNIFTIImageReader()
-    if not reader.CanReadFile(str(path)):
-        raise VolumeError(
-            f"{path}: this is not a NIfTI file, or its header is truncated; choose another."
-        )
-    reader.SetFileName(str(path))
-    reader.TimeAsVectorOn()
-    run_quietly(path, reader.UpdateInformation)
-    header = reader.GetNIFTIHeader()
-    dimensions = [header.GetDim(axis) for axis in range(1, 4)]
-    dtype = np.dtype(get_vtk_to_numpy_typemap()[reader.GetDataScalarType()])
-    need = check_grid(path, dimensions, dtype, reader.GetNumberOfScalarComponents())
-    if path.suffix.lower() != ".gz":
-        check_present(path, path.stat().st_size - int(header.GetVoxOffset()), need)
-    run_quietly(path, reader.Update)
 
-    image = reader.GetOutput()
-    values = to_numpy(image.GetPointData().GetScalars(), image.GetDimensions())
-    values = _rescaled(values, reader.GetRescaleSlope(), reader.GetRescaleIntercept())
-    spacing, notes = usable_spacing(reader.GetDataSpacing())
-    origin, frame, labels = _frame(reader)
-    if reader.GetQFac() < 0:
+def _grid(path: Path, head: _Head, choice: Choice) -> Grid:
+    notes: tuple[str, ...] = ()
+    shape = [*head.shape, 1, 1, 1][: max(len(head.shape), 3)]
+    nx, ny, nz = (int(n) for n in shape[:3])
+    times = int(shape[3]) if len(shape) > 3 else 1
+    components = math.prod(int(n) for n in shape[4:])
+    if nz == 1 and times > 1 and components == 1:
+        nz, times = times, 1
+        notes = ("The file calls its images time steps; they are taken for slices of a volume.",)
+    values_each, dtype = _plain_type(path, head.dtype)
+    check_grid(path, (nx, ny, nz), dtype, values_each * components * times)
+    names = [str(k) for k in range(times)]
+    time = chosen_index(path, "time", names, choice.time)
+    listed = contents("time", names, (nx, ny, nz), dtype, time)
+
+    volume = nx * ny * nz * values_each * dtype.itemsize
+    parts = []
+    for component in range(components):
+        place = head.offset + (component * times + time) * volume
+        # Complex numbers and colours have their values side by side.
+        block_shape = (nz, ny, nx, values_each) if values_each > 1 else (nz, ny, nx)
+        parts.append(_voxels(head.path, block_shape, dtype, place, volume))
+    values = parts[0] if components == 1 else _beside(parts)
+    values = _rescaled(values, head.slope, head.intercept)
+    spacing, spacing_notes = usable_spacing(head.frame.spacing)
+    origin, directions = head.frame.origin, head.frame.directions
+    if directions is not None and np.linalg.det(directions) < 0:
+        values = values[::-1]
+        last = np.array(origin) + (nz - 1) * directions[2]
+        origin, directions = tuple(last.tolist()), directions * [[1.0], [1.0], [-1.0]]
         notes += ("The grid is left-handed, so its slices are read in reverse order.",)
-    return Grid(values, spacing, origin, notes=notes + frame, axis_labels=labels)
+    return Grid(
+        values,
+        spacing,
+        usable_origin(origin),
+        notes=choice_notes(listed) + notes + head.frame.notes + spacing_notes
+        + _frame_notes(directions),
+        axis_labels=axis_labels(directions, "RAS"),
+        facts=FileFacts(
+            head.format,
+            head.unit,
+            unit_directions(directions),
+            "" if directions is None else "RAS",
+            listed,
+        ),
+    )  # fmt: skip
+
+
+def _voxels(
+    path: Path, shape: tuple[int, ...], dtype: np.dtype[np.generic], place: int, size: int
+) -> NDArray[np.generic]:
+    with path.open("rb") as file:
+        encoding = encoding_of(file.read(3))
+    if encoding == "raw":
+        check_present(path, path.stat().st_size - place, size)
+        return read_block(Block(path, shape, dtype, place))
+    return read_block(Block(path, shape, dtype, 0, encoding, skip=place, more=True))
+
+
+def _beside(parts: list[NDArray[np.generic]]) -> NDArray[np.generic]:
+    """Join components, releasing each."""
+    shape = parts[0].shape[:3]
+    each = parts[0].reshape(*shape, -1).shape[3]
+    values = np.empty((*shape, each * len(parts)), parts[0].dtype)
+    for number in range(len(parts)):
+        values[..., each * number : each * (number + 1)] = parts.pop(0).reshape(*shape, each)
+    return values
+
+
+def _plain_type(path: Path, dtype: np.dtype[Any]) -> tuple[int, np.dtype[np.generic]]:
+    """Return the number of values of each voxel, and their type."""
+    if dtype.fields:
+        return len(dtype.fields), np.dtype(np.uint8)
+    if dtype.kind == "c":
+        return 2, np.dtype(f"{dtype.byteorder}f{dtype.itemsize // 2}")
+    if dtype.kind not in "iuf" or dtype.itemsize > 8:
+        raise unsupported(path, "voxels of such a data type", "convert them, as with nibabel")
+    return 1, dtype
 
 
 def _rescaled(values: NDArray[np.generic], slope: float, intercept: float) -> NDArray[np.generic]:
@@ -69,18 +177,135 @@ def _rescaled(values: NDArray[np.generic], slope: float, intercept: float) -> ND
     return scaled
 
 
-def _frame(reader: Any) -> tuple[Triple, tuple[str, ...], tuple[str, ...]]:
-    """Return the origin, notes on the orientation, and labels, from the header's matrix (RAS).
-
-    VTK's matrix is that of the slices in the order in which it reads them.
-    """
-    matrix = reader.GetSFormMatrix() or reader.GetQFormMatrix()
-    if matrix is None:
-        return (0.0, 0.0, 0.0), (), ()
-    rows = np.array([[matrix.GetElement(row, column) for column in range(4)] for row in range(3)])
-    directions = rows[:, :3].T
-    labels = axis_labels(directions, "RAS")
+def _frame_notes(directions: NDArray[np.float64] | None) -> tuple[str, ...]:
+    if directions is None:
+        return ()
     # Scanners write upright grids in two ways: x and y both positive, or both negative.
     if directions[0, 0] < 0 and directions[1, 1] < 0:
         directions = directions * (-1.0, -1.0, 1.0)
-    return usable_origin(rows[:, 3].tolist()), frame_notes(directions), labels
+    return frame_notes(directions)
+
+
+def _head(path: Path) -> _Head:
+    """Read the head of a file, or of the pair that it is one of."""
+    suffix = path.name.lower()
+    if suffix.endswith((".mgh", ".mgz")):
+        return _mgh_head(path)
+    header_file, voxel_file = _pair(path)
+    start = unpacked_start(header_file, LONGEST_HEAD)
+    header, form = _nifti_header(path, start)
+    is_single = start[344:347] == b"n+1" or start[4:7] == b"n+2"
+    offset = max(int(np.nan_to_num(float(header["vox_offset"]))), 0)
+    slope, intercept = _scaling(header)
+    shape = tuple(int(n) for n in header.get_data_shape())
+    unit = ""
+    if form != "Analyze":
+        unit = {"unknown": ""}.get(found := header.get_xyzt_units()[0], found)  # type: ignore[attr-defined]
+    return _Head(
+        form,
+        header_file if is_single else voxel_file,
+        offset,
+        shape,
+        header.get_data_dtype(),
+        slope,
+        intercept,
+        nifti_frame(header) if form != "Analyze" else NiftiFrame(_zooms(header)),
+        unit_name(unit),
+    )
+
+
+def _zooms(header: AnalyzeHeader) -> tuple[float, float, float] | None:
+    sizes = [float(size) for size in header["pixdim"][1:4]]
+    return None if not any(sizes) else (sizes[0], sizes[1], sizes[2])
+
+
+def _scaling(header: AnalyzeHeader) -> tuple[float, float]:
+    names = header.keys()
+    if "scl_slope" not in names:
+        return 1.0, 0.0
+    return float(header["scl_slope"]), float(header["scl_inter"])
+
+
+def _pair(path: Path) -> tuple[Path, Path]:
+    """Return the files of head and voxels: one file, or .hdr and .img."""
+    name = path.name.lower()
+    if name.endswith((".nii", ".nii.gz")):
+        return path, path
+    stem = path.name[: name.rindex(".img" if ".img" in name else ".hdr")]
+    beside = {each.name.lower(): each for each in path.parent.glob(f"{_quoted(stem)}.*")}
+    header = beside.get(f"{stem.lower()}.hdr")
+    voxels = beside.get(f"{stem.lower()}.img") or beside.get(f"{stem.lower()}.img.gz")
+    for found, wanted in ((header, ".hdr"), (voxels, ".img")):
+        if found is None:
+            raise VolumeError(
+                f"{path}: an Analyze or NIfTI pair needs the file {stem}{wanted} beside it; put it "
+                "there, or open the file as raw if it is none."
+            )
+        if not found.resolve().is_relative_to(path.parent.resolve()):
+            raise VolumeError(
+                f"{found}: it is a link that leads out of its folder, from which nothing is "
+                "read; put the file itself here."
+            )
+    assert header is not None and voxels is not None
+    return header, voxels
+
+
+def _quoted(name: str) -> str:
+    return "".join(f"[{letter}]" if letter in "*?[" else letter for letter in name)
+
+
+def _nifti_header(path: Path, start: bytes) -> tuple[Any, str]:
+    """Return a checked header and the name of its format."""
+    from nibabel.analyze import AnalyzeHeader
+    from nibabel.nifti1 import Nifti1Header, Nifti1PairHeader
+    from nibabel.nifti2 import Nifti2Header, Nifti2PairHeader
+
+    magic, magic_2 = start[344:348], start[4:8]
+    kinds: dict[bytes, tuple[Any, str, int]] = {
+        b"n+1\0": (Nifti1Header, "NIfTI-1", 348),
+        b"ni1\0": (Nifti1PairHeader, "NIfTI-1", 348),
+    }
+    if magic in kinds:
+        kind, name, size = kinds[magic]
+    elif magic_2 in (b"n+2\0", b"ni2\0"):
+        kind, name, size = (
+            (Nifti2Header if magic_2 == b"n+2\0" else Nifti2PairHeader),
+            "NIfTI-2",
+            540,
+        )
+    elif 348 in (int.from_bytes(start[:4], "little"), int.from_bytes(start[:4], "big")):
+        kind, name, size = AnalyzeHeader, "Analyze", 348
+    else:
+        kind, name, size = None, "", 348
+    if kind is None or len(start) < size:
+        raise VolumeError(
+            f"{path}: this is not a NIfTI file, or its header is truncated; choose another."
+        )
+    header = kind(start[:size], check=False)
+    if any(int(n) < 0 for n in header["dim"]):
+        axis = next(k for k, n in enumerate(header["dim"]) if n < 0)
+        raise damaged(path, f"its dimension {axis} is negative")
+    if not 1 <= int(header["dim"][0]) <= 7:
+        raise damaged(path, f"it claims {int(header['dim'][0])} dimensions")
+    return header, name
+
+
+def _mgh_head(path: Path) -> _Head:
+    from nibabel.freesurfer.mghformat import MGHHeader
+
+    start = unpacked_start(path, MGH_OFFSET)
+    if len(start) < MGH_OFFSET or start[:4] != b"\0\0\0\1":
+        raise VolumeError(f"{path}: this is not an MGH file, or its header is truncated.")
+    header = MGHHeader(start, check=False)
+    shape = tuple(int(n) for n in header["dims"])
+    if min(shape) < 1:
+        raise damaged(path, f"it claims the dimensions {shape}")
+    sizes = tuple(float(size) for size in header["delta"])
+    is_placed = int(header["goodRASFlag"]) > 0
+    directions, origin = None, (0.0, 0.0, 0.0)
+    if is_placed:
+        matrix = header.get_affine()
+        directions, origin = matrix[:3, :3].T, tuple(float(o) for o in matrix[:3, 3])  # type: ignore[assignment]
+    dtype = header.get_data_dtype().newbyteorder(">")
+    frame = NiftiFrame(sizes, origin, directions)  # type: ignore[arg-type]
+    return _Head("MGH", path, MGH_OFFSET, shape, dtype, 1.0, 0.0, frame, "mm")

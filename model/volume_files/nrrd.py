@@ -16,11 +16,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError
+from model.scene.file_facts import FileFacts
 from model.volume_files.anatomy import axis_labels, is_space
 from model.volume_files.blocks import Block, Encoding, read_block
 from model.volume_files.checks import check_grid, damaged, file_beside, truncated, unsupported
 from model.volume_files.choice import LARGEST, Choice
-from model.volume_files.frame import frame_notes, usable_origin, usable_spacing
+from model.volume_files.frame import (
+    frame_notes,
+    unit_directions,
+    unit_name,
+    unmirrored,
+    usable_spacing,
+)
 from model.volume_files.grid import Grid
 
 LONGEST_HEADER = 1 << 20
@@ -113,21 +120,44 @@ def read_nrrd(path: Path, choice: Choice = LARGEST) -> Grid:
         values = np.moveaxis(values, len(sizes) - 1 - component_axis, -1)
     directions = _directions(header, grid_axes)
     space = _space(header)
+    steps: list[float] | None = None
     if directions is None:
-        spacing, notes = usable_spacing(_spacings(header, grid_axes))
+        steps = _spacings(header, grid_axes)
+        spacing, notes = usable_spacing(steps)
     else:
         spacing, notes = usable_spacing(list(np.linalg.norm(directions, axis=1)))
         left_handed = space == "LAS" or header.fields.get("space", "").lower() == "3d-left-handed"
         notes += frame_notes(directions, -1 if left_handed else 1)
     origin = _vectors(header.fields.get("spaceorigin", ""))
+    place = origin[0] if origin and len(origin[0]) == 3 else _axis_minima(header, grid_axes)
+    values, moved, mirror_notes = unmirrored(values, steps or (), place)
     return Grid(
         values,
         spacing,
-        usable_origin(origin[0]) if origin and len(origin[0]) == 3 else (0.0, 0.0, 0.0),
+        moved,
         header.fields.get("sampleunits", "").strip('"'),
-        notes,
+        mirror_notes + notes,
         axis_labels(directions, space),
+        facts=FileFacts(
+            "NRRD", _length_unit(header, grid_axes), unit_directions(directions), space
+        ),
     )
+
+
+def _axis_minima(header: _Header, axes: list[int]) -> list[float]:
+    """Return the position of the first voxels by the axes' least values; 0 where unknown."""
+    words = header.fields.get("axismins", "").split()
+    numbers = [_number(words[axis]) if axis < len(words) else 0.0 for axis in axes]
+    return [number if number == number else 0.0 for number in numbers]
+
+
+def _length_unit(header: _Header, axes: list[int]) -> str:
+    """Return the unit of spacing and origin, if it is the same for all axes."""
+    text = header.fields.get("spaceunits") or header.fields.get("units", "")
+    names = re.findall(r'"([^"]*)"', text)
+    if "spaceunits" not in header.fields and len(names) > max(axes):
+        names = [names[axis] for axis in axes]
+    return unit_name(names[0]) if names and len(set(names)) == 1 else ""
 
 
 def _read_header(path: Path) -> _Header:

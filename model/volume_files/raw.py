@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
 from model.errors import VolumeError
+from model.scene.file_facts import FileFacts
 from model.scene.volume import Triple
 from model.volume_files.blocks import Block, read_block
 from model.volume_files.checks import check_grid, readable_size, times
 from model.volume_files.frame import usable_spacing
 from model.volume_files.grid import Grid
+
+LONGEST_HEADER = 1 << 16
+"""Most bytes that are taken for a header."""
 
 ByteOrder = Literal["little", "big"]
 
@@ -28,6 +33,7 @@ SCALAR_TYPES = {
 
 _DIMENSIONS = re.compile(r"(?<!\d)(\d{1,9})x(\d{1,9})x(\d{1,9})(?!\d)", re.IGNORECASE)
 _SPACING = re.compile(r"spacing=([\d.e+-]+),([\d.e+-]+),([\d.e+-]+)", re.IGNORECASE)
+_OFFSET = re.compile(r"(?:offset|skip|header)=(\d{1,15})", re.IGNORECASE)
 _WORD = re.compile(r"[a-z]+\d*", re.IGNORECASE)
 _BIG = {"be", "big", "bigendian", "msb"}
 
@@ -45,17 +51,20 @@ class RawLayout:
     byte_order : {"little", "big"}
     spacing : tuple of float or None
         Voxel spacing along x, y and z; None if unknown.
+    offset : int
+        Bytes before the first voxel, as of a header.
 
     Raises
     ------
     VolumeError
-        When the scalar type or the byte order is unknown.
+        When the scalar type or the byte order is unknown, or the offset is negative.
     """
 
     dimensions: tuple[int, int, int]
     scalar_type: str
     byte_order: ByteOrder = "little"
     spacing: Triple | None = None
+    offset: int = 0
 
     def __post_init__(self) -> None:
         if self.scalar_type not in SCALAR_TYPES:
@@ -65,6 +74,8 @@ class RawLayout:
             )
         if self.byte_order not in ("little", "big"):
             raise VolumeError(f"'{self.byte_order}' is not a byte order; use little or big.")
+        if self.offset < 0:
+            raise VolumeError(f"{self.offset} bytes cannot be skipped; give 0 or more.")
 
     @classmethod
     def parse(cls, text: str) -> RawLayout | None:
@@ -75,7 +86,8 @@ class RawLayout:
         RawLayout or None
             None if the text lacks the dimensions or the scalar type. The byte order
             is little unless a word after the dimensions is ``be``, ``big``,
-            ``bigendian`` or ``msb``. A spacing follows as ``spacing=0.5,0.5,1``.
+            ``bigendian`` or ``msb``. A spacing follows as ``spacing=0.5,0.5,1``, and bytes to
+            skip as ``offset=512``.
         """
         found = list(_DIMENSIONS.finditer(text))
         if not found:
@@ -86,20 +98,26 @@ class RawLayout:
         if not types:
             return None
         order: ByteOrder = "big" if _BIG.intersection(words) else "little"
-        spacing = _SPACING.search(text)
-        if spacing is None:
-            return cls((nx, ny, nz), types[0], order)
-        x, y, z = (float(number) for number in spacing.groups())
-        return cls((nx, ny, nz), types[0], order, (x, y, z))
+        spacing, skipped = _SPACING.search(text), _OFFSET.search(text)
+        sizes: Triple | None = None
+        if spacing is not None:
+            x, y, z = (float(number) for number in spacing.groups())
+            sizes = x, y, z
+        return cls((nx, ny, nz), types[0], order, sizes, int(skipped[1]) if skipped else 0)
 
     @property
     def text(self) -> str:
         """Text from which :meth:`parse` rebuilds the layout."""
         words = "x".join(map(str, self.dimensions)) + f"_{self.scalar_type}"
         words += "_be" if self.byte_order == "big" else ""
-        if self.spacing is None:
-            return words
-        return f"{words} spacing=" + ",".join(f"{float(s)!r}" for s in self.spacing)
+        if self.spacing is not None:
+            words += " spacing=" + ",".join(f"{float(s)!r}" for s in self.spacing)
+        return words + (f" offset={self.offset}" if self.offset else "")
+
+    @property
+    def nbytes(self) -> int:
+        """Size of a file of this layout."""
+        return self.offset + math.prod(self.dimensions) * self.dtype.itemsize
 
     @property
     def dtype(self) -> np.dtype[np.generic]:
@@ -123,13 +141,33 @@ def read_raw(path: Path, layout: RawLayout | None) -> Grid:
             raw="256x256x110_uint8",
         )
     need = check_grid(path, layout.dimensions, layout.dtype)
-    present = path.stat().st_size
+    present = path.stat().st_size - layout.offset
     if present != need:
-        raise VolumeError(
-            f"{path}: {times(layout.dimensions)} voxels of {layout.scalar_type} are "
-            f"{need} bytes ({readable_size(need)}), but the file has {present}; "
-            "it is truncated, or the dimensions or the type are wrong."
-        )
-    values = read_block(Block(path, layout.dimensions[::-1], layout.dtype))
+        raise _misfit(path, layout, present - need)
+    values = read_block(Block(path, layout.dimensions[::-1], layout.dtype, layout.offset))
     spacing, notes = usable_spacing(layout.spacing)
-    return Grid(values, spacing, notes=notes)
+    return Grid(values, spacing, notes=notes, facts=FileFacts("raw"))
+
+
+def _misfit(path: Path, layout: RawLayout, more: int) -> VolumeError:
+    """Return the error for a file of another size than its layout's."""
+    what = f"{times(layout.dimensions)} voxels of {layout.scalar_type}"
+    need = layout.nbytes - layout.offset
+    if 0 < more <= LONGEST_HEADER:
+        skipped = replace(layout, offset=layout.offset + more)
+        return VolumeError(
+            f"{path}: the file holds {more} bytes more than {what}: a header? Skip them, if the "
+            "dimensions and the type are right.",
+            raw=skipped.text,
+        )
+    present = need + more
+    behind = f" behind the {layout.offset} that are skipped" if layout.offset else ""
+    return VolumeError(
+        f"{path}: {what} are {need} bytes ({readable_size(need)}), but the file has "
+        f"{max(present, 0)}{behind}; "
+        + (
+            "it is truncated, or the dimensions or the type are wrong."
+            if more < 0
+            else "the dimensions or the type are wrong, or other data follow."
+        )
+    )

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from model.volume_files.checks import unreadable
-from model.volume_files.raw import ByteOrder, RawLayout
+from model.volume_files.raw import LONGEST_HEADER, ByteOrder, RawLayout
 from model.volume_files.raw_name import NameFacts, facts_of
 from model.volume_files.raw_smoothness import Smoothness
 
@@ -21,6 +21,9 @@ LARGEST_RATIO = 40
 """Largest ratio of two dimensions that is guessed without the name's help."""
 
 MOST_GUESSES = 8
+
+HEADERS = (512, 1024, 128, 256, 348, 352, 2048, 4096, 20, 16, 12)
+"""Lengths of headers that are tried where the name's dimensions do not fit the whole file."""
 
 TYPES_TRIED, ROWS_TRIED = 4, 6
 """Types, and lengths of rows of each, that are tried in full."""
@@ -75,7 +78,7 @@ def guess_layouts(path: Path) -> list[RawLayout]:
         At most 8 layouts that need exactly the file's bytes, most plausible first: those
         that agree with the file's name, then those under which neighbouring voxels differ
         least. A layout that the name gives in full, but that does not fit, is the last.
-        Empty if nothing fits, as for files that begin with a header.
+        Empty if nothing fits.
 
     Raises
     ------
@@ -98,9 +101,30 @@ def _guesses(path: Path) -> list[RawLayout]:
     guesses = sorted(ranked, key=lambda layout: ranked[layout])[:MOST_GUESSES]
     named = RawLayout.parse(path.stem)
     if named is not None and named not in guesses and math.prod(named.dimensions) > 0:
-        needed = math.prod(named.dimensions) * named.dtype.itemsize
-        guesses = [named, *guesses] if needed == size else [*guesses[: MOST_GUESSES - 1], named]
+        more = size - named.nbytes
+        if 0 < more <= LONGEST_HEADER:
+            named = replace(named, offset=named.offset + more)
+        first = more >= 0 and named.nbytes == size
+        guesses = [named, *guesses] if first else [*guesses[: MOST_GUESSES - 1], named]
+    given = facts.dimensions
+    if len(given) == 3 and all(guess.dimensions != given for guess in guesses):
+        guesses = [*_behind_headers(path, size, facts), *guesses]
     return guesses[:MOST_GUESSES]
+
+
+def _behind_headers(path: Path, size: int, facts: NameFacts) -> list[RawLayout]:
+    """Guess layouts of the name's dimensions behind a header of a usual length."""
+    ranked: dict[RawLayout, float] = {}
+    for offset in HEADERS:
+        rest = size - offset
+        own = _with_bits(facts, rest)
+        if rest < SHORTEST**3 or not own.bits or rest * 8 != own.bits * math.prod(own.dimensions):
+            continue
+        for reading in _best_readings(path, rest, own, offset):
+            for layout, rank in _ranked_layouts(reading, own).items():
+                if layout.dimensions == own.dimensions:
+                    ranked[replace(layout, offset=offset)] = rank
+    return sorted(ranked, key=lambda layout: ranked[layout])[:MOST_GUESSES]
 
 
 def _with_bits(facts: NameFacts, size: int) -> NameFacts:
@@ -112,7 +136,7 @@ def _with_bits(facts: NameFacts, size: int) -> NameFacts:
     return replace(facts, bits=bits, scalar_type=facts.scalar_type if fits else "")
 
 
-def _best_readings(path: Path, size: int, facts: NameFacts) -> list[_Reading]:
+def _best_readings(path: Path, size: int, facts: NameFacts, offset: int = 0) -> list[_Reading]:
     """Return the types and byte orders under which successive values differ least."""
     found = []
     for rarity, scalar_type in enumerate(_TYPES):
@@ -123,7 +147,7 @@ def _best_readings(path: Path, size: int, facts: NameFacts) -> list[_Reading]:
         for order in orders:
             handicap = RARITY * rarity + (BIG_ENDIAN if order == "big" else 0)
             handicap += _against_name(facts, scalar_type, dtype.itemsize, order)
-            smoothness = Smoothness(path, dtype.newbyteorder(order))
+            smoothness = Smoothness(path, dtype.newbyteorder(order), offset)
             if smoothness.is_plausible:
                 count = size // dtype.itemsize
                 found.append(_Reading(scalar_type, order, count, smoothness, handicap))

@@ -9,13 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.volume_files.checks import readable_size, times, unreadable
-from model.volume_files.raw import RawLayout
+from model.volume_files.raw import LONGEST_HEADER, RawLayout
 
 PREVIEW_SIZE = 256
 """Most pixels of a preview along either side."""
-
-LONGEST_HEADER = 4096
-"""Most bytes that are taken for a header."""
 
 PERCENTILES = 1.0, 99.0
 """Percentiles of the slice's values that are shown black and white."""
@@ -78,10 +75,10 @@ def _slice(
     plane = np.squeeze(voxels, axis=2 - axis)
     if axis != 2:
         plane = plane[::-1]
-    present = path.stat().st_size // layout.dtype.itemsize
+    present = max(path.stat().st_size - layout.offset, 0) // layout.dtype.itemsize
     if present == 0:
         return np.zeros(plane.shape), np.zeros(plane.shape, np.bool_)
-    values = np.memmap(path, layout.dtype, "r", shape=(present,))
+    values = np.memmap(path, layout.dtype, "r", layout.offset, (present,))
     inside = plane < present
     with np.errstate(invalid="ignore", over="ignore"):
         shown = np.asarray(values[np.where(inside, plane, 0)]).astype(np.float64)
@@ -104,7 +101,7 @@ def _gray(values: NDArray[np.float64], usable: NDArray[np.bool_]) -> NDArray[np.
 
 def needed_bytes(layout: RawLayout) -> int:
     """Return the size of a file that has this layout."""
-    return math.prod(layout.dimensions) * layout.dtype.itemsize
+    return layout.nbytes
 
 
 def fit_sentence(layout: RawLayout, present: int) -> str:
@@ -118,13 +115,16 @@ def fit_sentence(layout: RawLayout, present: int) -> str:
     """
     need = needed_bytes(layout)
     what = f"{times(layout.dimensions)} voxels of {layout.scalar_type} need {_bytes(need)}"
+    if layout.offset:
+        what = what.replace(" need ", f" behind {layout.offset:,} bytes need ")
     if need == present:
         return f"{what}, which is what the file has."
     gap = f"{abs(need - present):,} bytes {'too few' if present < need else 'too many'}"
     if remedies := _remedies(layout, present):
         advice = f" It would fit with {', or '.join(remedies)}."
     elif 0 < present - need <= LONGEST_HEADER:
-        advice = " It may begin with a header, which raw files here do not have."
+        skip = layout.offset + present - need
+        advice = f" A header? It would fit with {skip:,} bytes skipped."
     else:
         advice = ""
     return f"{what}; the file has {_bytes(present)}, {gap}.{advice}"
@@ -139,6 +139,9 @@ def _remedies(layout: RawLayout, present: int) -> list[str]:
     """Return the single changes of a layout that make it fit."""
     found: list[str] = []
     voxels = math.prod(layout.dimensions)
+    present -= layout.offset
+    if present <= 0:
+        return []
     size, rest = divmod(present, voxels)
     if not rest:
         # One common type of each size is enough to say how wide the values are.

@@ -33,6 +33,8 @@ class Smoothness:
         A file of at least 8 values; it is mapped, not read.
     dtype : numpy.dtype
         With the byte order to try.
+    offset : int
+        Bytes to skip before the first value.
 
     Attributes
     ----------
@@ -42,9 +44,9 @@ class Smoothness:
         Mean difference of successive values, in the data's units.
     """
 
-    def __init__(self, path: Path, dtype: np.dtype[np.generic]) -> None:
-        count = path.stat().st_size // dtype.itemsize
-        self._values = np.asarray(np.memmap(path, dtype, "r", shape=(count,)))
+    def __init__(self, path: Path, dtype: np.dtype[np.generic], offset: int = 0) -> None:
+        count = (path.stat().st_size - offset) // dtype.itemsize
+        self._values = np.asarray(np.memmap(path, dtype, "r", offset, (count,)))
         self._width = min(WINDOW, count // 4)
         # Enough digits to tell neighbouring values apart, at half the time where possible.
         narrow = dtype.itemsize < 4 or (dtype.kind == "f" and dtype.itemsize == 4)

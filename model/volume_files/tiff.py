@@ -99,7 +99,6 @@ def read_tiff(path: Path, choice: Choice = LARGEST) -> Grid:
             notes=choice_notes(listed) + notes + missing_notes + scale.notes + spacing_notes,
             missing=missing,
             facts=FileFacts(_NAMES.get(stack.series.kind, "TIFF"), scale.unit, contents=listed),
-            vector=False,
         )
 
 

@@ -109,7 +109,6 @@ def _read(
         units=units,
         notes=choice_notes(listed) + series.gap_notes + notes + scale.notes + spacing_notes,
         facts=FileFacts("TIFF slices", scale.unit, contents=listed),
-        vector=False,
     )
 
 

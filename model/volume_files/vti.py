@@ -5,17 +5,18 @@ from __future__ import annotations
 import base64
 import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 import numpy as np
 
 from model.errors import VolumeError
-from model.volume_files.checks import check_grid, check_present, damaged, truncated
+from model.volume_files.checks import check_grid, check_present, damaged, times, truncated
 from model.volume_files.choice import LARGEST, Choice
 from model.volume_files.grid import Grid
-from model.volume_files.vtk_session import image_grid, run_quietly
+from model.volume_files.vtk_arrays import VtkArray, chosen_array, image_grid
+from model.volume_files.vtk_session import run_quietly
 
 LONGEST_HEADER = 1 << 20
 TAIL = 1 << 12
@@ -28,7 +29,7 @@ GREATEST_RATIOS = {
 
 
 def read_vti(path: Path, choice: Choice = LARGEST) -> Grid:
-    """Read VTK image data in XML: ASCII, base64 or raw, compressed or not.
+    """Read an array of VTK image data in XML: ASCII, base64 or raw, compressed or not.
 
     Raises
     ------
@@ -45,8 +46,71 @@ def read_vti(path: Path, choice: Choice = LARGEST) -> Grid:
                 _check_blocks(path, file, header, *start)
     reader = vtkXMLImageDataReader()
     reader.SetFileName(str(path))
+    run_quietly(path, reader.UpdateInformation)
+    arrays = chosen_array(path, _arrays(reader, header), choice)
+    for selection, in_cells in (
+        (reader.GetPointDataArraySelection(), False),
+        (reader.GetCellDataArraySelection(), True),
+    ):
+        for number in range(selection.GetNumberOfArrays()):
+            name = selection.GetArrayName(number)
+            wanted = VtkArray(name, in_cells, None).is_ghost or name == arrays[0].name
+            if not wanted or in_cells != arrays[0].in_cells:
+                selection.DisableArray(name)
     run_quietly(path, reader.Update)
-    return image_grid(path, reader.GetOutput())
+    own = _own_extent(path, header)
+    grid = image_grid(path, reader.GetOutput(), arrays, "VTI", own)
+    if own is None:
+        return grid
+    whole = times(reader.GetOutput().GetDimensions())
+    note = f"The file has a piece of a whole of {whole} points; the piece is read."
+    return replace(grid, notes=(*grid.notes, note))
+
+
+def _arrays(reader: Any, header: _Header) -> list[VtkArray]:
+    """List the arrays that VTK finds, with what their elements say of them."""
+    found = []
+    for selection, in_cells, part in (
+        (reader.GetPointDataArraySelection(), False, header.part("PointData")),
+        (reader.GetCellDataArraySelection(), True, header.part("CellData")),
+    ):
+        active = header.attribute("Scalars", part.partition(">")[0])
+        elements = {
+            header.attribute("Name", element): element
+            for element in reversed(re.findall(r"<DataArray\b[^>]*>", part))
+        }
+        for number in range(selection.GetNumberOfArrays()):
+            name = selection.GetArrayName(number) or ""
+            element = elements.get(name, "")
+            kind = re.fullmatch(r"(U?Int|Float)(8|16|32|64)", header.attribute("type", element))
+            components = header.attribute("NumberOfComponents", element)
+            found.append(
+                VtkArray(
+                    name,
+                    in_cells,
+                    np.dtype(kind.group().lower()) if kind else None,
+                    int(components) if re.fullmatch(r"[1-9]\d{0,3}", components) else 1,
+                    bool(name) and name == active,
+                )
+            )
+    return found
+
+
+def _own_extent(path: Path, header: _Header) -> list[int] | None:
+    """Return the extent of the pieces that the file has, if that is less than the whole."""
+    pieces = [
+        [int(number) for number in re.findall(r"-?\d{1,18}", extent)]
+        for extent in re.findall(r"""<Piece\b[^>]*\bExtent\s*=\s*["']([^"']*)["']""", header.text)
+    ]
+    whole = [int(n) for n in re.findall(r"-?\d{1,18}", header.attribute("WholeExtent"))]
+    if not pieces or any(len(piece) != 6 for piece in pieces):
+        return None
+    own = [(min if k % 2 == 0 else max)(piece[k] for piece in pieces) for k in range(6)]
+    if own == whole:
+        return None
+    if any(own[k] < whole[k] or own[k + 1] > whole[k + 1] for k in (0, 2, 4)):
+        raise damaged(path, "a piece lies outside the whole extent")
+    return own
 
 
 @dataclass(frozen=True)
@@ -74,6 +138,13 @@ class _Header:
     def arrays(self) -> list[re.Match[str]]:
         """Elements that describe arrays."""
         return list(re.finditer(r"<DataArray\b[^>]*>", self.text))
+
+    def part(self, name: str) -> str:
+        """Return what stands in the first element of a name; empty if there is none."""
+        found = re.search(
+            rf"<{name}\b[^>]*[^/]>.*?</{name}>|<{name}>.*?</{name}>", self.text, re.DOTALL
+        )
+        return found.group() if found else ""
 
     @property
     def word(self) -> np.dtype[np.generic]:

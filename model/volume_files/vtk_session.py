@@ -12,10 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from model.errors import VolumeError
 from model.volume_files.checks import damaged
-from model.volume_files.frame import frame_notes, usable_origin, usable_spacing
-from model.volume_files.grid import Grid
 
 _OUTPUT_WINDOW = threading.Lock()
 """Guards VTK's output window, of which there is one per process."""
@@ -80,33 +77,3 @@ def to_numpy(array: Any, dimensions: tuple[int, int, int]) -> NDArray[np.generic
 
     values: NDArray[np.generic] = vtk_to_numpy(array)
     return values.reshape(*dimensions[::-1], *values.shape[1:])
-
-
-def image_grid(path: Path, image: Any) -> Grid:
-    """Return the active scalars, or else the first array, of a VTK image as a grid.
-
-    Raises
-    ------
-    VolumeError
-        When there is no array with values at the points.
-    """
-    points = image.GetPointData()
-    arrays = [points.GetArray(index) for index in range(points.GetNumberOfArrays())]
-    array = points.GetScalars() or next((array for array in arrays if array is not None), None)
-    if array is None or array.GetNumberOfTuples() == 0:
-        what = "only values per cell" if image.GetCellData().GetNumberOfArrays() else "no values"
-        raise VolumeError(
-            f"{path}: the file holds {what}, but a volume needs values at the grid's points; "
-            "save it with point data."
-        )
-    others = [other.GetName() for other in arrays if other and other.GetName() != array.GetName()]
-    matrix = image.GetDirectionMatrix()
-    directions = np.array([[matrix.GetElement(r, c) for r in range(3)] for c in range(3)])
-    spacing, notes = usable_spacing(image.GetSpacing())
-    notes += frame_notes(directions)
-    if others:
-        notes += (f"Array '{array.GetName()}' is read; the file also holds {', '.join(others)}.",)
-    values = to_numpy(array, image.GetDimensions())
-    first_voxel = image.GetExtent()[::2]
-    origin = np.array(image.GetOrigin()) + np.multiply(first_voxel, image.GetSpacing())
-    return Grid(values, spacing, usable_origin(origin.tolist()), notes=notes)

@@ -202,7 +202,11 @@ BAD_FILES = {
     "long vtk": (legacy(b"7 5 6", b"7 5 600"), r"truncated"),
     "longer vtk": (legacy(b"7 5 6", b"7 5 7"), r"VTK says"),
     "long raw": (named("a_7x5x6_uint16.raw", b"1" * 419), r"420 bytes .* the file has 419"),
-    "short raw": (named("a_7x5x6_uint16.raw", b"1" * 421), r"the type are wrong"),
+    "headed raw": (
+        named("a_7x5x6_uint16.raw", b"1" * 932),
+        r"512 bytes more than 7 x 5 x 6 voxels of uint16: a header\? Skip them.*offset=512",
+    ),
+    "overlong raw": (named("a_7x5x6_uint16.raw", b"1" * 99999), r"or other data follow"),
     # Damaged, foreign and incomplete headers.
     "foreign nrrd": (named("a.nrrd", b"\x89PNG" + b"?" * 500), r"not a NRRD file"),
     "foreign mha": (named("a.mha", os.urandom(500)), r"not a MetaImage file"),
@@ -264,7 +268,7 @@ BAD_FILES = {
         metaimage("CompressedData = True", data=zlib.compress(ARRAY.tobytes())[:-2]),
         r"compressed stream stops before the end",
     ),
-    "nii type": (nifti(70, "<i2", 1), r"VTK says '.*data type"),
+    "nii type": (nifti(70, "<i2", 1), r"voxels of such a data type cannot be read"),
     "vti extent": (vti(b"0 6 0 4 0 5", b"0 6 0 4"), r"no extent of six numbers"),
     "vti syntax": (vti(b"<PointData", b"<PointDate"), r"VTK says"),
     "vti without array": (

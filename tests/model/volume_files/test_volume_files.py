@@ -274,7 +274,8 @@ def test_left_handed_nifti_has_its_slices_reversed_and_says_so(tmp_path):
 
 
 def test_nifti_without_spacing(tmp_path):
-    volume = read_volume(nifti_with(tmp_path / "a.nii", {80: ("<f4", [-0.5, 0.0, np.nan])}))
+    changes = {80: ("<f4", [-0.5, 0.0, np.nan]), 252: ("<i2", [0, 0])}
+    volume = read_volume(nifti_with(tmp_path / "a.nii", changes))
     assert volume.spacing == (0.5, 1.0, 1.0)
 
 

@@ -1,0 +1,201 @@
+"""HDF5 files and NetCDF-4, which are HDF5, read by h5py."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from model.errors import VolumeError, first_line
+from model.volume_files.arrays import (
+    StoredArray,
+    attribute_numbers,
+    attribute_text,
+    grid_of_arrays,
+)
+from model.volume_files.cf import coordinate_step, described
+from model.volume_files.checks import damaged, truncated, unsupported
+from model.volume_files.choice import LARGEST, Choice
+from model.volume_files.grid import Grid
+
+if TYPE_CHECKING:
+    import h5py
+
+SUFFIXES = (".h5", ".hdf5", ".hdf", ".he5", ".ims", ".vtkhdf", ".nc", ".nc4", ".cdf")
+SIGNATURE = b"\x89HDF\r\n\x1a\n"
+GREATEST_RATIO = 1100
+"""Largest ratio of values to their bytes in the file: that of deflate, with some room."""
+
+MOST_ARRAYS = 5000
+
+
+def read_hdf5(path: Path, choice: Choice = LARGEST) -> Grid:
+    """Read an array of an HDF5 or NetCDF file.
+
+    Raises
+    ------
+    VolumeError
+        When the file is foreign or damaged, or holds no volume.
+    """
+    with path.open("rb") as file:
+        start = file.read(8)
+    if start[:3] == b"CDF":
+        from model.volume_files.netcdf3 import read_netcdf3
+
+        return read_netcdf3(path, choice)
+    if start != SIGNATURE:
+        raise VolumeError(
+            f"{path}: this is neither an HDF5 nor a NetCDF file; choose another or correct its "
+            "suffix."
+        )
+    import h5py
+
+    try:
+        with h5py.File(path, "r", locking=False) as file:
+            return grid_of_arrays(path, _arrays(path, file), choice, _format(path, file))
+    except (MemoryError, VolumeError):
+        raise
+    except OSError as error:
+        raise _refusal(path, error) from None
+    except Exception as error:
+        raise damaged(path, f"h5py says '{first_line(error)}'") from None
+
+
+def _format(path: Path, file: h5py.File) -> str:
+    is_netcdf = path.suffix.lower() in (".nc", ".nc4", ".cdf") or "_NCProperties" in file.attrs
+    return "NetCDF-4" if is_netcdf else "HDF5"
+
+
+def _refusal(path: Path, error: OSError) -> VolumeError:
+    said = first_line(error)
+    if "truncated file" in said:
+        return truncated(path, "it is shorter than its head says")
+    if "filter" in said or "plugin" in said:
+        return unsupported(
+            path, "an HDF5 array of this compression", "rewrite it with h5repack -f GZIP=4"
+        )
+    return damaged(path, f"HDF5 says '{said}'")
+
+
+def _arrays(path: Path, file: h5py.File) -> list[StoredArray]:
+    import h5py
+
+    found: list[StoredArray] = []
+
+    def visit(name: str, item: Any) -> None:
+        if not isinstance(item, h5py.Dataset) or item.shape is None or len(found) > MOST_ARRAYS:
+            return
+        # What lies in other files is not read.
+        if item.is_virtual or item.external or item.ndim < 1 or item.dtype.kind not in "biufc":
+            return
+        if item.ndim >= 3 or item.size > 1:
+            found.append(_array(path, file, name, item))
+
+    file.visititems(visit)
+    return found
+
+
+def _array(path: Path, file: h5py.File, name: str, item: h5py.Dataset) -> StoredArray:
+    def read(index: Any) -> np.ndarray[Any, Any]:
+        stored = item.id.get_storage_size()
+        ratio = GREATEST_RATIO if item.compression or item.chunks else 1
+        if stored * ratio < item.size * item.dtype.itemsize:
+            raise damaged(
+                path, f"its array '{name}' has {stored} bytes, which cannot hold its values"
+            )
+        return item[index]
+
+    attributes: Mapping[str, Any] = item.attrs
+    axes, steps, units, starts, notes = _axes(item)
+    if not any(steps):
+        steps, units, starts = _sizes(file, item)
+    return StoredArray(
+        name,
+        tuple(int(n) for n in item.shape),
+        item.dtype,
+        read,
+        axes,
+        steps,
+        units,
+        starts,
+        notes=notes,
+        **described(attributes),
+    )
+
+
+def _axes(
+    item: h5py.Dataset,
+) -> tuple[
+    tuple[str, ...], tuple[float | None, ...], tuple[str, ...], tuple[float, ...], tuple[str, ...]
+]:
+    """Return names, steps, units and starts of an array's axes, by its dimension scales."""
+    names: list[str] = []
+    steps: list[float | None] = []
+    units: list[str] = []
+    starts: list[float] = []
+    notes: tuple[str, ...] = ()
+    labels = attribute_text(item.attrs, "axes") or attribute_text(item.attrs, "DimensionOrder")
+    if item.ndim < 3:
+        return (), (), (), (), ()
+    for k, dimension in enumerate(item.dims):
+        name, step, unit, start = str(dimension.label or ""), None, "", 0.0
+        scale = dimension[0] if len(dimension) else None
+        if scale is not None:
+            name = name or str(scale.name).rpartition("/")[2]
+            if (
+                scale.shape == (item.shape[k],)
+                and scale.dtype.kind in "iuf"
+                and scale.size < 1 << 20
+            ):
+                unit = attribute_text(scale.attrs, "units")
+                step, start, unit, said = coordinate_step(scale[:], unit, name)
+                notes += said
+        names.append(name or (labels[k] if len(labels) == item.ndim else ""))
+        steps.append(step)
+        units.append(unit)
+        starts.append(start)
+    return tuple(names), tuple(steps), tuple(units), tuple(starts), notes
+
+
+def _sizes(
+    file: h5py.File, item: h5py.Dataset
+) -> tuple[tuple[float | None, ...], tuple[str, ...], tuple[float, ...]]:
+    """Return steps, units and starts of the last three axes, by attributes in use."""
+    nothing: tuple[float, ...] = (0.0,) * (item.ndim - 3)
+    attributes = item.attrs
+    for name, unit in (("element_size_um", "um"), ("spacing", ""), ("voxel_size", "")):
+        sizes = attribute_numbers(attributes, name)
+        if len(sizes) == 3 and all(size > 0 for size in sizes):
+            unit = unit or attribute_text(attributes, "unit")
+            return (*(None for _ in nothing), *sizes), (unit,) * item.ndim, ()
+    group = file.get("VTKHDF")
+    if group is not None and item.name.startswith("/VTKHDF/"):
+        sizes, origin = (attribute_numbers(group.attrs, name) for name in ("Spacing", "Origin"))
+        if len(sizes) == 3:
+            origin = origin if len(origin) == 3 else [0.0] * 3
+            steps = (*(None for _ in nothing), *sizes[::-1])
+            return steps, ("",) * item.ndim, (*nothing, *origin[::-1])
+    image = file.get("DataSetInfo/Image")
+    if image is not None and item.name.startswith("/DataSet/"):
+        return _imaris_sizes(image.attrs, item)
+    return (), (), ()
+
+
+def _imaris_sizes(
+    attributes: Mapping[str, Any], item: h5py.Dataset
+) -> tuple[tuple[float | None, ...], tuple[str, ...], tuple[float, ...]]:
+    """Return the steps of an Imaris file, whose attributes are arrays of letters."""
+
+    def number(name: str) -> float | None:
+        try:
+            return float(b"".join(np.ravel(attributes[name]).tolist()))
+        except (KeyError, TypeError, ValueError):
+            return None
+
+    steps = []
+    for axis, size in zip("210", item.shape[-3:], strict=True):
+        low, high = number(f"ExtMin{axis}"), number(f"ExtMax{axis}")
+        steps.append(None if low is None or high is None else (high - low) / size)
+    return tuple(steps), ("um",) * 3, ()

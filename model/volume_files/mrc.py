@@ -1,0 +1,160 @@
+"""MRC and CCP4 maps, as from electron microscopy: heads by mrcfile, voxels as a block."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.errors import VolumeError, first_line
+from model.scene.file_facts import FileFacts
+from model.volume_files.blocks import Block, encoding_of, read_block, unpacked_start
+from model.volume_files.checks import check_grid, check_present, damaged, unsupported
+from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen_index, contents
+from model.volume_files.frame import usable_origin, usable_spacing
+from model.volume_files.grid import Grid
+from model.volume_files.library_log import log_of
+
+SUFFIXES = (".mrc", ".rec", ".map", ".ccp4", ".mrcs", ".st", ".ali", ".mrc.gz", ".map.gz")
+HEAD = 1024
+VOLUME_STACKS = range(401, 631)
+IMOD_STAMP = 1146047817
+
+
+def read_mrc(path: Path, choice: Choice = LARGEST) -> Grid:
+    """Read an MRC file; of a stack of volumes one.
+
+    Raises
+    ------
+    VolumeError
+        When the file is foreign, damaged or truncated, or of an unsupported mode.
+    """
+    start = unpacked_start(path, HEAD)
+    header, order = _header(path, start)
+    nx, ny, nz = (int(header[name]) for name in ("nx", "ny", "nz"))
+    mode = int(header["mode"])
+    values_each, dtype = _type(path, header, mode)
+    is_stack = int(header["ispg"]) in VOLUME_STACKS and 0 < int(header["mz"]) < nz
+    count = nz // int(header["mz"]) if is_stack else 1
+    nz //= count
+    check_grid(path, (nx, ny, nz), dtype, values_each * count)
+    names = [str(k) for k in range(count)]
+    number = chosen_index(path, "series", names, choice.series)
+    listed = contents("series", names, (nx, ny, nz), dtype, number)
+    extended = int(header["nsymbt"])
+    size = nx * ny * nz * values_each * dtype.itemsize
+    place = HEAD + max(extended, 0) + number * size
+    shape = (nz, ny, nx, values_each) if values_each > 1 else (nz, ny, nx)
+    stored = dtype.newbyteorder(order)
+    with path.open("rb") as file:
+        encoding = encoding_of(file.read(3))
+    if encoding == "raw":
+        check_present(path, path.stat().st_size - place, size)
+        values = read_block(Block(path, shape, stored, place))
+    else:
+        values = read_block(Block(path, shape, stored, 0, encoding, skip=place, more=True))
+    if dtype == np.float16:
+        values = values.astype(np.float32)
+    values, axes = _in_order(path, header, values)
+    spacing, origin, unit, notes = _frame(header, axes)
+    sizes, spacing_notes = usable_spacing(spacing)
+    if int(header["ispg"]) == 0 and nz > 1:
+        notes += ("The file says that it is a stack of images, not a volume.",)
+    return Grid(
+        values,
+        sizes,
+        usable_origin(origin),
+        notes=choice_notes(listed) + notes + spacing_notes,
+        facts=FileFacts("MRC", unit, contents=listed),
+    )
+
+
+def _header(path: Path, start: bytes) -> tuple[np.ndarray, str]:  # type: ignore[type-arg]
+    """Return the header, and the byte order of the file."""
+    from mrcfile.dtypes import HEADER_DTYPE
+
+    foreign = VolumeError(
+        f"{path}: this is not an MRC file, or its header is truncated; choose another or correct "
+        "its suffix."
+    )
+    if len(start) < HEAD:
+        raise foreign
+    for order in "<>":
+        header = np.frombuffer(start[:HEAD], HEADER_DTYPE.newbyteorder(order))[0]
+        axes = sorted(int(header[name]) for name in ("mapc", "mapr", "maps"))
+        sizes = [int(header[name]) for name in ("nx", "ny", "nz")]
+        is_map = bytes(header["map"]) in (b"MAP ", b"MAP\0")
+        is_plausible = 0 <= int(header["mode"]) <= 200 and all(0 < n < 1 << 20 for n in sizes)
+        if is_plausible and (is_map or axes in ([1, 2, 3], [0, 0, 0])):
+            return header, order
+    if start[208:211] == b"MAP":
+        raise damaged(path, "its header gives sizes or a mode that cannot be")
+    raise foreign
+
+
+def _type(path: Path, header: np.ndarray, mode: int) -> tuple[int, np.dtype[np.generic]]:  # type: ignore[type-arg]
+    """Return the number of values of each voxel, and their type."""
+    from mrcfile.utils import dtype_from_mode
+
+    if mode == 0 and int(header["nversion"]) == 0:
+        words = np.frombuffer(header.tobytes(), np.dtype(np.int32).newbyteorder("<"))
+        # IMOD's stamp, and its flag for signed bytes.
+        if words[38] == IMOD_STAMP and not words[39] & 1:
+            return 1, np.dtype(np.uint8)
+    with log_of("mrcfile"):
+        try:
+            dtype = np.dtype(dtype_from_mode(mode))
+        except Exception as error:
+            raise unsupported(
+                path,
+                f"an MRC file of mode {mode} ({first_line(error)})",
+                "convert it with newstack",
+            ) from None
+    if dtype.kind == "c":
+        return 2, np.dtype(np.float32)
+    return 1, dtype
+
+
+def _in_order(
+    path: Path,
+    header: np.ndarray,
+    values: NDArray[np.generic],  # type: ignore[type-arg]
+) -> tuple[NDArray[np.generic], list[int]]:
+    """Put the axes into the order z, y, x; also return which file axis each of x, y, z was."""
+    axes = [int(header[name]) for name in ("mapc", "mapr", "maps")]
+    if axes == [0, 0, 0]:
+        axes = [1, 2, 3]
+    if sorted(axes) != [1, 2, 3]:
+        raise damaged(path, f"its axes are {axes}, not 1, 2 and 3 in some order")
+    places = [axes.index(k) for k in (1, 2, 3)]
+    # The file's axis k, fastest first, is the array's axis 2 - k.
+    order = [2 - places[2], 2 - places[1], 2 - places[0]]
+    rest = list(range(3, values.ndim))
+    return np.transpose(values, [*order, *rest]), places
+
+
+def _frame(
+    header: np.ndarray,
+    places: list[int],  # type: ignore[type-arg]
+) -> tuple[list[float | None] | None, list[float], str, tuple[str, ...]]:
+    """Return spacing, origin and unit, and notes."""
+    lengths = [float(header["cella"][name]) for name in "xyz"]
+    counts = [int(header[name]) for name in ("mx", "my", "mz")]
+    sizes: list[float | None] = [
+        length / count if count > 0 and length > 0 and np.isfinite(length) else None
+        for length, count in zip(lengths, counts, strict=True)
+    ]
+    starts = [int(header[name]) for name in ("nxstart", "nystart", "nzstart")]
+    origin = [float(header["origin"][name]) for name in "xyz"]
+    if not any(origin):
+        origin = [starts[k] * (size or 1.0) for k, size in zip(places, sizes, strict=True)]
+    notes: tuple[str, ...] = ()
+    angles = [float(header["cellb"][name]) for name in ("alpha", "beta", "gamma")]
+    if any(abs(angle - 90) > 0.1 for angle in angles if angle):
+        notes = (
+            "The cell's angles are not right ones ({:g}, {:g}, {:g}); the grid is shown as if they "
+            "were.".format(*angles),
+        )
+    known = any(size is not None for size in sizes)
+    return (sizes if known else None), origin, "angstrom" if known else "", notes

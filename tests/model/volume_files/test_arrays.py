@@ -1,0 +1,285 @@
+"""Arrays of NumPy, HDF5, NetCDF, Zarr and MRC, written by their own libraries."""
+
+from __future__ import annotations
+
+import gzip
+import warnings
+from pathlib import Path
+
+import h5py
+import mrcfile
+import numpy as np
+import pytest
+import zarr
+from scipy.io import netcdf_file
+from volume_writers import voxels
+
+from model.errors import VolumeError
+from model.volume_files import Choice, read_volume
+
+ARRAY = voxels("float32")
+TIMES = voxels("int16", (4, 6, 5, 7))
+
+
+def said(volume):
+    return " ".join(volume.notes)
+
+
+def npy(path, array):
+    np.save(path.with_suffix(".npy"), array)
+    return path.with_suffix(".npy")
+
+
+def npz(path, array):
+    np.savez_compressed(path.with_suffix(".npz"), values=array, names=np.arange(3))
+    return path.with_suffix(".npz")
+
+
+def hdf5(path, array):
+    with h5py.File(path.with_suffix(".h5"), "w") as file:
+        file.create_dataset("group/values", data=array, compression="gzip")
+    return path.with_suffix(".h5")
+
+
+def netcdf(path, array):
+    with netcdf_file(path.with_suffix(".nc"), "w") as file:
+        names = "tzyx"[-array.ndim :]
+        for name, n in zip(names, array.shape, strict=True):
+            file.createDimension(name, n)
+        file.createVariable("values", array.dtype, tuple(names))[:] = array
+    return path.with_suffix(".nc")
+
+
+def zarr_folder(form):
+    def write(path, array):
+        place = path.with_suffix(".zarr")
+        chunks = tuple(max(n // 2, 1) for n in array.shape)
+        stored = zarr.create_array(
+            str(place), shape=array.shape, chunks=chunks, dtype=array.dtype, zarr_format=form
+        )
+        stored[...] = array
+        return place
+
+    return write
+
+
+WRITERS = {"npy": npy, "npz": npz, "hdf5": hdf5, "netcdf": netcdf}
+WRITERS |= {"zarr 2": zarr_folder(2), "zarr 3": zarr_folder(3)}
+
+
+@pytest.mark.parametrize("name", WRITERS)
+@pytest.mark.parametrize("dtype", ["uint8", "int16", "float32", "float64"])
+def test_one_array(tmp_path, name, dtype):
+    if (name, dtype) == ("netcdf", "uint8"):
+        dtype = "int8"
+    array = voxels(dtype)
+    volume = read_volume(WRITERS[name](tmp_path / "a", array))
+    np.testing.assert_array_equal(volume.voxels, array)
+    assert volume.spacing == (1, 1, 1)
+    assert "no voxel spacing" in said(volume)
+
+
+@pytest.mark.parametrize("time", [0, 3])
+@pytest.mark.parametrize("name", WRITERS)
+def test_one_of_several_times(tmp_path, name, time):
+    volume = read_volume(WRITERS[name](tmp_path / "a", TIMES), choice=Choice(time=str(time)))
+    np.testing.assert_array_equal(volume.voxels, TIMES[time])
+    assert [content.kind for content in volume.file.contents] == ["time"] * 4
+
+
+@pytest.mark.parametrize("order", ["C", "F"])
+def test_last_axes_of_few_values_are_components(tmp_path, order):
+    array = np.asarray(voxels("uint8", (6, 5, 7, 3)), order=order)
+    volume = read_volume(npy(tmp_path / "a", array), component=2)
+    np.testing.assert_array_equal(volume.voxels, array[..., 2])
+
+
+def test_the_largest_of_several_arrays_that_is_no_mask(tmp_path):
+    path = tmp_path / "a.h5"
+    with h5py.File(path, "w") as file:
+        file["small"] = ARRAY[:3]
+        file["values"] = ARRAY
+        file["mask"] = np.ones((8, 9, 10), np.uint8)
+        file["curve"] = np.arange(10000)
+    volume = read_volume(path)
+    np.testing.assert_array_equal(volume.voxels, ARRAY)
+    names = [content.name for content in volume.file.contents]
+    assert names == ["values", "small", "mask"]
+    np.testing.assert_array_equal(read_volume(path, choice=Choice(array="small")).voxels, ARRAY[:3])
+    with pytest.raises(VolumeError, match="no array 'nothing'; there are values, small, mask"):
+        read_volume(path, choice=Choice(array="nothing"))
+
+
+def test_fill_values_scaling_and_coordinates_of_netcdf_4(tmp_path):
+    path = tmp_path / "a.nc"
+    stored = voxels("int16")
+    stored[2, 3, 4], stored[0, 0, 0] = -999, 32000
+    with h5py.File(path, "w") as file:
+        values = file.create_dataset("temperature", data=stored)
+        values.attrs["_FillValue"] = np.array([-999], "i2")
+        values.attrs["valid_max"] = 31999
+        values.attrs["scale_factor"], values.attrs["add_offset"] = 0.5, 100.0
+        values.attrs["units"] = "K"
+        coordinates = {
+            "z": (np.arange(6) * 3.0 + 30, "mm"),
+            "y": (20 - np.arange(5) * 2.0, "mm"),
+            "x": (np.arange(7) * 500.0, "um"),
+        }
+        for k, (name, (numbers, unit)) in enumerate(coordinates.items()):
+            scale = file.create_dataset(name, data=numbers)
+            scale.attrs["units"] = unit
+            scale.make_scale(name)
+            values.dims[k].attach_scale(scale)
+    volume = read_volume(path)
+    expected = (stored * 0.5 + 100)[:, ::-1]
+    there = (stored > -999) & (stored < 32000)
+    np.testing.assert_allclose(volume.voxels[there[:, ::-1]], expected[there[:, ::-1]])
+    assert "missing by what the file says" in said(volume)
+    assert volume.units == "K"
+    assert volume.spacing == pytest.approx((500, 2000, 3000))
+    assert volume.origin == pytest.approx((0, 12000, 30000))
+    assert volume.file.spacing_unit == "um"
+    assert "y is read in reverse order" in said(volume)
+
+
+def test_fill_values_of_netcdf_3(tmp_path):
+    path = tmp_path / "a.nc"
+    stored = ARRAY.copy()
+    stored[1, 2, 3] = 1e20
+    with netcdf_file(path, "w") as file:
+        for name, n in zip(("depth", "lat", "lon"), stored.shape, strict=True):
+            file.createDimension(name, n)
+            variable = file.createVariable(name, "f4", (name,))
+            variable[:] = 10 * np.arange(n) ** (2 if name == "depth" else 1)
+        variable = file.createVariable("salt", "f4", ("depth", "lat", "lon"))
+        variable[:] = stored
+        variable.missing_value = np.float32(1e20)
+    volume = read_volume(path)
+    assert volume.data_range[1] < 1e19
+    assert "1 voxels are missing by what the file says" in said(volume)
+    assert volume.spacing == (10, 10, 50)
+    assert "'depth' are 10 to 90 apart" in said(volume)
+
+
+def test_voxel_sizes_in_attributes_of_hdf5(tmp_path):
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["values"] = ARRAY
+        file["values"].attrs["element_size_um"] = [3.0, 2.0, 0.5]
+    volume = read_volume(tmp_path / "a.h5")
+    assert (volume.spacing, volume.file.spacing_unit) == ((0.5, 2, 3), "um")
+
+
+def test_nothing_outside_an_hdf5_file_is_read(tmp_path):
+    (tmp_path / "secret.raw").write_bytes(ARRAY.tobytes())
+    path = tmp_path / "a.h5"
+    with h5py.File(path, "w") as file:
+        external = [(str(tmp_path / "secret.raw"), 0, ARRAY.nbytes)]
+        file.create_dataset("a", ARRAY.shape, "f4", external=external)
+        layout = h5py.VirtualLayout(ARRAY.shape, "f4")
+        layout[...] = h5py.VirtualSource(str(tmp_path / "b.h5"), "x", ARRAY.shape)
+        file.create_virtual_dataset("b", layout)
+        file["c"] = h5py.ExternalLink(str(tmp_path / "b.h5"), "x")
+    with h5py.File(tmp_path / "b.h5", "w") as file:
+        file["x"] = ARRAY
+    with pytest.raises(VolumeError, match="holds no arrays"):
+        read_volume(path)
+
+
+def test_ome_zarr_has_levels_times_channels_and_sizes(tmp_path):
+    array = voxels("uint16", (2, 3, 6, 5, 7))
+    place = tmp_path / "a.zarr"
+    group = zarr.open_group(str(place), mode="w", zarr_format=2)
+    for level, data in enumerate((array, array[..., ::2, ::2, ::2])):
+        stored = group.create_array(str(level), shape=data.shape, dtype=data.dtype)
+        stored[...] = data
+    axes = [{"name": name} for name in "tczyx"]
+    for axis in axes[2:]:
+        axis["unit"] = "micrometer"
+    levels = [
+        {
+            "path": str(k),
+            "coordinateTransformations": [
+                {"type": "scale", "scale": [1, 1, 3 * 2**k, 2 * 2**k, 0.5 * 2**k]}
+            ],
+        }
+        for k in range(2)
+    ]
+    group.attrs["multiscales"] = [{"axes": axes, "datasets": levels, "version": "0.4"}]
+    volume = read_volume(place, choice=Choice(time="1", channel="2"))
+    np.testing.assert_array_equal(volume.voxels, array[1, 2])
+    assert (volume.spacing, volume.file.spacing_unit) == ((0.5, 2, 3), "um")
+    coarse = read_volume(place, choice=Choice(array="1"))
+    np.testing.assert_array_equal(coarse.voxels, array[0, 0, ::2, ::2, ::2])
+    assert coarse.spacing == (1, 4, 6)
+
+
+def mrc(path, array, **fields):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        with mrcfile.new(path, overwrite=True) as file:
+            file.set_data(array)
+            file.voxel_size = (0.5, 2.0, 3.0)
+            for name, value in fields.items():
+                setattr(file.header, name, value)
+    return path
+
+
+@pytest.mark.parametrize("dtype", ["int8", "int16", "uint16", "float32", "float16"])
+def test_mrc(tmp_path, dtype):
+    array = voxels("float32").astype(dtype) if dtype == "float16" else voxels(dtype)
+    path = mrc(tmp_path / "a.mrc", array)
+    volume = read_volume(path)
+    np.testing.assert_array_equal(volume.voxels, array)
+    assert volume.spacing == pytest.approx((0.5, 2, 3))
+    assert volume.file.spacing_unit == "angstrom"
+    (tmp_path / "b.map.gz").write_bytes(gzip.compress(path.read_bytes()))
+    np.testing.assert_array_equal(read_volume(tmp_path / "b.map.gz").voxels, array)
+
+
+def test_mrc_axes_in_another_order(tmp_path):
+    path = mrc(tmp_path / "a.map", ARRAY, mapc=3, mapr=1, maps=2)
+    volume = read_volume(path)
+    # The fastest axis of the file is z, then x, then y.
+    np.testing.assert_array_equal(volume.voxels, ARRAY.transpose(2, 0, 1))
+
+
+def test_mrc_stacks_of_volumes(tmp_path):
+    path = mrc(tmp_path / "a.mrc", ARRAY, ispg=401, mz=3)
+    for number in range(2):
+        volume = read_volume(path, choice=Choice(series=str(number)))
+        np.testing.assert_array_equal(volume.voxels, ARRAY[3 * number : 3 * number + 3])
+    path = mrc(tmp_path / "b.mrc", ARRAY, ispg=0)
+    assert "stack of images" in said(read_volume(path))
+
+
+FOREIGN = {"a.npy": "NumPy", "a.h5": "HDF5", "a.nc": "NetCDF", "a.mrc": "MRC", "a.npz": "zip"}
+
+
+@pytest.mark.parametrize("name", FOREIGN)
+def test_foreign_files(tmp_path, name):
+    (tmp_path / name).write_bytes(b"?" * 2000)
+    with pytest.raises(VolumeError, match=FOREIGN[name]):
+        read_volume(tmp_path / name)
+
+
+def test_arrays_of_objects_and_flat_ones(tmp_path):
+    np.save(tmp_path / "a.npy", np.array([{}, {}]), allow_pickle=True)
+    with pytest.raises(VolumeError, match="Python objects"):
+        read_volume(tmp_path / "a.npy")
+    np.save(tmp_path / "b.npy", np.zeros((5, 7)))
+    with pytest.raises(VolumeError, match=r"none of its arrays is a volume.*b \(7 x 5, float64\)"):
+        read_volume(tmp_path / "b.npy")
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_a_file_that_is_cut_is_refused(tmp_path, name):
+    path = WRITERS[name](tmp_path / "a", ARRAY)
+    files = [path] if path.is_file() else sorted(p for p in path.rglob("*") if p.is_file())
+    for file in files:
+        whole = file.read_bytes()
+        for share in (0.1, 0.5, 0.9, 0.99):
+            file.write_bytes(whole[: int(share * len(whole))])
+            with pytest.raises(VolumeError):
+                np.testing.assert_array_equal(read_volume(path).voxels, ARRAY)
+        file.write_bytes(whole)
+    assert isinstance(path, Path)

@@ -1,0 +1,118 @@
+"""What was not measured: NaN, and values far from all others that are repeated."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from volume_writers import voxels, write_itk, write_legacy, write_vti
+
+from model.errors import VolumeError
+from model.volume_files import read_volume
+from model.volume_files.choice import LARGEST
+from model.volume_files.fill_values import far_away_values
+from model.volume_files.finish import finished
+from model.volume_files.vti import read_vti
+
+CASES = Path(__file__).parent / "cases" / "missing"
+
+
+def mask_of(path):
+    """The mask, and the notes, of a VTI file."""
+    grid, notes = finished(path, read_vti(path, LARGEST), None)
+    return grid, " ".join(notes)
+
+
+def test_a_fill_value_that_is_not_the_most_frequent():
+    path = CASES / "air_and_minus9999.vti"
+    stored = read_vti(path, LARGEST).values.copy()
+    grid, notes = mask_of(path)
+    np.testing.assert_array_equal(grid.missing, stored == -9999)
+    assert read_volume(path).data_range == (0, 240)
+    assert "-9999 lies far from all other values, and 265 voxels have it" in notes
+
+
+def test_nan_is_missing():
+    path = CASES / "signed_nan.vti"
+    stored = read_vti(path, LARGEST).values.copy()
+    grid, notes = mask_of(path)
+    np.testing.assert_array_equal(grid.missing, np.isnan(stored))
+    assert grid.values.min() == np.nanmin(stored)
+    assert "2240 NaN or infinite voxels are missing (33 %)" in notes
+
+
+@pytest.mark.parametrize("bad", [[np.nan], [np.nan, np.inf, -np.inf, np.nan]])
+@pytest.mark.parametrize(
+    ("suffix", "write"),
+    [(".nrrd", write_itk), (".nii", write_itk), (".vti", write_vti), (".vtk", write_legacy)],
+)
+def test_bad_voxels_are_counted(tmp_path, suffix, write, bad):
+    array = voxels("float32")
+    array.ravel()[3 : 3 + len(bad)] = bad
+    volume = read_volume(write(tmp_path / f"a{suffix}", array))
+    good = np.isfinite(array)
+    np.testing.assert_array_equal(volume.voxels[good], array[good])
+    assert volume.data_range == (array[good].min(), array[good].max())
+    (note,) = volume.notes
+    assert note.startswith(f"{len(bad)} NaN or infinite voxel")
+
+
+def body(dtype, low=0.0, high=240.0, size=24):
+    """A smooth ball in noise."""
+    axis = np.linspace(-1, 1, size)
+    z, y, x = np.meshgrid(axis, axis, axis, indexing="ij")
+    ball = np.clip(1.2 - np.sqrt(x * x + y * y + z * z), 0, 1)
+    noise = np.random.default_rng(5).normal(0, 0.02, ball.shape)
+    return (low + (high - low) * np.clip(ball + noise, 0, 1)).astype(dtype)
+
+
+@pytest.mark.parametrize(
+    ("dtype", "fills"),
+    [
+        ("float32", [-9999]),
+        ("float32", [-9999, 1e5]),
+        ("float32", [-9999, -8888]),
+        ("float32", [9.96921e36]),
+        ("int16", [-32768]),
+        ("uint16", [65535]),
+    ],
+)
+def test_values_far_away(dtype, fills):
+    array = body(dtype)
+    for number, fill in enumerate(fills):
+        array[number:12:4] = fill
+    found = far_away_values(array, None)
+    assert found == pytest.approx(sorted(fills), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: body("float32"),
+        lambda: body("int16", -1000, 3000),
+        # Metal that the scanner's range cuts off.
+        lambda: np.where(np.arange(24) > 21, np.int16(3071), body("int16", -1000, 1500)),
+        # Labels, and two phases.
+        lambda: np.random.default_rng(1).integers(0, 5, (24, 24, 24)).astype(np.int16) * 1000,
+        lambda: np.where(body("float32") > 100, 1000.0, 0.0),
+        # Bytes have no room for fill values.
+        lambda: np.where(body("uint8") > 200, 255, body("uint8", 0, 20)).astype(np.uint8),
+        # Air around, and a few hot pixels.
+        lambda: np.where(body("float32") < 100, 0.0, body("float32")),
+    ],
+)
+def test_values_that_are_not_far_away(make):
+    assert far_away_values(make(), None) == []
+
+
+def test_single_hot_pixels_are_no_fill_value():
+    array = body("float32")
+    array[3, 4, 5] = 1e6
+    assert far_away_values(array, None) == []
+
+
+def test_nothing_but_what_is_missing(tmp_path):
+    path = write_itk(tmp_path / "a.nrrd", np.full((3, 4, 5), np.nan, np.float32))
+    with pytest.raises(VolumeError, match="every voxel is NaN or infinite"):
+        read_volume(path)
