@@ -18,6 +18,9 @@ PICTURE = 250
 PLOT = 380
 """Width of a plot."""
 
+SPACING = 6
+"""Pixels between rows and columns."""
+
 
 class Page:
     """A figure under way.
@@ -37,12 +40,11 @@ class Page:
         self.layout = new_layout(self._width, sum(heights) + CAPTION_HEIGHT + 30)
         self.layout.addLabel(title, 0, 0, 1, len(widths), color=INK, bold=True)
         grid = self.layout.ci.layout
+        grid.setSpacing(SPACING)
         for column, width in enumerate(widths):
-            grid.setColumnPreferredWidth(column, width)
-            grid.setColumnStretchFactor(column, width)
+            grid.setColumnFixedWidth(column, width - SPACING)
         for row, height in enumerate(heights, start=1):
-            grid.setRowPreferredHeight(row, height)
-            grid.setRowStretchFactor(row, height)
+            grid.setRowFixedHeight(row, height - SPACING)
 
     def picture(
         self,

@@ -17,8 +17,14 @@ SENSITIVITY_COLOR = 200, 30, 30
 MODE_COLOR = 0, 140, 90
 BAND_COLOR = 200, 30, 30, 60
 
+LEFT_WIDTH = 52
+"""Width of the axis of opacities, in pixels."""
+
 STRIP = 0.07
 """Height of the strip of the TF's colours below the curve, of the axis."""
+
+MARKS = 4
+"""Numbers along the axis of sensitivities, about."""
 
 ROOM = 1.08
 """Upper end of the axis."""
@@ -81,7 +87,7 @@ def add_tf_plot(layout: Any, row: int, column: int, content: TFPlot, rows: int =
     label_axis(plot, "bottom", content.value_label)
     label_axis(plot, "left", "opacity")
     plot.getAxis("left").setTextPen(pg.mkColor(OPACITY_COLOR))
-    plot.getAxis("left").setWidth(AXIS_WIDTH)
+    plot.getAxis("left").setWidth(LEFT_WIDTH)
     lo, hi = content.scalar_range
     values = np.linspace(lo, hi, TF_SAMPLES)
     lowest = -STRIP
@@ -94,7 +100,8 @@ def add_tf_plot(layout: Any, row: int, column: int, content: TFPlot, rows: int =
         mode = content.mode
         bump = mode.amplitude * np.exp(-(((values - mode.mean) / mode.width) ** 2))
         pen = pg.mkPen(MODE_COLOR, width=2, style=pg.QtCore.Qt.PenStyle.DashLine)
-        plot.plot(values, bump, pen=pen)
+        shown = np.where(bump < 0.005, np.nan, bump)
+        plot.plot(values, shown, pen=pen, connect="finite")
     levels = np.rint(255 * np.clip(content.colors, 0, 1)).astype(np.uint8)[None]
     strip = pg.ImageItem(levels, axisOrder="row-major", levels=(0, 255))
     strip.setRect(lo, lowest - STRIP, hi - lo, STRIP)
@@ -137,13 +144,13 @@ def _add_responses(plot: Any, values: NDArray[np.floating], content: TFPlot) -> 
     axis = plot.getAxis("right")
     axis.setTextPen(pg.mkColor(SENSITIVITY_COLOR))
     axis.setWidth(AXIS_WIDTH)
-    step = _round_step(largest)
-    marks = np.arange(np.floor(lowest * largest / step), np.ceil(largest / step) + 1) * step
+    step = _round_step((1 - lowest) * largest / MARKS)
+    marks = np.arange(np.ceil(lowest * largest / step), np.floor(largest / step) + 1) * step
     axis.setTicks([[(mark / largest, f"{mark:.3g}") for mark in marks]])
     return lowest
 
 
-def _round_step(largest: float) -> float:
-    """A third to a sixth of a number that is 1, 2 or 5 times a power of 10."""
-    power = 10.0 ** np.floor(np.log10(largest / 3))
-    return float(max(m * power for m in (1, 2, 5) if m * power <= largest / 3))
+def _round_step(least: float) -> float:
+    """The smallest number from `least` on that is 1, 2 or 5 times a power of 10."""
+    power = 10.0 ** np.floor(np.log10(least))
+    return float(next(m * power for m in (1, 2, 5, 10) if m * power >= least * (1 - 1e-9)))
