@@ -22,6 +22,7 @@ from model.paper.subject import Subject, open_subject, shipped_paper_models
 from model.paper.table import Table
 from model.paper.tables import HoldoutErrors, holdout_errors, table_1, table_2
 from model.paper.value_edits import ValueStep, value_edits
+from model.samples.sample_store import SampleStore
 from model.scene.default_tf import default_transfer_function
 from model.scene.inputs import SceneInputs
 from model.scene.view import View
@@ -47,6 +48,7 @@ class PaperOrder:
     view: View
     tf: Path | None
     count: int | None
+    dataset: Path | None
     minutes: float
     quick: bool
     workers: int | None
@@ -170,8 +172,9 @@ class _Maker:
         from app.figures.paper_pictures import save_teaser
 
         save_teaser(
-            path, self._name, self._units, self._compared, self._value_steps[0], self._explored
-        )
+            path, self._name, self._units, self._subject.window,
+            self._compared, self._value_steps[0], self._explored,
+        )  # fmt: skip
 
     def _overview(self, path: Path) -> None:
         from app.figures.paper_pictures import save_overview
@@ -182,12 +185,12 @@ class _Maker:
         from app.figures.paper_sensitivity import save_region_edits
 
         steps = region_edits(self._subject, self._inputs)
-        save_region_edits(path, self._name, self._units, steps)
+        save_region_edits(path, self._name, self._units, self._subject.window, steps)
 
     def _value_fields(self, path: Path) -> None:
         from app.figures.paper_sensitivity import save_value_edits
 
-        save_value_edits(path, self._name, self._units, self._value_steps)
+        save_value_edits(path, self._name, self._units, self._subject.window, self._value_steps)
 
     def _exploration(self, path: Path) -> None:
         from app.figures.paper_latent import save_explorations
@@ -217,6 +220,7 @@ class _Maker:
             self._subjects,
             [self._errors(subject, count) for subject in self._subjects],
             4 if self._order.quick else TIMED_SAMPLES,
+            None if self._order.dataset is None else SampleStore(self._order.dataset),
         )
 
     def _errors(self, subject: Subject, count: int) -> HoldoutErrors:

@@ -58,6 +58,16 @@ def paper(
             help="Hold-out samples. (default: 2000 for table1, 200 for pictures, 500 for studies)",
         ),
     ] = None,
+    dataset: Annotated[
+        Path | None,
+        typer.Option(
+            "--dataset",
+            metavar="STORE",
+            help="Samples of the model's volume, made with 'dataset': table1 has their time. "
+            "(default: some are rendered to time it)",
+            callback=values.store,
+        ),
+    ] = None,
     minutes: Annotated[
         float, typer.Option("--minutes", min=0.01, help="Training of each model of a study.")
     ] = 20.0,
@@ -76,6 +86,6 @@ def paper(
     make_items(
         PaperOrder(
             item=item, out=out, model=model, volume=source, view=view, tf=tf, count=count,
-            minutes=minutes, quick=quick, workers=workers, device=str(device),
+            dataset=dataset, minutes=minutes, quick=quick, workers=workers, device=str(device),
         )
     )  # fmt: skip

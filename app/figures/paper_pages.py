@@ -18,6 +18,8 @@ PICTURE = 250
 PLOT = 380
 """Width of a plot."""
 
+MARGIN = 10
+
 SPACING = 6
 """Pixels between rows and columns."""
 
@@ -36,11 +38,13 @@ class Page:
 
     def __init__(self, title: str, widths: list[int], heights: list[int]) -> None:
         self.title = title
-        self._width, self._rows, self._columns = sum(widths), len(heights), len(widths)
-        self.layout = new_layout(self._width, sum(heights) + CAPTION_HEIGHT + 30)
+        self._width = sum(widths) + 2 * MARGIN
+        self._rows, self._columns = len(heights), len(widths)
+        self.layout = new_layout(self._width, sum(heights) + CAPTION_HEIGHT + 30 + 2 * MARGIN)
         self.layout.addLabel(title, 0, 0, 1, len(widths), color=INK, bold=True)
         grid = self.layout.ci.layout
         grid.setSpacing(SPACING)
+        grid.setContentsMargins(MARGIN, MARGIN, MARGIN, MARGIN)
         for column, width in enumerate(widths):
             grid.setColumnFixedWidth(column, width - SPACING)
         for row, height in enumerate(heights, start=1):

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from app.figures.map_plot import add_map
 from app.figures.mosaic import mosaic
 from app.figures.paper_latent import GRID, MAP, decoded_plot
@@ -26,8 +29,8 @@ def save_qualitative(path: Path, found: dict[str, list[Compared]]) -> None:
     )
     for block, (name, samples) in enumerate(found.items()):
         for column, sample in enumerate(samples):
-            artifact = "" if sample.why == "typical" else f"artifact: {sample.why}"
-            page.picture(2 * block, column, artifact or f"{name}, truth", sample.truth)
+            title = "ground truth" if sample.why == "typical" else f"artifact: {sample.why}"
+            page.picture(2 * block, column, title if column else name, sample.truth)
             error = f"RMSE {sample.errors['rmse']:.3f}, EMD {sample.errors['emd']:.3f}"
             page.picture(2 * block + 1, column, error, sample.drawn)
     page.save(
@@ -42,6 +45,7 @@ def save_teaser(
     path: Path,
     name: str,
     units: str,
+    window: NDArray[np.bool_],
     samples: list[Compared],
     step: ValueStep,
     explored: Exploration,
@@ -61,7 +65,7 @@ def save_teaser(
     page.picture(0, 3, "image", step.drawn)
     plot = TFPlot.of(
         "opacity TF and sensitivity", step.inputs, units,
-        responses=field.responses, band=field.band,
+        responses=field.responses, band=field.band, window=window,
     )  # fmt: skip
     page.tf(1, 3, plot)
     _add_explored(page, explored, units)

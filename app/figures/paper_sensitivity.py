@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from app.figures.paper_pages import PICTURE, PLOT, Page
 from app.figures.tf_plot import TFPlot
 from model.paper.region_edits import RegionStep
 from model.paper.value_edits import PAPER_R, ValueStep
 
 
-def save_region_edits(path: Path, name: str, units: str, steps: list[RegionStep]) -> None:
+def save_region_edits(
+    path: Path, name: str, units: str, window: NDArray[np.bool_], steps: list[RegionStep]
+) -> None:
     """Draw the region sensitivity plots and what the two edits did, as a PNG file."""
     page = Page(
         f"Region sensitivity plots: {name}",
@@ -28,6 +33,7 @@ def save_region_edits(path: Path, name: str, units: str, steps: list[RegionStep]
             step.inputs,
             units,
             responses=step.responses,
+            window=window,
             mode=step.mode,
         )
         page.tf(row, 2, plot)
@@ -44,7 +50,9 @@ def save_region_edits(path: Path, name: str, units: str, steps: list[RegionStep]
     )
 
 
-def save_value_edits(path: Path, name: str, units: str, steps: list[ValueStep]) -> None:
+def save_value_edits(
+    path: Path, name: str, units: str, window: NDArray[np.bool_], steps: list[ValueStep]
+) -> None:
     """Draw the fields of two values and what the two edits did, as a PNG file."""
     page = Page(
         f"Scalar value sensitivity fields: {name}",
@@ -66,6 +74,7 @@ def save_value_edits(path: Path, name: str, units: str, steps: list[ValueStep]) 
             step.inputs,
             units,
             responses=field.responses,
+            window=window,
             band=field.band,
             mode=step.mode,
         )

@@ -16,6 +16,7 @@ from model.networks.card import load_card
 from model.rendering.renderer import Renderer
 from model.samples.sample_rendering import make_renderer
 from model.scene.inputs import SceneInputs
+from model.scene.transfer_function import TF_SAMPLES
 from model.scene.volume import Volume
 from model.volume_files.source import VolumeSource, volume_of
 
@@ -54,6 +55,13 @@ class Subject:
     def seed(self) -> int:
         """Seed of the samples that the model was trained and is measured on."""
         return int(self.generator.card.training.get("dataset_seed", 0))
+
+    @property
+    def window(self) -> NDArray[np.bool_]:
+        """Whether each of the 256 scalar values lies in the scene's window, shape (256,)."""
+        inside = np.zeros(TF_SAMPLES, dtype=bool)
+        inside[self.generator.scene.window_samples] = True
+        return inside
 
     def drawn(self, inputs: SceneInputs) -> Image:
         """Colours (S, S, 3) of the model's image."""

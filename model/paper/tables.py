@@ -16,6 +16,7 @@ from model.paper.subject import Subject
 from model.paper.table import Table
 from model.paper.value_edits import PAPER_R
 from model.samples.sample_rendering import make_renderer, render_samples
+from model.samples.sample_store import SampleStore
 from model.samples.sampling import draw_sample
 from model.sensitivity.learned import Sensitivity
 
@@ -64,7 +65,12 @@ def holdout_errors(
     return HoldoutErrors(count, **means)
 
 
-def table_1(subjects: Sequence[Subject], errors: Sequence[HoldoutErrors], timed: int) -> Table:
+def table_1(
+    subjects: Sequence[Subject],
+    errors: Sequence[HoldoutErrors],
+    timed: int,
+    store: SampleStore | None = None,
+) -> Table:
     """Return Table 1: the models' data sets and errors, then the paper's.
 
     Parameters
@@ -74,12 +80,14 @@ def table_1(subjects: Sequence[Subject], errors: Sequence[HoldoutErrors], timed:
         Of each.
     timed : int
         Samples that rendering is timed on.
+    store : SampleStore, optional
+        Samples of one of the models' scenes, whose own time is taken where it has kept one.
     """
     heading = (
         "data set", "resolution", "precision", "MB", "light", "200,000 training images",
         "image RMSE", "colour EMD", "SSIM", "FLIP",
     )  # fmt: skip
-    rows = [_row_1(s, e, timed) for s, e in zip(subjects, errors, strict=True)]
+    rows = [_row_1(s, e, timed, store) for s, e in zip(subjects, errors, strict=True)]
     rows += [(f"paper: {name}", *rest, "", "") for name, *rest in PAPER_TABLE_1]
     pixels = ", ".join(dict.fromkeys(f"{s.size} x {s.size}" for s in subjects))
     return Table(
@@ -89,22 +97,28 @@ def table_1(subjects: Sequence[Subject], errors: Sequence[HoldoutErrors], timed:
         (
             f"{errors[0].count:,} hold-out samples (the paper: 2,000), {pixels} pixels "
             "(256 x 256). Time of images: of so many random samples with "
-            f"{os.cpu_count()} threads on this machine, from {timed} of them; the paper's was "
-            "a GPU, or a cluster for its lit images.",
+            f"{os.cpu_count()} threads on this machine, from {timed} of them, or from a data set's "
+            "own time; the paper's was a GPU, or a cluster for its lit images.",
         ),
     )
 
 
-def _row_1(subject: Subject, errors: HoldoutErrors, timed: int) -> tuple[str, ...]:
+def _row_1(
+    subject: Subject, errors: HoldoutErrors, timed: int, store: SampleStore | None
+) -> tuple[str, ...]:
     volume, scene = subject.volume, subject.generator.scene
-    hours = _sample_seconds(subject, timed) * PAPER_IMAGES / (os.cpu_count() or 1) / 3600
+    seconds, samples = (0.0, 0)
+    if store is not None and store.scene.volume_fingerprint == volume.fingerprint:
+        seconds, samples = store.rendering
+    if not samples:
+        seconds, samples = _sample_seconds(subject, timed), os.cpu_count() or 1
     return (
         volume.name,
         " x ".join(map(str, volume.dimensions)),
         str(volume.scalars.dtype),
         f"{volume.scalars.nbytes / 1e6:.0f}",
         scene.lighting,
-        f"{hours:.1f} h",
+        f"{seconds / samples * PAPER_IMAGES / 3600:.1f} h",
         *(_short(e) for e in (errors.rmse, errors.emd, errors.ssim, errors.flip)),
     )
 
