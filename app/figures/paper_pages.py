@@ -20,6 +20,9 @@ PLOT = 380
 
 MARGIN = 10
 
+CAPTION_SHARE = 0.92
+"""Part of a page's width that captions have: some of their letters are wide."""
+
 SPACING = 6
 """Pixels between rows and columns."""
 
@@ -76,7 +79,8 @@ class Page:
 
     def save(self, path: Path, caption: str) -> None:
         """Add a caption below, and write the page as a PNG file."""
-        add_caption(self.layout, self._rows + 1, self._columns, caption, self._width)
+        width = int(CAPTION_SHARE * self._width)
+        add_caption(self.layout, self._rows + 1, self._columns, caption, width)
         save_layout(path, self.layout, f"{self.title}. {caption}")
 
 
