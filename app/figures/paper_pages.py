@@ -15,7 +15,7 @@ from model.scene.region import Region
 PICTURE = 250
 """Width and height of a picture with its title, in pixels."""
 
-PLOT = 380
+PLOT = 400
 """Width of a plot."""
 
 MARGIN = 10

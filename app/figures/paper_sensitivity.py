@@ -29,7 +29,7 @@ def save_region_edits(
         page.picture(row, 0, f"model, {title}", step.drawn, step.region)
         page.picture(row, 1, "ground truth", step.truth, step.region)
         plot = TFPlot.of(
-            "opacity TF" if last else "opacity TF and the region's sensitivity",
+            "opacity TF" if last else "opacity TF and sensitivity",
             step.inputs,
             units,
             responses=step.responses,

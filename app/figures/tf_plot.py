@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from app.figures.plots import AXIS_WIDTH, INK, label_axis
+from app.figures.plots import INK, label_axis
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import TF_SAMPLES, GaussianMode, Range
 
@@ -16,6 +16,9 @@ OPACITY_COLOR = 0, 114, 178
 SENSITIVITY_COLOR = 200, 30, 30
 MODE_COLOR = 0, 140, 90
 BAND_COLOR = 200, 30, 30, 60
+
+RIGHT_WIDTH = 72
+"""Width of the axis of sensitivities, in pixels."""
 
 LEFT_WIDTH = 52
 """Width of the axis of opacities, in pixels."""
@@ -143,7 +146,7 @@ def _add_responses(plot: Any, values: NDArray[np.floating], content: TFPlot) -> 
     label_axis(plot, "right", content.response_label)
     axis = plot.getAxis("right")
     axis.setTextPen(pg.mkColor(SENSITIVITY_COLOR))
-    axis.setWidth(AXIS_WIDTH)
+    axis.setWidth(RIGHT_WIDTH)
     step = _round_step((1 - lowest) * largest / MARKS)
     marks = np.arange(np.ceil(lowest * largest / step), np.floor(largest / step) + 1) * step
     axis.setTicks([[(mark / largest, f"{mark:.3g}") for mark in marks]])
