@@ -58,6 +58,24 @@ class StudyName(StrEnum):
     L1_WEIGHT = "l1-weight"
 
 
+class PaperItem(StrEnum):
+    """The paper's figures and tables, for the command line."""
+
+    ALL = "all"
+    TEASER = "teaser"
+    OVERVIEW = "overview"
+    SENSITIVITY = "sensitivity"
+    VALUE_FIELDS = "value-fields"
+    EXPLORATION = "exploration"
+    INTERPOLATION = "interpolation"
+    QUALITATIVE = "qualitative"
+    TABLE1 = "table1"
+    TABLE2 = "table2"
+    BASELINES = "baselines"
+    LATENT_DIM = "latent-dim"
+    L1_WEIGHT = "l1-weight"
+
+
 class Renderer(StrEnum):
     """Renderers of a single image, for the command line."""
 

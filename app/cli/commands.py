@@ -10,6 +10,7 @@ import typer
 from app.cli import choices, image_commands, model_commands, options, values
 from app.cli.bench_commands import bench
 from app.cli.latent_commands import codec, latent
+from app.cli.paper_commands import paper
 from app.state.window_start import WindowStart
 from model.errors import TfscopeError
 from model.scene.range_choice import RangeChoice
@@ -31,6 +32,7 @@ for command in (
     model_commands.train,
     model_commands.evaluate,
     model_commands.study,
+    paper,
     codec,
 ):
     application.command()(command)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 from rich.console import Console
@@ -20,6 +20,9 @@ from rich.progress import (
 )
 from rich.table import Table
 from rich.text import Text
+
+WIDE = 200
+"""Columns of a table that is printed into a file, which does not end at 80."""
 
 console = Console(markup=False, highlight=False, soft_wrap=True)
 
@@ -74,3 +77,25 @@ def print_facts(title: str, rows: list[tuple[str, str]]) -> None:
     for name, value in rows:
         table.add_row(name, Text(value))
     console.print(table)
+
+
+def print_table(
+    title: str, heading: Sequence[str], rows: Sequence[Sequence[str]], left: int = 1
+) -> None:
+    """Print a table as wide as it is: where the output is no terminal, nothing is cut.
+
+    Parameters
+    ----------
+    title : str
+    heading : sequence of str
+    rows : sequence of sequences of str
+    left : int
+        Number of columns that are aligned to the left.
+    """
+    table = Table(title=Text(title), title_justify="left")
+    for number, name in enumerate(heading):
+        table.add_column(Text(name), justify="left" if number < left else "right")
+    for row in rows:
+        table.add_row(*map(Text, row))
+    wide = console if console.is_terminal else Console(file=console.file, width=WIDE)
+    wide.print(table)

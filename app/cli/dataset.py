@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from rich.filesize import decimal
 
-from app.cli.console import console, counting
+from app.cli.console import about, console, counting
 from app.cli.outputs import make_room_for
 from model.errors import DatasetError, TfscopeError
 from model.files import free_space
@@ -66,15 +67,27 @@ def make_dataset(
         console.print(f"{out}: {damaged} samples are lost or altered; they are rendered again.")
     rendered = store.rendered_samples()
     total = rendered + store.missing_samples()
+    start, new_samples = time.monotonic(), 0
+
+    def advance(new: int) -> None:
+        nonlocal new_samples
+        new_samples += new
+        progress.advance(task, new)
+
     try:
         with counting("rendering", total, rendered) as (progress, task):
-            _render(store, volume, workers, scheduler, lambda new: progress.advance(task, new))
+            _render(store, volume, workers, scheduler, advance)
     except KeyboardInterrupt:
         console.print(f"Stopped; what is rendered stays in {out}. The same command goes on.")
         raise
+    finally:
+        if new_samples:
+            store.add_rendering(time.monotonic() - start, new_samples)
+    seconds, timed = store.rendering
+    took = f" Rendering {timed:,} of them took {about(seconds)}." if timed else ""
     console.print(
         f"{out}: {store.count('train')} training and {store.count('holdout')} hold-out samples "
-        f"of '{volume.name}', {size} x {size}, {scene.lighting} lighting, seed {seed}."
+        f"of '{volume.name}', {size} x {size}, {scene.lighting} lighting, seed {seed}.{took}"
     )
 
 

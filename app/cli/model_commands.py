@@ -363,6 +363,11 @@ def study(
     preset: Annotated[
         choices.Preset, typer.Option("--preset", help="Size of all networks.")
     ] = choices.Preset.DRAFT,
+    lighting: options.LightingName = choices.LightingOption.NONE,
+    faithful: Annotated[
+        bool,
+        typer.Option("--faithful", help="All models by the paper's recipe, see 'train'."),
+    ] = False,
     minutes: Annotated[
         float | None, typer.Option("--minutes", help="Budget of each model. (default: 10)")
     ] = None,
@@ -398,6 +403,8 @@ def study(
         volume=values.source(volume, raw, component, scalar_range),
         preset=str(preset),
         architecture="paper",
+        faithful=faithful,
+        lighting=choices.lighting(lighting),
         settings=tuple(settings or ()),
         minutes=choices.minutes_of(minutes, samples, 10.0),
         samples=samples,
@@ -408,7 +415,8 @@ def study(
     )
     from app.cli.study import StudyOrder, study_models
 
-    study_models(StudyOrder(str(study), job, images, count, sensitivities))
+    for path in study_models(StudyOrder(str(study), job, images, count, sensitivities)):
+        typer.echo(f"{study}: {path}")
 
 
 def _refuse_others(context: typer.Context, *names: str) -> None:

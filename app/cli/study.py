@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
-from rich.table import Table
-
-from app.cli.console import console, counting
+from app.cli.console import console, counting, print_table
 from app.cli.outputs import write_json, write_text
 from app.cli.train import TrainingDisplay
 from model.devices import choose_device
 from model.errors import TfscopeError, reason
 from model.evaluation.study import STUDIES, Study, StudyPlan, run_study
-from model.evaluation.study_table import markdown, study_table
+from model.evaluation.study_pictures import study_pictures
+from model.evaluation.study_table import markdown, recipe_lines, study_table
 from model.networks.size import NetworkSize
 from model.samples.sample_rendering import render_store
 from model.samples.sample_store import SampleStore
@@ -47,8 +47,14 @@ class StudyOrder:
     sensitivities: int
 
 
-def study_models(order: StudyOrder) -> None:
-    """Render missing samples, train and measure missing models, print and write the table."""
+def study_models(order: StudyOrder) -> list[Path]:
+    """Render missing samples, train and measure missing models, write table and figures.
+
+    Returns
+    -------
+    list of Path
+        The files that were written.
+    """
     study, job = STUDIES[order.study], order.job
     volume = job.volume.read()
     store = _store(order, volume, job.size)
@@ -67,15 +73,24 @@ def study_models(order: StudyOrder) -> None:
     with TrainingDisplay() as display:
         result = run_study(study, plan, lambda v: display.begin(v.label), display.show)
     _print(study, result)
-    write_json(job.out / f"{order.study}.json", result)
-    table = job.out / f"{order.study}.md"
-    write_text(table, markdown(study, result))
-    console.print(f"The table is in {table}.")
+    out = job.out / order.study
+    write_json(out.with_suffix(".json"), result)
+    write_text(out.with_suffix(".md"), markdown(study, result))
+    written = [out.with_suffix(suffix) for suffix in (".md", ".json", ".png")]
+    from app.figures.study_figures import save_error_curves, save_side_by_side
+
+    save_side_by_side(written[-1], study, result, study_pictures(study, plan))
+    if study.varied:
+        written.append(out.with_name(f"{order.study}-errors.png"))
+        save_error_curves(written[-1], study, result)
+    return written
 
 
 def _store(order: StudyOrder, volume: Volume, size: NetworkSize) -> SampleStore:
     """Return the study's store after rendering its missing samples."""
-    scene = Scene.of(volume, size.image_size, renderer="raycast", tf_family="paper")
+    scene = Scene.of(
+        volume, size.image_size, order.job.lighting, renderer="raycast", tf_family="paper"
+    )
     counts: dict[Split, int] = {"train": order.images, "holdout": order.count}
     try:
         order.job.out.mkdir(parents=True, exist_ok=True)
@@ -101,10 +116,7 @@ def _store(order: StudyOrder, volume: Volume, size: NetworkSize) -> SampleStore:
 
 def _print(study: Study, result: dict[str, object]) -> None:
     heading, *rows = study_table(study, result)
-    table = Table(title=study.title, title_justify="left")
-    for i, name in enumerate(heading):
-        table.add_column(name, justify="right" if i else "left", no_wrap=not i)
-    for row in rows:
-        table.add_row(*row)
-    console.print(table)
+    print_table(study.title, heading, rows)
     console.print(f"The paper's numbers: {study.paper}.")
+    for line in recipe_lines(study, result):
+        console.print(line)

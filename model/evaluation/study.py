@@ -28,6 +28,7 @@ from model.samples.sample_store import SampleBatch, SampleStore
 from model.samples.sampling import draw_sample
 from model.scene.volume import Volume
 from model.sensitivity.agreement import sensitivity_agreement
+from model.training.options import TrainingOptions
 from model.training.plan import TrainingPlan, TrainingReport
 from model.training.state import STATE_FILE, load_progress
 from model.training.trainer import train
@@ -55,6 +56,8 @@ class Variant:
         Latent dimension; None for the size's.
     paper : tuple of 2 float or None
         The paper's image RMSE and colour EMD.
+    two_stage_settings : tuple of str
+        Further changes of a recipe that trains the opacity images in a stage of their own.
     """
 
     name: str
@@ -62,6 +65,11 @@ class Variant:
     settings: tuple[str, ...] = ()
     latent_dim: int | None = None
     paper: tuple[float, float] | None = None
+    two_stage_settings: tuple[str, ...] = ()
+
+    def changes(self, options: TrainingOptions) -> tuple[str, ...]:
+        """Return all changes of a recipe."""
+        return self.settings + (() if options.one_stage else self.two_stage_settings)
 
 
 @dataclass(frozen=True)
@@ -76,44 +84,62 @@ class Study:
     variants : tuple of Variant
     neighbor : tuple of 2 float or None
         The paper's image RMSE and colour EMD of the nearest training image.
+    varied : str
+        The number that the variants' labels are; empty where they are no numbers.
     """
 
     title: str
     paper: str
     variants: tuple[Variant, ...]
     neighbor: tuple[float, float] | None = None
+    varied: str = ""
 
 
 ADVERSARY, NO_ADVERSARY = "adversarial_start=0", "adversarial_start=1"
+NO_IMAGE_LOSS = "l1_weight=0", "opacity_l1_weight=0"
+
+L1 = Variant(
+    "l1",
+    "l1",
+    (NO_ADVERSARY,),
+    paper=(0.047, 0.007),
+    # Without an adversary, nothing else would teach the opacity images of the first stage.
+    two_stage_settings=("opacity_l1_weight=150",),
+)
+GAN = Variant("gan", "GAN", (ADVERSARY, *NO_IMAGE_LOSS), paper=(0.060, 0.017))
+GAN_L1 = Variant("gan-l1", "GAN + l1", (ADVERSARY, "l1_weight=150"), paper=(0.060, 0.011))
 
 STUDIES: dict[str, Study] = {
     "baselines": Study(
-        "Nearest neighbour, l1, adversarial loss, and both (section 6.3.1)",
+        "Nearest neighbour, l1, adversarial loss, and both (section 6.3.1, Table 3)",
         "Combustion, direct illumination, 256 x 256",
-        (
-            Variant("l1", "l1", (NO_ADVERSARY,), paper=(0.047, 0.007)),
-            Variant("gan", "GAN", (ADVERSARY, "l1_weight=0"), paper=(0.060, 0.017)),
-            Variant("gan-l1", "GAN + l1", (ADVERSARY,), paper=(0.060, 0.011)),
-        ),
+        (L1, GAN, GAN_L1),
         neighbor=(0.059, 0.020),
     ),
     "latent-dim": Study(
-        "Dimension of the opacity TF's latent code (section 6.3.2)",
-        "a figure without numbers; 8 is best",
-        (
-            Variant("latent-4", "4", (NO_ADVERSARY,), 4),
-            Variant("l1", "8", (NO_ADVERSARY,), 8),
-            *(Variant(f"latent-{n}", str(n), (NO_ADVERSARY,), n) for n in (16, 32, 64)),
+        "Dimension of the opacity TF's latent code (section 6.3.2, Fig. 14)",
+        "Combustion, no illumination, 64 x 64; a figure without numbers; 8 is best",
+        tuple(
+            replace(
+                GAN,
+                name=GAN.name if dimension == 8 else f"gan-latent-{dimension}",
+                label=str(dimension),
+                latent_dim=dimension,
+                paper=None,
+            )
+            for dimension in (4, 8, 16, 32, 64)
         ),
+        varied="dimension of the latent code",
     ),
     "l1-weight": Study(
-        "Weight of the l1 loss beside the adversarial one (section 6.3.3)",
+        "Weight of the l1 loss beside the adversarial one (section 6.3.3, Table 4)",
         "Combustion, no illumination, 256 x 256",
         (
             Variant("l1-50", "50", (ADVERSARY, "l1_weight=50"), paper=(0.050, 0.015)),
-            Variant("gan-l1", "150", (ADVERSARY, "l1_weight=150"), paper=(0.046, 0.011)),
+            replace(GAN_L1, label="150", paper=(0.046, 0.011)),
             Variant("l1-450", "450", (ADVERSARY, "l1_weight=450"), paper=(0.044, 0.012)),
         ),
+        varied="weight of the l1 loss",
     ),
 }
 """Studies by their names on the command line."""
@@ -154,7 +180,7 @@ class StudyPlan:
         return replace(
             self.base,
             size=size,
-            options=self.base.options.with_settings(variant.settings),
+            options=self.base.options.with_settings(variant.changes(self.base.options)),
             folder=self.base.folder / variant.name,
         )
 
@@ -204,6 +230,7 @@ def run_study(
         "image_size": plan.base.size.image_size,
         "minutes": plan.base.budget.minutes,
         "samples": plan.base.budget.samples,
+        "lighting": plan.store.scene.lighting,
         "training_images": plan.store.count("train"),
         "holdout_count": plan.count,
         "options": plan.base.options.to_json(),

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from model.evaluation.study import MEASURES, Study
+from model.evaluation.study import MEASURES, Study, Variant
+from model.training.options import TrainingOptions
 
 
 def study_table(study: Study, result: dict[str, Any]) -> list[list[str]]:
@@ -24,7 +25,7 @@ def study_table(study: Study, result: dict[str, Any]) -> list[list[str]]:
 
 
 def markdown(study: Study, result: dict[str, Any]) -> str:
-    """Return the table in Markdown, with the study's settings."""
+    """Return the table in Markdown, with the study's settings above and the recipe beneath."""
     heading, *rows = study_table(study, result)
     budget = (
         f"{result['minutes']:g} minutes"
@@ -32,8 +33,9 @@ def markdown(study: Study, result: dict[str, Any]) -> str:
         else f"{result['samples']:,} samples"
     )
     lines = [
-        f"{study.title}. {result['volume']}, preset {result['preset']} "
-        f"({result['architecture']}, {result['image_size']} x {result['image_size']}), "
+        f"{study.title}. {result['volume']}, lighting {result['lighting']}, preset "
+        f"{result['preset']} ({result['architecture']}, "
+        f"{result['image_size']} x {result['image_size']}), "
         f"{budget} for each, {result['holdout_count']} hold-out samples. "
         f"Paper: {study.paper}.",
         "",
@@ -43,7 +45,41 @@ def markdown(study: Study, result: dict[str, Any]) -> str:
         why = result["variants"][variant.name].get("collapsed")
         if why is not None:
             lines += ["", f"{variant.label} collapsed, and was measured as far as it came. {why}"]
+    for line in recipe_lines(study, result):
+        lines += ["", line]
     return "\n".join(lines) + "\n"
+
+
+def recipe_lines(study: Study, result: dict[str, Any]) -> list[str]:
+    """Return the recipe of all variants, and what each changes, as two sentences."""
+    options = TrainingOptions.from_json(result["options"])
+    changes = "; ".join(
+        f"{variant.label}: {', '.join(parts)}"
+        for variant in study.variants
+        if (parts := _changes(variant, options))
+    )
+    return [
+        f"Recipe of all: {', '.join(_settings(options.to_json()))}.",
+        f"Changed by each: {changes}.",
+    ]
+
+
+def _changes(variant: Variant, options: TrainingOptions) -> list[str]:
+    dimension = variant.latent_dim
+    codes = [] if dimension is None else [f"codes of {dimension} numbers"]
+    return [*variant.changes(options), *codes]
+
+
+def _settings(data: dict[str, Any], prefix: str = "") -> list[str]:
+    """Return all options as settings of the command line."""
+    settings = []
+    for name, value in data.items():
+        if isinstance(value, dict):
+            settings += _settings(value, f"{prefix}{name}.")
+        else:
+            text = str(value).lower() if isinstance(value, bool) else f"{value:g}"
+            settings.append(f"{prefix}{name}={text}")
+    return settings
 
 
 def _cells(row: dict[str, Any]) -> list[str]:

@@ -91,6 +91,9 @@ IMAGES = "rgba"
 COUNTED = "view"
 """Array whose length is the intended number of samples."""
 
+RENDERING = "rendering"
+"""Attribute of the store that holds how long its samples took."""
+
 MOST_SAMPLES = 100_000_000
 """Largest number of samples of a split."""
 
@@ -170,6 +173,25 @@ class SampleStore:
     def count(self, split: Split) -> int:
         """Return the intended number of samples of a split."""
         return int(self._array(split, COUNTED).shape[0])
+
+    @property
+    def rendering(self) -> tuple[float, int]:
+        """Seconds that rendering took so far, and the number of samples rendered in them."""
+        kept = self._root.attrs.get(RENDERING)
+        if not isinstance(kept, dict):
+            return 0.0, 0
+        seconds, samples = kept.get("seconds"), kept.get("samples")
+        if not (isinstance(seconds, int | float) and isinstance(samples, int)):
+            return 0.0, 0
+        return float(seconds), samples
+
+    def add_rendering(self, seconds: float, samples: int) -> None:
+        """Keep how long some of the samples took; the paper's Table 1 has that time."""
+        before, already = self.rendering
+        self._root.attrs[RENDERING] = {
+            "seconds": round(before + seconds, 3),
+            "samples": already + samples,
+        }
 
     def missing_blocks(self, split: Split) -> list[range]:
         """Return the incomplete blocks, as ranges of sample indices."""

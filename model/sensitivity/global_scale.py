@@ -20,7 +20,7 @@ GLOBAL_COLOR_MAP = "matplotlib:plasma"
 
 
 def global_scale(fields: NDArray[np.floating], pixels: int, width: float) -> float:
-    """Return the value at the end of the scale of all values' fields, in the displayed unit.
+    """Return the largest end of all values' own scales, in the displayed unit.
 
     Parameters
     ----------
@@ -31,7 +31,8 @@ def global_scale(fields: NDArray[np.floating], pixels: int, width: float) -> flo
     width : float
         Standard deviation of the edits in bins.
     """
-    return scale_of(shown_responses(fields, pixels, width))
+    shown = shown_responses(fields, pixels, width)
+    return max(scale_of(shown[..., index]) for index in range(shown.shape[-1]))
 
 
 def overlay_globally(

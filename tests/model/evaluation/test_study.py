@@ -3,18 +3,21 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import torch
 
 from model.errors import TrainingError
 from model.evaluation.holdout import evaluate
 from model.evaluation.study import STUDIES, Study, StudyPlan, Variant, run_study
+from model.evaluation.study_pictures import study_pictures
 from model.evaluation.study_table import markdown
 from model.generator.generator import Generator
 from model.networks.codec import LatentCodec
 from model.networks.size import NetworkSize
 from model.samples.sample_rendering import render_store
 from model.samples.sample_store import SampleStore
+from model.samples.sampling import draw_sample
 from model.scene.scene import Scene
 from model.scene.volume import Volume
 from model.training.options import Budget, StageOptions, TrainingOptions
@@ -153,13 +156,53 @@ def test_another_recipe_needs_another_folder(plan: StudyPlan) -> None:
 
 
 def test_the_table_has_the_papers_numbers_beside_ours(plan: StudyPlan) -> None:
-    lines = markdown(STUDY, run_study(STUDY, plan)).splitlines()
+    text = markdown(STUDY, run_study(STUDY, plan))
+    lines = [line for line in text.splitlines() if line.startswith("|")]
     nearest, two, eight = (line.strip("| ").split(" | ") for line in lines[-3:])
     assert nearest[0] == "nearest of 32"
     assert nearest[-2:] == ["0.300", "0.400"]
     assert two[0] == "two"
     assert two[-2:] == ["0.100", "0.200"]
     assert eight[0] == "eight"
+    # Beneath is the whole recipe, as settings that `train --set` takes, and what each changes.
+    recipe, changes = text.splitlines()[-3], text.splitlines()[-1]
+    settings = recipe.removeprefix("Recipe of all: ").removesuffix(".").split(", ")
+    assert TrainingOptions().with_settings(settings) == plan.base.options
+    assert "eight: l1_weight=50, codes of 8 numbers" in changes
+
+
+def test_an_adversary_alone_has_no_loss_on_any_image() -> None:
+    for name, label in (("baselines", "GAN"), ("latent-dim", "4"), ("latent-dim", "64")):
+        (variant,) = (v for v in STUDIES[name].variants if v.label == label)
+        for options in (TrainingOptions(), TrainingOptions.faithful()):
+            changed = options.with_settings(variant.changes(options))
+            assert (changed.l1_weight, changed.opacity_l1_weight) == (0, 0)
+            assert changed.adversarial_start == 0
+
+
+def test_by_the_papers_recipe_something_teaches_the_opacity_images_of_every_variant() -> None:
+    options = TrainingOptions.faithful()
+    for study in STUDIES.values():
+        for variant in study.variants:
+            changed = options.with_settings(variant.changes(options))
+            assert changed.adversarial_start == 0 or changed.opacity_l1_weight > 0
+
+
+def test_pictures_of_a_study_are_of_the_same_samples(plan: StudyPlan) -> None:
+    run_study(STUDY, plan)
+    found = study_pictures(STUDY, plan, 2).columns
+    assert list(found) == ["ground truth", "nearest neighbour", "two", "eight"]
+    samples = plan.store.read("holdout", range(6))
+    shows = np.flatnonzero(samples.rgba[..., 3].mean(axis=(1, 2)) > 0.05 * 255)[:2]
+    np.testing.assert_allclose(found["ground truth"], samples.rgba[shows, ..., :3] / 255)
+    for label, name in (("two", "a"), ("eight", "b")):
+        generator = Generator.load(plan.base.folder / name)
+        inputs = [draw_sample(plan.store.scene, 0, "holdout", int(i)) for i in shows]
+        np.testing.assert_allclose(found[label], generator.render_batch(inputs)[..., :3], atol=0.01)
+    train = plan.store.read("train", range(32)).rgba[..., :3] / 255
+    for truth, nearest in zip(found["ground truth"], found["nearest neighbour"], strict=True):
+        errors = np.square(train - truth).mean(axis=(1, 2, 3))
+        np.testing.assert_allclose(nearest, train[errors.argmin()])
 
 
 @pytest.mark.parametrize("study", STUDIES.values(), ids=list(STUDIES))

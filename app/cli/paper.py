@@ -1,0 +1,245 @@
+"""``paper``: the paper's figures and tables, made anew."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from app.cli.choices import PaperItem
+from app.cli.console import about, console, counting, print_table
+from app.cli.outputs import make_room_for, write_json, write_text
+from app.cli.render import load_fitted
+from model.errors import CheckpointError
+from model.generator.catalog import volume_for
+from model.latent.latent_map import LatentMap
+from model.paper.comparison import Compared, compared_samples
+from model.paper.exploration import Exploration, detail, final_map, overview, walk
+from model.paper.overview import approach
+from model.paper.region_edits import region_edits
+from model.paper.subject import Subject, open_subject, shipped_paper_models
+from model.paper.table import Table
+from model.paper.tables import HoldoutErrors, holdout_errors, table_1, table_2
+from model.paper.value_edits import ValueStep, value_edits
+from model.samples.sample_store import SampleStore
+from model.scene.default_tf import default_transfer_function
+from model.scene.inputs import SceneInputs
+from model.scene.view import View
+from model.volume_files.source import VolumeSource
+
+MAP_SAMPLES = 10_000
+QUICK_MAP_SAMPLES = 400
+QUICK_COUNT = 12
+PICTURE_COUNT = 200
+TABLE_COUNT = 2000
+TIMED_SAMPLES = 40
+REPEATS = 20
+
+
+@dataclass(frozen=True)
+class PaperOrder:
+    """Options of the ``paper`` command; see :func:`app.cli.paper_commands.paper`."""
+
+    item: PaperItem
+    out: Path
+    model: Path | None
+    volume: VolumeSource
+    view: View
+    tf: Path | None
+    count: int | None
+    dataset: Path | None
+    minutes: float
+    quick: bool
+    workers: int | None
+    device: str
+
+    def samples(self, usual: int) -> int:
+        """Return the number of hold-out samples where it is usually so many."""
+        return self.count or (QUICK_COUNT if self.quick else usual)
+
+
+def make_items(order: PaperOrder) -> None:
+    """Make one item, or all."""
+    wanted = [i for i in PaperItem if i is not PaperItem.ALL]
+    if order.item is not PaperItem.ALL:
+        wanted = [order.item]
+    with _Maker(order) as maker:
+        for item in wanted:
+            for path in maker.make(item):
+                console.print(f"{item}: {path}")
+
+
+class _Maker:
+    """Makes items, and keeps what several of them need."""
+
+    def __init__(self, order: PaperOrder) -> None:
+        self._order = order
+        self._opened: list[Subject] = []
+
+    def __enter__(self) -> _Maker:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        for subject in self._opened:
+            subject.close()
+
+    def make(self, item: PaperItem) -> list[Path]:
+        """Make an item, and return its files."""
+        make: dict[PaperItem, Callable[[Path], None]] = {
+            PaperItem.TEASER: self._teaser,
+            PaperItem.OVERVIEW: self._overview,
+            PaperItem.SENSITIVITY: self._sensitivity,
+            PaperItem.VALUE_FIELDS: self._value_fields,
+            PaperItem.EXPLORATION: self._exploration,
+            PaperItem.INTERPOLATION: self._interpolation,
+            PaperItem.QUALITATIVE: self._qualitative,
+        }
+        if item in make:
+            path = self._order.out / f"{item}.png"
+            make_room_for(path)
+            make[item](path)
+            return [path]
+        if item is PaperItem.TABLE1:
+            return self._write(item, self._table_1())
+        if item is PaperItem.TABLE2:
+            return self._write(item, table_2(self._subject, 3 if self._order.quick else REPEATS))
+        from app.cli.paper_studies import make_study
+
+        return make_study(self._order, item)
+
+    @cached_property
+    def _folders(self) -> list[Path]:
+        if self._order.model is not None:
+            return [self._order.model]
+        folders = shipped_paper_models()
+        if not folders:
+            raise CheckpointError(
+                "No model of the paper's networks is shipped; train one with 'train "
+                "--architecture paper', and give its folder by --model."
+            )
+        wanted = self._order.volume.path
+        # Those of the volume that is asked for come first; the others are not of it.
+        return [f for f in folders if volume_for(f) == wanted] if wanted else folders
+
+    @cached_property
+    def _subjects(self) -> list[Subject]:
+        for folder in self._folders:
+            self._opened.append(open_subject(folder, self._order.volume, self._order.device))
+        return self._opened
+
+    @property
+    def _subject(self) -> Subject:
+        """The model of all figures that show one volume."""
+        return self._subjects[0]
+
+    @property
+    def _name(self) -> str:
+        return self._subject.volume.name
+
+    @property
+    def _units(self) -> str:
+        return self._subject.volume.units
+
+    @cached_property
+    def _inputs(self) -> SceneInputs:
+        scene = self._subject.generator.scene
+        if self._order.tf is not None:
+            tf = load_fitted(self._order.tf, scene.scalar_range)
+        else:
+            tf = default_transfer_function(self._subject.volume)
+        return SceneInputs.of(self._order.view, tf)
+
+    @cached_property
+    def _map(self) -> LatentMap:
+        samples = QUICK_MAP_SAMPLES if self._order.quick else MAP_SAMPLES
+        console.print(f"The map of {samples:,} codes, if it is new, takes a minute or two.")
+        return final_map(self._subject, samples)
+
+    @cached_property
+    def _explored(self) -> Exploration:
+        return overview(self._subject, self._map, self._inputs)
+
+    @cached_property
+    def _value_steps(self) -> list[ValueStep]:
+        return value_edits(self._subject, self._inputs)
+
+    @cached_property
+    def _compared(self) -> list[Compared]:
+        return compared_samples(self._subject, self._order.samples(PICTURE_COUNT))
+
+    def _teaser(self, path: Path) -> None:
+        from app.figures.paper_pictures import save_teaser
+
+        save_teaser(
+            path, self._name, self._units, self._subject.window,
+            self._compared, self._value_steps[0], self._explored,
+        )  # fmt: skip
+
+    def _overview(self, path: Path) -> None:
+        from app.figures.paper_pictures import save_overview
+
+        save_overview(path, self._name, self._units, approach(self._subject, self._inputs))
+
+    def _sensitivity(self, path: Path) -> None:
+        from app.figures.paper_sensitivity import save_region_edits
+
+        steps = region_edits(self._subject, self._inputs)
+        save_region_edits(path, self._name, self._units, self._subject.window, steps)
+
+    def _value_fields(self, path: Path) -> None:
+        from app.figures.paper_sensitivity import save_value_edits
+
+        save_value_edits(path, self._name, self._units, self._subject.window, self._value_steps)
+
+    def _exploration(self, path: Path) -> None:
+        from app.figures.paper_latent import save_explorations
+
+        finer = detail(self._subject, self._map, self._explored)
+        save_explorations(path, self._name, self._units, [self._explored, finer])
+
+    def _interpolation(self, path: Path) -> None:
+        from app.figures.paper_latent import save_walk
+
+        candidates = QUICK_COUNT if self._order.quick else 48
+        places = walk(self._subject, self._map, self._inputs, candidates=candidates)
+        save_walk(path, self._name, self._units, self._inputs, self._map, places)
+
+    def _qualitative(self, path: Path) -> None:
+        from app.figures.paper_pictures import save_qualitative
+
+        found = {self._name: self._compared}
+        for subject in self._subjects[1:]:
+            count = self._order.samples(PICTURE_COUNT)
+            found[subject.volume.name] = compared_samples(subject, count)
+        save_qualitative(path, found)
+
+    def _table_1(self) -> Table:
+        count = self._order.samples(TABLE_COUNT)
+        return table_1(
+            self._subjects,
+            [self._errors(subject, count) for subject in self._subjects],
+            4 if self._order.quick else TIMED_SAMPLES,
+            None if self._order.dataset is None else SampleStore(self._order.dataset),
+        )
+
+    def _errors(self, subject: Subject, count: int) -> HoldoutErrors:
+        from time import perf_counter
+
+        start = perf_counter()
+        holdout_errors(subject, 4)
+        seconds = (perf_counter() - start) / 4 * count
+        console.print(f"Measuring {subject.volume.name} takes {about(seconds)}.")
+        with counting(f"measuring {subject.volume.name}", count) as (progress, task):
+            return holdout_errors(
+                subject, count, lambda done: progress.update(task, completed=done)
+            )
+
+    def _write(self, item: PaperItem, table: Table) -> list[Path]:
+        paths = [self._order.out / f"{item}{suffix}" for suffix in (".md", ".json")]
+        write_text(paths[0], table.markdown())
+        write_json(paths[1], table.to_json())
+        print_table(table.title, table.heading, table.rows)
+        for note in table.notes:
+            console.print(note)
+        return paths

@@ -1,0 +1,91 @@
+"""The command ``paper`` and its options."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from app.cli import choices, options, values
+from model.scene.view import View
+
+FIGURE_VIEW = View(30.0, 20.0, 0.0, 0.65)
+"""View of the figures: the volume fills the pictures."""
+
+
+def paper(
+    item: Annotated[
+        choices.PaperItem,
+        typer.Argument(metavar="ITEM", help="A figure or table of the paper, or all of them."),
+    ],
+    out: Annotated[
+        Path,
+        typer.Option(
+            "--out",
+            metavar="DIR",
+            help="Folder of pictures and tables, and of the studies' runs.",
+            callback=values.output_folder,
+        ),
+    ],
+    model: Annotated[
+        Path | None,
+        typer.Option(
+            "--model",
+            help="A model of the paper's networks. (default: those that are shipped)",
+            callback=values.model,
+        ),
+    ] = None,
+    volume: options.VolumeFile = None,
+    raw: options.RawLayoutText = None,
+    component: options.ComponentName = None,
+    view: Annotated[
+        View,
+        typer.Option(
+            "--view",
+            metavar="AZ,EL,ROLL,DIST[,X,Y]",
+            help=options.VIEW_HELP,
+            parser=values.view,
+            show_default="30,20,0,0.65",
+        ),
+    ] = FIGURE_VIEW,
+    tf: options.TFFile = None,
+    count: Annotated[
+        int | None,
+        typer.Option(
+            "--count",
+            min=8,
+            help="Hold-out samples. (default: 2000 for table1, 200 for pictures, 500 for studies)",
+        ),
+    ] = None,
+    dataset: Annotated[
+        Path | None,
+        typer.Option(
+            "--dataset",
+            metavar="STORE",
+            help="Samples of the model's volume, made with 'dataset': table1 has their time. "
+            "(default: some are rendered to time it)",
+            callback=values.store,
+        ),
+    ] = None,
+    minutes: Annotated[
+        float, typer.Option("--minutes", min=0.01, help="Training of each model of a study.")
+    ] = 20.0,
+    quick: Annotated[
+        bool,
+        typer.Option("--quick", help="Few samples and steps: shows that all works, in minutes."),
+    ] = False,
+    workers: options.Workers = None,
+    device: options.DeviceName = choices.Device.AUTO,
+) -> None:
+    """Make the paper's figures and tables anew, from a trained model or small studies."""
+    source = values.source(volume, raw, component)
+    # Late: with it comes torch.
+    from app.cli.paper import PaperOrder, make_items
+
+    make_items(
+        PaperOrder(
+            item=item, out=out, model=model, volume=source, view=view, tf=tf, count=count,
+            dataset=dataset, minutes=minutes, quick=quick, workers=workers, device=str(device),
+        )
+    )  # fmt: skip

@@ -1,0 +1,177 @@
+"""The latent space explored: overview, detail, and a walk (paper, sections 5.2, 6.2, Figs. 10, 11).
+
+Every picture is of a latent code itself; see :mod:`model.latent.code_pictures`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.latent.code_pictures import draw_cells, draw_codes
+from model.latent.codes import Codes, Opacities
+from model.latent.embedding import EmbeddingProcess
+from model.latent.interpolation import Brush
+from model.latent.latent_map import LatentMap
+from model.paper.subject import Image, Subject
+from model.scene.inputs import SceneInputs
+
+WHOLE_SHARE = 0.9
+"""Side of the rectangle that is brushed for an overview, of the map's."""
+
+DETAIL_SHARE = 0.22
+"""Side of the rectangle that is brushed for details."""
+
+CLOSER = 0.75
+"""Distance of the second view, of the first one's."""
+
+CANDIDATES = 48
+"""Samples that the places of a walk are chosen among."""
+
+LEAST_OPACITY = 0.02
+"""Mean opacity of a picture that shows something."""
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """A place on the map, and what is there.
+
+    Attributes
+    ----------
+    place : tuple of float
+    radius : float
+        Of the disc that codes are interpolated over.
+    code : ndarray of float32, shape (d,)
+        Interpolated (Shepard).
+    opacities : ndarray of float32, shape (256,)
+        The TF that the code decodes to.
+    image : ndarray, shape (S, S, 3)
+        Drawn from the code.
+    """
+
+    place: tuple[float, float]
+    radius: float
+    code: Codes
+    opacities: Opacities
+    image: Image
+
+
+@dataclass(frozen=True, eq=False)
+class Exploration:
+    """A brushed rectangle with its grid, and a place inside it.
+
+    Attributes
+    ----------
+    inputs : SceneInputs
+        View and colours of all pictures.
+    map : LatentMap
+    brush : tuple of float
+    cells : ndarray of float32, shape (4, 4, S, S, 3)
+        NaN in empty cells.
+    hovered : Place
+    """
+
+    inputs: SceneInputs
+    map: LatentMap
+    brush: Brush
+    cells: Image
+    hovered: Place
+
+
+def final_map(
+    subject: Subject, samples: int, on_progress: Callable[[float], None] = lambda done: None
+) -> LatentMap:
+    """Return the map of the model's latent space, computed by t-SNE and kept if need be."""
+    map_ = subject.space.open_map(samples)
+    if map_.is_final:
+        return map_
+    places = EmbeddingProcess(map_.codes).run(on_progress)
+    assert places is not None
+    subject.space.keep_map(map_.codes, places)
+    return map_.moved(places)
+
+
+def overview(subject: Subject, map_: LatentMap, inputs: SceneInputs) -> Exploration:
+    """Explore most of the map."""
+    lowest, highest = map_.places.min(axis=0), map_.places.max(axis=0)
+    middle, half = (lowest + highest) / 2, WHOLE_SHARE * (highest - lowest) / 2
+    return _explored(subject, map_, inputs, middle, half)
+
+
+def detail(subject: Subject, map_: LatentMap, first: Exploration) -> Exploration:
+    """Explore a smaller part, seen from the other side and from nearer."""
+    view = first.inputs.view
+    nearer = max(CLOSER * view.distance, subject.generator.scene.view_range.nearest)
+    turned = replace(view, azimuth=view.azimuth + 180, distance=nearer)
+    extent = map_.places.max(axis=0) - map_.places.min(axis=0)
+    middle = np.array(first.hovered.place)
+    half = DETAIL_SHARE * extent / 2
+    return _explored(subject, map_, replace(first.inputs, view=turned), middle, half)
+
+
+def walk(
+    subject: Subject,
+    map_: LatentMap,
+    inputs: SceneInputs,
+    count: int = 4,
+    candidates: int = CANDIDATES,
+) -> list[Place]:
+    """Visit places whose pictures differ most, from left to right.
+
+    Each is farthest, by the RMSE of pictures, from all those chosen before; the first is the one
+    that differs most from the mean picture.
+    """
+    step = max(1, len(map_.codes) // candidates)
+    chosen = np.arange(0, len(map_.codes), step)[:candidates]
+    drawn = _drawn(subject, map_.codes[chosen], inputs)
+    shows = drawn[..., 3].mean(axis=(1, 2)) > LEAST_OPACITY
+    if shows.sum() >= count:
+        chosen, drawn = chosen[shows], drawn[shows]
+    flat = drawn[..., :3].reshape(len(drawn), -1)
+    distance = np.square(flat - flat.mean(axis=0)).mean(axis=1)
+    picked: list[int] = []
+    for _ in range(min(count, len(chosen))):
+        picked.append(int(distance.argmax()))
+        apart = np.square(flat - flat[picked[-1]]).mean(axis=1)
+        distance = apart if len(picked) == 1 else np.minimum(distance, apart)
+    places = map_.places[chosen[picked]]
+    return [_place(subject, map_, inputs, p) for p in places[places[:, 0].argsort()]]
+
+
+def _explored(
+    subject: Subject,
+    map_: LatentMap,
+    inputs: SceneInputs,
+    middle: NDArray[np.floating],
+    half: NDArray[np.floating],
+) -> Exploration:
+    left, lower, right, upper = (float(x) for x in (*(middle - half), *(middle + half)))
+    brush = left, lower, right, upper
+    cells = map_.cells(brush)
+    images = draw_cells(subject.generator, subject.space, cells, inputs)[..., :3]
+    # Where most is to be seen, the mouse rests.
+    contrast = np.where(cells.count > 0, np.nan_to_num(images).std(axis=(2, 3, 4)), -1)
+    row, column = np.unravel_index(contrast.argmax(), contrast.shape)
+    hovered = _place(subject, map_, inputs, cells.places[row, column])
+    return Exploration(inputs, map_, brush, images, hovered)
+
+
+def _place(
+    subject: Subject, map_: LatentMap, inputs: SceneInputs, place: NDArray[np.floating]
+) -> Place:
+    where = float(place[0]), float(place[1])
+    code = map_.at(where).code
+    opacities = subject.space.codec.decode(code[None])[0]
+    image = _drawn(subject, code[None], inputs)[0, ..., :3]
+    return Place(where, map_.radius, code, opacities, image)
+
+
+def _drawn(subject: Subject, codes: Codes, inputs: SceneInputs) -> Image:
+    batches = [
+        draw_codes(subject.generator, subject.space, codes[first : first + 16], inputs)
+        for first in range(0, len(codes), 16)
+    ]
+    return np.concatenate(batches)

@@ -1,0 +1,201 @@
+"""Tables 1 and 2 of the paper: data sets with hold-out errors, and the network's size and times."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from statistics import median
+
+import numpy as np
+
+from model.evaluation.holdout import generator_errors
+from model.latent.code_pictures import draw_codes
+from model.paper.subject import Subject
+from model.paper.table import Table
+from model.paper.value_edits import PAPER_R
+from model.samples.sample_rendering import make_renderer, render_samples
+from model.samples.sample_store import SampleStore
+from model.samples.sampling import draw_sample
+from model.sensitivity.learned import Sensitivity
+
+PAPER_IMAGES = 200_000
+"""Training images whose rendering time the paper's Table 1 has."""
+
+MEASURED_TOGETHER = 100
+"""Hold-out samples that are in memory at once."""
+
+PAPER_TABLE_1 = (
+    ("Combustion", "170 x 160 x 140", "float", "15", "none", "2.7 h", ".046", ".011"),
+    ("Combustion", "170 x 160 x 140", "float", "15", "direct", "5 h", ".060", ".011"),
+    ("Combustion", "170 x 160 x 140", "float", "15", "global", "14 h", ".060", ".010"),
+    ("Engine", "256 x 256 x 110", "byte", "7", "none", "3 h", ".061", ".015"),
+    ("Visible Male", "128 x 256 x 256", "byte", "8", "global", "14 h", ".075", ".013"),
+    ("Foot", "256 x 256 x 256", "byte", "16", "none", "3.3 h", ".064", ".017"),
+    ("Jet", "768 x 336 x 512", "float", "504", "none", "4 h", ".086", ".022"),
+    ("Spathorhynchus", "1024 x 1024 x 750", "byte", "750", "global", "5 days", ".116", ".020"),
+)
+"""The paper's rows."""
+
+
+@dataclass(frozen=True)
+class HoldoutErrors:
+    """Mean errors on hold-out samples, see :class:`model.evaluation.holdout.Evaluation`."""
+
+    count: int
+    rmse: float
+    emd: float
+    ssim: float
+    flip: float
+
+
+def holdout_errors(
+    subject: Subject, count: int, on_progress: Callable[[int], None] = lambda done: None
+) -> HoldoutErrors:
+    """Measure a model on its first hold-out samples, which are rendered anew."""
+    scene, rows = subject.generator.scene, []
+    for first in range(0, count, MEASURED_TOGETHER):
+        indices = range(first, min(first + MEASURED_TOGETHER, count))
+        samples = render_samples(subject.renderer, scene, subject.seed, "holdout", indices)
+        rows.append(generator_errors(subject.generator, samples))
+        on_progress(indices.stop)
+    names = ("rmse", "emd", "ssim", "flip")
+    means = {name: float(np.concatenate([row[name] for row in rows]).mean()) for name in names}
+    return HoldoutErrors(count, **means)
+
+
+def table_1(
+    subjects: Sequence[Subject],
+    errors: Sequence[HoldoutErrors],
+    timed: int,
+    store: SampleStore | None = None,
+) -> Table:
+    """Return Table 1: the models' data sets and errors, then the paper's.
+
+    Parameters
+    ----------
+    subjects : sequence of Subject
+    errors : sequence of HoldoutErrors
+        Of each.
+    timed : int
+        Samples that rendering is timed on.
+    store : SampleStore, optional
+        Samples of one of the models' scenes, whose own time is taken where it has kept one.
+    """
+    heading = (
+        "data set", "resolution", "precision", "MB", "light", "200,000 training images",
+        "image RMSE", "colour EMD", "SSIM", "FLIP",
+    )  # fmt: skip
+    rows = [_row_1(s, e, timed, store) for s, e in zip(subjects, errors, strict=True)]
+    rows += [(f"paper: {name}", *rest, "", "") for name, *rest in PAPER_TABLE_1]
+    pixels = ", ".join(dict.fromkeys(f"{s.size} x {s.size}" for s in subjects))
+    return Table(
+        "Table 1: data sets, and errors on hold-out samples",
+        heading,
+        tuple(rows),
+        (
+            f"{errors[0].count:,} hold-out samples (the paper: 2,000), {pixels} pixels "
+            "(256 x 256). Time of images: of so many random samples with "
+            f"{os.cpu_count()} threads on this machine, from {timed} of them, or from a data set's "
+            "own time; the paper's was a GPU, or a cluster for its lit images.",
+        ),
+    )
+
+
+def _row_1(
+    subject: Subject, errors: HoldoutErrors, timed: int, store: SampleStore | None
+) -> tuple[str, ...]:
+    volume, scene = subject.volume, subject.generator.scene
+    seconds, samples = (0.0, 0)
+    if store is not None and store.scene.volume_fingerprint == volume.fingerprint:
+        seconds, samples = store.rendering
+    if not samples:
+        seconds, samples = _sample_seconds(subject, timed), os.cpu_count() or 1
+    return (
+        volume.name,
+        " x ".join(map(str, volume.dimensions)),
+        str(volume.scalars.dtype),
+        f"{volume.scalars.nbytes / 1e6:.0f}",
+        scene.lighting,
+        f"{seconds / samples * PAPER_IMAGES / 3600:.1f} h",
+        *(_short(e) for e in (errors.rmse, errors.emd, errors.ssim, errors.flip)),
+    )
+
+
+def _sample_seconds(subject: Subject, count: int) -> float:
+    """Seconds of a rendered sample with one thread."""
+    scene = subject.generator.scene
+    renderer = make_renderer(subject.volume, scene, threads=1)
+    try:
+        render_samples(renderer, scene, subject.seed, "train", range(1))
+        start = time.perf_counter()
+        render_samples(renderer, scene, subject.seed, "train", range(count))
+        return (time.perf_counter() - start) / count
+    finally:
+        renderer.close()
+
+
+def table_2(subject: Subject, repeats: int) -> Table:
+    """Return Table 2: size and times of a model, beside the paper's.
+
+    Parameters
+    ----------
+    subject : Subject
+    repeats : int
+        Images and grids of which the median time is taken; fields are timed once, as they take
+        long.
+    """
+    generator = subject.generator
+    scene, card = generator.scene, generator.card
+    inputs = draw_sample(scene, subject.seed, "holdout", 0)
+    codes = np.repeat(generator.encode(inputs.opacity_tf.sample(scene.scalar_range))[None], 16, 0)
+    weights = sum(t.numel() for t in generator.network.parameters())
+    stored = sum(path.stat().st_size for path in subject.folder.glob("generator-*.safetensors"))
+    hours = float(card.training.get("seconds", 0)) / 3600
+    seen = int(card.training.get("samples_seen", 0))
+    block = subject.size // PAPER_R
+    render = _seconds(lambda: generator.render(inputs), repeats)
+    explore = _seconds(
+        lambda: draw_codes(generator, subject.space, codes, inputs), max(1, repeats // 4)
+    )
+    field = _seconds(lambda: Sensitivity(generator, inputs).field(block), 1)
+    blockwise = _seconds(lambda: Sensitivity(generator, inputs).blockwise(block), 1)
+    return Table(
+        "Table 2: size of the network, and times",
+        ("", "size", "train", "render", "TF explore", "TF sensitivity"),
+        (
+            (
+                scene.volume_name,
+                f"{4 * weights / 1e6:.0f} MB ({stored / 1e6:.1f} MB stored)",
+                f"{hours:.1f} h",
+                f"{render:.3f} s",
+                f"{explore:.2f} s",
+                f"{blockwise:.2f} s ({field:.2f} s)",
+            ),
+            ("paper (GTX 1080 Ti)", "101 MB", "16.5 h", ".007 s", ".06 s", ".49 s"),
+        ),
+        (
+            f"{generator.device}, {os.cpu_count()} cores, {subject.size} x {subject.size} pixels, "
+            f"{card.size.width:g} of the paper's width, {seen:,} samples seen in training "
+            "(starts from earlier models not counted). Size: generators in single precision; on "
+            "disk in half. TF explore: the 16 pictures of a grid in one batch. TF sensitivity: "
+            f"fields of all values in {PAPER_R} x {PAPER_R} blocks, one backward pass for each "
+            "as in the paper, and (in brackets) by one forward pass for each number of the code.",
+        ),
+    )
+
+
+def _seconds(work: Callable[[], object], repeats: int) -> float:
+    work()
+    durations = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        work()
+        durations.append(time.perf_counter() - start)
+    return median(durations)
+
+
+def _short(number: float) -> str:
+    """Three digits without the leading zero, as the paper's errors are given here."""
+    return f"{number:.3f}".removeprefix("0")

@@ -1,0 +1,98 @@
+"""Each of the paper's figures and tables, made with --quick from an untrained model."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from skimage.io import imread
+
+from app.cli import run
+from app.cli.choices import PaperItem
+from model.evaluation.study import STUDIES
+from model.networks.blocks import kaiming_init
+from model.networks.card import ModelCard
+from model.networks.checkpoint import save_model
+from model.networks.paper.two_stage import TwoStageGenerator
+from model.networks.size import NetworkSize
+from model.scene.scene import Scene
+from model.volume_files.source import VolumeSource
+
+FIGURES = [
+    "teaser", "overview", "sensitivity", "value-fields", "exploration", "interpolation",
+    "qualitative",
+]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def base(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """Options that name a small volume and a model of it."""
+    folder = tmp_path_factory.mktemp("paper")
+    z, y, x = np.mgrid[0:12, 0:14, 0:16] / 16 - 0.4
+    values = 255 * np.exp(-(x**2 + y**2 + z**2) / 0.05)
+    values.astype(np.uint8).tofile(folder / "blob.raw")
+    source = VolumeSource(folder / "blob.raw", "16x14x12,uint8")
+    size = NetworkSize(0.125, 32, 64)
+    network = TwoStageGenerator(size)
+    kaiming_init(network)
+    scene = Scene.of(source.read(), 64, tf_family="paper")
+    save_model(folder / "model", ModelCard(scene, "draft", size), network)
+    return (
+        f"--volume {folder}/blob.raw --raw 16x14x12,uint8 --model {folder}/model "
+        f"--quick --out {folder}/out"
+    )
+
+
+def out_of(base: str) -> Path:
+    return Path(base.split()[-1])
+
+
+@pytest.mark.parametrize("item", FIGURES)
+def test_figures(base: str, item: str) -> None:
+    assert run(["paper", item, *base.split()]) == 0
+    picture = imread(out_of(base) / f"{item}.png")
+    assert picture.shape[0] > 400 and picture.shape[1] > 800
+    # Coloured, and not cut: there is paper at all four edges.
+    assert picture.std() > 10
+    for edge in (picture[0], picture[-1], picture[:, 0], picture[:, -1]):
+        assert (edge[..., :3] == 255).all()
+
+
+@pytest.mark.parametrize("item", ["table1", "table2"])
+def test_tables(base: str, item: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["paper", item, *base.split()]) == 0
+    found = json.loads((out_of(base) / f"{item}.json").read_text())
+    lines = (out_of(base) / f"{item}.md").read_text().splitlines()
+    assert sum(line.startswith("|") for line in lines) == len(found["rows"]) + 2
+    # Nothing is cut where the output is no terminal.
+    printed = capsys.readouterr().out
+    assert "…" not in printed
+    for row in found["rows"]:
+        assert all(cell in printed for cell in row.values())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("item", list(STUDIES))
+def test_studies(base: str, item: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["paper", item, *base.split()]) == 0
+    folder = out_of(base) / "studies-quick"
+    assert imread(folder / f"{item}.png").std() > 10
+    assert (folder / f"{item}-errors.png").is_file() == (STUDIES[item].varied != "")
+    assert "Recipe of all" in (folder / f"{item}.md").read_text()
+    found = json.loads((folder / f"{item}.json").read_text())
+    assert set(found["variants"]) == {v.name for v in STUDIES[item].variants}
+
+
+def test_every_item_has_a_maker_and_a_test() -> None:
+    items = {str(item) for item in PaperItem}
+    assert items == {"all", *FIGURES, "table1", "table2", *STUDIES}
+
+
+def test_a_model_of_another_kind_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    model = Path(__file__).parents[3] / "resources" / "models" / "reacting_jet"
+    assert run(f"paper table2 --model {model} --out {tmp_path}".split()) == 2
+    assert "no model of the paper's networks" in capsys.readouterr().err

@@ -1,0 +1,80 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from model import metrics
+from model.paper.comparison import compared_samples
+from model.paper.subject import Subject
+from model.paper.table import Table
+from model.paper.tables import PAPER_TABLE_1, holdout_errors, table_1, table_2
+from model.samples.sample_store import SampleStore
+from model.samples.sampling import draw_sample
+
+
+def test_a_table_in_markdown() -> None:
+    table = Table("T", ("a", "b"), (("1", "2"), ("3", "")), ("Said.",))
+    assert table.markdown() == "**T**\n\n| a | b |\n| --- | --- |\n| 1 | 2 |\n| 3 |  |\n\nSaid.\n"
+    assert table.to_json()["rows"] == [{"a": "1", "b": "2"}, {"a": "3", "b": ""}]
+
+
+def test_hold_out_errors_are_means_over_samples(subject: Subject) -> None:
+    pairs = []
+    for index in range(4):
+        inputs = draw_sample(subject.generator.scene, subject.seed, "holdout", index)
+        # True images are stored in bytes.
+        truth = np.rint(np.clip(subject.truth(inputs), 0, 1) * 255) / 255
+        pairs.append((subject.drawn(inputs), truth))
+    found = holdout_errors(subject, 4)
+    assert found.rmse == pytest.approx(np.mean([metrics.rmse(*p) for p in pairs]), rel=1e-3)
+    assert found.emd == pytest.approx(np.mean([metrics.color_emd(*p) for p in pairs]), rel=1e-2)
+    assert found.count == 4
+
+
+def test_table_1_has_our_rows_before_the_papers(subject: Subject, tmp_path) -> None:
+    errors = holdout_errors(subject, 4)
+    table = table_1([subject], [errors], 2)
+    assert len(table.rows) == 1 + len(PAPER_TABLE_1)
+    assert {len(row) for row in table.rows} == {len(table.heading)}
+    ours = dict(zip(table.heading, table.rows[0], strict=True))
+    assert ours["image RMSE"] == f"{errors.rmse:.3f}"[1:]
+    assert ours["resolution"] == " x ".join(map(str, subject.volume.dimensions))
+    # The paper's jet, as it is printed there.
+    assert table.rows[7][:1] + table.rows[7][5:8] == ("paper: Jet", "4 h", ".086", ".022")
+    path = tmp_path / "s.zarr"
+    store = SampleStore.create(path, subject.generator.scene, 0, {"train": 4, "holdout": 4})
+    store.add_rendering(36.0, 100)
+    timed = table_1([subject], [errors], 2, store)
+    # 200,000 images at .36 s each.
+    assert timed.rows[0][5] == "20.0 h"
+
+
+def test_table_2_has_the_size_of_the_networks(subject: Subject) -> None:
+    table = table_2(subject, 1)
+    weights = sum(p.numel() for p in subject.generator.network.parameters())
+    assert table.rows[0][1].startswith(f"{4 * weights / 1e6:.0f} MB")
+    assert {len(row) for row in table.rows} == {len(table.heading)}
+
+
+def test_artifacts_are_the_worst_of_their_kind(
+    subject: Subject, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    count = 12
+    errors = {
+        "rmse": np.linspace(0.1, 0.2, count),
+        "emd": np.where(np.arange(count) == 3, 0.9, 0.1),
+        "opacity_rmse": np.where(np.arange(count) == 3, 0.9, np.linspace(0.1, 0.5, count)),
+    }
+    monkeypatch.setattr("model.paper.comparison.generator_errors", lambda g, s: errors)
+    monkeypatch.setattr("model.paper.comparison.LEAST_CONTENT", 0.0)
+    found = compared_samples(subject, count)
+    by = {sample.why: sample.index for sample in found}
+    # The same sample is the worst in both: the second artifact is the next.
+    assert by["colours"] == 3
+    assert by["shape"] == count - 1
+    typical = [sample.index for sample in found if sample.why == "typical"]
+    assert typical == sorted(typical) and set(typical) <= {2, 4, 5, 7}
+    for sample in found:
+        inputs = draw_sample(subject.generator.scene, subject.seed, "holdout", sample.index)
+        assert sample.inputs == inputs
+        np.testing.assert_allclose(sample.truth, subject.truth(inputs), atol=0.003)
