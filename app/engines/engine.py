@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from app.engines.messages import (
     BatchRequest,
+    DecodedTFRequest,
     ImageRequest,
     MeasureRequest,
     PictureRequest,
@@ -76,6 +77,9 @@ class Engine(Protocol):
     def latent_images(self, request: BatchRequest) -> Array:
         """Draw images from the request's latent codes."""
 
+    def decoded_tf(self, request: DecodedTFRequest) -> Array:
+        """Encode the opacity TF as its latent code, and decode that again."""
+
     def close(self) -> None:
         """Release the engine's resources."""
 
@@ -116,4 +120,6 @@ def answer(
             return engine.value_sensitivity(request)
         case VisibilityRequest():
             return engine.visibility(request)
+        case DecodedTFRequest():
+            return engine.decoded_tf(request)
     raise NotOfferedError(f"No engine answers a request for a {kind_of(request)}.")

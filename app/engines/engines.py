@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from app.engines.engine import Array, Engine, always
 from app.engines.messages import (
     BatchRequest,
+    DecodedTFRequest,
     ImageRequest,
     PictureRequest,
     Quality,
@@ -245,6 +246,10 @@ class RendererEngine:
         """Not supported: renderers have no latent codes."""
         raise NotOfferedError("A renderer draws no latent codes; decode them to TFs first.")
 
+    def decoded_tf(self, request: DecodedTFRequest) -> Array:
+        """Not supported: renderers have no codec."""
+        raise NotOfferedError("A renderer has no latent codes; open a model.")
+
     def close(self) -> None:
         """Release the OpenGL context or the threads."""
         self._renderer.close()
@@ -313,6 +318,12 @@ class GeneratorEngine:
         """Generate images from latent codes in one pass."""
         codes = np.array(request.codes, dtype=np.float32)
         return self._generator.render_latent(codes, request.inputs)
+
+    def decoded_tf(self, request: DecodedTFRequest) -> Array:
+        """Pass the opacity TF through the network's codec."""
+        opacities = request.inputs.opacity_tf.sample(self.scene.scalar_range)
+        decoded = self._generator.decode(self._generator.encode(opacities))
+        return np.clip(decoded, 0.0, 1.0)
 
     def close(self) -> None:
         """Do nothing: the weights are released with the object."""

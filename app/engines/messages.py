@@ -182,6 +182,11 @@ class PickRequest(VisibilityRequest):
     """Request for the visibility of each scalar value at a place that was clicked."""
 
 
+@dataclass(frozen=True)
+class DecodedTFRequest(Request):
+    """Request for what a generator's codec makes of the opacity TF: opacities, float32 (256,)."""
+
+
 @dataclass(frozen=True, eq=False)
 class Result:
     """Result of a request: an array or an error, never both.

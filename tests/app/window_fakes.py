@@ -17,6 +17,7 @@ from app.engines.engine import Engine, always
 from app.engines.engines import Builders, GeneratorSettings, ReferenceSettings
 from app.engines.messages import (
     BatchRequest,
+    DecodedTFRequest,
     ImageRequest,
     PictureRequest,
     Quality,
@@ -129,6 +130,13 @@ class FakeEngine:
         levels = (np.array(request.codes, np.float32)[:, 0] + 1) / 2
         shape = request.quality.pixels.shape
         return np.ones((len(levels), *shape, 4), np.float32) * levels[:, None, None, None]
+
+    def decoded_tf(self, request: DecodedTFRequest) -> NDArray[np.float32]:
+        """The opacity TF, a tenth of the opacities less."""
+        if not self.draws_codes:
+            return self._not_offered(request)
+        self.others.append(request)
+        return (0.9 * request.inputs.opacity_tf.sample()).astype(np.float32)
 
     def _wait_or_fail(self) -> None:
         if self.gate is not None:
