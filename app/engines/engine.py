@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from app.engines.messages import (
     BatchRequest,
+    BlockFieldsRequest,
     DecodedTFRequest,
+    FieldRangeRequest,
     ImageRequest,
     MeasureRequest,
     PictureRequest,
@@ -71,6 +73,17 @@ class Engine(Protocol):
     def value_sensitivity(self, request: ValueSensitivityRequest) -> Array:
         """Compute the sensitivity of each pixel to edits at one scalar value."""
 
+    def block_fields(self, request: BlockFieldsRequest) -> Array:
+        """Compute the sensitivity of blocks to edits at all scalar values."""
+
+    def field_range(
+        self, request: FieldRangeRequest, is_wanted: Callable[[], bool] = always
+    ) -> Array:
+        """Compute the ends of the scale over the fields of all scalar values.
+
+        May raise :class:`SupersededError` once it is no longer wanted.
+        """
+
     def visibility(self, request: VisibilityRequest) -> Array:
         """Compute the visibility of each scalar value in a region."""
 
@@ -118,6 +131,10 @@ def answer(
             return engine.region_sensitivity(request, is_wanted)
         case ValueSensitivityRequest():
             return engine.value_sensitivity(request)
+        case BlockFieldsRequest():
+            return engine.block_fields(request)
+        case FieldRangeRequest():
+            return engine.field_range(request, is_wanted)
         case VisibilityRequest():
             return engine.visibility(request)
         case DecodedTFRequest():

@@ -20,7 +20,9 @@ from numpy.typing import NDArray
 from app.engines.engine import Array, Engine, always
 from app.engines.messages import (
     BatchRequest,
+    BlockFieldsRequest,
     DecodedTFRequest,
+    FieldRangeRequest,
     ImageRequest,
     PictureRequest,
     Quality,
@@ -226,6 +228,26 @@ class RendererEngine:
         edit = edit_over(request.values, renderer.scalar_range, request.width)
         return value_sensitivity(renderer, request.inputs, size, edit)
 
+    def block_fields(self, request: BlockFieldsRequest) -> Array:
+        """Differentiate all blocks exactly; not offered under global light."""
+        from model.sensitivity.rendered import all_fields
+
+        renderer, size = self._differentiable(), request.quality.size
+        return all_fields(renderer, request.inputs, size, request.blocks or size, request.width)
+
+    def field_range(
+        self, request: FieldRangeRequest, is_wanted: Callable[[], bool] = always
+    ) -> Array:
+        """Differentiate the image by edits around all values; not offered under global light."""
+        from model.sensitivity.rendered import largest_scales
+
+        def give_up_if_unwanted() -> None:
+            if not is_wanted():
+                raise SupersededError
+
+        renderer, size = self._differentiable(), request.quality.size
+        return largest_scales(renderer, request.inputs, size, request.width, give_up_if_unwanted)
+
     def visibility(self, request: VisibilityRequest) -> Array:
         """Return the visibility of each scalar value; not offered by VTK."""
         from model.sensitivity.exact import visibility
@@ -241,6 +263,14 @@ class RendererEngine:
         if not isinstance(self._renderer, RaycastRenderer):
             raise NotOfferedError("VTK does not know its derivative; choose the ray caster.")
         return self._renderer
+
+    def _differentiable(self) -> RaycastRenderer:
+        renderer = self._ray_caster()
+        if not renderer.is_differentiable:
+            raise NotOfferedError(
+                "Under global light the fields of all values take too long; choose another light."
+            )
+        return renderer
 
     def latent_images(self, request: BatchRequest) -> Array:
         """Not supported: renderers have no latent codes."""
@@ -309,6 +339,22 @@ class GeneratorEngine:
 
         edit = edit_over(request.values, self.scene.scalar_range, request.width)
         return Sensitivity(self._generator, request.inputs).change(edit)
+
+    def block_fields(self, request: BlockFieldsRequest) -> Array:
+        """Differentiate all blocks of the generated image."""
+        from model.sensitivity.learned import Sensitivity
+
+        size = self.scene.image_size
+        found = Sensitivity(self._generator, request.inputs, request.width)
+        return found.field(max(size // (request.blocks or size), 1))
+
+    def field_range(
+        self, request: FieldRangeRequest, is_wanted: Callable[[], bool] = always
+    ) -> Array:
+        """Differentiate the generated image by edits around all values."""
+        from model.sensitivity.learned import Sensitivity
+
+        return Sensitivity(self._generator, request.inputs, request.width).largest_scales()
 
     def visibility(self, request: VisibilityRequest) -> Array:
         """Not supported: generators have no samples along rays."""

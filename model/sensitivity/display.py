@@ -111,6 +111,7 @@ def overlay(
     scale: float,
     measure: Measure,
     trust: NDArray[np.integer] | None = None,
+    own_scale: float | None = None,
 ) -> NDArray[np.float64]:
     """Colour a field over its image, which is shown in dim grey.
 
@@ -125,6 +126,10 @@ def overlay(
     measure : {"change", "signed"}
     trust : ndarray of int, shape (S, S), optional
         Level of trust, 0 to 2; see :func:`model.sensitivity.trust.trust_levels`.
+    own_scale : float, optional
+        The field's own end where `scale` is that of the fields of all values: the colours then
+        say how strong it is among these, and their opacity where it is strongest (paper,
+        section 5.1.2).
 
     Returns
     -------
@@ -137,7 +142,10 @@ def overlay(
     if trust is not None:
         kept = _TRUSTED_SHARE[trust][..., None]
         colors = kept * colors + (1 - kept) * colors.mean(axis=-1, keepdims=True)
-    alpha = np.clip(np.abs(share) / _OPAQUE_FROM, 0, 1)[..., None]
+    seen = np.abs(share) / _OPAQUE_FROM
+    if own_scale is not None:
+        seen = np.abs(np.nan_to_num(field)) / own_scale
+    alpha = np.clip(seen, 0, 1)[..., None]
     gray = BACKDROP * np.clip(image, 0, 1).mean(axis=-1, keepdims=True)
     return np.asarray(gray * (1 - alpha) + colors * alpha)
 
