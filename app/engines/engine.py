@@ -79,7 +79,7 @@ class Engine(Protocol):
     def field_range(
         self, request: FieldRangeRequest, is_wanted: Callable[[], bool] = always
     ) -> Array:
-        """Compute the ends of the scale over the fields of all scalar values.
+        """Compute the ends of the scale over the fields of many scalar values.
 
         May raise :class:`SupersededError` once it is no longer wanted.
         """

@@ -37,7 +37,7 @@ from model.kernel_cache import has_kernels
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
 from model.scene.scene import Lighting, RendererName, Scene
-from model.scene.tf_perturbation import edit_over
+from model.scene.tf_perturbation import edit_over, edits_within
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, Range
 from model.scene.view import View
 from model.scene.volume import Volume
@@ -238,7 +238,7 @@ class RendererEngine:
     def field_range(
         self, request: FieldRangeRequest, is_wanted: Callable[[], bool] = always
     ) -> Array:
-        """Differentiate the image by edits around all values; not offered under global light."""
+        """Differentiate the image by edits around many values; not offered under global light."""
         from model.sensitivity.rendered import largest_scales
 
         def give_up_if_unwanted() -> None:
@@ -246,7 +246,8 @@ class RendererEngine:
                 raise SupersededError
 
         renderer, size = self._differentiable(), request.quality.size
-        return largest_scales(renderer, request.inputs, size, request.width, give_up_if_unwanted)
+        edits = edits_within(request.window, renderer.scalar_range, request.width)
+        return largest_scales(renderer, request.inputs, size, edits, give_up_if_unwanted)
 
     def visibility(self, request: VisibilityRequest) -> Array:
         """Return the visibility of each scalar value; not offered by VTK."""
@@ -351,10 +352,11 @@ class GeneratorEngine:
     def field_range(
         self, request: FieldRangeRequest, is_wanted: Callable[[], bool] = always
     ) -> Array:
-        """Differentiate the generated image by edits around all values."""
+        """Differentiate the generated image by edits around many values."""
         from model.sensitivity.learned import Sensitivity
 
-        return Sensitivity(self._generator, request.inputs, request.width).largest_scales()
+        edits = edits_within(request.window, self.scene.scalar_range, request.width)
+        return Sensitivity(self._generator, request.inputs).largest_scales(edits)
 
     def visibility(self, request: VisibilityRequest) -> Array:
         """Not supported: generators have no samples along rays."""

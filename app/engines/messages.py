@@ -188,17 +188,20 @@ class BlockFieldsRequest(Request):
 
 @dataclass(frozen=True)
 class FieldRangeRequest(Request):
-    """Request for the ends of the scale over the fields of all scalar values: float32 (2,).
+    """Request for the ends of the scale over the fields of many scalar values: float32 (2,).
 
     They are those by the measures "change" and "signed", see
     :func:`model.sensitivity.block_fields.largest_scales`.
 
     Attributes
     ----------
+    window : tuple of float
+        Lowest and highest of these values, in the data's units.
     width : float
         Standard deviation of the edits, in bins of the TF.
     """
 
+    window: tuple[float, float]
     width: float
 
 

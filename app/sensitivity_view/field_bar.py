@@ -16,21 +16,21 @@ from app.state.sensitivity_state import Choices, SensitivityState
 STYLES: dict[str, tuple[dict[str, Any], str]] = {
     "Area": ({"style": "map"}, "the change of each pixel, in colours"),
     "Lines": ({"style": "contours"}, "its contours"),
-    "8 × 8": (
+    "8×8": (
         {"style": "blocks", "blocks": 8},
         "the change of the norm of 8 × 8 blocks, as in the paper: of all values at once",
     ),
-    "16 × 16": ({"style": "blocks", "blocks": 16}, "of 16 × 16 blocks"),
+    "16×16": ({"style": "blocks", "blocks": 16}, "of 16 × 16 blocks"),
     "Pixels": ({"style": "blocks", "blocks": 0}, "of each pixel; takes longest"),
 }
 """Ways to draw a field, with their choices and explanations."""
 
 SCALES: dict[str, tuple[dict[str, Any], str]] = {
-    "Own scale": ({"locked": False, "scale": "own"}, "at what this value changes most"),
-    "All values": (
+    "Own": ({"locked": False, "scale": "own"}, "at what this value changes most"),
+    "Global": (
         {"locked": False, "scale": "all"},
-        "at what any value changes most, as in the paper: colours say how strong this value is "
-        "among all, and fade where it changes little",
+        "at what any value of interest changes most, as in the paper: colours say how strong this "
+        "value is among all, and fade where it changes little",
     ),
     "Locked": ({"locked": True}, "where they do now, and so does the curve's scale: to compare"),
 }
@@ -71,7 +71,7 @@ class FieldBar(QWidget):
         self.fade = QCheckBox("Doubts")
         self.fade.setToolTip("Fade the effect to grey where the model's and the exact one differ")
         self.scale_box = combo(
-            {name: tip for name, (_, tip) in SCALES.items()}, "Where the colours end"
+            {name: tip for name, (_, tip) in SCALES.items()}, "Scale: where the colours end"
         )
         for box in (self.style_box, self.scale_box):
             box.setMinimumWidth(LEAST_WIDTH)

@@ -23,7 +23,7 @@ from app.state.viewer_state import ViewerState
 from model.rendering.raster import middle_square
 from model.scene.inputs import SceneInputs
 from model.scene.tf_perturbation import edit_over
-from model.sensitivity.block_fields import field_of_band, over_pixels, shown_unit
+from model.sensitivity.block_fields import field_bins, field_of_band, over_pixels, shown_unit
 from model.sensitivity.display import (
     BACKDROP,
     FLOOR,
@@ -201,7 +201,7 @@ class FieldCover(QObject):
 
             field = resize(field, image.shape[:2], order=1)
         if choices.style == "contours":
-            colored = _with_contours(image, field, self._scale, choices.measure)
+            colored = _with_contours(image, field, self._scale, choices.measure, self._is_of_all)
         else:
             own = self._own if self._is_of_all else None
             colored = overlay(image, field, self._scale, choices.measure, trust, own)
@@ -227,12 +227,14 @@ class FieldCover(QObject):
         measure = self._sensitivity.choices.measure
         if isinstance(answer.request, BlockFieldsRequest):
             if self._largest[0] is not answer:
-                self._largest = answer, float(np.abs(answer.value).max())
+                inside = field_bins(self._dispatcher.window, self._state.scalar_range)
+                self._largest = answer, float(np.abs(answer.value[..., inside]).max())
             return max(self._largest[1] * self._unit(answer), FLOOR)
         found = self._dispatcher.ranges.get(answer.source)
         if found is None or not found.is_of(answer.request.inputs):
             return None
         if found.request.width != answer.request.width:
+            # Of edits as wide as before; the others are on their way.
             return None
         return float(found.value[MEASURES.index(measure)])
 
@@ -289,7 +291,8 @@ class FieldCover(QObject):
         low = f"−{self._scale:.2g} (darker)" if self._bar == "signed" else "0"
         # Where the image is wider than the square, so may the text be.
         right = self._pane.canvas.picture_rect.right()
-        paint_bar(painter, rect, right, self._bar, f"{low} to {self._caption}")
+        text = f"{low} to {self._caption}"
+        paint_bar(painter, rect, right, self._bar, text, self._is_of_all)
 
 
 def _is_square(image: NDArray[np.floating]) -> bool:
@@ -301,7 +304,11 @@ def _picture(colors: NDArray[np.float64]) -> QImage:
 
 
 def _with_contours(
-    image: NDArray[np.float32], field: NDArray[np.float64], scale: float, measure: Measure
+    image: NDArray[np.float32],
+    field: NDArray[np.float64],
+    scale: float,
+    measure: Measure,
+    is_global: bool,
 ) -> NDArray[np.float64]:
     """Draw contours of a field into its grey image, enlarged so that lines are thin."""
     # Imported here: the window starts without it.
@@ -314,7 +321,7 @@ def _with_contours(
     field = resize(field, (rows, columns), order=1)
     gray = BACKDROP * np.clip(image, 0, 1).mean(axis=-1, keepdims=True)
     out = np.repeat(gray.astype(np.float64), 3, axis=-1)
-    table = color_bar(measure, 256)
+    table = color_bar(measure, 256, is_global)
     levels = CONTOURS if measure == "change" else (*(-level for level in CONTOURS), *CONTOURS)
     for level in levels:
         # Lighter than in a map, as a line is seen less than an area.

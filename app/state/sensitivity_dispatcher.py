@@ -335,7 +335,7 @@ class SensitivityDispatcher(QObject):
             quality = self.chooser.all_values_quality(name)
             if quality is None:
                 continue
-            request: Request = FieldRangeRequest(0, inputs, quality, choices.width)
+            request: Request = FieldRangeRequest(0, inputs, quality, self.window, choices.width)
             if choices.style == "blocks":
                 request = BlockFieldsRequest(0, inputs, quality, choices.blocks, choices.width)
             if self._asked_of_all.get(name) != request:

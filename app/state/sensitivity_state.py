@@ -52,7 +52,7 @@ class Choices:
         Number of blocks along either side of the image; 0 for one a pixel.
     scale : {"own", "all"}
         Whether colours end at the field's own strongest value, or at that of the fields of all
-        scalar values, as in the paper.
+        scalar values of interest, as in the paper.
     fade : bool
         Whether fields fade to grey where learned and exact differ.
     locked : bool

@@ -32,10 +32,15 @@ def field_of_band(
         :func:`model.scene.tf_perturbation.edit_over`, whose edits these are.
     scalar_range : tuple of float
     """
+    return np.asarray(fields[..., field_bins(values, scalar_range)].mean(axis=-1))
+
+
+def field_bins(values: tuple[float, float], scalar_range: Range) -> slice:
+    """Bins of the TF from one scalar value to another, in the data's units."""
     lo, hi = scalar_range
     places = [round((value - lo) / (hi - lo) * (TF_SAMPLES - 1)) for value in values]
     first, last = (min(max(place, 0), TF_SAMPLES - 1) for place in places)
-    return np.asarray(fields[..., first : last + 1].mean(axis=-1))
+    return slice(first, last + 1)
 
 
 def shown_unit(size: int, blocks: int, width: float) -> float:

@@ -31,6 +31,12 @@ LEAST_DIFFERENCE = 1 / 255
 
 COLOR_MAPS: dict[Measure, str] = {"change": "matplotlib:inferno", "signed": "crameri:berlin"}
 
+GLOBAL_COLOR_MAPS: dict[Measure, str] = {
+    "change": "matplotlib:viridis",
+    "signed": "matplotlib:coolwarm",
+}
+"""Colour maps of scales over all values: what is weak among them has a colour that is seen, too."""
+
 BACKDROP = 0.45
 """Brightness of the grey image behind a field."""
 
@@ -100,9 +106,18 @@ def scale_of(field: NDArray[np.floating], least: float = FLOOR) -> float:
     return max(float(np.quantile(np.abs(field), _CLIP_QUANTILE)), least)
 
 
-def color_bar(measure: Measure, count: int = 64) -> NDArray[np.float64]:
-    """Return the colours of a scale from its lowest to its highest value, shape (count, 3)."""
-    return _table(measure)[np.linspace(0, len(_table(measure)) - 1, count).round().astype(int)]
+def color_bar(measure: Measure, count: int = 64, is_global: bool = False) -> NDArray[np.float64]:
+    """Return the colours of a scale from its lowest to its highest value, shape (count, 3).
+
+    Parameters
+    ----------
+    measure : {"change", "signed"}
+    count : int
+    is_global : bool
+        Whether it is a scale over the fields of all values.
+    """
+    table = _table(measure, is_global)
+    return table[np.linspace(0, len(table) - 1, count).round().astype(int)]
 
 
 def overlay(
@@ -135,7 +150,7 @@ def overlay(
     -------
     ndarray of float64, shape (S, S, 3), in [0, 1]
     """
-    table = _table(measure)
+    table = _table(measure, own_scale is not None)
     share = np.clip(np.nan_to_num(field) / scale, -1, 1)
     place = (share + 1) / 2 if measure == "signed" else np.abs(share)
     colors = table[np.rint(place * (len(table) - 1)).astype(int)]
@@ -184,10 +199,11 @@ def spread_blocks(field: NDArray[np.float32], size: int, block: int) -> NDArray[
     return field.repeat(edges, axis=0).repeat(edges, axis=1)
 
 
-@lru_cache(maxsize=2)
-def _table(measure: Measure) -> NDArray[np.float64]:
+@lru_cache(maxsize=4)
+def _table(measure: Measure, is_global: bool = False) -> NDArray[np.float64]:
     """Colours of a map, shape (256, 3)."""
     # Imported here: the window starts without it.
     from cmap import Colormap
 
-    return np.asarray(Colormap(COLOR_MAPS[measure]).lut(256)[:, :3], dtype=np.float64)
+    name = (GLOBAL_COLOR_MAPS if is_global else COLOR_MAPS)[measure]
+    return np.asarray(Colormap(name).lut(256)[:, :3], dtype=np.float64)

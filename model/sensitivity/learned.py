@@ -179,15 +179,18 @@ class Sensitivity:
         """
         return panned(self._changes(edit[None])[0], self._view)
 
-    def largest_scales(self) -> NDArray[np.float32]:
-        """Ends of the scale over the changes by edits around all scalar values.
+    def largest_scales(self, edits: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Ends of the scale over the changes by many edits.
+
+        Parameters
+        ----------
+        edits : ndarray of float32, shape (N, 256)
 
         Returns
         -------
         ndarray of float32, shape (2,)
             See :func:`model.sensitivity.block_fields.largest_scales`.
         """
-        _, edits = spaced_edits(self._width)
         return largest_scales(self._changes_of(edits), edits)
 
     def _changes_of(self, edits: NDArray[np.float32]) -> Iterator[NDArray[np.float32]]:

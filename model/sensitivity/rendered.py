@@ -11,7 +11,7 @@ from model.rendering.raster import Raster
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs
 from model.scene.region import ImageRegion
-from model.scene.tf_perturbation import response_to_edits, spaced_edits
+from model.scene.tf_perturbation import response_to_edits
 from model.sensitivity import block_fields, differences, exact
 from model.sensitivity.measure import Measure
 
@@ -81,24 +81,24 @@ def largest_scales(
     renderer: RaycastRenderer,
     inputs: SceneInputs,
     size: int,
-    width: float,
+    edits: NDArray[np.float32],
     before_each: Callable[[], None] = differences.go_on,
 ) -> NDArray[np.float32]:
-    """Ends of the scale over the exact changes by edits around all scalar values.
+    """Ends of the scale over the exact changes by many edits.
 
     Parameters
     ----------
-    renderer, inputs, size, width
+    renderer, inputs, size
         See :func:`all_fields`.
+    edits : ndarray of float32, shape (N, 256)
     before_each : callable
-        Called before each of some 60 images; may raise.
+        Called before the image of each edit; may raise.
 
     Returns
     -------
     ndarray of float32, shape (2,)
         See :func:`model.sensitivity.block_fields.largest_scales`.
     """
-    _, edits = spaced_edits(width)
 
     def changes() -> Iterator[NDArray[np.float32]]:
         for edit in edits:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from app.window.main_window import MainWindow
 from model.rendering.raster import middle_square
 from model.scene.tf_perturbation import edit_over
 from model.scene.view import View
-from model.sensitivity.block_fields import over_pixels, shown_unit
+from model.sensitivity.block_fields import field_bins, over_pixels, shown_unit
 from model.sensitivity.display import overlay, scale_of, shown_field
 
 WindowMaker = Callable[..., MainWindow]
@@ -29,7 +30,7 @@ def window(qtbot: QtBot, make_window: WindowMaker) -> MainWindow:
     return window
 
 
-def of_kind(requests: list, kind: type) -> list:
+def of_kind(requests: list[Any], kind: type) -> list[Any]:
     return [request for request in requests if type(request) is kind]
 
 
@@ -82,7 +83,8 @@ def test_colours_over_all_values_fade_by_the_values_own_scale(
     unit = shown_unit(16, 16, state.choices.width)
     # The exact fields have other blocks' sizes, and so another unit; the larger end counts.
     exact_unit = shown_unit(128, 16, state.choices.width)
-    whole = 255 * max(unit, exact_unit)
+    highest = field_bins(window.workspace.sensitivity.window, (100.0, 200.0)).stop - 1
+    whole = highest * max(unit, exact_unit)
     qtbot.waitUntil(lambda: learned.scale == pytest.approx(whole))
     assert "over all values" in learned.caption
     place = round(255 * 0.5)
@@ -126,7 +128,7 @@ def test_fields_of_pixels_have_the_scale_of_all_values_too(
 def test_the_bar_says_and_sets_what_is_chosen(window: MainWindow) -> None:
     bar, state = window.sensitivity.findings.field_bar, window.sensitivity_state
     styles = [bar.style_box.itemText(i) for i in range(bar.style_box.count())]
-    assert styles == ["Area", "Lines", "8 × 8", "16 × 16", "Pixels"]
+    assert styles == ["Area", "Lines", "8×8", "16×16", "Pixels"]
     for index, (style, blocks) in enumerate(
         [("map", 16), ("contours", 16), ("blocks", 8), ("blocks", 16), ("blocks", 0)]
     ):

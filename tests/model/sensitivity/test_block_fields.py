@@ -17,7 +17,12 @@ from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
 from model.scene.scene import Scene
-from model.scene.tf_perturbation import edit_around, edit_over
+from model.scene.tf_perturbation import (
+    edit_around,
+    edit_over,
+    edits_within,
+    response_to_edits,
+)
 from model.scene.view import View
 from model.sensitivity.block_fields import field_of_band, over_pixels, shown_unit
 from model.sensitivity.display import per_small_edit, scale_of, shown_field
@@ -78,8 +83,6 @@ def test_a_block_of_the_paper_networks_changes_as_said(
 def test_a_band_is_the_edit_over_it() -> None:
     rng = np.random.default_rng(0)
     slopes = rng.normal(size=(3, 3, 256)).astype(np.float32)
-    from model.scene.tf_perturbation import response_to_edits
-
     fields = response_to_edits(slopes, WIDTH)
     for values in ((150.0, 150.0), (120.0, 140.0), (100.0, 104.0), (90.0, 250.0)):
         expected = slopes.astype(np.float64) @ edit_over(values, RANGE, WIDTH)
@@ -106,7 +109,7 @@ def test_the_learned_scale_ends_at_the_strongest_of_all_values(
     generator: Generator, inputs: SceneInputs
 ) -> None:
     found = Sensitivity(generator, inputs, WIDTH)
-    ours = found.largest_scales()
+    ours = found.largest_scales(edits_within(RANGE, RANGE, WIDTH))
     for end, measure in zip(ours, ("change", "signed"), strict=True):
         ends = []
         for place in range(0, 256, 8):
@@ -128,8 +131,9 @@ def test_the_ray_casters_fields_and_scale(inputs: SceneInputs) -> None:
     ours = field_of_band(fields, (150.0, 150.0), RANGE)
     np.testing.assert_allclose(ours, expected, atol=2e-2 * np.abs(expected).max())
     calls = []
-    ends = largest_scales(renderer, inputs, 16, WIDTH, lambda: calls.append(1))
-    assert len(calls) > 60
+    edits = edits_within((130.0, 170.0), RANGE, WIDTH)
+    ends = largest_scales(renderer, inputs, 16, edits, lambda: calls.append(1))
+    assert len(calls) == len(edits)
     for end, measure in zip(ends, ("change", "signed"), strict=True):
         assert end >= 0.98 * scale_of(shown_field(change, edit, measure))
     renderer.close()
@@ -140,3 +144,13 @@ def test_global_light_has_no_exact_fields(inputs: SceneInputs) -> None:
     with pytest.raises(RenderError):
         all_fields(renderer, inputs, 16, 4, WIDTH)
     renderer.close()
+
+
+def test_edits_within_an_interval_are_around_its_values() -> None:
+    edits = edits_within((130.0, 170.0), RANGE, WIDTH)
+    peaks = 100 + 100 * edits.argmax(axis=1) / 255
+    assert peaks.min() == pytest.approx(130, abs=2) and peaks.max() == pytest.approx(170, abs=2)
+    np.testing.assert_allclose(edits.sum(axis=1), 1, rtol=1e-3)
+    # Close enough for none between them to be missed.
+    assert np.diff(peaks).max() < WIDTH * 100 / 255
+    assert len(edits_within((150.1, 150.1), RANGE, WIDTH)) == 1
