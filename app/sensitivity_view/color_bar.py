@@ -8,6 +8,7 @@ from PySide6.QtGui import QColor, QImage, QPainter, QPen
 
 from app import theme
 from model.sensitivity.display import color_bar
+from model.sensitivity.global_scale import global_color_bar
 from model.sensitivity.measure import Measure
 
 WIDTH, HEIGHT, MARGIN = 150, 9, 12
@@ -38,9 +39,10 @@ def paint_bar(
     text : str
         Says above the bar what its ends are; in two lines where one is too long.
     is_global : bool
-        Whether its ends are those of the fields of all values.
+        Whether it is the scale of the fields of all values, from 0.
     """
-    colors = np.rint(255 * color_bar(measure, WIDTH, is_global)).astype(np.uint8)[None]
+    shades = global_color_bar(WIDTH) if is_global else color_bar(measure, WIDTH)
+    colors = np.rint(255 * shades).astype(np.uint8)[None]
     bar = QImage(
         np.ascontiguousarray(colors).data, WIDTH, 1, 3 * WIDTH, QImage.Format.Format_RGB888
     ).copy()

@@ -23,7 +23,7 @@ from app.state.viewer_state import ViewerState
 from model.rendering.raster import middle_square
 from model.scene.inputs import SceneInputs
 from model.scene.tf_perturbation import edit_over
-from model.sensitivity.block_fields import field_bins, field_of_band, over_pixels, shown_unit
+from model.sensitivity.block_fields import field_bins, field_of_band, over_pixels, pixels_of_block
 from model.sensitivity.display import (
     BACKDROP,
     FLOOR,
@@ -32,7 +32,9 @@ from model.sensitivity.display import (
     overlay,
     scale_of,
     shown_field,
+    shown_responses,
 )
+from model.sensitivity.global_scale import global_scale, overlay_globally
 from model.sensitivity.measure import Measure
 from model.sensitivity.trust import BEST_TRUST, trust_levels
 
@@ -184,7 +186,9 @@ class FieldCover(QObject):
         if not keep or self._bar is None:
             self._own = max(scale_of(middle_square(self._shown(each))) for each in every)
             ends = [end for each in every if (end := self._end_of_all(each)) is not None]
-            self._is_of_all = choices.scale == "all" and bool(ends)
+            # Lines are drawn at fractions of the field's own end.
+            in_colors = choices.scale == "all" and choices.style != "contours"
+            self._is_of_all = in_colors and bool(ends)
             self._scale = max(ends) if self._is_of_all else self._own
         # The generator's image and fields are square, the reference's may be wider.
         if _is_square(image):
@@ -201,10 +205,11 @@ class FieldCover(QObject):
 
             field = resize(field, image.shape[:2], order=1)
         if choices.style == "contours":
-            colored = _with_contours(image, field, self._scale, choices.measure, self._is_of_all)
+            colored = _with_contours(image, field, self._own, choices.measure)
+        elif self._is_of_all:
+            colored = overlay_globally(image, field, self._own, self._scale)
         else:
-            own = self._own if self._is_of_all else None
-            colored = overlay(image, field, self._scale, choices.measure, trust, own)
+            colored = overlay(image, field, self._scale, choices.measure, trust)
         self._bar = choices.measure
         self._caption = self._described(answer)
         self._pane.canvas.show_cover(_picture(colored))
@@ -219,7 +224,8 @@ class FieldCover(QObject):
         band = self._sensitivity.band
         assert band is not None
         chosen = field_of_band(answer.value, band.values, scalar_range)
-        field = chosen.astype(np.float64) * self._unit(answer)
+        pixels = pixels_of_block(request.quality.size, len(chosen))
+        field = shown_responses(chosen, pixels, request.width)
         return field if measure == "signed" else np.asarray(np.abs(field))
 
     def _end_of_all(self, answer: Answer[Any]) -> float | None:
@@ -227,9 +233,12 @@ class FieldCover(QObject):
         measure = self._sensitivity.choices.measure
         if isinstance(answer.request, BlockFieldsRequest):
             if self._largest[0] is not answer:
+                request = answer.request
                 inside = field_bins(self._dispatcher.window, self._state.scalar_range)
-                self._largest = answer, float(np.abs(answer.value[..., inside]).max())
-            return max(self._largest[1] * self._unit(answer), FLOOR)
+                pixels = pixels_of_block(request.quality.size, len(answer.value))
+                end = global_scale(answer.value[..., inside], pixels, request.width)
+                self._largest = answer, end
+            return self._largest[1]
         found = self._dispatcher.ranges.get(answer.source)
         if found is None or not found.is_of(answer.request.inputs):
             return None
@@ -237,11 +246,6 @@ class FieldCover(QObject):
             # Of edits as wide as before; the others are on their way.
             return None
         return float(found.value[MEASURES.index(measure)])
-
-    @staticmethod
-    def _unit(answer: Answer[Any]) -> float:
-        request: BlockFieldsRequest = answer.request
-        return shown_unit(request.quality.size, len(answer.value), request.width)
 
     def _over_pixels(
         self, answer: Answer[Any], field: NDArray[np.float64], size: int
@@ -260,7 +264,8 @@ class FieldCover(QObject):
     def _described(self, answer: Answer[Any]) -> str:
         """Text about a field under its colour bar."""
         choices, request = self._sensitivity.choices, answer.request
-        end = " (brighter)" if choices.measure == "signed" else ""
+        is_signed = choices.measure == "signed" and not self._is_of_all
+        end = " (brighter)" if is_signed else ""
         over = ", over all values" if self._is_of_all else ""
         text = f"{self._scale:.2g}{end}{over}: slope per +.01 opacity, "
         text += SOURCE_NAMES[answer.source]
@@ -288,7 +293,8 @@ class FieldCover(QObject):
         """Paint the colour bar into the lower left corner."""
         if self._bar is None:
             return
-        low = f"−{self._scale:.2g} (darker)" if self._bar == "signed" else "0"
+        is_signed = self._bar == "signed" and not self._is_of_all
+        low = f"−{self._scale:.2g} (darker)" if is_signed else "0"
         # Where the image is wider than the square, so may the text be.
         right = self._pane.canvas.picture_rect.right()
         text = f"{low} to {self._caption}"
@@ -308,7 +314,6 @@ def _with_contours(
     field: NDArray[np.float64],
     scale: float,
     measure: Measure,
-    is_global: bool,
 ) -> NDArray[np.float64]:
     """Draw contours of a field into its grey image, enlarged so that lines are thin."""
     # Imported here: the window starts without it.
@@ -321,7 +326,7 @@ def _with_contours(
     field = resize(field, (rows, columns), order=1)
     gray = BACKDROP * np.clip(image, 0, 1).mean(axis=-1, keepdims=True)
     out = np.repeat(gray.astype(np.float64), 3, axis=-1)
-    table = color_bar(measure, 256, is_global)
+    table = color_bar(measure, 256)
     levels = CONTOURS if measure == "change" else (*(-level for level in CONTOURS), *CONTOURS)
     for level in levels:
         # Lighter than in a map, as a line is seen less than an area.

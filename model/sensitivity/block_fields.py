@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.scene.transfer_function import TF_SAMPLES, Range
-from model.sensitivity.display import FLOOR, scale_of, shown_field, shown_responses
+from model.sensitivity.display import FLOOR, scale_of, shown_field
 
 Fields = NDArray[np.float32]
 
@@ -43,8 +43,8 @@ def field_bins(values: tuple[float, float], scalar_range: Range) -> slice:
     return slice(first, last + 1)
 
 
-def shown_unit(size: int, blocks: int, width: float) -> float:
-    """Factor from fields of blocks to the displayed unit: the change of a pixel's RMS value.
+def pixels_of_block(size: int, blocks: int) -> int:
+    """Number of pixels of each of an image's blocks.
 
     Parameters
     ----------
@@ -52,11 +52,8 @@ def shown_unit(size: int, blocks: int, width: float) -> float:
         Width and height of the image in pixels.
     blocks : int
         Number of blocks along either side.
-    width : float
-        Standard deviation of the edits in bins.
     """
-    pixels = max(size // blocks, 1) ** 2
-    return float(shown_responses(np.ones(1), pixels, width)[0])
+    return max(size // blocks, 1) ** 2
 
 
 def over_pixels(field: NDArray[np.floating], size: int) -> NDArray[np.floating]:
@@ -68,7 +65,9 @@ def over_pixels(field: NDArray[np.floating], size: int) -> NDArray[np.floating]:
 def largest_scales(
     changes: Iterable[NDArray[np.floating]], edits: Iterable[NDArray[np.floating]]
 ) -> NDArray[np.float32]:
-    """Ends of the scale over the fields of many edits: the paper's global colour scale.
+    """Ends of the scale over the changes of pixels by many edits.
+
+    What :func:`model.sensitivity.global_scale.global_scale` is for blocks.
 
     Parameters
     ----------

@@ -31,12 +31,6 @@ LEAST_DIFFERENCE = 1 / 255
 
 COLOR_MAPS: dict[Measure, str] = {"change": "matplotlib:inferno", "signed": "crameri:berlin"}
 
-GLOBAL_COLOR_MAPS: dict[Measure, str] = {
-    "change": "matplotlib:viridis",
-    "signed": "matplotlib:coolwarm",
-}
-"""Colour maps of scales over all values: what is weak among them has a colour that is seen, too."""
-
 BACKDROP = 0.45
 """Brightness of the grey image behind a field."""
 
@@ -106,18 +100,9 @@ def scale_of(field: NDArray[np.floating], least: float = FLOOR) -> float:
     return max(float(np.quantile(np.abs(field), _CLIP_QUANTILE)), least)
 
 
-def color_bar(measure: Measure, count: int = 64, is_global: bool = False) -> NDArray[np.float64]:
-    """Return the colours of a scale from its lowest to its highest value, shape (count, 3).
-
-    Parameters
-    ----------
-    measure : {"change", "signed"}
-    count : int
-    is_global : bool
-        Whether it is a scale over the fields of all values.
-    """
-    table = _table(measure, is_global)
-    return table[np.linspace(0, len(table) - 1, count).round().astype(int)]
+def color_bar(measure: Measure, count: int = 64) -> NDArray[np.float64]:
+    """Return the colours of a scale from its lowest to its highest value, shape (count, 3)."""
+    return _table(measure)[np.linspace(0, len(_table(measure)) - 1, count).round().astype(int)]
 
 
 def overlay(
@@ -126,7 +111,6 @@ def overlay(
     scale: float,
     measure: Measure,
     trust: NDArray[np.integer] | None = None,
-    own_scale: float | None = None,
 ) -> NDArray[np.float64]:
     """Colour a field over its image, which is shown in dim grey.
 
@@ -141,26 +125,19 @@ def overlay(
     measure : {"change", "signed"}
     trust : ndarray of int, shape (S, S), optional
         Level of trust, 0 to 2; see :func:`model.sensitivity.trust.trust_levels`.
-    own_scale : float, optional
-        The field's own end where `scale` is that of the fields of all values: the colours then
-        say how strong it is among these, and their opacity where it is strongest (paper,
-        section 5.1.2).
 
     Returns
     -------
     ndarray of float64, shape (S, S, 3), in [0, 1]
     """
-    table = _table(measure, own_scale is not None)
+    table = _table(measure)
     share = np.clip(np.nan_to_num(field) / scale, -1, 1)
     place = (share + 1) / 2 if measure == "signed" else np.abs(share)
     colors = table[np.rint(place * (len(table) - 1)).astype(int)]
     if trust is not None:
         kept = _TRUSTED_SHARE[trust][..., None]
         colors = kept * colors + (1 - kept) * colors.mean(axis=-1, keepdims=True)
-    seen = np.abs(share) / _OPAQUE_FROM
-    if own_scale is not None:
-        seen = np.abs(np.nan_to_num(field)) / own_scale
-    alpha = np.clip(seen, 0, 1)[..., None]
+    alpha = np.clip(np.abs(share) / _OPAQUE_FROM, 0, 1)[..., None]
     gray = BACKDROP * np.clip(image, 0, 1).mean(axis=-1, keepdims=True)
     return np.asarray(gray * (1 - alpha) + colors * alpha)
 
@@ -199,11 +176,10 @@ def spread_blocks(field: NDArray[np.float32], size: int, block: int) -> NDArray[
     return field.repeat(edges, axis=0).repeat(edges, axis=1)
 
 
-@lru_cache(maxsize=4)
-def _table(measure: Measure, is_global: bool = False) -> NDArray[np.float64]:
+@lru_cache(maxsize=2)
+def _table(measure: Measure) -> NDArray[np.float64]:
     """Colours of a map, shape (256, 3)."""
     # Imported here: the window starts without it.
     from cmap import Colormap
 
-    name = (GLOBAL_COLOR_MAPS if is_global else COLOR_MAPS)[measure]
-    return np.asarray(Colormap(name).lut(256)[:, :3], dtype=np.float64)
+    return np.asarray(Colormap(COLOR_MAPS[measure]).lut(256)[:, :3], dtype=np.float64)

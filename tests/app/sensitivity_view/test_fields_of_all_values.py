@@ -16,8 +16,9 @@ from app.window.main_window import MainWindow
 from model.rendering.raster import middle_square
 from model.scene.tf_perturbation import edit_over
 from model.scene.view import View
-from model.sensitivity.block_fields import field_bins, over_pixels, shown_unit
-from model.sensitivity.display import overlay, scale_of, shown_field
+from model.sensitivity.block_fields import field_bins, over_pixels, pixels_of_block
+from model.sensitivity.display import overlay, scale_of, shown_field, shown_responses
+from model.sensitivity.global_scale import overlay_globally
 
 WindowMaker = Callable[..., MainWindow]
 
@@ -32,6 +33,10 @@ def window(qtbot: QtBot, make_window: WindowMaker) -> MainWindow:
 
 def of_kind(requests: list[Any], kind: type) -> list[Any]:
     return [request for request in requests if type(request) is kind]
+
+
+def unit_of(size: int, blocks: int, width: float) -> float:
+    return float(shown_responses(np.ones(1), pixels_of_block(size, blocks), width)[0])
 
 
 def both_covered(window: MainWindow) -> bool:
@@ -53,7 +58,7 @@ def test_blocks_of_all_values_are_asked_once_and_chosen_by_the_mouse(
     place = round(255 * 0.5)
     field = np.zeros((8, 8))
     field[:, :4] = place
-    field *= shown_unit(16, 8, width)
+    field *= unit_of(16, 8, width)
     image = window.sensitivity.learned.image_of(window.state.inputs)
     assert image is not None
     expected = overlay(image, over_pixels(field, 16), scale_of(field), "signed")
@@ -80,9 +85,9 @@ def test_colours_over_all_values_fade_by_the_values_own_scale(
     state.pin(150.0)
     learned = window.sensitivity.learned
     qtbot.waitUntil(lambda: both_covered(window))
-    unit = shown_unit(16, 16, state.choices.width)
+    unit = unit_of(16, 16, state.choices.width)
     # The exact fields have other blocks' sizes, and so another unit; the larger end counts.
-    exact_unit = shown_unit(128, 16, state.choices.width)
+    exact_unit = unit_of(128, 16, state.choices.width)
     highest = field_bins(window.workspace.sensitivity.window, (100.0, 200.0)).stop - 1
     whole = highest * max(unit, exact_unit)
     qtbot.waitUntil(lambda: learned.scale == pytest.approx(whole))
@@ -93,7 +98,7 @@ def test_colours_over_all_values_fade_by_the_values_own_scale(
     own = place * max(unit, exact_unit)
     image = learned.image_of(window.state.inputs)
     assert image is not None
-    expected = overlay(image, over_pixels(field, 16), whole, "signed", None, own)
+    expected = overlay_globally(image, over_pixels(field, 16), own, whole)
     qtbot.waitUntil(lambda: window.generator.canvas.cover == to_qimage(expected.astype(np.float32)))
     state.pin(110.0)
     qtbot.waitUntil(lambda: learned.scale == pytest.approx(whole))
@@ -119,7 +124,7 @@ def test_fields_of_pixels_have_the_scale_of_all_values_too(
     assert image is not None
     edit = edit_over((150.0, 150.0), (100.0, 200.0), state.choices.width)
     field = shown_field(np.full((16, 16, 3), 150.0), edit, "signed")
-    expected = overlay(image, field, 2.0, "signed", None, scale_of(middle_square(field)))
+    expected = overlay_globally(image, field, scale_of(middle_square(field)), 2.0)
     qtbot.waitUntil(lambda: window.reference.canvas.cover == to_qimage(expected.astype(np.float32)))
     state.choose(measure="change")
     qtbot.waitUntil(lambda: exact.scale == 3.0)

@@ -24,8 +24,8 @@ from model.scene.tf_perturbation import (
     response_to_edits,
 )
 from model.scene.view import View
-from model.sensitivity.block_fields import field_of_band, over_pixels, shown_unit
-from model.sensitivity.display import per_small_edit, scale_of, shown_field
+from model.sensitivity.block_fields import field_of_band, over_pixels, pixels_of_block
+from model.sensitivity.display import per_small_edit, scale_of, shown_field, shown_responses
 from model.sensitivity.learned import Sensitivity
 from model.sensitivity.rendered import all_fields, largest_scales
 
@@ -94,7 +94,7 @@ def test_the_unit_is_the_change_of_a_pixel() -> None:
     image = np.full((8, 8, 3), 0.5)
     rise = block_norms(image + 0.02, 2) - block_norms(image, 2)
     edit = edit_around(0.5, (0.0, 1.0), WIDTH)
-    shown = rise * shown_unit(8, 2, WIDTH)
+    shown = shown_responses(rise, pixels_of_block(8, 2), WIDTH)
     np.testing.assert_allclose(shown, 0.02 * per_small_edit(edit), rtol=1e-5)
 
 
