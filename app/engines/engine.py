@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 from app.engines.messages import (
     BatchRequest,
+    BlockFieldsRequest,
+    DecodedTFRequest,
+    FieldRangeRequest,
     ImageRequest,
     MeasureRequest,
     PictureRequest,
@@ -70,11 +73,25 @@ class Engine(Protocol):
     def value_sensitivity(self, request: ValueSensitivityRequest) -> Array:
         """Compute the sensitivity of each pixel to edits at one scalar value."""
 
+    def block_fields(self, request: BlockFieldsRequest) -> Array:
+        """Compute the sensitivity of blocks to edits at all scalar values."""
+
+    def field_range(
+        self, request: FieldRangeRequest, is_wanted: Callable[[], bool] = always
+    ) -> Array:
+        """Compute the ends of the scale over the fields of many scalar values.
+
+        May raise :class:`SupersededError` once it is no longer wanted.
+        """
+
     def visibility(self, request: VisibilityRequest) -> Array:
         """Compute the visibility of each scalar value in a region."""
 
     def latent_images(self, request: BatchRequest) -> Array:
         """Draw images from the request's latent codes."""
+
+    def decoded_tf(self, request: DecodedTFRequest) -> Array:
+        """Encode the opacity TF as its latent code, and decode that again."""
 
     def close(self) -> None:
         """Release the engine's resources."""
@@ -114,6 +131,12 @@ def answer(
             return engine.region_sensitivity(request, is_wanted)
         case ValueSensitivityRequest():
             return engine.value_sensitivity(request)
+        case BlockFieldsRequest():
+            return engine.block_fields(request)
+        case FieldRangeRequest():
+            return engine.field_range(request, is_wanted)
         case VisibilityRequest():
             return engine.visibility(request)
+        case DecodedTFRequest():
+            return engine.decoded_tf(request)
     raise NotOfferedError(f"No engine answers a request for a {kind_of(request)}.")

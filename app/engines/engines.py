@@ -20,6 +20,9 @@ from numpy.typing import NDArray
 from app.engines.engine import Array, Engine, always
 from app.engines.messages import (
     BatchRequest,
+    BlockFieldsRequest,
+    DecodedTFRequest,
+    FieldRangeRequest,
     ImageRequest,
     PictureRequest,
     Quality,
@@ -34,7 +37,7 @@ from model.kernel_cache import has_kernels
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
 from model.scene.scene import Lighting, RendererName, Scene
-from model.scene.tf_perturbation import edit_over
+from model.scene.tf_perturbation import edit_over, edits_within
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, Range
 from model.scene.view import View
 from model.scene.volume import Volume
@@ -225,6 +228,27 @@ class RendererEngine:
         edit = edit_over(request.values, renderer.scalar_range, request.width)
         return value_sensitivity(renderer, request.inputs, size, edit)
 
+    def block_fields(self, request: BlockFieldsRequest) -> Array:
+        """Differentiate all blocks exactly; not offered under global light."""
+        from model.sensitivity.rendered import all_fields
+
+        renderer, size = self._differentiable(), request.quality.size
+        return all_fields(renderer, request.inputs, size, request.blocks or size, request.width)
+
+    def field_range(
+        self, request: FieldRangeRequest, is_wanted: Callable[[], bool] = always
+    ) -> Array:
+        """Differentiate the image by edits around many values; not offered under global light."""
+        from model.sensitivity.rendered import largest_scales
+
+        def give_up_if_unwanted() -> None:
+            if not is_wanted():
+                raise SupersededError
+
+        renderer, size = self._differentiable(), request.quality.size
+        edits = edits_within(request.window, renderer.scalar_range, request.width)
+        return largest_scales(renderer, request.inputs, size, edits, give_up_if_unwanted)
+
     def visibility(self, request: VisibilityRequest) -> Array:
         """Return the visibility of each scalar value; not offered by VTK."""
         from model.sensitivity.exact import visibility
@@ -241,9 +265,21 @@ class RendererEngine:
             raise NotOfferedError("VTK does not know its derivative; choose the ray caster.")
         return self._renderer
 
+    def _differentiable(self) -> RaycastRenderer:
+        renderer = self._ray_caster()
+        if not renderer.is_differentiable:
+            raise NotOfferedError(
+                "Under global light the fields of all values take too long; choose another light."
+            )
+        return renderer
+
     def latent_images(self, request: BatchRequest) -> Array:
         """Not supported: renderers have no latent codes."""
         raise NotOfferedError("A renderer draws no latent codes; decode them to TFs first.")
+
+    def decoded_tf(self, request: DecodedTFRequest) -> Array:
+        """Not supported: renderers have no codec."""
+        raise NotOfferedError("A renderer has no latent codes; open a model.")
 
     def close(self) -> None:
         """Release the OpenGL context or the threads."""
@@ -305,6 +341,23 @@ class GeneratorEngine:
         edit = edit_over(request.values, self.scene.scalar_range, request.width)
         return Sensitivity(self._generator, request.inputs).change(edit)
 
+    def block_fields(self, request: BlockFieldsRequest) -> Array:
+        """Differentiate all blocks of the generated image."""
+        from model.sensitivity.learned import Sensitivity
+
+        size = self.scene.image_size
+        found = Sensitivity(self._generator, request.inputs, request.width)
+        return found.field(max(size // (request.blocks or size), 1))
+
+    def field_range(
+        self, request: FieldRangeRequest, is_wanted: Callable[[], bool] = always
+    ) -> Array:
+        """Differentiate the generated image by edits around many values."""
+        from model.sensitivity.learned import Sensitivity
+
+        edits = edits_within(request.window, self.scene.scalar_range, request.width)
+        return Sensitivity(self._generator, request.inputs).largest_scales(edits)
+
     def visibility(self, request: VisibilityRequest) -> Array:
         """Not supported: generators have no samples along rays."""
         raise NotOfferedError("A generator does not know which scalar values are visible.")
@@ -313,6 +366,12 @@ class GeneratorEngine:
         """Generate images from latent codes in one pass."""
         codes = np.array(request.codes, dtype=np.float32)
         return self._generator.render_latent(codes, request.inputs)
+
+    def decoded_tf(self, request: DecodedTFRequest) -> Array:
+        """Pass the opacity TF through the network's codec."""
+        opacities = request.inputs.opacity_tf.sample(self.scene.scalar_range)
+        decoded = self._generator.decode(self._generator.encode(opacities))
+        return np.clip(decoded, 0.0, 1.0)
 
     def close(self) -> None:
         """Do nothing: the weights are released with the object."""

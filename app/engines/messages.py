@@ -171,6 +171,41 @@ class ValueSensitivityRequest(Request):
 
 
 @dataclass(frozen=True)
+class BlockFieldsRequest(Request):
+    """Request for the sensitivity of blocks to edits at all scalar values: float32 (n, n, 256).
+
+    Attributes
+    ----------
+    blocks : int
+        Number of blocks along either side of the square image; 0 for one a pixel.
+    width : float
+        Standard deviation of the edits, in bins of the TF.
+    """
+
+    blocks: int
+    width: float
+
+
+@dataclass(frozen=True)
+class FieldRangeRequest(Request):
+    """Request for the ends of the scale over the fields of many scalar values: float32 (2,).
+
+    They are those by the measures "change" and "signed", see
+    :func:`model.sensitivity.block_fields.largest_scales`.
+
+    Attributes
+    ----------
+    window : tuple of float
+        Lowest and highest of these values, in the data's units.
+    width : float
+        Standard deviation of the edits, in bins of the TF.
+    """
+
+    window: tuple[float, float]
+    width: float
+
+
+@dataclass(frozen=True)
 class VisibilityRequest(Request):
     """Request for the visibility of each scalar value in n regions: float32 (n, 256)."""
 
@@ -180,6 +215,11 @@ class VisibilityRequest(Request):
 @dataclass(frozen=True)
 class PickRequest(VisibilityRequest):
     """Request for the visibility of each scalar value at a place that was clicked."""
+
+
+@dataclass(frozen=True)
+class DecodedTFRequest(Request):
+    """Request for what a generator's codec makes of the opacity TF: opacities, float32 (256,)."""
 
 
 @dataclass(frozen=True, eq=False)

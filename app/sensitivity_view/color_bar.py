@@ -8,12 +8,23 @@ from PySide6.QtGui import QColor, QImage, QPainter, QPen
 
 from app import theme
 from model.sensitivity.display import color_bar
+from model.sensitivity.global_scale import global_color_bar
 from model.sensitivity.measure import Measure
 
 WIDTH, HEIGHT, MARGIN = 150, 9, 12
 
+ROOM = 60
+"""Height of the lines above the bar, at most, in pixels."""
 
-def paint_bar(painter: QPainter, rect: QRect, right: int, measure: Measure, text: str) -> None:
+
+def paint_bar(
+    painter: QPainter,
+    rect: QRect,
+    right: int,
+    measure: Measure,
+    text: str,
+    is_global: bool = False,
+) -> None:
     """Paint a colour bar into the lower left corner of an image.
 
     Parameters
@@ -26,9 +37,12 @@ def paint_bar(painter: QPainter, rect: QRect, right: int, measure: Measure, text
     measure : {"change", "signed"}
         Whose colours it has.
     text : str
-        Says above the bar what its ends are.
+        Says above the bar what its ends are; in two lines where one is too long.
+    is_global : bool
+        Whether it is the scale of the fields of all values, from 0.
     """
-    colors = np.rint(255 * color_bar(measure, WIDTH)).astype(np.uint8)[None]
+    shades = global_color_bar(WIDTH) if is_global else color_bar(measure, WIDTH)
+    colors = np.rint(255 * shades).astype(np.uint8)[None]
     bar = QImage(
         np.ascontiguousarray(colors).data, WIDTH, 1, 3 * WIDTH, QImage.Format.Format_RGB888
     ).copy()
@@ -38,4 +52,5 @@ def paint_bar(painter: QPainter, rect: QRect, right: int, measure: Measure, text
     painter.setBrush(Qt.BrushStyle.NoBrush)
     painter.drawRect(QRectF(x, y, WIDTH, HEIGHT))
     painter.setPen(QColor(theme.TEXT))
-    painter.drawText(QRectF(x, y - 18, right - MARGIN - x, 16), Qt.AlignmentFlag.AlignLeft, text)
+    flags = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignBottom | Qt.TextFlag.TextWordWrap
+    painter.drawText(QRectF(x, y - 4 - ROOM, right - MARGIN - x, ROOM), flags, text)

@@ -3,13 +3,40 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
 
-from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QCheckBox, QComboBox, QHBoxLayout, QWidget
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QWidget
 
-from app.controls import quiet_button
+from app.controls import combo, quiet_button
 from app.sensitivity_view.add_button import AddButton
-from app.state.sensitivity_state import SensitivityState
+from app.state.sensitivity_state import Choices, SensitivityState
+
+STYLES: dict[str, tuple[dict[str, Any], str]] = {
+    "Area": ({"style": "map"}, "the change of each pixel, in colours"),
+    "Lines": ({"style": "contours"}, "its contours"),
+    "8×8": (
+        {"style": "blocks", "blocks": 8},
+        "the change of the norm of 8 × 8 blocks, as in the paper: of all values at once",
+    ),
+    "16×16": ({"style": "blocks", "blocks": 16}, "of 16 × 16 blocks"),
+    "Pixels": ({"style": "blocks", "blocks": 0}, "of each pixel; takes longest"),
+}
+"""Ways to draw a field, with their choices and explanations."""
+
+SCALES: dict[str, tuple[dict[str, Any], str]] = {
+    "Own": ({"locked": False, "scale": "own"}, "at what this value changes most"),
+    "Global": (
+        {"locked": False, "scale": "all"},
+        "at what any value of interest changes most, as in the paper: colours say how strong this "
+        "value is among all, and fade where it changes little",
+    ),
+    "Locked": ({"locked": True}, "where they do now, and so does the curve's scale: to compare"),
+}
+"""Ends of the colours' scale, with their choices and explanations."""
+
+LEAST_WIDTH = 72
 
 
 class FieldBar(QWidget):
@@ -37,28 +64,32 @@ class FieldBar(QWidget):
         )
         self.pin.setCheckable(True)
         self.add = AddButton("the value that is kept")
-        self.style_box = QComboBox()
-        self.style_box.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        self.style_box.addItems(["Area", "Lines"])
-        self.style_box.setToolTip(
-            "How the effect of the value under the mouse is drawn over the images"
+        self.style_box = combo(
+            {name: tip for name, (_, tip) in STYLES.items()},
+            "How the effect of the value under the mouse is drawn over the images",
         )
         self.fade = QCheckBox("Doubts")
         self.fade.setToolTip("Fade the effect to grey where the model's and the exact one differ")
-        self.locked = QCheckBox("Lock scale")
-        self.locked.setToolTip("Keep the scales of colours and curve as they are, to compare")
+        self.scale_box = combo(
+            {name: tip for name, (_, tip) in SCALES.items()}, "Scale: where the colours end"
+        )
+        for box in (self.style_box, self.scale_box):
+            box.setMinimumWidth(LEAST_WIDTH)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(4)
-        for part in (self.pin, self.style_box, self.locked, self.fade, self.add):
+        for part in (self.pin, self.style_box, self.scale_box, self.fade, self.add):
             row.addWidget(part)
         self.pin.clicked.connect(self.toggle_pin)
         self.add.addRequested.connect(self.addRequested)
         self.style_box.activated.connect(
-            lambda i: sensitivity.choose(style="contours" if i else "map")
+            lambda i: sensitivity.choose(**list(STYLES.values())[i][0])
+        )
+        self.scale_box.activated.connect(
+            lambda i: sensitivity.choose(**list(SCALES.values())[i][0])
         )
         self.fade.toggled.connect(lambda on: sensitivity.choose(fade=on))
-        self.locked.toggled.connect(lambda on: sensitivity.choose(locked=on))
+        sensitivity.choicesChanged.connect(self._show_choices)
         sensitivity.bandChanged.connect(lambda _band: self._show_band())
         self._show_band()
 
@@ -72,6 +103,12 @@ class FieldBar(QWidget):
         elif best is not None:
             self._sensitivity.pin(best)
         self._show_band()
+
+    def _show_choices(self, choices: Choices) -> None:
+        for box, entries in ((self.style_box, STYLES), (self.scale_box, SCALES)):
+            for index, (changes, _) in enumerate(entries.values()):
+                if replace(choices, **changes) == choices:
+                    box.setCurrentIndex(index)
 
     def _show_band(self) -> None:
         band = self._sensitivity.band

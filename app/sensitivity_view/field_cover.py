@@ -4,23 +4,26 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QRect
 from PySide6.QtGui import QImage, QPainter
 
+from app.engines.messages import BlockFieldsRequest, Request
 from app.engines.states import EngineState
 from app.image_view.engine_pane import EnginePane
 from app.image_view.image_canvas import to_qimage
 from app.sensitivity_view.color_bar import paint_bar
-from app.state.sensitivity_answers import SOURCE_NAMES, FieldAnswer, WhatIfAnswer
+from app.state.sensitivity_answers import SOURCE_NAMES, Answer, WhatIfAnswer
 from app.state.sensitivity_dispatcher import SensitivityDispatcher
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from model.rendering.raster import middle_square
 from model.scene.inputs import SceneInputs
 from model.scene.tf_perturbation import edit_over
+from model.sensitivity.block_fields import field_bins, field_of_band, over_pixels, pixels_of_block
 from model.sensitivity.display import (
     BACKDROP,
     FLOOR,
@@ -29,12 +32,17 @@ from model.sensitivity.display import (
     overlay,
     scale_of,
     shown_field,
+    shown_responses,
 )
+from model.sensitivity.global_scale import global_scale, overlay_globally
 from model.sensitivity.measure import Measure
 from model.sensitivity.trust import BEST_TRUST, trust_levels
 
 KEPT_IMAGES = 6
 """Newest images that are kept until their field arrives."""
+
+MEASURES: tuple[Measure, ...] = ("change", "signed")
+"""Order of the ends of scales in a range of fields."""
 
 CONTOUR_SIZE = 512
 """Least size of pictures with contours."""
@@ -66,7 +74,7 @@ class FieldCover(QObject):
         state: ViewerState,
         sensitivity: SensitivityState,
         dispatcher: SensitivityDispatcher,
-        choose: Callable[[], FieldAnswer | None],
+        choose: Callable[[], Answer[Any] | None],
     ) -> None:
         super().__init__(pane)
         self._pane = pane
@@ -75,7 +83,9 @@ class FieldCover(QObject):
         self._dispatcher = dispatcher
         self._choose = choose
         self._images: OrderedDict[SceneInputs, NDArray[np.float32]] = OrderedDict()
-        self._scale = FLOOR
+        self._scale = self._own = FLOOR
+        self._is_of_all = False
+        self._largest: tuple[Answer[Any] | None, float] = (None, 0.0)
         self._caption = ""
         self._hint = ""
         self._what_if: WhatIfAnswer | None = None
@@ -116,7 +126,7 @@ class FieldCover(QObject):
         if answer is None or band is None or not shown:
             self._uncover()
             return
-        if answer.request.values != band.values:
+        if not self._is_wanted(answer.request):
             # The band's own field is on its way; what is there belongs to another value.
             return
         image = self._images.get(answer.request.inputs)
@@ -124,6 +134,13 @@ class FieldCover(QObject):
             self._cover(answer, image)
         elif not answer.is_of(self._state.inputs):
             self._uncover()
+
+    def _is_wanted(self, request: Request) -> bool:
+        """Whether an answer is about the present band, or about all values in the chosen blocks."""
+        band, choices = self._sensitivity.band, self._sensitivity.choices
+        if isinstance(request, BlockFieldsRequest):
+            return (request.blocks, request.width) == (choices.blocks, choices.width)
+        return band is not None and request.values == band.values  # type: ignore[attr-defined]
 
     def show_what_if(self, answer: WhatIfAnswer | None) -> None:
         """Show the difference that an edit makes, or the field again."""
@@ -134,7 +151,7 @@ class FieldCover(QObject):
             return
         what_if = answer.what_if
         difference = np.asarray(what_if.difference.mean(axis=-1), dtype=np.float64)
-        self._scale = scale_of(difference, LEAST_DIFFERENCE)
+        self._scale, self._is_of_all = scale_of(difference, LEAST_DIFFERENCE), False
         colored = overlay(what_if.image, difference, self._scale, "signed")
         self._bar = "signed"
         self._caption = f"{self._scale:.2g} (brighter): difference of pixel values by the edit"
@@ -159,41 +176,108 @@ class FieldCover(QObject):
         self._pane.canvas.show_cover(None)
         self._pane.canvas.update()
 
-    def _cover(self, answer: FieldAnswer, image: NDArray[np.float32]) -> None:
-        choices, request = self._sensitivity.choices, answer.request
-        scalar_range = self._state.scalar_range
-        edit = edit_over(request.values, scalar_range, request.width)
-        field = shown_field(answer.value, edit, choices.measure)
+    def _cover(self, answer: Answer[Any], image: NDArray[np.float32]) -> None:
+        choices = self._sensitivity.choices
+        field = self._shown(answer)
         keep = choices.locked or self._state.live or self._sensitivity.dragging
+        # One scale for exact and learned fields, so that their colours can be compared.
+        others = [a for a in self._dispatcher.both_shown_fields if a not in (None, answer)]
+        every = [answer, *(other for other in others if other is not None)]
         if not keep or self._bar is None:
-            # One scale for exact and learned fields, so that their colours can be compared.
-            others = [a for a in self._dispatcher.both_fields if a is not None and a is not answer]
-            fields = [field, *(shown_field(a.value, edit, choices.measure) for a in others)]
-            self._scale = max(scale_of(middle_square(each)) for each in fields)
+            self._own = max(scale_of(middle_square(self._shown(each))) for each in every)
+            ends = [end for each in every if (end := self._end_of_all(each)) is not None]
+            # Lines are drawn at fractions of the field's own end.
+            in_colors = choices.scale == "all" and choices.style != "contours"
+            self._is_of_all = in_colors and bool(ends)
+            self._scale = max(ends) if self._is_of_all else self._own
         # The generator's image and fields are square, the reference's may be wider.
         if _is_square(image):
             field = middle_square(field)
         elif _is_square(field):
             image = middle_square(image)
-        trust = self._trust(image) if choices.fade else None
-        if field.shape != image.shape[:2]:
+        in_blocks = isinstance(answer.request, BlockFieldsRequest)
+        trust = self._trust(image) if choices.fade and not in_blocks else None
+        if in_blocks:
+            field = self._over_pixels(answer, field, len(image))
+        elif field.shape != image.shape[:2]:
             # Imported here: the window starts without it.
             from skimage.transform import resize
 
             field = resize(field, image.shape[:2], order=1)
         if choices.style == "contours":
-            colored = _with_contours(image, field, self._scale, choices.measure)
+            colored = _with_contours(image, field, self._own, choices.measure)
+        elif self._is_of_all:
+            colored = overlay_globally(image, field, self._own, self._scale)
         else:
             colored = overlay(image, field, self._scale, choices.measure, trust)
         self._bar = choices.measure
-        end, source = " (brighter)" if choices.measure == "signed" else "", answer.source
-        self._caption = f"{self._scale:.2g}{end}: slope per +.01 opacity, {SOURCE_NAMES[source]}"
+        self._caption = self._described(answer)
+        self._pane.canvas.show_cover(_picture(colored))
+
+    def _shown(self, answer: Answer[Any]) -> NDArray[np.float64]:
+        """Field of the present band in the displayed unit: of pixels, or of blocks."""
+        request, scalar_range = answer.request, self._state.scalar_range
+        measure = self._sensitivity.choices.measure
+        if not isinstance(request, BlockFieldsRequest):
+            edit = edit_over(request.values, scalar_range, request.width)
+            return shown_field(answer.value, edit, measure)
+        band = self._sensitivity.band
+        assert band is not None
+        chosen = field_of_band(answer.value, band.values, scalar_range)
+        pixels = pixels_of_block(request.quality.size, len(chosen))
+        field = shown_responses(chosen, pixels, request.width)
+        return field if measure == "signed" else np.asarray(np.abs(field))
+
+    def _end_of_all(self, answer: Answer[Any]) -> float | None:
+        """End of the scale of the fields of all values; None as long as it is not known."""
+        measure = self._sensitivity.choices.measure
+        if isinstance(answer.request, BlockFieldsRequest):
+            if self._largest[0] is not answer:
+                request = answer.request
+                inside = field_bins(self._dispatcher.window, self._state.scalar_range)
+                pixels = pixels_of_block(request.quality.size, len(answer.value))
+                end = global_scale(answer.value[..., inside], pixels, request.width)
+                self._largest = answer, end
+            return self._largest[1]
+        found = self._dispatcher.ranges.get(answer.source)
+        if found is None or not found.is_of(answer.request.inputs):
+            return None
+        if found.request.width != answer.request.width:
+            # Of edits as wide as before; the others are on their way.
+            return None
+        return float(found.value[MEASURES.index(measure)])
+
+    def _over_pixels(
+        self, answer: Answer[Any], field: NDArray[np.float64], size: int
+    ) -> NDArray[np.float64]:
+        """Spread a field of blocks over the pixels of the image."""
+        spread = np.asarray(over_pixels(field, size), dtype=np.float64)
+        view = answer.request.inputs.view
+        if answer.source == "learned" and (view.pan_x, view.pan_y) != (0.0, 0.0):
+            # Imported here: the window starts without it.
+            from model.generator.panning import panned
+
+            # The generator's blocks are those of its image, which is panned afterwards.
+            return panned(spread[..., None].astype(np.float32), view)[..., 0].astype(np.float64)
+        return spread
+
+    def _described(self, answer: Answer[Any]) -> str:
+        """Text about a field under its colour bar."""
+        choices, request = self._sensitivity.choices, answer.request
+        is_signed = choices.measure == "signed" and not self._is_of_all
+        end = " (brighter)" if is_signed else ""
+        over = ", over all values" if self._is_of_all else ""
+        text = f"{self._scale:.2g}{end}{over}: slope per +.01 opacity, "
+        text += SOURCE_NAMES[answer.source]
+        if isinstance(request, BlockFieldsRequest):
+            blocks = f"{request.blocks} × {request.blocks} blocks" if request.blocks else "pixels"
+            text += f", {blocks}"
         if answer.source == "learned" and self._hint:
-            self._caption += ", outside what it was trained on"
+            text += ", outside what it was trained on"
         band = self._sensitivity.band
         if band is not None and band.pinned:
-            self._caption += "; Escape returns to the image"
-        self._pane.canvas.show_cover(_picture(colored))
+            text += "; Escape returns to the image"
+        return text
 
     def _trust(self, image: NDArray[np.float32]) -> NDArray[np.int64] | None:
         """Levels of trust over an image; beside the square, where nothing is learned, the best."""
@@ -209,10 +293,12 @@ class FieldCover(QObject):
         """Paint the colour bar into the lower left corner."""
         if self._bar is None:
             return
-        low = f"−{self._scale:.2g} (darker)" if self._bar == "signed" else "0"
+        is_signed = self._bar == "signed" and not self._is_of_all
+        low = f"−{self._scale:.2g} (darker)" if is_signed else "0"
         # Where the image is wider than the square, so may the text be.
         right = self._pane.canvas.picture_rect.right()
-        paint_bar(painter, rect, right, self._bar, f"{low} to {self._caption}")
+        text = f"{low} to {self._caption}"
+        paint_bar(painter, rect, right, self._bar, text, self._is_of_all)
 
 
 def _is_square(image: NDArray[np.floating]) -> bool:
@@ -224,7 +310,10 @@ def _picture(colors: NDArray[np.float64]) -> QImage:
 
 
 def _with_contours(
-    image: NDArray[np.float32], field: NDArray[np.float64], scale: float, measure: Measure
+    image: NDArray[np.float32],
+    field: NDArray[np.float64],
+    scale: float,
+    measure: Measure,
 ) -> NDArray[np.float64]:
     """Draw contours of a field into its grey image, enlarged so that lines are thin."""
     # Imported here: the window starts without it.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject
@@ -15,7 +17,7 @@ from app.sensitivity_view.region_layer import RegionLayer
 from app.sensitivity_view.response_layer import ResponseLayer
 from app.sensitivity_view.source_label import SourceLabel
 from app.sensitivity_view.visible_label import VisibleLabel
-from app.state.sensitivity_answers import FieldAnswer, Source, WhatIfAnswer
+from app.state.sensitivity_answers import Answer, Source, WhatIfAnswer
 from app.state.sensitivity_export import shown_result
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
@@ -110,8 +112,8 @@ class SensitivityView(QObject):
             self._state, self._sensitivity, self._dispatcher, self._image(), opened.volume.units
         )
 
-    def _field(self, wanted: Source) -> FieldAnswer | None:
-        fields, exact = self._dispatcher.fields, self._dispatcher.exact_source
+    def _field(self, wanted: Source) -> Answer[Any] | None:
+        fields, exact = self._dispatcher.shown_fields, self._dispatcher.exact_source
         if wanted == "learned" and "learned" in self._dispatcher.chooser.available:
             # Not the ray caster's meanwhile: it would be taken for the model's.
             return fields.get("learned")

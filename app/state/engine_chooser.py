@@ -8,6 +8,8 @@ from typing import Literal
 
 from app.engines.messages import (
     BatchRequest,
+    BlockFieldsRequest,
+    FieldRangeRequest,
     PickRequest,
     Quality,
     RegionSensitivityRequest,
@@ -21,8 +23,11 @@ from app.state.sensitivity_state import SensitivityState
 from model.rendering.raster import Raster
 
 EngineName = Literal["exact", "learned"]
-Question = Literal["change", "signed", "field", "visibility", "pick", "images"]
-"""A kind of question: a region by either measure, a field, visibility, a place, or images."""
+Question = Literal[
+    "change", "signed", "field", "all fields", "range", "visibility", "pick", "images"
+]
+"""A kind of question: a region by either measure, a field, the fields of all values or their
+range, visibility, a place, or images."""
 
 REST_SIZE = 256
 """Largest size for regions at rest: their numbers hardly depend on it."""
@@ -32,6 +37,9 @@ SLOW_REGION_SIZE = 96
 
 MEASURED_SIZE = 128
 """Size of images by which edits are measured: they are made after every change."""
+
+ALL_VALUES_SIZE = 128
+"""Size for the fields of all values: 256 of each pixel, or as many images as there are edits."""
 
 SLOW_SECONDS = 0.5
 """Expected time from which the other engine answers, if there is one."""
@@ -46,6 +54,10 @@ def question_of(request: Request) -> Question | None:
             return request.measure
         case ValueSensitivityRequest():
             return "field"
+        case BlockFieldsRequest():
+            return "all fields"
+        case FieldRangeRequest():
+            return "range"
         case PickRequest():
             return "pick"
         case VisibilityRequest():
@@ -134,6 +146,12 @@ class EngineChooser:
             return Quality(self.learned_size or REST_SIZE)
         size = SLOW_REGION_SIZE if self._by_differences else MEASURED_SIZE
         return self._sized(min(size, self.picture.shorter))
+
+    def all_values_quality(self, name: EngineName) -> Quality | None:
+        """Size of the fields of all values; None where they take too long, by differences."""
+        if name == "learned":
+            return Quality(self.learned_size or REST_SIZE)
+        return None if self._by_differences else Quality(ALL_VALUES_SIZE)
 
     def in_common(self, quality: Quality, names: Sequence[EngineName]) -> Quality:
         """Return the quality of an answer about a region, by engines that shall agree about it.

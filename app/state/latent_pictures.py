@@ -343,8 +343,8 @@ class LatentPictures(QObject):
         if not inputs:
             self._asked_grids.clear()
             none = np.empty((0, 1, 1, 4), np.float32)
-            empty = GridRequest(self._sequence, self._state.inputs, Quality(1))
-            self._show_grid(asked, none, 0.0, self.source, empty)
+            nothing = GridRequest(self._sequence, self._state.inputs, Quality(1))
+            self._show_grid(asked, none, 0.0, self.source, nothing)
             return
         self._asked_grids[self._sequence] = asked
         seconds = GRID_SECONDS / len(inputs)

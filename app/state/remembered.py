@@ -97,8 +97,10 @@ class Remembered:
     trackball : bool
         Whether dragging turns views freely.
     colors_follow_modes : bool
-    legend, cube : bool
-        Whether images have a colour legend and an orientation cube.
+    legend, cube, opacity_images : bool
+        Whether images have a colour legend, an orientation cube, and the opacity image.
+    decoded_tf : bool
+        Whether what a model's codec makes of the TF is drawn over it.
     last_folder : str
         Folder of the last file; empty if there is none.
     window_geometry : str
@@ -123,6 +125,8 @@ class Remembered:
     colors_follow_modes: bool = True
     legend: bool = False
     cube: bool = True
+    opacity_images: bool = False
+    decoded_tf: bool = False
     last_folder: str = ""
     window_geometry: str = ""
     splitters: dict[str, tuple[int, ...]] = field(default_factory=dict)
@@ -240,6 +244,8 @@ _CHECKS: Checks = {
     "colors_follow_modes": _flag,
     "legend": _flag,
     "cube": _flag,
+    "opacity_images": _flag,
+    "decoded_tf": _flag,
     "last_folder": text,
     "window_geometry": base64_text,
     "splitters": dict_of(list_of(whole_number(0, 1_000_000), 20), 50),

@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.engines.messages import (
+    BlockFieldsRequest,
+    FieldRangeRequest,
     RegionSensitivityRequest,
     Request,
     ValueSensitivityRequest,
@@ -60,6 +62,8 @@ class Answer(Generic[_R]):
 
 RegionAnswer = Answer[RegionSensitivityRequest]
 FieldAnswer = Answer[ValueSensitivityRequest]
+BlockFieldsAnswer = Answer[BlockFieldsRequest]
+FieldRangeAnswer = Answer[FieldRangeRequest]
 VisibilityAnswer = Answer[VisibilityRequest]
 
 

@@ -7,6 +7,7 @@ the one that is fast enough is asked; at rest both, so that they can be compared
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -16,6 +17,8 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.engines.client import EngineClient
 from app.engines.messages import (
+    BlockFieldsRequest,
+    FieldRangeRequest,
     PickRequest,
     RegionSensitivityRequest,
     Request,
@@ -29,7 +32,9 @@ from app.state.pace import Pace
 from app.state.sensitivity_answers import (
     Agreement,
     Answer,
+    BlockFieldsAnswer,
     FieldAnswer,
+    FieldRangeAnswer,
     RegionAnswer,
     Source,
     VisibilityAnswer,
@@ -68,6 +73,9 @@ class SensitivityDispatcher(QObject):
         than the present one: see :meth:`is_fresh`.
     fields : dict
         Newest answer of each source about the band of values.
+    block_fields, ranges : dict
+        Newest answers of each source about all values: the fields of blocks, and the range of
+        fields of pixels. They are asked for where they are shown.
     is_drawing : callable
         Returns True while the reference is drawn, which many images by differences would hold up.
     is_starting : callable
@@ -95,6 +103,9 @@ class SensitivityDispatcher(QObject):
         super().__init__(parent)
         self.regions: dict[Source, RegionAnswer] = {}
         self.fields: dict[Source, FieldAnswer] = {}
+        self.block_fields: dict[Source, BlockFieldsAnswer] = {}
+        self.ranges: dict[Source, FieldRangeAnswer] = {}
+        self._asked_of_all: dict[EngineName, Request] = {}
         self.visibility: VisibilityAnswer | None = None
         self.pick: VisibilityAnswer | None = None
         self.window: Range = (0.0, 1.0)
@@ -196,6 +207,17 @@ class SensitivityDispatcher(QObject):
             default=None,
         )
 
+    @property
+    def shown_fields(self) -> dict[Source, Answer[Any]]:
+        """Newest fields of each source in the chosen style: of pixels, or of blocks."""
+        in_blocks = self._asked.choices.style == "blocks"
+        return dict(self.block_fields if in_blocks else self.fields)
+
+    @property
+    def both_shown_fields(self) -> tuple[Answer[Any] | None, Answer[Any] | None]:
+        """Exact and learned ones of them, if both answer the same question; else twice None."""
+        return self._both(self.shown_fields)
+
     def is_fresh(self, answer: RegionAnswer | None) -> bool:
         """Whether an answer is about the present image, region and edits."""
         if answer is None or not answer.is_of(self._state.inputs):
@@ -251,6 +273,10 @@ class SensitivityDispatcher(QObject):
                 # Answers by another measure or engine would be read as the new one's.
                 self._forget()
             self.ask()
+        elif any(
+            getattr(before, name) != getattr(choices, name) for name in ("style", "blocks", "scale")
+        ):
+            self._ask_of_all()
 
     def _ask_region(self, live: bool = False) -> None:
         choices, inputs = self._asked.choices, self._state.inputs
@@ -297,6 +323,24 @@ class SensitivityDispatcher(QObject):
                     self._next(), self._state.inputs, quality, band.values, width
                 )
             )
+        if not live:
+            self._ask_of_all()
+
+    def _ask_of_all(self) -> None:
+        """Ask for what is shown of all values, unless that was asked already."""
+        choices, inputs = self._asked.choices, self._state.inputs
+        if self._asked.band is None or (choices.style != "blocks" and choices.scale != "all"):
+            return
+        for name in self.chooser.order("field", live=False):
+            quality = self.chooser.all_values_quality(name)
+            if quality is None:
+                continue
+            request: Request = FieldRangeRequest(0, inputs, quality, self.window, choices.width)
+            if choices.style == "blocks":
+                request = BlockFieldsRequest(0, inputs, quality, choices.blocks, choices.width)
+            if self._asked_of_all.get(name) != request:
+                self._asked_of_all[name] = request
+                self._clients[name].submit(replace(request, sequence=self._next()))
 
     def _ask_pick(self, _place: object = None) -> None:
         place = self._asked.place
@@ -338,6 +382,12 @@ class SensitivityDispatcher(QObject):
                 if band is not None:
                     self.fields[source] = answer
                     self.fieldAnswered.emit()
+            case BlockFieldsRequest():
+                self.block_fields[source] = answer
+                self.fieldAnswered.emit()
+            case FieldRangeRequest():
+                self.ranges[source] = answer
+                self.fieldAnswered.emit()
             case PickRequest():
                 if request.regions != self._place_asked:
                     return
@@ -353,6 +403,10 @@ class SensitivityDispatcher(QObject):
                 self.regionAnswered.emit()
             case ValueSensitivityRequest():
                 self.fields.pop(source, None)
+                self.fieldAnswered.emit()
+            case BlockFieldsRequest() | FieldRangeRequest():
+                self.block_fields.pop(source, None)
+                self.ranges.pop(source, None)
                 self.fieldAnswered.emit()
             case PickRequest():
                 self._set_pick(None)
@@ -380,6 +434,9 @@ class SensitivityDispatcher(QObject):
     def _forget(self) -> None:
         self.regions.clear()
         self.fields.clear()
+        self.block_fields.clear()
+        self.ranges.clear()
+        self._asked_of_all.clear()
         self.visibility = self.pick = None
         self.trials.forget()
         self._forgotten = self._sequence

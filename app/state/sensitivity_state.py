@@ -13,7 +13,8 @@ from model.scene.transfer_function import TF_SAMPLES
 from model.sensitivity.measure import Measure
 
 EngineChoice = Literal["automatic", "exact", "learned"]
-FieldStyle = Literal["map", "contours"]
+FieldStyle = Literal["map", "contours", "blocks"]
+FieldScale = Literal["own", "all"]
 Tool = Literal["rectangle", "lasso"]
 
 NARROWEST, WIDEST = 1.0, TF_SAMPLES / 8
@@ -45,8 +46,13 @@ class Choices:
         Standard deviation of edits in bins.
     height : float
         Opacity of the modes whose effect is predicted, 0 to 1.
-    style : {"map", "contours"}
-        How fields are drawn.
+    style : {"map", "contours", "blocks"}
+        How fields are drawn; in blocks, it is the change of each block's norm, as in the paper.
+    blocks : int
+        Number of blocks along either side of the image; 0 for one a pixel.
+    scale : {"own", "all"}
+        Whether colours end at the field's own strongest value, or at that of the fields of all
+        scalar values of interest, as in the paper.
     fade : bool
         Whether fields fade to grey where learned and exact differ.
     locked : bool
@@ -59,6 +65,8 @@ class Choices:
     width: float = EDIT_WIDTH
     height: float = 0.05
     style: FieldStyle = "map"
+    blocks: int = 16
+    scale: FieldScale = "own"
     fade: bool = False
     locked: bool = False
 

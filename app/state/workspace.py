@@ -9,6 +9,7 @@ from PySide6.QtCore import QObject, Signal
 
 from app.engines.client import EngineClient
 from app.engines.engines import Builders, GeneratorSettings
+from app.state.decoded_tf import DecodedTF
 from app.state.dispatcher import Dispatcher
 from app.state.generator_work import NO_VOLUME, GeneratorWork
 from app.state.latent_state import LatentState
@@ -109,6 +110,7 @@ class Workspace(QObject):
         self._sensitivity_state = sensitivity
         self.sensitivity = SensitivityDispatcher(state, sensitivity, analyst, generator, self)
         self.latent = LatentWork(state, latent, analyst, generator, builders.latent_space, self)
+        self.decoded = DecodedTF(state, generator, self)
         self.reference = ReferenceWork(
             state, reference, analyst, builders, self._dispatcher, preferences, self
         )
@@ -364,6 +366,7 @@ class Workspace(QObject):
         self.latent.set_model(
             None if scene is None else self._model.folder, learned_size, self._model.draws_codes
         )
+        self.decoded.set_model(scene is not None and self._model.draws_codes)
         self._update_hint()
         # Last, so that whoever listens finds all of them changed.
         self.modelChanged.emit()

@@ -35,6 +35,7 @@ from app.state.training_run import TRAINED_LIGHT, TrainingRun
 from app.state.transfer_function_store import TransferFunctionStore
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
+from app.tf_editor.decoded_layer import DecodedLayer
 from app.tf_editor.editor import TransferFunctionEditor
 from app.window.crop_bar import CropBar
 from app.window.emptiness_notice import EmptinessNotice
@@ -125,8 +126,9 @@ class MainWindow(QMainWindow):
         self._splitter = QSplitter(Qt.Orientation.Vertical)
         self._lay_out()
         self.overlays = Overlays(
-            (self.generator.canvas, self.reference.canvas), self.state, self.preferences
+            (self.generator, self.reference), self.state, self.workspace.decoded, self.preferences
         )
+        DecodedLayer(self.editor.area, self.workspace.decoded)
         self._memory = WindowMemory(
             self, self._splitter, self.panes, self.state, self.editor.moves, self.preferences
         )

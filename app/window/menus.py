@@ -67,6 +67,7 @@ GESTURES = """<h3>Images</h3>
 <tr><td>Alt and arrow keys</td><td>the view before, the view after</td></tr>
 <tr><td>Click a face of the cube</td><td>look from there; drag it to turn</td></tr>
 <tr><td>Drag a round handle of the crop box (Ctrl+K)</td><td>move that plane</td></tr>
+<tr><td>O</td><td>the opacity images</td></tr>
 <tr><td>Drag in the ball above a lit image, or Ctrl, Shift and drag</td><td>move the light</td></tr>
 </table>
 <h3>Sensitivity</h3>
@@ -105,6 +106,7 @@ GESTURES = """<h3>Images</h3>
 <tr><td>Double click a colour stop</td><td>choose its colour</td></tr>
 <tr><td>Arrow keys, faster with Shift</td><td>nudge the selection</td></tr>
 <tr><td>Delete</td><td>remove the selection</td></tr>
+<tr><td>T</td><td>the TF decoded from the model's code</td></tr>
 </table>"""
 
 
@@ -270,13 +272,20 @@ class Menus(QObject):
         crop.shownChanged.connect(cropping.setChecked)
         cube = add_action(menu, "&Orientation cube", overlays.toggle_cube)
         legend = add_action(menu, "Colour l&egend", overlays.toggle_legend, "Ctrl+L")
+        opacity = add_action(menu, "Opac&ity images", overlays.toggle_opacity, "O")
+        decoded = add_action(menu, "TF &decoded from its code", overlays.toggle_decoded_tf, "T")
+        decoded.setToolTip("What the model's codec makes of the TF, as the paper's networks do")
 
         def show_overlays() -> None:
             cube.setChecked(overlays.has_cube)
             legend.setChecked(overlays.has_legend)
+            opacity.setChecked(overlays.has_opacity)
+            decoded.setChecked(overlays.has_decoded_tf)
+            decoded.setEnabled(self._parts.workspace.decoded.fits)
 
-        for action in (cube, legend):
+        for action in (cube, legend, opacity, decoded):
             action.setCheckable(True)
+        self._parts.workspace.modelChanged.connect(show_overlays)
         overlays.changed.connect(show_overlays)
         show_overlays()
         menu.addSeparator()

@@ -1,4 +1,4 @@
-"""What may be shown over the images: an orientation cube and the colour legend."""
+"""What may be shown over images and TF: orientation cube, legend, opacity image, decoded TF."""
 
 from __future__ import annotations
 
@@ -8,20 +8,24 @@ from functools import partial
 from PySide6.QtCore import QObject, QRect, Signal
 from PySide6.QtGui import QPainter
 
+from app.image_view.engine_pane import EnginePane
 from app.image_view.image_canvas import ImageCanvas
+from app.image_view.opacity_inset import OpacityInset
 from app.image_view.orientation_cube import OrientationCube
+from app.state.decoded_tf import DecodedTF
 from app.state.preferences import Preferences
 from app.state.viewer_state import ViewerState
 from app.window.legend import paint_legend
 
 
 class Overlays(QObject):
-    """Shows a cube and a legend over each canvas, as the user wants.
+    """Shows what the user wants over each pane's image, and over the TF.
 
     Parameters
     ----------
-    canvases : sequence of ImageCanvas
+    panes : sequence of EnginePane
     state : ViewerState
+    decoded : DecodedTF
     preferences : Preferences
 
     Attributes
@@ -34,17 +38,25 @@ class Overlays(QObject):
     """Emitted when another choice is made."""
 
     def __init__(
-        self, canvases: Sequence[ImageCanvas], state: ViewerState, preferences: Preferences
+        self,
+        panes: Sequence[EnginePane],
+        state: ViewerState,
+        decoded: DecodedTF,
+        preferences: Preferences,
     ) -> None:
-        super().__init__(canvases[0])
-        self._canvases = canvases
+        super().__init__(panes[0])
+        self._canvases = canvases = [pane.canvas for pane in panes]
         self._state = state
+        self._decoded = decoded
         self._preferences = preferences
         self.units = ""
         self._cubes = [OrientationCube(state, canvas) for canvas in canvases]
+        self.insets = [OpacityInset(pane) for pane in panes]
         for canvas in canvases:
             canvas.add_decoration(partial(self._paint, canvas))
         self._show_cubes()
+        self._show_opacity()
+        decoded.set_shown(self.has_decoded_tf)
 
     @property
     def has_cube(self) -> bool:
@@ -55,6 +67,28 @@ class Overlays(QObject):
     def has_legend(self) -> bool:
         """Whether the colour legend is shown."""
         return bool(self._preferences.value("legend"))
+
+    @property
+    def has_opacity(self) -> bool:
+        """Whether opacity images are shown."""
+        return bool(self._preferences.value("opacity_images"))
+
+    @property
+    def has_decoded_tf(self) -> bool:
+        """Whether the decoded TF is shown, where there is one."""
+        return bool(self._preferences.value("decoded_tf"))
+
+    def toggle_opacity(self) -> None:
+        """Show opacity images, or hide them."""
+        self._preferences.set(opacity_images=not self.has_opacity)
+        self._show_opacity()
+        self.changed.emit()
+
+    def toggle_decoded_tf(self) -> None:
+        """Show the decoded TF, or hide it."""
+        self._preferences.set(decoded_tf=not self.has_decoded_tf)
+        self._decoded.set_shown(self.has_decoded_tf)
+        self.changed.emit()
 
     def toggle_cube(self) -> None:
         """Show the cube, or hide it."""
@@ -68,6 +102,10 @@ class Overlays(QObject):
         for canvas in self._canvases:
             canvas.update()
         self.changed.emit()
+
+    def _show_opacity(self) -> None:
+        for inset in self.insets:
+            inset.set_shown(self.has_opacity)
 
     def _show_cubes(self) -> None:
         for cube in self._cubes:

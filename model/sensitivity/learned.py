@@ -10,6 +10,7 @@ code has numbers, as its derivative has no higher rank.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from functools import cached_property
 from itertools import pairwise
 
@@ -32,6 +33,7 @@ from model.scene.tf_perturbation import (
     spaced_edits,
 )
 from model.scene.transfer_function import TF_SAMPLES
+from model.sensitivity.block_fields import largest_scales
 
 TOGETHER = 8
 """Forward passes that are one batch."""
@@ -176,6 +178,34 @@ class Sensitivity:
         ndarray of float32, shape (S, S, 3)
         """
         return panned(self._changes(edit[None])[0], self._view)
+
+    def largest_scales(self, edits: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Ends of the scale over the changes by many edits.
+
+        Parameters
+        ----------
+        edits : ndarray of float32, shape (N, 256)
+
+        Returns
+        -------
+        ndarray of float32, shape (2,)
+            See :func:`model.sensitivity.block_fields.largest_scales`.
+        """
+        return largest_scales(self._changes_of(edits), edits)
+
+    def _changes_of(self, edits: NDArray[np.float32]) -> Iterator[NDArray[np.float32]]:
+        """Yield the change (S, S, 3) of the image by each of some edits (N, 256)."""
+        few = len(self._directions) < len(edits)
+        wanted = self._directions if few else edits
+        batches = (wanted[i : i + TOGETHER] for i in range(0, len(wanted), TOGETHER))
+        if not few:
+            for batch in batches:
+                yield from self._changes(batch)
+            return
+        # Whatever an edit changes is a sum of what the directions change.
+        changes = np.concatenate([self._changes(batch) for batch in batches])
+        for shares in edits @ self._directions.T:
+            yield np.tensordot(shares, changes, axes=1)
 
     def _images(self, inputs: EncodedInputs) -> Tensor:
         return decode_unit(self._network(inputs)[0])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs
 from model.scene.region import ImageRegion
 from model.scene.tf_perturbation import response_to_edits
-from model.sensitivity import differences, exact
+from model.sensitivity import block_fields, differences, exact
 from model.sensitivity.measure import Measure
 
 
@@ -50,3 +50,59 @@ def region_responses(
         return exact.change_norms(renderer, inputs, size, region, width)
     slopes = exact.region_sensitivity(renderer, inputs, size, region)
     return response_to_edits(slopes, width)
+
+
+def all_fields(
+    renderer: RaycastRenderer, inputs: SceneInputs, size: int, blocks: int, width: float
+) -> NDArray[np.float32]:
+    """Exact fields of blocks for edits around all scalar values.
+
+    Parameters
+    ----------
+    renderer : RaycastRenderer
+        Unlit, or with direct light.
+    inputs : SceneInputs
+    size : int
+        Width and height of the image in pixels.
+    blocks : int
+        Number of blocks along either side.
+    width : float
+        Standard deviation of the edits in bins.
+
+    Returns
+    -------
+    ndarray of float32, shape (n, n, 256)
+    """
+    slopes = exact.sensitivity_field(renderer, inputs, size, max(size // blocks, 1))
+    return response_to_edits(slopes, width)
+
+
+def largest_scales(
+    renderer: RaycastRenderer,
+    inputs: SceneInputs,
+    size: int,
+    edits: NDArray[np.float32],
+    before_each: Callable[[], None] = differences.go_on,
+) -> NDArray[np.float32]:
+    """Ends of the scale over the exact changes by many edits.
+
+    Parameters
+    ----------
+    renderer, inputs, size
+        See :func:`all_fields`.
+    edits : ndarray of float32, shape (N, 256)
+    before_each : callable
+        Called before the image of each edit; may raise.
+
+    Returns
+    -------
+    ndarray of float32, shape (2,)
+        See :func:`model.sensitivity.block_fields.largest_scales`.
+    """
+
+    def changes() -> Iterator[NDArray[np.float32]]:
+        for edit in edits:
+            before_each()
+            yield renderer.change(inputs, size, edit)
+
+    return block_fields.largest_scales(changes(), edits)

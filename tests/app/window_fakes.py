@@ -17,6 +17,9 @@ from app.engines.engine import Engine, always
 from app.engines.engines import Builders, GeneratorSettings, ReferenceSettings
 from app.engines.messages import (
     BatchRequest,
+    BlockFieldsRequest,
+    DecodedTFRequest,
+    FieldRangeRequest,
     ImageRequest,
     PictureRequest,
     Quality,
@@ -108,6 +111,21 @@ class FakeEngine:
         self._wait_or_fail()
         return np.full((*request.quality.pixels.shape, 3), request.values[0], dtype=np.float32)
 
+    def block_fields(self, request: BlockFieldsRequest) -> NDArray[np.float32]:
+        """At value i, i in the left half of the blocks and 0 in the right one."""
+        self.others.append(request)
+        size = self.scene.image_size if self.scene is not None else request.quality.size
+        blocks = request.blocks or size
+        fields = np.zeros((blocks, blocks, 256), np.float32)
+        fields[:, : blocks // 2] = np.arange(256)
+        return fields
+
+    def field_range(
+        self, request: FieldRangeRequest, is_wanted: Callable[[], bool] = always
+    ) -> NDArray[np.float32]:
+        self.others.append(request)
+        return np.array([3.0, 2.0], np.float32)
+
     def images(
         self, request: BatchRequest, is_wanted: Callable[[], bool] = always
     ) -> NDArray[np.float32]:
@@ -129,6 +147,13 @@ class FakeEngine:
         levels = (np.array(request.codes, np.float32)[:, 0] + 1) / 2
         shape = request.quality.pixels.shape
         return np.ones((len(levels), *shape, 4), np.float32) * levels[:, None, None, None]
+
+    def decoded_tf(self, request: DecodedTFRequest) -> NDArray[np.float32]:
+        """The opacity TF, a tenth of the opacities less."""
+        if not self.draws_codes:
+            return self._not_offered(request)
+        self.others.append(request)
+        return (0.9 * request.inputs.opacity_tf.sample()).astype(np.float32)
 
     def _wait_or_fail(self) -> None:
         if self.gate is not None:

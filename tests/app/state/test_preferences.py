@@ -34,6 +34,8 @@ OTHER_VALUES: dict[str, Any] = {
     "colors_follow_modes": False,
     "legend": True,
     "cube": False,
+    "opacity_images": True,
+    "decoded_tf": True,
     "last_folder": "/data",
     "window_geometry": "AdnQywAD",
     "splitters": {"main": (500, 290)},

@@ -1,0 +1,76 @@
+"""A pane's opacity image, small in the lower left corner of its colour image."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QObject, QRect, QRectF, Qt
+from PySide6.QtGui import QColor, QImage, QPainter, QPen
+
+from app import theme
+from app.image_view.engine_pane import EnginePane
+from app.image_view.image_canvas import to_qimage
+
+SHARE, MARGIN = 0.3, 12
+"""Edge of the inset as a fraction of the image's, and its distance from the image's edges."""
+
+TITLE = "Opacity image"
+
+
+class OpacityInset(QObject):
+    """Paints how opaque each pixel is: white is opaque, black transparent.
+
+    A generator draws this image first, and its colours from it; a renderer computes it with the
+    colours. While something covers the pane's image, such as a field of sensitivities, it is
+    left out.
+
+    Parameters
+    ----------
+    pane : EnginePane
+    """
+
+    def __init__(self, pane: EnginePane) -> None:
+        super().__init__(pane)
+        self._pane = pane
+        self._picture: QImage | None = None
+        self._opacity: NDArray[np.float32] | None = None
+        self._shown = False
+        pane.imageShown.connect(lambda _inputs, rgba: self._take(rgba))
+        pane.canvas.add_decoration(self._paint)
+
+    @property
+    def picture(self) -> QImage | None:
+        """The painted image; None while it is not shown."""
+        return self._picture
+
+    def set_shown(self, shown: bool) -> None:
+        """Show the opacity image, or hide it."""
+        self._shown = shown
+        self._refresh()
+
+    def _take(self, rgba: NDArray[np.float32]) -> None:
+        self._opacity = rgba[..., 3]
+        self._refresh()
+
+    def _refresh(self) -> None:
+        before = self._picture
+        self._picture = None
+        if self._shown and self._opacity is not None:
+            self._picture = to_qimage(np.repeat(self._opacity[..., None], 3, axis=2))
+        if self._picture is not before:
+            self._pane.canvas.update()
+
+    def _paint(self, painter: QPainter, _square: QRect) -> None:
+        canvas = self._pane.canvas
+        if self._picture is None or canvas.cover is not None:
+            return
+        whole = canvas.picture_rect
+        width = SHARE * whole.width()
+        height = width * self._picture.height() / self._picture.width()
+        box = QRectF(whole.left() + MARGIN, whole.bottom() - MARGIN - height, width, height)
+        painter.drawImage(box, self._picture)
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.setPen(QPen(QColor(theme.BORDER), 1))
+        painter.drawRect(box)
+        painter.setPen(QColor(theme.DIM_TEXT))
+        painter.drawText(box.adjusted(6, 4, -4, -4), Qt.AlignmentFlag.AlignTop, TITLE)

@@ -1,0 +1,103 @@
+"""Opacity images and the decoded TF in the window, on fake engines."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PySide6.QtGui import QAction, QImage
+from pytestqt.qtbot import QtBot
+from ramp import make_tf
+from window_fakes import FakeBuilders
+
+from app.engines.messages import DecodedTFRequest
+from app.window.main_window import MainWindow
+from model.scene.view import View
+
+WindowMaker = Callable[..., MainWindow]
+
+
+def action(window: MainWindow, keys: str) -> QAction:
+    (found,) = [a for a in window.findChildren(QAction) if a.shortcut().toString() == keys]
+    return found
+
+
+def grays(picture: QImage | None) -> set[int]:
+    assert picture is not None
+    pixels = ((x, y) for x in range(picture.width()) for y in range(picture.height()))
+    return {picture.pixelColor(x, y).value() for x, y in pixels}
+
+
+def test_opacity_images_lie_in_the_corner(qtbot: QtBot, make_window: WindowMaker) -> None:
+    window = make_window()
+    opacity = action(window, "O")
+    generator, reference = window.overlays.insets
+    assert not opacity.isChecked() and generator.picture is None
+    before = window.generator.canvas.grab().toImage()
+    opacity.trigger()
+    assert opacity.isChecked() and window.overlays.has_opacity
+    # The fakes' images are opaque everywhere.
+    assert grays(generator.picture) == grays(reference.picture) == {255}
+    square = window.generator.canvas.picture_rect
+    at = square.left() + 40, square.bottom() - 30
+    shown = window.generator.canvas.grab().toImage()
+    assert before.pixelColor(*at).lightness() < 100 < 250 < shown.pixelColor(*at).lightness()
+    # Another image brings its own.
+    rgba = np.full((16, 16, 4), 0.5, np.float32)
+    rgba[..., 3] = 0.2
+    window.generator.imageShown.emit(window.state.inputs, rgba)
+    assert grays(generator.picture) == {51}
+    opacity.trigger()
+    assert generator.picture is None
+    assert window.generator.canvas.grab().toImage().pixelColor(*at) == before.pixelColor(*at)
+
+
+def test_a_field_covers_the_opacity_image(make_window: WindowMaker) -> None:
+    window = make_window()
+    action(window, "O").trigger()
+    canvas = window.reference.canvas
+    black = QImage(8, 8, QImage.Format.Format_RGB888)
+    black.fill(0)
+    canvas.show_cover(black)
+    square = canvas.picture_rect
+    assert canvas.grab().toImage().pixelColor(square.left() + 40, square.bottom() - 30).value() < 50
+
+
+def test_the_decoded_tf_follows_the_tf(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
+) -> None:
+    builders.draws_codes = True
+    window = make_window()
+    decoded, shown = window.workspace.decoded, action(window, "T")
+    assert shown.isEnabled() and decoded.opacities is None
+    asked = builders.generators[-1].others
+    assert not any(isinstance(r, DecodedTFRequest) for r in asked)
+    shown.trigger()
+    qtbot.waitUntil(lambda: decoded.opacities is not None)
+    opacity = window.state.transfer_function.opacity
+    assert decoded.opacities == pytest.approx(0.9 * opacity.sample())
+    assert decoded.scalar_range == opacity.scalar_range
+    rms = np.sqrt(np.mean((0.1 * opacity.sample().astype(float)) ** 2))
+    assert decoded.difference == pytest.approx(rms, rel=1e-4)
+    other = replace(window.state.transfer_function, opacity=make_tf(140.0).opacity)
+    with qtbot.waitSignal(decoded.changed):
+        window.state.commit(other, "test")
+    assert decoded.opacities == pytest.approx(0.9 * other.opacity.sample())
+    # Neither view nor colours change it.
+    count = sum(isinstance(r, DecodedTFRequest) for r in asked)
+    with qtbot.waitSignal(window.workspace.settled):
+        window.state.set_view(View(50, 10, 0, 1))
+    assert sum(isinstance(r, DecodedTFRequest) for r in asked) == count
+    shown.trigger()
+    assert decoded.opacities is None
+
+
+def test_without_a_model_that_draws_codes_there_is_no_decoded_tf(
+    make_window: WindowMaker, builders: FakeBuilders
+) -> None:
+    window = make_window()
+    action(window, "T").trigger()
+    assert not action(window, "T").isEnabled()
+    assert not any(isinstance(r, DecodedTFRequest) for r in builders.generators[-1].others)
