@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QSlider, QToolButton, QWidget
 
 from app.controls import text_button
 from app.state.brightness import BRIGHTEST, DARKEST, STEPS_PER_OCTAVE, Brightness
+from app.wheel_guard import WheelGuard
 from model.rendering.brightness import LIT_BRIGHTNESS
 
 
@@ -25,6 +26,7 @@ class BrightnessSlider(QWidget):
         self._brightness = brightness
         label = QLabel("Brightness")
         self.slider = QSlider(Qt.Orientation.Horizontal)
+        WheelGuard(self.slider)
         self.slider.setRange(
             round(STEPS_PER_OCTAVE * math.log2(DARKEST)),
             round(STEPS_PER_OCTAVE * math.log2(BRIGHTEST)),

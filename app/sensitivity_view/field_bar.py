@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QCheckBox, QComboBox, QHBoxLayout, QWidget
+from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QWidget
 
-from app.controls import quiet_button
+from app.controls import list_box, quiet_button
 from app.sensitivity_view.add_button import AddButton
 from app.state.sensitivity_state import SensitivityState
 
@@ -37,7 +37,7 @@ class FieldBar(QWidget):
         )
         self.pin.setCheckable(True)
         self.add = AddButton("the value that is kept")
-        self.style_box = QComboBox()
+        self.style_box = list_box()
         self.style_box.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.style_box.addItems(["Area", "Lines"])
         self.style_box.setToolTip(
