@@ -45,10 +45,17 @@ class BrightnessSlider(QWidget):
         row.setContentsMargins(20, 4, 12, 4)
         for widget in (label, self.slider, self.number, self.reset):
             row.addWidget(widget)
-        self.slider.valueChanged.connect(brightness.set_step)
+        self.slider.valueChanged.connect(self._set_step)
+        self.slider.sliderReleased.connect(brightness.finish)
         self.reset.clicked.connect(lambda: brightness.set(None))
         brightness.changed.connect(self._show)
         self._show()
+
+    def _set_step(self, step: int) -> None:
+        if self.slider.isSliderDown():
+            self._brightness.move(step)
+        else:
+            self._brightness.set_step(step)
 
     def _show(self) -> None:
         with QSignalBlocker(self.slider):

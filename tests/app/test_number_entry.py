@@ -140,7 +140,7 @@ def test_escape_brings_the_last_number_back(boxes: tuple[WholeNumberBox, NumberB
 def test_a_dialog_finds_what_is_refused(
     window: QWidget, boxes: tuple[WholeNumberBox, NumberBox]
 ) -> None:
-    pixels, value = boxes
+    _, value = boxes
     assert first_refused(window) is None
     type_over(value, "40000")
     assert first_refused(window) is value and value.hasFocus()
