@@ -20,6 +20,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QComboBox, QLabel, QMenu, QPushButton, QSizePolicy, QToolButton
 
 from app import theme
+from app.wheel_guard import WheelGuard
 
 MORE = " …"
 """End of a text that goes on."""
@@ -64,6 +65,13 @@ class ElidedLabel(QLabel):
         self.setToolTip(self.full_text if shown != self.full_text else "")
 
 
+def list_box() -> QComboBox:
+    """Return an empty list of choices, which the wheel changes only while it has the focus."""
+    box = QComboBox()
+    WheelGuard(box)
+    return box
+
+
 def combo(entries: dict[str, str], tip: str = "") -> QComboBox:
     """Return a choice between names, each with an explanation.
 
@@ -74,7 +82,7 @@ def combo(entries: dict[str, str], tip: str = "") -> QComboBox:
     tip : str
         First line of the tooltip, before the explanations.
     """
-    box = QComboBox()
+    box = list_box()
     # After a click, keys such as W are the window's again.
     box.setFocusPolicy(Qt.FocusPolicy.TabFocus)
     for index, (name, explanation) in enumerate(entries.items()):

@@ -1,43 +1,118 @@
-"""Entry of numbers: boxes that leave the window its keys, and take what is typed."""
+"""Entry of numbers: boxes that leave the window its keys, and lose nothing that is typed."""
 
 from __future__ import annotations
 
-from PySide6.QtCore import QEvent, QObject, Qt, QTimer
-from PySide6.QtGui import QKeyEvent, QKeySequence, QValidator
-from PySide6.QtWidgets import QAbstractSpinBox, QSpinBox, QToolTip
+from collections.abc import Callable
+from typing import cast
 
-NUMBER_CHARACTERS = set("0123456789+-.,eE")
+from PySide6.QtCore import QEvent, QObject, QPoint, Qt, QTimer
+from PySide6.QtGui import QFocusEvent, QKeyEvent, QKeySequence, QValidator
+from PySide6.QtWidgets import QAbstractSpinBox, QLabel, QSpinBox, QWidget
+from shiboken6 import isValid
+
+from app.typed_numbers import NUMBER_CHARACTERS, read_number, without_unit
+from app.wheel_guard import WheelGuard
+
+_STEPS = (Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_PageUp, Qt.Key.Key_PageDown)
 
 
-class NumberKeys(QObject):
-    """Gives keys back to the window: all of them after Enter, and those that type no number.
+class NumberEntry(QObject):
+    """What is typed into a number box: taken, or refused with a reason until it is mended.
 
-    So a number is entered, and Ctrl+Z then undoes what it has changed, or R draws a region.
+    A refused number stays in the box, which has a red rim and the reason below it, wherever the
+    focus goes; Escape brings the last number back.
+
+    After Enter, all keys are the window's again, and those that type no number always are. So
+    a number is entered, and Ctrl+Z then undoes what it has changed, or R draws a region.
 
     Parameters
     ----------
     box : QAbstractSpinBox
         Its typing comes first: Ctrl+Z takes back what was typed and not yet entered.
+    refusal : callable
+        Returns why a text is not taken, in a sentence; empty if it is.
     """
 
-    def __init__(self, box: QAbstractSpinBox) -> None:
+    def __init__(self, box: QAbstractSpinBox, refusal: Callable[[str], str]) -> None:
         super().__init__(box)
         self._box = box
+        self._refusal = refusal
+        self._note: _Reason | None = None
+        WheelGuard(box)
         box.installEventFilter(self)
+        box.lineEdit().textEdited.connect(self.forget)
+
+    @property
+    def reason(self) -> str:
+        """Why the number in the box is refused; empty if it is not."""
+        return "" if self._note is None else self._note.text()
+
+    def check(self) -> bool:
+        """Return whether the text in the box can be taken; if not, say why."""
+        reason = self._refusal(self._box.lineEdit().text())
+        if reason:
+            self.forget()
+            self._note = _Reason(self._box, reason)
+            self._mark(True)
+            self._box.setAccessibleDescription(reason)
+        return not reason
+
+    def retry(self) -> None:
+        """Take a number that was refused if it can be taken by now."""
+        if self._note is not None and self.check():
+            self.forget()
+            self._box.interpretText()
+
+    def forget(self) -> None:
+        """Refuse nothing any more, as the number is another."""
+        if self._note is not None:
+            self._note.hide()
+            self._note.deleteLater()
+            self._note = None
+            self._mark(False)
+            self._box.setAccessibleDescription("")
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Leave shortcuts to the window, and the focus after Enter."""
-        if not isinstance(event, QKeyEvent):
+        """Keep a refused number, leave shortcuts to the window, and the focus after Enter."""
+        kind = event.type()
+        if not isValid(self._box):
+            # It loses the focus while it is deleted.
             return False
-        if event.type() == QEvent.Type.KeyPress:
-            if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
-                # Once the box has taken the number.
-                QTimer.singleShot(0, self._box.clearFocus)
-            return False
-        if event.type() == QEvent.Type.ShortcutOverride and self._is_the_windows(event):
+        if kind == QEvent.Type.FocusOut:
+            popup = cast(QFocusEvent, event).reason() == Qt.FocusReason.PopupFocusReason
+            if popup or self.check():
+                return False
+            # The box itself would bring its last number back.
+            self._box.lineEdit().event(event)
+            self._box.update()
+            return True
+        if kind == QEvent.Type.KeyPress:
+            return self._press(cast(QKeyEvent, event))
+        if kind == QEvent.Type.ShortcutOverride and self._is_the_windows(cast(QKeyEvent, event)):
             event.ignore()
             return True
         return False
+
+    def _press(self, event: QKeyEvent) -> bool:
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            if not self.check():
+                event.accept()
+                return True
+            # Once the box has taken the number.
+            QTimer.singleShot(0, self._box.clearFocus)
+        elif event.key() == Qt.Key.Key_Escape and self._note is not None:
+            self.forget()
+            self._box.interpretText()
+            self._box.selectAll()
+            return True
+        elif event.key() in _STEPS:
+            self.forget()
+        return False
+
+    def _mark(self, refused: bool) -> None:
+        self._box.setProperty("refused", refused)
+        self._box.style().unpolish(self._box)
+        self._box.style().polish(self._box)
 
     def _is_the_windows(self, event: QKeyEvent) -> bool:
         line = self._box.lineEdit()
@@ -53,35 +128,137 @@ class NumberKeys(QObject):
         return plain and typed.isprintable() and bool(typed) and not set(typed) <= NUMBER_CHARACTERS
 
 
+class _Reason(QLabel):
+    """Says below a box why its number is refused, for as long as box and window are in sight."""
+
+    def __init__(self, box: QAbstractSpinBox, reason: str) -> None:
+        super().__init__(reason, box, Qt.WindowType.ToolTip)
+        self._box = box
+        self._window = box.window()
+        self.setProperty("role", "refusal")
+        self.setTextFormat(Qt.TextFormat.PlainText)
+        self.setAttribute(Qt.WidgetAttribute.WA_ShowWithoutActivating)
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        for watched in {box, self._window}:
+            watched.installEventFilter(self)
+        self._place()
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Go along with the box, and away with the window."""
+        kind = event.type()
+        if kind in (QEvent.Type.Hide, QEvent.Type.WindowDeactivate):
+            self.hide()
+        elif kind in (
+            QEvent.Type.Move, QEvent.Type.Resize, QEvent.Type.Show, QEvent.Type.WindowActivate,
+        ):  # fmt: skip
+            # Once all of it has been laid out.
+            QTimer.singleShot(0, self, self._place)
+        return False
+
+    def _place(self) -> None:
+        if not self._box.isVisible():
+            return
+        self.adjustSize()
+        room = self._box.screen().availableGeometry()
+        below = self._box.mapToGlobal(QPoint(0, self._box.height() + 2))
+        x = max(min(below.x(), room.right() - self.width()), room.left())
+        above = below.y() - self._box.height() - 4 - self.height()
+        self.move(x, below.y() if below.y() + self.height() <= room.bottom() else above)
+        self.show()
+
+
+def first_refused(parent: QWidget) -> QAbstractSpinBox | None:
+    """Return the first number box in a dialog whose number is refused, with the focus; or None."""
+    for box in parent.findChildren(QAbstractSpinBox):
+        entry = box.findChild(NumberEntry)
+        if entry is not None and box.isEnabled() and not entry.check():
+            box.setFocus()
+            box.selectAll()
+            return box
+    return None
+
+
 class WholeNumberBox(QSpinBox):
-    """Spin box in which any whole number can be typed; on Enter the nearest allowed one counts.
+    """Spin box for whole numbers; one that is not within its limits stays there, and says why.
 
     Qt's own box swallows the digits that lead out of its range, and takes 40 for 400.
     """
 
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.entry = NumberEntry(self, self._refusal)
+
+    def set_limits(self, lowest: int, highest: int) -> None:
+        """Set the range without emitting a signal; a number refused before may be taken now."""
+        if (lowest, highest) == (self.minimum(), self.maximum()):
+            return
+        refused = self.lineEdit().text() if self.entry.reason else ""
+        self.blockSignals(True)
+        self.setRange(lowest, highest)
+        self.blockSignals(False)
+        if refused:
+            self.lineEdit().setText(refused)
+            # Once whoever sets the limits has also shown the value.
+            QTimer.singleShot(0, self, self.entry.retry)
+
+    def show_value(self, value: int) -> None:
+        """Show a value without emitting a signal; a refused number stays if it is no news."""
+        if value == self.value() and self.entry.reason:
+            return
+        self.entry.forget()
+        self.blockSignals(True)
+        self.setValue(value)
+        self.blockSignals(False)
+
     def validate(self, text: str, position: int) -> tuple[QValidator.State, str, int]:
         """Accept numbers within the range, and let others be typed."""
-        number = _number(text)
-        if number is None:
-            typing = text.strip() in ("", "-", "+")
-            state = QValidator.State.Intermediate if typing else QValidator.State.Invalid
+        allowed = NUMBER_CHARACTERS | set(self.suffix())
+        if not set(text) <= allowed:
+            state = QValidator.State.Invalid
+        elif self._refusal(text):
+            state = QValidator.State.Intermediate
         else:
-            inside = self.minimum() <= number <= self.maximum()
-            state = QValidator.State.Acceptable if inside else QValidator.State.Intermediate
+            state = QValidator.State.Acceptable
         return state, text, position
 
+    def valueFromText(self, text: str) -> int:
+        """Read a number that is accepted."""
+        return round(read_number(without_unit(text, self.suffix()), whole=True))
+
     def fixup(self, text: str) -> str:
-        """Take the nearest number of the range, and show the range."""
-        number = _number(text)
-        if number is None:
-            return str(self.value())
-        limits = f"From {self.minimum()} to {self.maximum()}"
-        QToolTip.showText(self.mapToGlobal(self.rect().bottomLeft()), limits, self)
-        return str(min(max(number, self.minimum()), self.maximum()))
+        """Leave it as it is typed."""
+        return text
+
+    def _refusal(self, text: str) -> str:
+        return refusal(
+            without_unit(text, self.suffix()), self.minimum(), self.maximum(), str, whole=True
+        )
 
 
-def _number(text: str) -> int | None:
+def refusal(
+    text: str,
+    lowest: float,
+    highest: float,
+    shown: Callable[[float], str],
+    whole: bool = False,
+) -> str:
+    """Return why a typed number is not taken, in a sentence; empty if it is.
+
+    Parameters
+    ----------
+    text : str
+    lowest, highest : float
+        Limits, included.
+    shown : callable
+        Writes a limit.
+    whole : bool
+        Whether it shall be a whole number.
+    """
     try:
-        return int(text)
-    except ValueError:
-        return None
+        number = read_number(text, whole)
+    except ValueError as error:
+        return str(error)
+    if lowest <= number <= highest:
+        return ""
+    side = "below" if number < lowest else "above"
+    return f"{text.strip()} is {side} the limits: from {shown(lowest)} to {shown(highest)}."

@@ -37,6 +37,10 @@ QAbstractSpinBox {{
 }}
 QAbstractSpinBox::up-button, QAbstractSpinBox::down-button {{ width: 0; border: none; }}
 QAbstractSpinBox:focus {{ border-color: {ACCENT}; }}
+QAbstractSpinBox[refused="true"] {{ border-color: {ERROR}; }}
+QLabel[role="refusal"] {{
+    background: {PANEL}; color: {TEXT}; border: 1px solid {ERROR}; padding: 4px 6px;
+}}
 QAbstractSpinBox:disabled {{ color: {FAINT_TEXT}; background: {PANEL}; }}
 QPushButton {{
     background: {FIELD}; border: 1px solid {BORDER}; border-radius: 4px; padding: 4px 12px;

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QSlider, QToolButton, QWidget
 
 from app.controls import text_button
 from app.state.brightness import BRIGHTEST, DARKEST, STEPS_PER_OCTAVE, Brightness
+from app.wheel_guard import WheelGuard
 from model.rendering.brightness import LIT_BRIGHTNESS
 
 
@@ -25,6 +26,7 @@ class BrightnessSlider(QWidget):
         self._brightness = brightness
         label = QLabel("Brightness")
         self.slider = QSlider(Qt.Orientation.Horizontal)
+        WheelGuard(self.slider)
         self.slider.setRange(
             round(STEPS_PER_OCTAVE * math.log2(DARKEST)),
             round(STEPS_PER_OCTAVE * math.log2(BRIGHTEST)),
@@ -43,10 +45,17 @@ class BrightnessSlider(QWidget):
         row.setContentsMargins(20, 4, 12, 4)
         for widget in (label, self.slider, self.number, self.reset):
             row.addWidget(widget)
-        self.slider.valueChanged.connect(brightness.set_step)
+        self.slider.valueChanged.connect(self._set_step)
+        self.slider.sliderReleased.connect(brightness.finish)
         self.reset.clicked.connect(lambda: brightness.set(None))
         brightness.changed.connect(self._show)
         self._show()
+
+    def _set_step(self, step: int) -> None:
+        if self.slider.isSliderDown():
+            self._brightness.move(step)
+        else:
+            self._brightness.set_step(step)
 
     def _show(self) -> None:
         with QSignalBlocker(self.slider):

@@ -6,7 +6,6 @@ from PySide6.QtCore import QPointF, QSignalBlocker, Qt
 from PySide6.QtGui import QColor, QIcon, QPainter, QPen, QPixmap, QPolygonF
 from PySide6.QtWidgets import (
     QCheckBox,
-    QComboBox,
     QHBoxLayout,
     QInputDialog,
     QToolButton,
@@ -14,7 +13,7 @@ from PySide6.QtWidgets import (
 )
 
 from app import theme
-from app.controls import combo, text_button
+from app.controls import combo, list_box, text_button
 from app.state.sensitivity_state import EngineChoice, SensitivityState
 from model.sensitivity.measure import Measure
 
@@ -62,7 +61,7 @@ class ChoiceBar(QWidget):
         self.shown.setToolTip(
             "Show where in the TF an edit changes the picture, and where in the picture it shows"
         )
-        self.region = QComboBox()
+        self.region = list_box()
         # After a click, keys such as W are the window's again.
         self.region.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.region.setMinimumWidth(84)

@@ -9,6 +9,7 @@ from PySide6.QtCore import QObject, Signal
 from app.state.engine_chooser import EngineName
 from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
+from app.state.viewer_state import ViewerState
 from model.rendering.brightness import usual_brightness
 from model.scene.scene import Lighting
 
@@ -28,12 +29,23 @@ class Brightness(QObject):
     Parameters
     ----------
     preferences : Preferences
+    parent : QObject, optional
+    state : ViewerState, optional
+        Has what is chosen undone among the edits.
     """
 
     changed = Signal()
 
-    def __init__(self, preferences: Preferences, parent: QObject | None = None) -> None:
+    def __init__(
+        self,
+        preferences: Preferences,
+        parent: QObject | None = None,
+        state: ViewerState | None = None,
+    ) -> None:
         super().__init__(parent)
+        self._state = state
+        self._before: tuple[float | None] | None = None
+        """What was chosen before a drag, in a tuple; None without a drag."""
         self._preferences = preferences
         self._chosen: float | None = None
         self._usual: dict[EngineName, float] = {"exact": 1.0, "learned": 1.0}
@@ -55,10 +67,33 @@ class Brightness(QObject):
         return self._chosen is not None
 
     def set(self, value: float | None) -> None:
-        """Set the factor, within its limits; None for the usual one."""
-        self._choose(None if value is None else min(max(value, DARKEST), BRIGHTEST))
+        """Set the factor, within its limits; None for the usual one. It is one undo step."""
+        self._before = self._before or (self._chosen,)
+        self._choose(_limited(value))
+        self._finish("brightness")
+
+    def move(self, step: int) -> None:
+        """Set the factor by the step of a slider that is dragged."""
+        self._before = self._before or (self._chosen,)
+        self._choose(_limited(_value_of(step)))
+
+    def finish(self) -> None:
+        """End a drag, if there is one: one undo step."""
+        self._finish(None)
+
+    def _finish(self, merge_key: str | None) -> None:
+        before, self._before = self._before, None
+        if before is None or before[0] == self._chosen:
+            return
+        if self._state is not None and self._fingerprint:
+            self._state.change(self._show, before[0], self._chosen, "brightness", merge_key)
+        else:
+            self._show(self._chosen)
+
+    def _show(self, value: float | None) -> None:
+        self._choose(value)
         if self._fingerprint:
-            self._preferences.note_volume(self._fingerprint, brightness=self._chosen)
+            self._preferences.note_volume(self._fingerprint, brightness=value)
 
     def set_lighting(self, engine: EngineName, lighting: Lighting) -> None:
         """Follow the light of an engine's images: of the reference, or of the model."""
@@ -70,6 +105,7 @@ class Brightness(QObject):
     def start_volume(self, opened: OpenedVolume) -> None:
         """Show a volume as bright as the last time; the next time step as the one before."""
         before, self._series = self._series, opened.volume.series
+        self._before = None
         self._fingerprint = opened.fingerprint
         known = self._preferences.volume(opened.fingerprint).brightness
         if known is not None or before != self._series:
@@ -89,4 +125,12 @@ class Brightness(QObject):
 
     def set_step(self, step: int) -> None:
         """Set the factor by the step of a slider."""
-        self.set(round(2.0 ** (step / STEPS_PER_OCTAVE), 3))
+        self.set(_value_of(step))
+
+
+def _value_of(step: int) -> float:
+    return round(2.0 ** (step / STEPS_PER_OCTAVE), 3)
+
+
+def _limited(value: float | None) -> float | None:
+    return None if value is None else min(max(value, DARKEST), BRIGHTEST)

@@ -115,7 +115,8 @@ class ReferenceWork(QObject):
     def choose(self, keep: bool = True, **changes: Any) -> None:
         """Change some of the :class:`ReferenceChoices`, by name.
 
-        A lighting is of the open volume; without one, of the next.
+        A lighting is of the open volume; without one, of the next. One that is kept is undone
+        among the edits.
 
         Parameters
         ----------
@@ -125,12 +126,22 @@ class ReferenceWork(QObject):
         if self._volume is None:
             self._asked_lighting = changes.get("lighting", self._asked_lighting)
         choices = replace(self.choices, **changes)
+        lighting = self.choices.lighting
+        if keep and self._volume is not None and choices.lighting != lighting:
+            self._state.change(self._show_lighting, lighting, choices.lighting, "kind of light")
+        self._choose(choices, keep)
+
+    def _show_lighting(self, lighting: LightingChoice) -> None:
+        self._choose(replace(self.choices, lighting=lighting), keep=True)
+
+    def _choose(self, choices: ReferenceChoices, keep: bool) -> None:
         if choices == self.choices:
             return
         redrawn = (choices.size, choices.drawing) != (self.choices.size, self.choices.drawing)
+        relit = choices.lighting != self.choices.lighting
         self.choices = choices
         if keep:
-            if "lighting" in changes and self._volume is not None:
+            if relit and self._volume is not None:
                 self._preferences.note_volume(self._volume.fingerprint, lighting=choices.lighting)
             self._preferences.set(
                 drawing=choices.drawing,

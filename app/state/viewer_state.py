@@ -6,6 +6,7 @@ Signals come in pairs, as in pyqtgraph: `...Changed` at every step of a drag, an
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -27,12 +28,21 @@ EMPTY_TF = TransferFunction(
 )
 """TF before a volume is opened."""
 
+SAME_GESTURE_S = 1.0
+"""Longest time between two changes of one gesture, such as those of a key that is held."""
+
 
 class ViewerState(ViewNavigation):
     """View, light and TF of both images.
 
     Every edit of the TF, the light and the crop box can be undone. A drag is previewed and becomes
     one undo step at its end. The view is :class:`ViewNavigation`'s, with a history of its own.
+
+    Attributes
+    ----------
+    undo_stack : QUndoStack
+    clock : callable
+        Returns the time in seconds.
     """
 
     volumeStarting = Signal()
@@ -55,6 +65,7 @@ class ViewerState(ViewNavigation):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.undo_stack = QUndoStack(self)
+        self.clock: Callable[[], float] = time.monotonic
         self._default = EMPTY_TF
         self._transfer_function = EMPTY_TF
         self._before_drag: TransferFunction | None = None
@@ -114,7 +125,7 @@ class ViewerState(ViewNavigation):
         """End a drag of the light, if there is one, making it one undo step."""
         if self._light_moving:
             self._light_moving = False
-            self._push(_Change(self._show_light, self._light_before, self._light, "move light"))
+            self.change(self._show_light, self._light_before, self._light, "move light")
 
     def set_light(self, light: LightDirection) -> None:
         """Change the light without a drag: one undo step."""
@@ -152,7 +163,7 @@ class ViewerState(ViewNavigation):
                 self.cropChangeFinished.emit(self._crop)
             else:
                 text = "crop" if self._crop is not None else "whole volume"
-                self._push(_Change(self._show_crop, self._crop_before, self._crop, text))
+                self.change(self._show_crop, self._crop_before, self._crop, text)
 
     def set_crop(self, crop: CropBox | None) -> None:
         """Change the crop box without a drag: one undo step."""
@@ -200,7 +211,7 @@ class ViewerState(ViewNavigation):
         """End a drag, making it one undo step named `text` in the menu."""
         before, self._before_drag = self._before_drag, None
         if before is not None and before != self._transfer_function:
-            self._push(_Edit(self._show, before, self._transfer_function, text))
+            self.change(self._show, before, self._transfer_function, text)
 
     def cancel_preview(self) -> None:
         """Restore the TF from before the drag."""
@@ -219,12 +230,34 @@ class ViewerState(ViewNavigation):
         text : str
             Name of the edit in the menu.
         merge_key : str, optional
-            Consecutive edits with the same key are merged into one undo step.
+            Edits with the same key that follow each other within :data:`SAME_GESTURE_S` are
+            merged into one undo step, such as those of a key that is held.
         """
         self.finish_preview(text)
         if transfer_function != self._transfer_function:
-            now = self._transfer_function
-            self._push(_Edit(self._show, now, transfer_function, text, merge_key))
+            self.change(self._show, self._transfer_function, transfer_function, text, merge_key)
+
+    def change(
+        self,
+        show: Callable[[Any], object],
+        before: object,
+        after: object,
+        text: str,
+        merge_key: str | None = None,
+    ) -> None:
+        """Make a change of anything that the picture depends on, to be undone among the edits.
+
+        Parameters
+        ----------
+        show : callable
+            Shows a value; it is called with `after` now.
+        before, after : object
+        text : str
+            Name of the change in the menu.
+        merge_key : str, optional
+            As in :meth:`commit`.
+        """
+        self._push(_Change(show, before, after, text, merge_key, self.clock()))
 
     def undo(self) -> None:
         """Undo the last edit; a current drag is ended and counts as one."""
@@ -236,8 +269,10 @@ class ViewerState(ViewNavigation):
         self.undone.emit()
 
     def redo(self) -> None:
-        """Redo the edit undone last."""
+        """Redo the edit undone last; a current drag is ended, and nothing is left to be redone."""
         self.finish_preview("drag")
+        self.finish_crop()
+        self.finish_light()
         self.undo_stack.redo()
         self.edited.emit()
         self.undone.emit()
@@ -297,12 +332,25 @@ class _Change(QUndoCommand):
         The values.
     text : str
         Name of the edit in the menu.
+    merge_key : str or None
+        Whether, and with what, it may be merged.
+    at : float
+        When it was made, in seconds.
     """
 
-    def __init__(self, show: Callable[[Any], None], before: Any, after: Any, text: str) -> None:
+    def __init__(
+        self,
+        show: Callable[[Any], object],
+        before: Any,
+        after: Any,
+        text: str,
+        merge_key: str | None,
+        at: float,
+    ) -> None:
         super().__init__(text)
         self._show = show
         self._before, self._after = before, after
+        self._merge_key, self._at = merge_key, at
 
     def redo(self) -> None:
         """Show the value after the change."""
@@ -312,28 +360,15 @@ class _Change(QUndoCommand):
         """Show the value before the change."""
         self._show(self._before)
 
-
-class _Edit(_Change):
-    """One edit of the TF, which may be merged with the next one of its key."""
-
-    def __init__(
-        self,
-        show: Callable[[TransferFunction], None],
-        before: TransferFunction,
-        after: TransferFunction,
-        text: str,
-        merge_key: str | None = None,
-    ) -> None:
-        super().__init__(show, before, after, text)
-        self._merge_key = merge_key
-
     def id(self) -> int:
-        """Return 1 if the edit can be merged; Qt merges only commands of equal id, not -1."""
+        """Return 1 if the change can be merged; Qt merges only commands of equal id, not -1."""
         return -1 if self._merge_key is None else 1
 
     def mergeWith(self, other: QUndoCommand) -> bool:
-        """Merge a later edit with the same key by adopting its result."""
-        if not isinstance(other, _Edit) or other._merge_key != self._merge_key:
+        """Merge the next change of the same gesture by adopting its result."""
+        if not isinstance(other, _Change) or other._merge_key != self._merge_key:
             return False
-        self._after = other._after
+        if other._at - self._at > SAME_GESTURE_S:
+            return False
+        self._after, self._at = other._after, other._at
         return True

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 
+from PySide6.QtCore import QTimer
 from PySide6.QtGui import QValidator
-from PySide6.QtWidgets import QDoubleSpinBox, QToolTip, QWidget
+from PySide6.QtWidgets import QDoubleSpinBox, QWidget
 
-from app.number_entry import NumberKeys
+from app.number_entry import NumberEntry, refusal
+from app.typed_numbers import NUMBER_CHARACTERS, read_number
 
 _MAX_DECIMALS = 320
 
@@ -18,6 +20,8 @@ SHOWN_DIGITS = 4
 class NumberBox(QDoubleSpinBox):
     """Spin box for numbers such as 1e-9, 0.5 and 3e12; typed numbers apply on Enter or focus loss.
 
+    What is no number, or not within the limits, stays there and says why.
+
     `valueChanged` is emitted only for changes by the user; see :meth:`show_value`.
     """
 
@@ -25,18 +29,23 @@ class NumberBox(QDoubleSpinBox):
         super().__init__(parent)
         self._digits = 6
         self._meaning = ""
+        self._limits: tuple[float, float] | None = None
         self.setKeyboardTracking(False)
-        NumberKeys(self)
+        self.entry = NumberEntry(self, self._refusal)
         self.lineEdit().setTextMargins(6, 0, 6, 0)
         self.set_limits(0.0, 1.0)
 
     def explain(self, meaning: str) -> None:
         """Say in the tooltip what the number means, above its limits."""
         self._meaning = meaning
-        self.set_limits(self.minimum(), self.maximum())
+        self._explain()
 
     def set_limits(self, lo: float, hi: float) -> None:
         """Set the range, and a step of 1/200 of it."""
+        if (lo, hi) == self._limits:
+            return
+        self._limits = lo, hi
+        refused = self.lineEdit().text() if self.entry.reason else ""
         self.blockSignals(True)
         digits = 9 - math.floor(math.log10(hi - lo))
         self.setDecimals(min(max(digits, 0), _MAX_DECIMALS))
@@ -45,47 +54,53 @@ class NumberBox(QDoubleSpinBox):
         self._digits = min(SHOWN_DIGITS + math.ceil(common), 17)
         self.setRange(lo, hi)
         self.setSingleStep((hi - lo) / 200)
-        limits = f"From {self.textFromValue(lo)} to {self.textFromValue(hi)}"
-        self.setToolTip(f"{self._meaning}\n{limits}" if self._meaning else limits)
+        self._explain()
         self.blockSignals(False)
+        if refused:
+            self.lineEdit().setText(refused)
+            # Once whoever sets the limits has also shown the value.
+            QTimer.singleShot(0, self, self.entry.retry)
 
     def show_value(self, value: float) -> None:
-        """Show a value without emitting a signal."""
+        """Show a value without emitting a signal; a refused number stays if it is no news."""
+        if value == self.value() and self.entry.reason:
+            return
+        self.entry.forget()
         self.blockSignals(True)
         self.setValue(value)
         self.blockSignals(False)
+
+    def _explain(self) -> None:
+        lo, hi = self.minimum(), self.maximum()
+        limits = f"From {self.textFromValue(lo)} to {self.textFromValue(hi)}"
+        self.setToolTip(f"{self._meaning}\n{limits}" if self._meaning else limits)
 
     def textFromValue(self, value: float) -> str:
         """Format a value with its relevant digits, and never as "-0"."""
         return f"{value + 0.0:.{self._digits}g}"
 
     def valueFromText(self, text: str) -> float:
-        """Parse a number; an unchanged text keeps the exact value."""
+        """Read a number; an unchanged text keeps the exact value."""
         if text == self.textFromValue(self.value()):
             return self.value()
-        return float(text.replace(",", "."))
+        return read_number(text)
 
     def validate(self, text: str, position: int) -> tuple[QValidator.State, str, int]:
-        """Accept numbers within the range, with a decimal point or comma."""
-        try:
-            number = float(text.replace(",", "."))
-        except ValueError:
-            allowed = set(text) <= set("+-.,eE0123456789")
-            state = QValidator.State.Intermediate if allowed else QValidator.State.Invalid
+        """Accept numbers within the range, and let others be typed."""
+        if not set(text) <= NUMBER_CHARACTERS:
+            state = QValidator.State.Invalid
+        elif self._refusal(text):
+            state = QValidator.State.Intermediate
         else:
-            inside = self.minimum() <= number <= self.maximum()
-            state = QValidator.State.Acceptable if inside else QValidator.State.Intermediate
+            state = QValidator.State.Acceptable
         return state, text, position
 
     def fixup(self, text: str) -> str:
-        """Clamp a number to the range, and show the range if it was outside."""
-        try:
-            number = float(text.replace(",", "."))
-        except ValueError:
-            return self.textFromValue(self.value())
-        if math.isnan(number):
-            return self.textFromValue(self.value())
-        nearest = min(max(number, self.minimum()), self.maximum())
-        if nearest != number:
-            QToolTip.showText(self.mapToGlobal(self.rect().bottomLeft()), self.toolTip(), self)
-        return repr(nearest)
+        """Leave it as it is typed."""
+        return text
+
+    def _refusal(self, text: str) -> str:
+        # Its few digits may lie just outside of the limits where the value itself does not.
+        if text == self.textFromValue(self.value()):
+            return ""
+        return refusal(text, self.minimum(), self.maximum(), self.textFromValue)

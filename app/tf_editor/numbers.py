@@ -65,6 +65,7 @@ class NumbersPanel(QWidget):
         self.add_button.clicked.connect(self.addRequested)
         self.remove_button.clicked.connect(self.removeRequested)
         state.transferFunctionChanged.connect(self.refresh)
+        selection.changed.connect(self._forget_refused)
         selection.changed.connect(self.refresh)
         self.refresh()
 
@@ -92,6 +93,11 @@ class NumbersPanel(QWidget):
         layout.addWidget(self.remove_button)
         layout.addWidget(self.add_button)
 
+    def _forget_refused(self) -> None:
+        """Let go of numbers that were refused: they were another handle's."""
+        for box in (self.value, self.width_box, self.height_box):
+            box.entry.forget()
+
     def refresh(self) -> None:
         """Show the present numbers of the selected handle."""
         tf = self._state.transfer_function
@@ -115,7 +121,7 @@ class NumbersPanel(QWidget):
         count = len(self._selection.indices("opacity"))
         more = f", {count} selected" if count > 1 else ""
         self.heading.setText(f"{name} {index + 1} of {len(handles)}{more}")
-        self._set_value(lo, hi, value)
+        self._set_value(edits.opacity_limits(opacity, index), value)
         self.height_box.show_value(height)
         if opacity.points:
             self._show_rows(self.value, self.height_box)
@@ -130,19 +136,21 @@ class NumbersPanel(QWidget):
         count = len(self._selection.indices("color"))
         more = f", {count} selected" if count > 1 else ""
         self.heading.setText(f"Colour stop {index + 1} of {len(color.stops)}{more}")
-        self._set_value(*color.scalar_range, value)
+        self._set_value(edits.stop_limits(color, index), value)
         fill = QColor.fromRgbF(*rgb).name()
         self.color_button.setStyleSheet(
             f"background: {fill}; border: 1px solid {theme.BORDER}; min-height: 16px;"
         )
         self._show_rows(self.value, self.color_button)
-        movable = not edits.is_end_stop(color, index)
-        self.value.setEnabled(movable)
-        self.remove_button.setEnabled(movable)
+        self.remove_button.setEnabled(not edits.is_end_stop(color, index))
 
-    def _set_value(self, lo: float, hi: float, value: float) -> None:
-        self.value.setEnabled(True)
-        self.value.set_limits(lo, hi)
+    def _set_value(self, limits: tuple[float, float], value: float) -> None:
+        # An end is fixed.
+        self.value.setEnabled(limits[0] < limits[1])
+        if self.value.isEnabled():
+            self.value.set_limits(*limits)
+        else:
+            self.value.set_limits(*self._state.scalar_range)
         self.value.show_value(value)
 
     def _show_rows(self, *shown: QWidget) -> None:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from functools import partial
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QApplication, QFrame, QHBoxLayout, QLabel, QPushButton, QWidget
 
 from app.controls import text_button
-from app.number_entry import NumberKeys, WholeNumberBox
+from app.number_entry import WholeNumberBox
 from app.state.crop_planes import (
     WITHOUT_VOLUME,
     axis_name,
@@ -87,10 +88,9 @@ class CropBar(QFrame):
         for axis, count in enumerate(dimensions):
             self.sliders[axis].set_steps(place_of(1, count), least_length(count))
             for box in self.planes[axis]:
-                box.blockSignals(True)
-                box.setRange(0, count - 1)
+                box.entry.forget()
+                box.set_limits(0, count - 1)
                 box.setFixedWidth(box.fontMetrics().horizontalAdvance(f"{count}") + PADDING)
-                box.blockSignals(False)
         self._name()
         self._show()
 
@@ -125,7 +125,7 @@ class CropBar(QFrame):
             for end, box in zip(("First", "Last"), self.planes[axis], strict=True):
                 meaning = f"{end} voxel along {name}"
                 box.setAccessibleName(meaning)
-                box.setToolTip(f"{meaning}\nFrom 0 to {count - 1}")
+                box.setToolTip(f"{meaning}\nVoxels are numbered from 0 to {count - 1}")
 
     def _show(self) -> None:
         crop = self._state.crop or CropBox()
@@ -133,10 +133,12 @@ class CropBar(QFrame):
         for axis, count in enumerate(self._dimensions):
             span = crop.low[axis], crop.high[axis]
             self.sliders[axis].set_span(*span)
-            for box, place in zip(self.planes[axis], span, strict=True):
-                box.blockSignals(True)
-                box.setValue(voxel_at(place, count))
-                box.blockSignals(False)
+            first, last = (voxel_at(place, count) for place in span)
+            apart = math.ceil(least_length(count) * (count - 1) - 1e-9)
+            self.planes[axis][0].set_limits(0, max(last - apart, first))
+            self.planes[axis][1].set_limits(min(first + apart, last), count - 1)
+            for box, voxel in zip(self.planes[axis], (first, last), strict=True):
+                box.show_value(voxel)
 
     def _drag(self, axis: int, low: float, high: float) -> None:
         crop = self._state.crop or CropBox()
@@ -146,14 +148,12 @@ class CropBar(QFrame):
         crop, count = self._state.crop or CropBox(), self._dimensions[axis]
         place, least = place_of(voxel, count), least_length(count)
         self._state.set_crop(crop.with_plane(axis, side, place, least))
-        # Also where the opposite plane, or the volume's end, allowed no change.
         self._show()
 
 
 def _voxel_box() -> WholeNumberBox:
     """A box for the number of a voxel; typed numbers apply on Enter or focus loss."""
     box = WholeNumberBox()
-    NumberKeys(box)
     box.setKeyboardTracking(False)
     box.setAlignment(Qt.AlignmentFlag.AlignRight)
     return box

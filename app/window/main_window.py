@@ -91,7 +91,7 @@ class MainWindow(QMainWindow):
         generator, reference, analyst = (
             EngineClient(name, self) for name in ("generator", "reference", "analyst")
         )
-        self.brightness = Brightness(self.preferences, self)
+        self.brightness = Brightness(self.preferences, self, self.state)
         self.generator = EnginePane("Model", generator, self.brightness, "learned")
         self.reference = EnginePane(
             "Reference", reference, self.brightness, "exact", stand_in=analyst

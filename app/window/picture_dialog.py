@@ -10,7 +10,6 @@ from PySide6.QtGui import QColor, QIcon, QPainter, QPixmap
 from PySide6.QtWidgets import (
     QCheckBox,
     QColorDialog,
-    QComboBox,
     QDialog,
     QDialogButtonBox,
     QFormLayout,
@@ -20,8 +19,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from app.controls import list_box
 from app.image_view.picture import LARGEST_SIZE, Background
-from app.number_entry import WholeNumberBox
+from app.number_entry import WholeNumberBox, first_refused
 from model.volume_files.checks import readable_size
 
 LEAST_SIZE = 16
@@ -82,11 +82,11 @@ class PictureDialog(QDialog):
         self._present = _within(*present_size)
         self._color: Background = (128, 128, 128)
         self._shown_row = 0
-        self.size_box = QComboBox()
+        self.size_box = list_box()
         self.width_box, self.height_box = WholeNumberBox(), WholeNumberBox()
         self.keep = QCheckBox("Keep the proportions of what is shown")
         self.keep.setChecked(True)
-        self.background_box = QComboBox()
+        self.background_box = list_box()
         self.legend_box = QCheckBox("Colour legend")
         self.legend_box.setToolTip("A colour bar with the scalar values, at the lower right")
         self._memory = QLabel()
@@ -108,6 +108,11 @@ class PictureDialog(QDialog):
             self.legend_box.isChecked(),
         )
 
+    def accept(self) -> None:
+        """Close, unless a typed size cannot be taken."""
+        if first_refused(self) is None:
+            super().accept()
+
     def _fill_boxes(self) -> None:
         width, height = self._present
         self.size_box.addItem(f"As shown: {width} × {height}", self._present)
@@ -119,6 +124,8 @@ class PictureDialog(QDialog):
         for box in (self.width_box, self.height_box):
             box.setRange(LEAST_SIZE, LARGEST_SIZE)
             box.setSuffix(" px")
+            # At every key, one side would rewrite the other while it is typed.
+            box.setKeyboardTracking(False)
             box.lineEdit().setTextMargins(6, 0, 6, 0)
             box.setToolTip(f"From {LEAST_SIZE} to {LARGEST_SIZE} pixels")
         for name, color in (("Transparent", None), ("Black", BLACK), ("White", WHITE)):
@@ -179,9 +186,7 @@ class PictureDialog(QDialog):
 
     def _show_size(self, width: int, height: int) -> None:
         for box, value in ((self.width_box, width), (self.height_box, height)):
-            box.blockSignals(True)
-            box.setValue(value)
-            box.blockSignals(False)
+            box.show_value(value)
         presets = [self.size_box.itemData(row) for row in range(self.size_box.count())]
         present = (width, height)
         own = len(presets) - 1

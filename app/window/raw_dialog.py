@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
-    QComboBox,
     QDialog,
     QDialogButtonBox,
     QFormLayout,
@@ -21,7 +20,8 @@ from PySide6.QtWidgets import (
 )
 
 from app import theme
-from app.number_entry import WholeNumberBox
+from app.controls import list_box
+from app.number_entry import WholeNumberBox, first_refused
 from app.state.latest_call import LatestCall
 from app.tf_editor.number_box import NumberBox
 from app.window.slice_preview import SlicePreview
@@ -63,10 +63,10 @@ class RawDialog(QDialog):
         self._is_touched = False
         self._guesses: list[RawLayout] = []
         self.setWindowTitle(f"Open raw file {path.name}")
-        self.guess_box = QComboBox()
+        self.guess_box = list_box()
         self.guess_box.setPlaceholderText("As entered below")
         self.dimension_boxes = [WholeNumberBox() for _ in range(3)]
-        self.type_box, self.order_box = QComboBox(), QComboBox()
+        self.type_box, self.order_box = list_box(), list_box()
         self.spacing_boxes = [NumberBox() for _ in range(3)]
         self.slices = [SlicePreview(f"Middle slice across {axis}") for axis in "xyz"]
         self._fit = QLabel()
@@ -100,6 +100,11 @@ class RawDialog(QDialog):
     def fit_text(self) -> str:
         """Sentence on the bytes that the layout needs."""
         return self._fit.text()
+
+    def accept(self) -> None:
+        """Close, unless a typed number cannot be taken."""
+        if first_refused(self) is None:
+            super().accept()
 
     def done(self, result: int) -> None:
         """Close, and end what runs in threads."""
@@ -191,9 +196,7 @@ class RawDialog(QDialog):
     def _show_layout(self, layout: RawLayout) -> None:
         """Show a layout in the fields, other than its spacing."""
         for box, count in zip(self.dimension_boxes, layout.dimensions, strict=True):
-            box.blockSignals(True)
-            box.setValue(count)
-            box.blockSignals(False)
+            box.show_value(count)
         self.type_box.setCurrentText(SCALAR_TYPES[layout.scalar_type])
         self.order_box.setCurrentText(ORDERS[layout.byte_order])
 

@@ -32,15 +32,20 @@ def move_opacity_handle(opacity: OpacityTF, index: int, value: float, height: fl
     A mode outside the range, made for another volume, cannot move farther away.
     """
     height = _clamp(height, 0.0, 1.0)
+    place = _clamp(value, *opacity_limits(opacity, index))
     if opacity.points:
         points = list(opacity.points)
-        limits = _room([p[0] for p in points], index)
-        points[index] = (_clamp(value, *limits), height)
+        points[index] = (place, height)
         return replace(opacity, points=tuple(points))
-    lo, hi = opacity.scalar_range
-    now = opacity.modes[index].mean
-    mean = _clamp(value, min(lo, now), max(hi, now))
-    return _with_mode(opacity, index, replace(opacity.modes[index], mean=mean, amplitude=height))
+    return _with_mode(opacity, index, replace(opacity.modes[index], mean=place, amplitude=height))
+
+
+def opacity_limits(opacity: OpacityTF, index: int) -> tuple[float, float]:
+    """Values between which :func:`move_opacity_handle` can move a handle."""
+    if opacity.points:
+        return _room([p[0] for p in opacity.points], index)
+    (lo, hi), now = opacity.scalar_range, opacity.modes[index].mean
+    return min(lo, now), max(hi, now)
 
 
 def move_opacity_handles(
@@ -116,10 +121,14 @@ def move_stop(color: ColorTF, index: int, value: float) -> ColorTF:
     """Move a stop between its neighbours; the end stops are fixed."""
     if is_end_stop(color, index):
         return color
-    limits = _room([s[0] for s in color.stops], index)
     stops = list(color.stops)
-    stops[index] = (_clamp(value, *limits), *stops[index][1:])
+    stops[index] = (_clamp(value, *stop_limits(color, index)), *stops[index][1:])
     return replace(color, stops=tuple(stops))
+
+
+def stop_limits(color: ColorTF, index: int) -> tuple[float, float]:
+    """Values between which :func:`move_stop` can move a stop; equal for an end stop."""
+    return _room([s[0] for s in color.stops], index)
 
 
 def move_stops(color: ColorTF, indices: Sequence[int], shift: float) -> ColorTF:

@@ -1,12 +1,16 @@
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import pytest
 from pytestqt.qtbot import QtBot
 
 from app.image_view.brightness_slider import BrightnessSlider
 from app.state.brightness import BRIGHTEST, DARKEST, Brightness
 from app.state.preferences import Preferences
+from app.window.main_window import MainWindow
 from model.rendering.brightness import LIT_BRIGHTNESS
+from model.scene.light import LightDirection
 
 
 def test_slider_and_brightness_follow_one_another(qtbot: QtBot) -> None:
@@ -56,3 +60,50 @@ def test_what_is_not_chosen_follows_the_light(qtbot: QtBot) -> None:
     assert brightness.value == 1 and slider.reset.isEnabled()
     slider.reset.click()
     assert brightness.value == LIT_BRIGHTNESS
+
+
+def test_a_drag_is_one_undo_step_and_so_is_a_reset(
+    qtbot: QtBot, make_window: Callable[..., MainWindow]
+) -> None:
+    window = make_window()
+    brightness, stack = window.brightness, window.state.undo_stack
+    slider = BrightnessSlider(brightness)
+    qtbot.addWidget(slider)
+    usual = brightness.value
+    slider.slider.setSliderDown(True)
+    for step in (3, 9, 16):
+        slider.slider.setValue(step)
+    assert brightness.value == 4 and stack.count() == 0
+    slider.slider.setSliderDown(False)
+    assert stack.count() == 1 and stack.undoText() == "brightness"
+    slider.reset.click()
+    assert brightness.value == usual and stack.count() == 2
+    window.state.undo()
+    assert brightness.value == 4
+    window.state.undo()
+    assert brightness.value == usual and not brightness.is_chosen
+    window.state.redo()
+    assert brightness.value == 4
+
+
+def test_the_kind_of_light_is_undone_among_the_edits(
+    make_window: Callable[..., MainWindow],
+) -> None:
+    window = make_window(model=None)
+    reference, state = window.workspace.reference, window.state
+    reference.choose(lighting="direct")
+    state.set_light(LightDirection(40.0, 20.0))
+    reference.choose(lighting="none")
+    assert state.light is None and reference.settings.lighting == "none"
+    state.undo()
+    assert reference.settings.lighting == "direct"
+    assert state.light == LightDirection(40.0, 20.0)
+    state.undo()
+    assert state.light == LightDirection()
+    state.undo()
+    assert reference.choices.lighting == "auto" and not state.undo_stack.canUndo()
+    fingerprint = window.workspace.opened.fingerprint  # type: ignore[union-attr]
+    assert window.preferences.volume(fingerprint).lighting == "auto"
+    # What is kept for no later run is no edit.
+    reference.choose(keep=False, lighting="none")
+    assert not state.undo_stack.canUndo()

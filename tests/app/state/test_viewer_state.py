@@ -174,3 +174,24 @@ def test_a_crop_is_undone_and_redone_among_the_edits(qtbot: QtBot, state: Viewer
     state.move_crop(half)
     state.finish_crop()
     assert state.undo_stack.undoText() == "crop" and state.undo_stack.canRedo()
+
+
+def test_edits_of_a_key_merge_for_a_second_only(state: ViewerState) -> None:
+    # Four values typed two seconds apart are four steps; a held key's are one.
+    times = iter((0.0, 2.0, 4.0, 6.0, 6.4, 7.3, 8.2))
+    state.clock = lambda: next(times)
+    for mean in range(141, 148):
+        state.commit(make_tf(float(mean)), "set value", "value 0")
+    assert state.undo_stack.count() == 4
+    for expected in (143.0, 142.0, 141.0):
+        state.undo()
+        assert state.transfer_function == make_tf(expected)
+
+
+def test_redo_ends_a_drag_of_light_and_crop(state: ViewerState) -> None:
+    state.place_light(LightDirection())
+    state.set_light(LightDirection(20.0, 10.0))
+    state.undo()
+    state.move_light(LightDirection(-40.0, 0.0))
+    state.redo()
+    assert state.light == LightDirection(-40.0, 0.0) and not state.live

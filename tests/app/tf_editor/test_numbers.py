@@ -63,13 +63,21 @@ def test_typed_numbers_reach_the_session_and_can_be_undone(
     assert panel.value.text() == "170"
 
 
-def test_a_number_outside_the_range_becomes_the_nearest_inside(
+def test_a_number_outside_the_range_stays_until_it_is_mended(
     panel: NumbersPanel, state: ViewerState, selection: Selection
 ) -> None:
     selection.select("opacity", 0)
     type_number(panel.value, "1e6")
-    assert state.transfer_function.opacity.modes[0].mean == 200.0
-    assert panel.value.text() == "200"
+    assert state.transfer_function.opacity.modes[0].mean == 130.0
+    assert panel.value.text() == "1e6"
+    assert panel.value.entry.reason == "1e6 is above the limits: from 100 to 200."
+    # Another number is taken meanwhile.
+    type_number(panel.height_box, "0.25")
+    assert state.transfer_function.opacity.modes[0].amplitude == 0.25
+    assert panel.value.text() == "1e6"
+    # It was meant for this mode alone.
+    selection.select("opacity", 1)
+    assert panel.value.text() == "170" and not panel.value.entry.reason
 
 
 def test_a_stop_between_two_others_can_be_typed_only_up_to_them(

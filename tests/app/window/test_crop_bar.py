@@ -78,17 +78,20 @@ def test_typed_voxels_are_planes_through_their_centers(
     assert state.crop is None
 
 
-def test_a_typed_voxel_beyond_the_opposite_plane_stops_before_it(
-    state: ViewerState, bar: CropBar
+def test_a_typed_voxel_beyond_the_opposite_plane_waits_for_that_one(
+    qtbot: QtBot, state: ViewerState, bar: CropBar
 ) -> None:
     state.set_crop(BOX)
-    type_into(bar.planes[0][0], "90")
-    assert shown(bar)[0] == (59, 60)
-    # Typed once more, it changes nothing, and the box shows what is.
-    type_into(bar.planes[0][0], "90")
-    assert shown(bar)[0] == (59, 60)
+    first, last = bar.planes[0]
+    type_into(first, "90")
+    assert state.crop == BOX and first.text() == "90"
+    assert first.entry.reason == "90 is above the limits: from 0 to 59."
+    # Once there is room for it, it counts.
+    type_into(last, "100")
+    qtbot.waitUntil(lambda: shown(bar)[0] == (90, 100))
+    assert not first.entry.reason
     type_into(bar.planes[2][1], "3")
-    assert shown(bar)[2] == (10, 11)
+    assert bar.planes[2][1].entry.reason == "3 is below the limits: from 11 to 20."
 
 
 def test_planes_between_voxels_stay_until_their_own_number_is_typed(

@@ -1,7 +1,9 @@
 from __future__ import annotations
 
 import pytest
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QColorDialog, QDialog, QPushButton
 from pytestqt.qtbot import QtBot
 
@@ -74,3 +76,29 @@ def test_the_last_choice_comes_back(qtbot: QtBot, background: tuple[int, int, in
     (accept,) = [b for b in dialog.findChildren(QPushButton) if b.text() == "Copy"]
     accept.click()
     assert dialog.result() == QDialog.DialogCode.Accepted
+
+
+def test_a_size_is_taken_on_tab_and_what_cannot_be_keeps_the_dialog_open(
+    qtbot: QtBot, dialog: PictureDialog
+) -> None:
+    dialog.show()
+    qtbot.waitExposed(dialog)
+    dialog.width_box.setFocus()
+    qtbot.waitUntil(dialog.width_box.hasFocus)
+    dialog.width_box.selectAll()
+    QTest.keyClicks(dialog.width_box, "2000")
+    QTest.keyClick(dialog.width_box, Qt.Key.Key_Tab)
+    assert (dialog.choice().width, dialog.choice().height) == (2000, 1500)
+    assert dialog.width_box.text() == "2000 px"
+    dialog.height_box.selectAll()
+    QTest.keyClicks(dialog.height_box, "12")
+    QTest.keyClick(dialog.height_box, Qt.Key.Key_Return)
+    (accept,) = [b for b in dialog.findChildren(QPushButton) if b.isDefault()]
+    accept.click()
+    assert dialog.isVisible() and dialog.height_box.hasFocus()
+    assert dialog.height_box.entry.reason == "12 is below the limits: from 16 to 8192."
+    dialog.height_box.selectAll()
+    QTest.keyClicks(dialog.height_box, "1 200")
+    accept.click()
+    assert dialog.result() == QDialog.DialogCode.Accepted
+    assert (dialog.choice().width, dialog.choice().height) == (1600, 1200)
