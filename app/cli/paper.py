@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
 from app.cli.choices import PaperItem
 from app.cli.console import about, console, counting, print_table
 from app.cli.outputs import make_room_for, write_json, write_text
+from app.cli.paper_order import QUICK_COUNT, PaperOrder
 from app.cli.render import load_fitted
 from model.errors import CheckpointError
 from model.generator.catalog import volume_for
@@ -25,38 +25,13 @@ from model.paper.value_edits import ValueStep, value_edits
 from model.samples.sample_store import SampleStore
 from model.scene.default_tf import default_transfer_function
 from model.scene.inputs import SceneInputs
-from model.scene.view import View
-from model.volume_files.source import VolumeSource
 
 MAP_SAMPLES = 10_000
 QUICK_MAP_SAMPLES = 400
-QUICK_COUNT = 12
 PICTURE_COUNT = 200
 TABLE_COUNT = 2000
 TIMED_SAMPLES = 40
 REPEATS = 20
-
-
-@dataclass(frozen=True)
-class PaperOrder:
-    """Options of the ``paper`` command; see :func:`app.cli.paper_commands.paper`."""
-
-    item: PaperItem
-    out: Path
-    model: Path | None
-    volume: VolumeSource
-    view: View
-    tf: Path | None
-    count: int | None
-    dataset: Path | None
-    minutes: float
-    quick: bool
-    workers: int | None
-    device: str
-
-    def samples(self, usual: int) -> int:
-        """Return the number of hold-out samples where it is usually so many."""
-        return self.count or (QUICK_COUNT if self.quick else usual)
 
 
 def make_items(order: PaperOrder) -> None:

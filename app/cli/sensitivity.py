@@ -294,6 +294,7 @@ def _result(
         if asked.kind == "blocks"
         else int(asked.pixels(size).mask(size).sum()),
         edit=asked.edit,
+        colors=asked.inputs.color_tf.sample(volume.scalar_range),
         whole_scale=None
         if answer.blocks is None
         else global_scale(answer.blocks, _block(size) ** 2, asked.width),
