@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.figures.map_plot import Brush, Disc, add_map
-from app.figures.paper_pages import PLOT, Page
+from app.figures.pages import PLOT, Page
 from app.figures.tf_plot import TFPlot
 
 MAP, GRID = 620, 620

@@ -8,7 +8,7 @@ import numpy as np
 
 from app.figures.map_plot import Disc, add_map
 from app.figures.mosaic import mosaic
-from app.figures.paper_pages import PICTURE, PLOT, Page
+from app.figures.pages import PICTURE, PLOT, Page
 from app.figures.tf_plot import TFPlot
 from model.latent.latent_map import LatentMap
 from model.paper.exploration import Exploration, Place

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from app.figures.paper_pages import add_rectangle
+from app.figures.pages import add_rectangle
 from app.figures.plots import (
     AXIS_WIDTH,
     add_caption,
