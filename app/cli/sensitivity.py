@@ -316,4 +316,6 @@ def _caption(order: SensitivityOrder, volume: Volume, answer: _Answer) -> str:
         f"lighting {answer.lighting}",
         f"{size} x {size} pixels",
     ]
+    if order.engine == "blockwise" and order.value is not None:
+        facts.append(f"r = {-(-size // (order.block or _block(size)))} blocks along each side")
     return ", ".join(facts) + (", cropped" if order.crop is not None else "")

@@ -26,7 +26,7 @@ LEFT_WIDTH = 52
 STRIP = 0.07
 """Height of the strip of the TF's colours below the curve, of the axis."""
 
-MARKS = 6
+RESPONSES_PER_AXIS = 6
 """Numbers along the axis of sensitivities, about."""
 
 ROOM = 1.08
@@ -152,7 +152,7 @@ def _add_responses(plot: Any, values: NDArray[np.floating], content: TFPlot) -> 
     axis = plot.getAxis("right")
     axis.setTextPen(pg.mkColor(SENSITIVITY_COLOR))
     axis.setWidth(RIGHT_WIDTH)
-    step = _round_step((1 - lowest) * largest / MARKS)
+    step = _round_step((1 - lowest) * largest / RESPONSES_PER_AXIS)
     marks = np.arange(np.ceil(lowest * largest / step), np.floor(largest / step) + 1) * step
     axis.setTicks([[(mark / largest, f"{mark + 0.0:.3g}") for mark in marks]])
     return lowest
