@@ -62,13 +62,30 @@ class _Engine:
 
 @dataclass(frozen=True, eq=False)
 class _Found:
-    """Arrays for an `.npz` file, a picture (H, W, 3) with its caption, and the TF of a place."""
+    """Arrays for an `.npz` file, and what a figure shows.
+
+    Attributes
+    ----------
+    arrays : dict of ndarray
+    grid : ndarray, shape (H, W, 3), or None
+        Pictures of the cells.
+    picture : ndarray, shape (H, W, 3), or None
+        Of the place.
+    place : tuple of float, or None
+        With the radius of its disc, or 0.
+    opacity_tf : OpacityTF or None
+        Of the place.
+    """
 
     arrays: dict[str, NDArray[Any]]
+    grid: Images | None = None
     picture: Images | None = None
-    caption: str = ""
-    place: tuple[float, float] | None = None
+    place: tuple[float, float, float] | None = None
     opacity_tf: OpacityTF | None = None
+
+    def beside(self, place: _Found) -> _Found:
+        """Return a grid with a place."""
+        return replace(place, arrays={**self.arrays, **place.arrays}, grid=self.grid)
 
 
 def save_latent(order: LatentOrder) -> None:
@@ -85,20 +102,19 @@ def save_latent(order: LatentOrder) -> None:
     inputs = SceneInputs.of(order.view, colors)
     engine = _engine(order, volume, space, inputs)
     try:
+        found = _Found({})
         if order.grid is not None:
             found = _grid(map_, order.grid, engine)
-        elif order.at is not None:
-            found = _at(space, map_, order.at, engine)
+        if order.at is not None:
+            found = found.beside(_at(space, map_, order.at, engine))
         elif order.near is not None:
             tf = load_fitted(order.near, volume.scalar_range)
             found = _near(space, map_, tf.opacity, engine)
-        else:
-            found = _Found({})
     finally:
         engine.close()
     make_room_for(order.out)
     if order.out.suffix.lower() == ".png":
-        _draw_figure(order, volume, map_, found, engine.of)
+        _draw_figure(order, volume, map_, found, colors, engine.of)
     else:
         _write(order.out, map_, found, colors)
     _tell(map_)
@@ -196,15 +212,14 @@ def _grid(map_: LatentMap, brush: Brush, engine: _Engine) -> _Found:
     images = np.full((*filled.shape, *drawn.shape[1:]), np.nan, dtype=np.float32)
     images[filled] = drawn
     arrays: dict[str, NDArray[Any]] = {"cells": cells.codes, "count": cells.count, "images": images}
-    caption = f"Means of the rectangle's 4 x 4 cells, {PICTURES[engine.of]}"
-    return _Found(arrays, mosaic(images[..., :3]), caption)
+    return _Found(arrays, mosaic(images[..., :3]))
 
 
 def _at(space: LatentSpace, map_: LatentMap, place: Place, engine: _Engine) -> _Found:
     blend = map_.at(place)
     if not blend.samples:
         console.print("No sample lies in the disc around this place; the nearest one is taken.")
-    return _one(space, blend.code, np.array(place), engine)
+    return _one(space, blend.code, np.array(place), engine, map_.radius)
 
 
 def _near(space: LatentSpace, map_: LatentMap, tf: OpacityTF, engine: _Engine) -> _Found:
@@ -220,13 +235,13 @@ def _one(
     code: NDArray[np.float32],
     place: NDArray[np.floating],
     engine: _Engine,
+    radius: float = 0.0,
 ) -> _Found:
     tf = space.tf_of(code)
     image = engine.draw(code[None])[0]
     arrays = {"code": code, "place": place, "tf": tf.sample(), "image": image}
     x, y = (float(number) for number in place)
-    caption = f"At {x:.3f},{y:.3f}, {PICTURES[engine.of]}"
-    return _Found(arrays, image[..., :3], caption, (x, y), fitted_curve(tf))
+    return _Found(arrays, None, image[..., :3], (x, y, radius), fitted_curve(tf))
 
 
 def _draw_figure(
@@ -234,23 +249,33 @@ def _draw_figure(
     volume: Volume,
     map_: LatentMap,
     found: _Found,
+    colors: TransferFunction,
     of: PictureOf,
 ) -> None:
     from app.figures.latent_figure import LatentFigure, save_latent_figure
+    from app.figures.tf_plot import TFPlot
 
     drawn_by = "ray caster" if order.model is None else f"model {order.model.name}"
     units = f" ({volume.units})" if volume.units else ""
+    tf = None
+    if found.opacity_tf is not None:
+        tf = TFPlot(
+            "Its opacity TF",
+            volume.scalar_range,
+            found.opacity_tf.sample(volume.scalar_range),
+            colors.color.sample(volume.scalar_range),
+            f"scalar value{units}",
+        )
     save_latent_figure(
         order.out,
         LatentFigure(
             f"{volume.name}, view {view_text(order.view)}, by the {drawn_by}",
             map_.places,
-            found.picture,
-            found.caption,
+            found.grid,
             order.grid,
+            found.picture,
             found.place,
-            found.opacity_tf,
-            f"scalar value{units}",
+            tf,
             _explanation(order, volume, of),
         ),
     )
@@ -260,15 +285,16 @@ def _explanation(order: LatentOrder, volume: Volume, of: PictureOf) -> str:
     """Say what the parts of the figure are."""
     facts = ["Grey: samples of opacity TFs, near each other where their codes are"]
     if order.grid is not None:
-        facts.append(
-            "orange: a rectangle of 4 x 4 cells, each of which is drawn at its place beside the map"
-        )
-    elif order.at is not None or order.near is not None:
-        shown = "that its code decodes to" if of == "code" else "under which the picture is drawn"
-        facts.append(f"orange cross: the place of the TF below, {shown}")
+        facts.append("orange: a rectangle, whose cells' pictures are on the left")
+    if order.at is not None:
+        facts.append("blue: the weights of the codes that the picture on the right is of")
+    elif order.near is not None:
+        facts.append("blue cross: the approximate place of the TF")
     if order.grid is not None or order.at is not None or order.near is not None:
         lighting = "none" if order.model is None else load_card(order.model).scene.lighting
-        facts.append(f"colours of the {tf_text(order.tf)}, lighting {lighting}")
+        facts.append(
+            f"pictures {PICTURES[of]}, colours of the {tf_text(order.tf)}, lighting {lighting}"
+        )
     units = f" {volume.units}" if volume.units else ""
     facts.append(f"TFs over {range_text(volume.scalar_range)}{units}")
     return "; ".join(facts) + "."

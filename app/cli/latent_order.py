@@ -41,8 +41,10 @@ class LatentOrder:
     picture: PictureOf | None = None
 
     def __post_init__(self) -> None:
-        if sum(one is not None for one in (self.grid, self.at, self.near)) > 1:
-            raise LatentError("Give one of --grid, --at and --near, as each is a question.")
+        if self.near is not None and (self.grid is not None or self.at is not None):
+            raise LatentError(
+                "Give --near alone: beside --grid and --at it would be a second place."
+            )
         if self.model is not None and self.volume.scalar_range is not None:
             raise LatentError(
                 "A model draws over the range that it was trained on; leave --range out."

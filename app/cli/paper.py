@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
 from app.cli.choices import PaperItem
 from app.cli.console import about, console, counting, print_table
 from app.cli.outputs import make_room_for, write_json, write_text
+from app.cli.paper_order import QUICK_COUNT, PaperOrder
 from app.cli.render import load_fitted
 from model.errors import CheckpointError
-from model.generator.catalog import volume_for
 from model.latent.latent_map import LatentMap
+from model.networks.card import load_card
 from model.paper.comparison import Compared, compared_samples
 from model.paper.exploration import Exploration, detail, final_map, overview, walk
 from model.paper.overview import approach
@@ -21,42 +21,18 @@ from model.paper.region_edits import region_edits
 from model.paper.subject import Subject, open_subject, shipped_paper_models
 from model.paper.table import Table
 from model.paper.tables import HoldoutErrors, holdout_errors, table_1, table_2
-from model.paper.value_edits import ValueStep, value_edits
+from model.paper.value_edits import PAPER_R, ValueStep, value_edits
 from model.samples.sample_store import SampleStore
 from model.scene.default_tf import default_transfer_function
 from model.scene.inputs import SceneInputs
-from model.scene.view import View
-from model.volume_files.source import VolumeSource
 
 MAP_SAMPLES = 10_000
 QUICK_MAP_SAMPLES = 400
-QUICK_COUNT = 12
 PICTURE_COUNT = 200
 TABLE_COUNT = 2000
 TIMED_SAMPLES = 40
 REPEATS = 20
-
-
-@dataclass(frozen=True)
-class PaperOrder:
-    """Options of the ``paper`` command; see :func:`app.cli.paper_commands.paper`."""
-
-    item: PaperItem
-    out: Path
-    model: Path | None
-    volume: VolumeSource
-    view: View
-    tf: Path | None
-    count: int | None
-    dataset: Path | None
-    minutes: float
-    quick: bool
-    workers: int | None
-    device: str
-
-    def samples(self, usual: int) -> int:
-        """Return the number of hold-out samples where it is usually so many."""
-        return self.count or (QUICK_COUNT if self.quick else usual)
+QUICK_BLOCKS = 4
 
 
 def make_items(order: PaperOrder) -> None:
@@ -103,7 +79,11 @@ class _Maker:
         if item is PaperItem.TABLE1:
             return self._write(item, self._table_1())
         if item is PaperItem.TABLE2:
-            return self._write(item, table_2(self._subject, 3 if self._order.quick else REPEATS))
+            quick = self._order.quick
+            table = table_2(
+                self._subject, 3 if quick else REPEATS, QUICK_BLOCKS if quick else PAPER_R
+            )
+            return self._write(item, table)
         from app.cli.paper_studies import make_study
 
         return make_study(self._order, item)
@@ -118,9 +98,20 @@ class _Maker:
                 "No model of the paper's networks is shipped; train one with 'train "
                 "--architecture paper', and give its folder by --model."
             )
-        wanted = self._order.volume.path
-        # Those of the volume that is asked for come first; the others are not of it.
-        return [f for f in folders if volume_for(f) == wanted] if wanted else folders
+        if self._order.volume.path is None:
+            return folders
+        volume = self._order.volume.read()
+        fitting = [
+            folder
+            for folder in folders
+            if load_card(folder).scene.volume_fingerprint == volume.fingerprint
+        ]
+        if not fitting:
+            raise CheckpointError(
+                f"No model of the paper's networks is shipped for '{volume.name}'; train one with "
+                "'train --architecture paper', and give its folder by --model."
+            )
+        return fitting
 
     @cached_property
     def _subjects(self) -> list[Subject]:

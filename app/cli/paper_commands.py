@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from app.cli import choices, options, values
+from app.cli.paper_order import PaperOrder
 from model.scene.view import View
 
 FIGURE_VIEW = View(30.0, 20.0, 0.0, 0.65)
@@ -81,7 +82,7 @@ def paper(
     """Make the paper's figures and tables anew, from a trained model or small studies."""
     source = values.source(volume, raw, component)
     # Late: with it comes torch.
-    from app.cli.paper import PaperOrder, make_items
+    from app.cli.paper import make_items
 
     make_items(
         PaperOrder(

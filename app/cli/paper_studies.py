@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from app.cli.choices import PaperItem
 from app.cli.console import about, console
+from app.cli.paper_order import PaperOrder
 from app.cli.study import StudyOrder, study_models
 from model.evaluation.study import STUDIES
 from model.training.job import TrainingJob
-
-if TYPE_CHECKING:
-    from app.cli.paper import PaperOrder
 
 PRESET = "draft"
 """64 x 64 pixels, as the paper's own study of dimensions has; a quarter of its width."""

@@ -294,6 +294,7 @@ def _result(
         if asked.kind == "blocks"
         else int(asked.pixels(size).mask(size).sum()),
         edit=asked.edit,
+        colors=asked.inputs.color_tf.sample(volume.scalar_range),
         whole_scale=None
         if answer.blocks is None
         else global_scale(answer.blocks, _block(size) ** 2, asked.width),
@@ -315,4 +316,6 @@ def _caption(order: SensitivityOrder, volume: Volume, answer: _Answer) -> str:
         f"lighting {answer.lighting}",
         f"{size} x {size} pixels",
     ]
+    if order.engine == "blockwise" and order.value is not None:
+        facts.append(f"r = {-(-size // (order.block or _block(size)))} blocks along each side")
     return ", ".join(facts) + (", cropped" if order.crop is not None else "")

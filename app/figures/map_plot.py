@@ -16,7 +16,7 @@ HOVER_COLOR = 20, 40, 140
 
 Brush = tuple[float, float, float, float]
 Disc = tuple[float, float, float]
-"""A place and the radius of the disc around it that codes are interpolated over."""
+"""A place and the radius of the disc around it that codes are interpolated over, or 0."""
 
 
 def add_map(
@@ -45,7 +45,7 @@ def add_map(
     x, y = places.astype(np.float64).T
     plot.addItem(pg.ScatterPlotItem(x, y, size=3, pen=None, brush=pg.mkBrush(*MAP_COLOR)))
     for disc in discs:
-        plot.addItem(_blob(disc))
+        plot.addItem(_blob(disc) if disc[2] else _cross(disc))
     if brush is not None:
         pen = pg.mkPen(BRUSH_COLOR, width=2)
         left, lower, right, upper = brush
@@ -59,6 +59,16 @@ def add_map(
             text.setPos(px, py)
             plot.addItem(text)
     return plot
+
+
+def _cross(disc: Disc) -> Any:
+    """Return a cross at a place."""
+    import pyqtgraph as pg
+
+    x, y, _ = disc
+    item = pg.ScatterPlotItem([x], [y], size=16, symbol="+", pen=pg.mkPen(HOVER_COLOR, width=2))
+    item.setZValue(5)
+    return item
 
 
 def _blob(disc: Disc) -> Any:

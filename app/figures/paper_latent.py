@@ -8,7 +8,7 @@ import numpy as np
 
 from app.figures.map_plot import Disc, add_map
 from app.figures.mosaic import mosaic
-from app.figures.paper_pages import PICTURE, PLOT, Page
+from app.figures.pages import PICTURE, PLOT, Page
 from app.figures.tf_plot import TFPlot
 from model.latent.latent_map import LatentMap
 from model.paper.exploration import Exploration, Place
@@ -59,7 +59,9 @@ def save_walk(
         page.picture(0, column, f"({column + 1})", place.image)
         page.tf(1, column, decoded_plot(f"decoded TF ({column + 1})", inputs, place, units))
         discs.append((*place.place, place.radius))
-    add_map(page.layout, 3, 0, "places on the map", map_.places, None, discs, columns=len(places))
+    middle, width = max(0, (len(places) - 2) // 2), min(2, len(places))
+    title = "places on the map"
+    add_map(page.layout, 3, middle, title, map_.places, None, discs, columns=width)
     page.save(
         path,
         "Top: pictures of interpolated latent codes; middle: the opacity TFs that they decode to; "

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from app.figures.map_plot import add_map
 from app.figures.mosaic import mosaic
+from app.figures.pages import PICTURE, PLOT, Page
 from app.figures.paper_latent import GRID, MAP, decoded_plot
-from app.figures.paper_pages import PICTURE, PLOT, Page
 from app.figures.plots import add_image
 from app.figures.tf_plot import TFPlot
 from model.paper.comparison import Compared

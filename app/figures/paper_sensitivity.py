@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from app.figures.paper_pages import PICTURE, PLOT, Page
+from app.figures.pages import PICTURE, PLOT, Page
 from app.figures.tf_plot import TFPlot
 from model.paper.region_edits import RegionStep
 from model.paper.value_edits import PAPER_R, ValueStep

@@ -8,17 +8,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from app.figures.pages import add_rectangle
 from app.figures.plots import (
     AXIS_WIDTH,
-    Curve,
-    Plot,
     add_caption,
     add_image,
-    add_plot,
     label_axis,
     new_layout,
     save_layout,
 )
+from app.figures.tf_plot import TFPlot, add_tf_plot
 from model.scene.region import Region
 from model.scene.transfer_function import TF_SAMPLES
 from model.sensitivity.display import (
@@ -44,7 +43,8 @@ CUT_FROM = 3.0
 """Factor from which the highest response may be left out of a plot of those of interest."""
 
 FIGURE_SIZE = 980, 540
-CURVE_SIZE = 1180, 640
+CURVE_SIZE = 1180, 560
+BAND_HEIGHT = 230
 BAR_WIDTH = 125
 
 
@@ -74,28 +74,30 @@ def save_figure(
 
 
 def _save_curve(path: Path, result: SensitivityResult, caption: str, region: Region | None) -> None:
-    values = result.scalar_values
     shown = shown_responses(result.sensitivity, result.pixels, result.width)
-    sensitivity = Curve(f"{result.source}", values, shown)
-    opacity = Curve("opacity", values, result.opacity)
-    name = MEASURE_NAMES[result.measure]
-    title = f"Sensitivity of {result.place}"
+    title = f"Sensitivity of {result.place}: {result.source}"
     inside, highest = (float(np.abs(v).max(initial=0)) for v in (shown[result.in_window], shown))
     # Only where the background's values would leave the others flat is the curve cut.
-    limit = 1.2 * inside if 0 < inside < highest / CUT_FROM else None
-    if limit is not None:
+    is_cut = 0 < inside < highest / CUT_FROM
+    if is_cut:
         title += f"; reaches beyond to {shown[np.abs(shown).argmax()]:.3g}"
-    plots = (
-        Plot(title, result.axis_label, f"{name} / +.01", (sensitivity,), y_limit=limit),
-        Plot("Opacity TF", result.axis_label, "opacity", (opacity,)),
-    )
     layout = new_layout(*CURVE_SIZE)
-    for row, plot in enumerate(plots):
-        add_plot(layout, row, 0, plot)
-    image = add_image(layout, 0, 1, "Image", result.image, rows=2)
+    layout.addLabel(title, 0, 0, 1, 2, color="k")
+    image = add_image(layout, 1, 0, "Image", result.image)
     if region is not None:
-        _outline(image, region)
-    _share_width(layout, 3, 2)
+        add_rectangle(image, region)
+    plot = TFPlot(
+        "Opacity TF (blue) and sensitivity (red)",
+        result.scalar_range,
+        result.opacity,
+        result.colors,
+        result.axis_label,
+        responses=shown,
+        response_label=f"{MEASURE_NAMES[result.measure]} / +.01",
+        window=result.in_window if is_cut else None,
+    )
+    add_tf_plot(layout, 1, 1, plot)
+    _share_width(layout, 2, 3)
     caption = ", ".join(filter(None, [caption, _edits(result)]))
     add_caption(layout, 2, 2, caption, CURVE_SIZE[0])
     save_layout(path, layout, f"{title}. {caption}")
@@ -113,8 +115,10 @@ def _save_field(path: Path, result: SensitivityResult, caption: str) -> None:
         strength = field_of_value(result.sensitivity, None, result.scalar_range)
         field = np.asarray(spread_blocks(strength, size, block), dtype=np.float64)
         label, measure = "mean over values, each relative to its largest", "change"
+        caption = f"{caption}, r = {len(result.sensitivity)} blocks along each side"
     scale = scale_of(field)
-    layout = new_layout(*FIGURE_SIZE)
+    width, height = FIGURE_SIZE
+    layout = new_layout(width, height + (0 if result.edit is None else BAND_HEIGHT))
     title = f"Sensitivity to {result.place}: {result.source}"
     layout.addLabel(title, 0, 0, 1, 3, color="k")
     add_image(layout, 1, 0, "Image", image)
@@ -127,9 +131,20 @@ def _save_field(path: Path, result: SensitivityResult, caption: str) -> None:
         add_image(layout, 1, 1, MEASURE_NAMES[measure], overlay(image, field, scale, measure))
         low = -scale if measure == "signed" else 0.0
         add_bar(layout, 1, 2, color_bar(measure, 256), (low, scale), label)
-    _share_width(layout, 1, 1)
+    if result.edit is not None:
+        plot = TFPlot(
+            "Opacity TF (blue) and the band of edits (red)",
+            result.scalar_range,
+            result.opacity,
+            result.colors,
+            result.axis_label,
+            band=result.edit / result.edit.max(),
+        )
+        add_tf_plot(layout, 2, 0, plot, columns=3).setMaximumHeight(BAND_HEIGHT)
+    for column in range(2):
+        layout.ci.layout.setColumnFixedWidth(column, (width - BAR_WIDTH) // 2 - 25)
     caption = ", ".join(filter(None, [caption, _edits(result)]))
-    add_caption(layout, 2, 3, caption, FIGURE_SIZE[0])
+    add_caption(layout, 3, 3, caption, width)
     save_layout(path, layout, f"{title}. {caption}")
 
 
@@ -148,14 +163,6 @@ def _edits(result: SensitivityResult) -> str:
     units = f" {result.units}" if result.units else ""
     width = result.width / (TF_SAMPLES - 1) * (hi - lo)
     return f"edits of standard deviation {width:.3g}{units}"
-
-
-def _outline(plot: Any, region: Region) -> None:
-    import pyqtgraph as pg
-
-    x = [region.left, region.right, region.right, region.left, region.left]
-    y = [region.top, region.top, region.bottom, region.bottom, region.top]
-    plot.plot(x, y, pen=pg.mkPen("w", width=2))
 
 
 def add_bar(

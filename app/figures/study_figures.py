@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from app.figures.paper_pages import PICTURE, Page
+from app.figures.pages import PICTURE, Page
 from app.figures.plots import AXIS_WIDTH, COLORS, INK, label_axis, new_layout, save_layout
 from model.evaluation.study import Study
 from model.evaluation.study_pictures import StudyPictures

@@ -26,7 +26,7 @@ LEFT_WIDTH = 52
 STRIP = 0.07
 """Height of the strip of the TF's colours below the curve, of the axis."""
 
-MARKS = 4
+RESPONSES_PER_AXIS = 6
 """Numbers along the axis of sensitivities, about."""
 
 ROOM = 1.08
@@ -42,8 +42,8 @@ class TFPlot:
     title : str
     scalar_range : tuple of float
     opacity : ndarray, shape (256,)
-    colors : ndarray, shape (256, 3)
-        In [0, 1].
+    colors : ndarray, shape (256, 3), or None
+        In [0, 1], for a strip below the curve.
     value_label : str
     responses : ndarray, shape (256,), or None
         Sensitivity, drawn in red over the opacity curve with an axis of its own.
@@ -59,7 +59,7 @@ class TFPlot:
     title: str
     scalar_range: Range
     opacity: NDArray[np.floating]
-    colors: NDArray[np.floating]
+    colors: NDArray[np.floating] | None
     value_label: str = "scalar value"
     responses: NDArray[np.floating] | None = None
     response_label: str = "change / +.01"
@@ -81,16 +81,20 @@ class TFPlot:
         )
 
 
-def add_tf_plot(layout: Any, row: int, column: int, content: TFPlot, rows: int = 1) -> Any:
+def add_tf_plot(
+    layout: Any, row: int, column: int, content: TFPlot, rows: int = 1, columns: int = 1
+) -> Any:
     """Add the plot to a layout, and return it."""
     import pyqtgraph as pg
 
-    plot = layout.addPlot(row=row, col=column, rowspan=rows)
+    plot = layout.addPlot(row=row, col=column, rowspan=rows, colspan=columns)
     plot.setTitle(content.title, color=INK)
     label_axis(plot, "bottom", content.value_label)
     label_axis(plot, "left", "opacity")
     plot.getAxis("left").setTextPen(pg.mkColor(OPACITY_COLOR))
     plot.getAxis("left").setWidth(LEFT_WIDTH)
+    # Below 0, where sensitivities may be, there are no opacities.
+    plot.getAxis("left").setTicks([[(0, "0"), (0.5, "0.5"), (1, "1")]])
     lo, hi = content.scalar_range
     values = np.linspace(lo, hi, TF_SAMPLES)
     lowest = -STRIP
@@ -105,10 +109,11 @@ def add_tf_plot(layout: Any, row: int, column: int, content: TFPlot, rows: int =
         pen = pg.mkPen(MODE_COLOR, width=2, style=pg.QtCore.Qt.PenStyle.DashLine)
         shown = np.where(bump < 0.005, np.nan, bump)
         plot.plot(values, shown, pen=pen, connect="finite")
-    levels = np.rint(255 * np.clip(content.colors, 0, 1)).astype(np.uint8)[None]
-    strip = pg.ImageItem(levels, axisOrder="row-major", levels=(0, 255))
-    strip.setRect(lo, lowest - STRIP, hi - lo, STRIP)
-    plot.addItem(strip)
+    if content.colors is not None:
+        levels = np.rint(255 * np.clip(content.colors, 0, 1)).astype(np.uint8)[None]
+        strip = pg.ImageItem(levels, axisOrder="row-major", levels=(0, 255))
+        strip.setRect(lo, lowest - STRIP, hi - lo, STRIP)
+        plot.addItem(strip)
     plot.setXRange(lo, hi, padding=0)
     plot.setYRange(lowest - STRIP, ROOM, padding=0)
     return plot
@@ -147,9 +152,9 @@ def _add_responses(plot: Any, values: NDArray[np.floating], content: TFPlot) -> 
     axis = plot.getAxis("right")
     axis.setTextPen(pg.mkColor(SENSITIVITY_COLOR))
     axis.setWidth(RIGHT_WIDTH)
-    step = _round_step((1 - lowest) * largest / MARKS)
+    step = _round_step((1 - lowest) * largest / RESPONSES_PER_AXIS)
     marks = np.arange(np.ceil(lowest * largest / step), np.floor(largest / step) + 1) * step
-    axis.setTicks([[(mark / largest, f"{mark:.3g}") for mark in marks]])
+    axis.setTicks([[(mark / largest, f"{mark + 0.0:.3g}") for mark in marks]])
     return lowest
 
 

@@ -47,6 +47,7 @@ def shown_result(
         "scalar_window": dispatcher.window,
         "units": units,
         "opacity": state.transfer_function.opacity.sample(),
+        "colors": state.transfer_function.color.sample(),
         "image": image,
         "sensitivity": answer.value,
         "width": answer.request.width,

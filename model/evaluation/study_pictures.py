@@ -37,7 +37,7 @@ def study_pictures(study: Study, plan: StudyPlan, count: int = PICTURED) -> Stud
     samples = plan.store.read("holdout", range(plan.count))
     shows = samples.rgba[..., 3].mean(axis=(1, 2)) / 255 >= LEAST_CONTENT
     chosen = np.flatnonzero(shows if shows.any() else ~shows)[:count]
-    columns = {
+    columns: dict[str, NDArray[np.floating]] = {
         "ground truth": samples.rgba[chosen, ..., :3] / 255,
         "nearest neighbour": nearest_images(samples.rgba[chosen], plan.store)[..., :3] / 255,
     }

@@ -136,7 +136,7 @@ def _sample_seconds(subject: Subject, count: int) -> float:
         renderer.close()
 
 
-def table_2(subject: Subject, repeats: int) -> Table:
+def table_2(subject: Subject, repeats: int, blocks: int = PAPER_R) -> Table:
     """Return Table 2: size and times of a model, beside the paper's.
 
     Parameters
@@ -145,6 +145,8 @@ def table_2(subject: Subject, repeats: int) -> Table:
     repeats : int
         Images and grids of which the median time is taken; fields are timed once, as they take
         long.
+    blocks : int
+        Blocks along each side of the fields; the paper takes 8 or 16.
     """
     generator = subject.generator
     scene, card = generator.scene, generator.card
@@ -154,13 +156,13 @@ def table_2(subject: Subject, repeats: int) -> Table:
     stored = sum(path.stat().st_size for path in subject.folder.glob("generator-*.safetensors"))
     hours = float(card.training.get("seconds", 0)) / 3600
     seen = int(card.training.get("samples_seen", 0))
-    block = subject.size // PAPER_R
+    block = subject.size // blocks
     render = _seconds(lambda: generator.render(inputs), repeats)
     explore = _seconds(
         lambda: draw_codes(generator, subject.space, codes, inputs), max(1, repeats // 4)
     )
-    field = _seconds(lambda: Sensitivity(generator, inputs).field(block), 1)
-    blockwise = _seconds(lambda: Sensitivity(generator, inputs).blockwise(block), 1)
+    field = _once(lambda: Sensitivity(generator, inputs).field(block))
+    blockwise = _once(lambda: Sensitivity(generator, inputs).blockwise(block))
     return Table(
         "Table 2: size of the network, and times",
         ("", "size", "train", "render", "TF explore", "TF sensitivity"),
@@ -180,20 +182,22 @@ def table_2(subject: Subject, repeats: int) -> Table:
             f"{card.size.width:g} of the paper's width, {seen:,} samples seen in training "
             "(starts from earlier models not counted). Size: generators in single precision; on "
             "disk in half. TF explore: the 16 pictures of a grid in one batch. TF sensitivity: "
-            f"fields of all values in {PAPER_R} x {PAPER_R} blocks, one backward pass for each "
+            f"fields of all values in {blocks} x {blocks} blocks, one backward pass for each "
             "as in the paper, and (in brackets) by one forward pass for each number of the code.",
         ),
     )
 
 
 def _seconds(work: Callable[[], object], repeats: int) -> float:
+    """Median seconds, after a first time that also prepares what stays."""
     work()
-    durations = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        work()
-        durations.append(time.perf_counter() - start)
-    return median(durations)
+    return median(_once(work) for _ in range(repeats))
+
+
+def _once(work: Callable[[], object]) -> float:
+    start = time.perf_counter()
+    work()
+    return time.perf_counter() - start
 
 
 def _short(number: float) -> str:

@@ -50,6 +50,8 @@ class SensitivityResult:
         Number of the region's or of a block's pixels.
     edit : ndarray of float32, shape (256,), optional
         The edit of a value's sensitivity.
+    colors : ndarray of float32, shape (256, 3), optional
+        The colour TF, for figures.
     whole_scale : float, optional
         End of the scale of all values' fields, where a value's field is to be coloured by it;
         see :func:`model.sensitivity.global_scale.global_scale`.
@@ -68,6 +70,7 @@ class SensitivityResult:
     place: str
     pixels: int
     edit: NDArray[np.float32] | None = None
+    colors: NDArray[np.floating] | None = None
     whole_scale: float | None = None
 
     @property

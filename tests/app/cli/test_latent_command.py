@@ -9,7 +9,7 @@ from skimage.io import imread
 
 from app.cli import run
 from model.latent.embedding import EmbeddingProcess, normalized
-from model.scene.transfer_function import TransferFunction
+from model.scene.transfer_function import ColorTF, OpacityTF, TransferFunction
 
 
 @pytest.fixture(scope="module")
@@ -70,17 +70,31 @@ def test_a_place_becomes_a_tf_that_is_found_there(
         ("--out x.npz --at 1", "takes 2 numbers"),
         ("--out x.npz --grid 0,0,nan,1", "takes 4 numbers"),
         ("--out x.npz --grid 5,5,6,6", "no sample"),
-        ("--out x.npz --at 0,0 --grid 0,0,1,1", "Give one of"),
+        ("--out x.npz --at 0,0 --near {tf}", "Give --near alone"),
     ],
 )
 def test_questions_that_make_no_sense(
     volume: str, options: str, problem: str, tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str],
 ) -> None:  # fmt: skip
+    tf = tmp_path / "tf.json"
+    TransferFunction(OpacityTF((0, 1)), ColorTF((0, 1), ((0, 0, 0, 0), (1, 1, 1, 1)))).save(tf)
     monkeypatch.chdir(tmp_path)
-    assert run(f"latent {volume} {options}".split()) == 2
+    assert run(f"latent {volume} {options.format(tf=tf)}".split()) == 2
     assert problem in capsys.readouterr().err
-    assert not list(tmp_path.iterdir())
+    assert list(tmp_path.iterdir()) == [tf]
+
+
+def test_a_grid_and_a_place_stand_in_one_figure(volume: str, tmp_path: Path) -> None:
+    base = f"latent {volume} --size 16 --out {tmp_path}"
+    question = "--grid=-0.5,-1,0.5,0.2 --at 0.3,-0.7"
+    assert run(f"{base}/both.png {question}".split()) == 0
+    assert run(f"{base}/grid.png --grid=-0.5,-1,0.5,0.2".split()) == 0
+    both, grid = (imread(tmp_path / f"{name}.png") for name in ("both", "grid"))
+    assert both.shape[1] > grid.shape[1] + 300
+    assert run(f"{base}/both.npz {question}".split()) == 0
+    with np.load(tmp_path / "both.npz") as arrays:
+        assert {"cells", "images", "code", "image", "tf"} <= set(arrays)
 
 
 def test_a_codec_is_trained_and_mapped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,4 +1,4 @@
-"""Pages of the paper's figures: pictures and plots in rows, with letters, titles and a caption."""
+"""Pages of figures: pictures and plots in rows and columns, with a title and a caption."""
 
 from __future__ import annotations
 

@@ -1,0 +1,74 @@
+"""Plots of TFs: numbers beside them are of the curves that they stand beside."""
+
+from __future__ import annotations
+
+import numpy as np
+import pyqtgraph as pg
+import pytest
+
+from app.figures.map_plot import add_map
+from app.figures.plots import new_layout
+from app.figures.tf_plot import RESPONSES_PER_AXIS, TFPlot, add_tf_plot
+from model.latent.interpolation import blended_code
+from model.scene.transfer_function import GaussianMode
+
+COLORS = np.zeros((256, 3))
+VALUES = np.linspace(-100, 300, 256)
+
+
+def curves(plot: pg.PlotItem) -> list[pg.PlotDataItem]:
+    return [item for item in plot.items if isinstance(item, pg.PlotDataItem)]
+
+
+@pytest.mark.parametrize("largest", [3.9e-4, 0.02, 0.5, 7.0])
+def test_numbers_of_the_right_axis_are_those_of_the_sensitivity(largest: float) -> None:
+    responses = largest * np.sin(np.linspace(0, 9, 256))
+    content = TFPlot("t", (-100, 300), np.zeros(256), COLORS, responses=responses)
+    plot = add_tf_plot(new_layout(400, 250), 0, 0, content)
+    (drawn,) = (c for c in curves(plot) if np.nanmax(np.abs(c.yData)) > 0)
+    np.testing.assert_array_equal(drawn.xData, VALUES)
+    (ticks,) = plot.getAxis("right")._tickLevels
+    assert RESPONSES_PER_AXIS / 2 <= len(ticks) <= 2 * RESPONSES_PER_AXIS
+    scale = np.abs(drawn.yData).max() / np.abs(responses).max()
+    for place, text in ticks:
+        assert place == pytest.approx(float(text) * scale, rel=0.01, abs=1e-9)
+    np.testing.assert_allclose(drawn.yData, responses * scale)
+
+
+def test_the_background_does_not_set_the_axis() -> None:
+    responses = np.full(256, 0.01)
+    responses[:20] = -5.0
+    window = np.arange(256) >= 30
+    content = TFPlot("t", (-100, 300), np.zeros(256), None, responses=responses, window=window)
+    plot = add_tf_plot(new_layout(400, 250), 0, 0, content)
+    (drawn,) = (c for c in curves(plot) if np.nanmax(np.abs(c.yData)) > 0)
+    assert np.isnan(drawn.yData[:20]).all()
+    np.testing.assert_allclose(drawn.yData[30:], 1.0)
+
+
+def test_a_mode_is_drawn_where_it_is_and_nowhere_else() -> None:
+    mode = GaussianMode(100.0, 20.0, 0.3)
+    content = TFPlot("t", (-100, 300), np.full(256, 0.9), COLORS, mode=mode)
+    plot = add_tf_plot(new_layout(400, 250), 0, 0, content)
+    (bump,) = (c for c in curves(plot) if np.nanmax(c.yData) < 0.5)
+    shown = ~np.isnan(bump.yData)
+    expected = 0.3 * np.exp(-(((VALUES - 100) / 20) ** 2))
+    np.testing.assert_allclose(bump.yData[shown], expected[shown], atol=1e-9)
+    assert expected[~shown].max() < 0.01
+
+
+def test_the_blob_of_a_place_has_the_weights_of_its_interpolation() -> None:
+    radius, place = 0.3, (0.2, -0.1)
+    plot = add_map(new_layout(400, 400), 0, 0, "m", np.zeros((3, 2)), None, [(*place, radius)])
+    (blob,) = (item for item in plot.items if isinstance(item, pg.ImageItem))
+    alpha = blob.image[..., 3].astype(float)
+    middle = alpha[32, 32]
+    # Two samples, one of them at the place: the other's share of the mean is its weight.
+    for column in (40, 48, 60):
+        distance = (column - 32) / 32 * radius
+        places = np.array([place, (place[0] + distance, place[1])], dtype=np.float32)
+        codes = np.array([[0.0], [1.0]], dtype=np.float32)
+        share = float(blended_code(codes, places, place, radius).code[0])
+        weight = share / (1 - share)
+        assert alpha[32, column] / middle == pytest.approx(weight, abs=0.01)
+    assert alpha[0, 0] == 0
