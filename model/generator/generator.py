@@ -86,7 +86,9 @@ class Generator:
         backend : {"eager", "compiled", "openvino", "onnxruntime", "auto"}
             "auto" chooses the fastest on this machine, which is measured when a
             network of this size is first loaded, and then cached.
-        precision : {"float32", "bfloat16"}
+        precision : {"auto", "float32", "bfloat16"}
+            "auto" also tries inference libraries' bfloat16 where a network takes the opacity TF
+            through its code: what that loses is many times what is rounded.
 
         Raises
         ------
@@ -97,15 +99,15 @@ class Generator:
         """
         chosen = choose_device(device)
         card, network = load_model(folder)
-        by = choose_backends(backend, precision, chosen)
+        by = choose_backends(backend, precision, chosen, may_round=network.takes_code)
         about = {
             "size": asdict(card.size),
             "device": chosen.type,
             "precision": precision,
-            "candidates": [(candidate.name, library_version(candidate)) for candidate in by],
+            "candidates": [(candidate.text, library_version(candidate)) for candidate in by],
         }
         remembered = kept(NAME, about) if len(by) > 1 else None
-        by.sort(key=lambda candidate: candidate.name != remembered)
+        by.sort(key=lambda candidate: candidate.text != remembered)
         seconds: dict[Generator, float] = {}
         for candidate in by:
             generator = cls(card, network, chosen, candidate)
@@ -123,10 +125,10 @@ class Generator:
                     ) from error
                 logger.warning("%s: %s cannot draw it.", folder, candidate.name, exc_info=True)
                 continue
-            if len(by) == 1 or candidate.name == remembered:
+            if len(by) == 1 or candidate.text == remembered:
                 return generator
         fastest = min(seconds, key=seconds.__getitem__)
-        keep(NAME, about, fastest.backend.name)
+        keep(NAME, about, fastest.backend.text)
         return fastest
 
     @torch.inference_mode()
