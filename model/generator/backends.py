@@ -20,7 +20,9 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, cast, get_args
 
+import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from model.errors import DeviceError
@@ -211,14 +213,18 @@ class _ForEachSize:
 
     def __call__(self, *features: Tensor) -> tuple[Tensor, Tensor]:
         count = len(features[0])
-        parts = [
-            self._draw(*(x[first : first + TOGETHER] for x in features))
-            for first in range(0, count, TOGETHER)
-        ]
-        images, opacities = zip(*parts, strict=True)
-        return torch.cat(images), torch.cat(opacities)
+        found: list[NDArray[np.float32]] = []
+        for first in range(0, count, TOGETHER):
+            drawn = self._draw(*(x[first : first + TOGETHER] for x in features))
+            if not found:
+                found = [np.empty((count, *part.shape[1:]), np.float32) for part in drawn]
+            for images, part in zip(found, drawn, strict=True):
+                # A copy, as the library may reuse its memory; of filled up rows it has more.
+                images[first : first + TOGETHER] = part[: count - first]
+        image, opacity = map(torch.from_numpy, found)
+        return image, opacity
 
-    def _draw(self, *features: Tensor) -> tuple[Tensor, Tensor]:
+    def _draw(self, *features: Tensor) -> list[Any]:
         """Decode at most :data:`TOGETHER` rows; those that are missing are the last one again."""
         count = len(features[0])
         size = 1 if count == 1 else TOGETHER
@@ -227,9 +233,7 @@ class _ForEachSize:
             features = tuple(x[rows] for x in features)
         if size not in self._models:
             self._models[size] = self._make(*features)
-        image, opacity = self._models[size](*(x.contiguous().numpy() for x in features))
-        # The library may reuse its memory.
-        return torch.from_numpy(image[:count].copy()), torch.from_numpy(opacity[:count].copy())
+        return self._models[size](*(x.contiguous().numpy() for x in features))
 
 
 @contextmanager
