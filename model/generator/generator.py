@@ -250,6 +250,7 @@ class Generator:
             raise LatentError("A latent code holds NaN or infinite numbers; give finite ones.")
         return torch.from_numpy(codes).to(self.device)
 
+    @torch.inference_mode()
     def decode(self, latent: NDArray[np.float32]) -> NDArray[np.float32]:
         """Decode latent codes into opacity TFs.
 
