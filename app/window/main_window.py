@@ -57,8 +57,8 @@ from app.window.window_memory import WindowMemory
 
 WINDOW_SIZE = 1280, 860
 
-MODEL_TITLE, PAPER_TITLE = "Model", "Paper's networks"
-"""Titles of the generator's pane."""
+PAPER_TITLE = "Paper's networks"
+"""Title of the generator's pane with them."""
 
 LEAST_SCREEN = 1024
 """Width of the smallest screens that the window is made for, in pixels."""
@@ -95,7 +95,7 @@ class MainWindow(QMainWindow):
             EngineClient(name, self) for name in ("generator", "reference", "analyst")
         )
         self.brightness = Brightness(self.preferences, self)
-        self.generator = EnginePane(MODEL_TITLE, generator, self.brightness, "learned")
+        self.generator = EnginePane("Model", generator, self.brightness, "learned")
         self.reference = EnginePane(
             "Reference", reference, self.brightness, "exact", stand_in=analyst
         )
@@ -354,7 +354,7 @@ class MainWindow(QMainWindow):
     def _show_model(self) -> None:
         """Make room for the generator's image, or give it to the reference."""
         self.panes.set_model(self.workspace.has_model)
-        title = PAPER_TITLE if self.workspace.draws_codes else MODEL_TITLE
+        title = PAPER_TITLE if self.workspace.draws_codes else "Model"
         self.generator.set_title(title, self.workspace.model_worth)
         self.brightness.set_lighting("learned", self.workspace.model_lighting)
         opened = self.workspace.opened
