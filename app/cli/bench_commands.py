@@ -213,6 +213,15 @@ def training(
 @bench.command()
 def latent(
     volume: options.VolumeFiles = None,
+    model: Annotated[
+        Path | None,
+        typer.Option(
+            "--model",
+            help="Draws the pictures, and the codes of its own codec if it can. (default: the "
+            "volume's shipped model)",
+            callback=values.model,
+        ),
+    ] = None,
     size: Annotated[
         int, typer.Option("--size", min=16, max=1024, help="Pixels of the ray caster's pictures.")
     ] = 128,
@@ -229,7 +238,7 @@ def latent(
     """The latent browser: grid, hovering, map and search, in images."""
     from app.cli.bench_latent import bench_latent
 
-    bench_latent(volume, size, view, tsne, window, seed, json)
+    bench_latent(volume, size, view, tsne, window, seed, json, model)
 
 
 @bench.command()

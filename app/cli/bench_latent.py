@@ -12,11 +12,13 @@ from rich.table import Table
 from app.cli.console import console
 from app.cli.machine import print_machine
 from app.cli.outputs import write_json
+from app.cli.window import window_volume
 from model.benchmarks.latent import (
     Draw,
     LatentRow,
     MapRow,
     SearchRow,
+    time_codes,
     time_engine,
     time_map,
     time_searches,
@@ -43,22 +45,25 @@ def bench_latent(
     with_window: bool,
     seed: int,
     json_path: Path | None,
+    model: Path | None = None,
 ) -> None:
     """Time the browser's parts on volumes with the ray caster, and with their models."""
     machine = print_machine()
     results = []
+    if model is not None and not volumes:
+        volumes = [window_volume(None, model)]
     for path in volumes or shipped_volumes():
         volume = read_volume(path)
         console.print(f"\n[bold]{volume.name}[/bold] {volume.dimensions}")
         with console.status("Drawing maps, grids and searches"):
-            found = _measure(volume, size, view, with_tsne, seed)
+            found = _measure(volume, size, view, with_tsne, seed, model)
         _tell(*found)
         rows, map_row, searches = found
         rates = {}
         if with_window:
             from app.cli.window_pace import measure_browser
 
-            rates = measure_browser(path)
+            rates = measure_browser(path, model)
             told = (f"{name} {rate:.0f}" for name, rate in rates.items())
             console.print(f"In the window, a second: {', '.join(told)}")
         results.append(
@@ -75,9 +80,16 @@ def bench_latent(
 
 
 def _measure(
-    volume: Volume, size: int, view: View, with_tsne: bool, seed: int
+    volume: Volume, size: int, view: View, with_tsne: bool, seed: int, model: Path | None
 ) -> tuple[list[LatentRow], MapRow, list[SearchRow]]:
-    space = LatentSpace.shipped(volume.scalar_range, default_scalar_window(volume))
+    folder = model or model_for(volume.fingerprint)
+    generator = None if folder is None else Generator.load(folder, "auto", "auto", "auto")
+    own_codes = model is not None and generator is not None and generator.network.takes_code
+    if own_codes:
+        assert model is not None
+        space = LatentSpace.of_model(model)
+    else:
+        space = LatentSpace.shipped(volume.scalar_range, default_scalar_window(volume))
     map_ = space.open_map()
     inputs = SceneInputs.of(view, default_transfer_function(volume))
     scene = Scene.of(volume, size)
@@ -87,15 +99,17 @@ def _measure(
         return np.stack([renderer.render(one, pixels) for one in some])
 
     engines: list[tuple[str, Draw, int]] = [("ray caster", ray_caster, size)]
-    folder = model_for(volume.fingerprint)
-    if folder is not None:
-        generator = Generator.load(folder)
-        size = generator.scene.image_size
-        engines.append(("model", lambda some, _size: generator.render_batch(some), size))
+    if generator is not None:
+        learned = generator
+        engines.append(
+            ("model", lambda some, _size: learned.render_batch(some), learned.scene.image_size)
+        )
     try:
         rows = [
             time_engine(name, draw, pixels, space, map_, inputs) for name, draw, pixels in engines
         ]
+        if own_codes and generator is not None:
+            rows.append(time_codes("model, codes", generator, map_, inputs))
         searches = [
             time_searches(
                 name,

@@ -120,6 +120,7 @@ class BackendOption(StrEnum):
 class PrecisionOption(StrEnum):
     """Precisions of generators, for the command line."""
 
+    AUTO = "auto"
     FLOAT32 = "float32"
     BFLOAT16 = "bfloat16"
 

@@ -70,7 +70,7 @@ def window(
     crop: options.CropPlanes = None,
     device: options.DeviceName = choices.Device.AUTO,
     backend: options.BackendName = choices.BackendOption.AUTO,
-    precision: options.PrecisionName = choices.PrecisionOption.FLOAT32,
+    precision: options.PrecisionName = choices.PrecisionOption.AUTO,
     screenshot: Annotated[
         Path | None,
         typer.Option(

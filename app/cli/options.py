@@ -71,7 +71,11 @@ BackendName = Annotated[
 ]
 PrecisionName = Annotated[
     choices.PrecisionOption,
-    typer.Option("--precision", help="In bfloat16 images come faster and are off by some 1/255."),
+    typer.Option(
+        "--precision",
+        help="In bfloat16 images come faster and are off by some 1/255. (auto: where that is "
+        "little beside the network's own error, and faster here)",
+    ),
 ]
 TrainingPrecisionName = Annotated[
     choices.TrainingPrecision,

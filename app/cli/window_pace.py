@@ -67,8 +67,15 @@ def measure_sensitivity(volume: Path, size: int) -> dict[str, float]:
         return rates
 
 
-def measure_browser(volume: Path) -> dict[str, float]:
+def measure_browser(volume: Path, model: Path | None = None) -> dict[str, float]:
     """Open a volume in the window, off screen, and browse its map as a user would.
+
+    Parameters
+    ----------
+    volume : Path
+    model : Path, optional
+        Opened with it, and asked for the pictures; without one, the shipped model is there, and
+        whoever is fast enough draws.
 
     Returns
     -------
@@ -83,9 +90,15 @@ def measure_browser(volume: Path) -> dict[str, float]:
     """
     with _opened(volume, None) as window:
         latent, work = window.latent_state, window.workspace.latent
-        latent.choose(shown=True)
         pictures = work.pictures
+        if model is not None:
+            window.workspace.open_model(model)
+            _wait_for(volume, lambda: pictures.learned_size is not None)
+            latent.choose(engine="learned")
+        latent.choose(shown=True)
         _wait_for(volume, lambda: pictures.grid is not None and work.session.overview is not None)
+        # It is computed once, and takes a processor meanwhile.
+        _wait_for(volume, lambda: not work.session.is_embedding)
         wait(lambda: False, REST_SECONDS)
         rates = {
             "the picture under the mouse": _rate(

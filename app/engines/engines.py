@@ -110,12 +110,12 @@ class GeneratorSettings:
         "eager", "compiled", "openvino", "onnxruntime", or "auto"; see
         :func:`model.generator.backends.choose_backends`.
     precision : str
-        "float32" or "bfloat16".
+        "float32", "bfloat16", or "auto"; see :meth:`model.generator.generator.Generator.load`.
     """
 
     device: str = "auto"
     backend: str = "auto"
-    precision: str = "float32"
+    precision: str = "auto"
 
 
 FASTEST = GeneratorSettings()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 from functools import partial
 
 import numpy as np
@@ -142,6 +143,12 @@ class EnginePane(QWidget):
     def add_to_header(self, widget: QWidget, stretch: int = 0) -> None:
         """Add a control in front of the numbers, as wide as it must be or as there is room."""
         self._header.insertWidget(self._header.count() - 1, widget, stretch)
+
+    def set_title(self, title: str, tip: str = "") -> None:
+        """Name who draws the pane's images; the tooltip tells more."""
+        self._title.setText(title)
+        # As rich text it is wrapped.
+        self._title.setToolTip(f"<qt>{html.escape(tip)}</qt>" if tip else "")
 
     @property
     def title(self) -> str:

@@ -155,6 +155,16 @@ class Workspace(QObject):
         return self._model.folder is not None
 
     @property
+    def draws_codes(self) -> bool:
+        """Whether the loaded model draws latent codes, as the paper's networks do."""
+        return self._model.draws_codes
+
+    @property
+    def model_worth(self) -> str:
+        """What the open model is worth, as its card has it; empty where that is not known."""
+        return self._model.worth
+
+    @property
     def model_lighting(self) -> Lighting:
         """Lighting of the open model's images; none without one."""
         scene = self._model.scene_for(self._opened)

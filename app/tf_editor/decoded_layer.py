@@ -30,7 +30,8 @@ class DecodedLayer(QObject):
         self.curve: Any = pg.PlotCurveItem(pen=pen, antialias=True)
         self.curve.setZValue(75)
         self.text: Any = pg.TextItem(color=COLOR, anchor=(1, 0))
-        self.text.setPos(0.99, 1.06)
+        # Below the flags of the sensitivity.
+        self.text.setPos(0.99, 0.92)
         for item in (self.curve, self.text):
             item.hide()
             area.opacity.addItem(item, ignoreBounds=True)
@@ -42,4 +43,4 @@ class DecodedLayer(QObject):
             item.setVisible(opacities is not None)
         if opacities is not None:
             self._area.draw(self.curve, opacities, self._decoded.scalar_range, are_opacities=True)
-            self.text.setText(f"decoded from the code: differs by {self._decoded.difference:.3f}")
+            self.text.setText(f"decoded TF, differs by {self._decoded.difference:.3f}")

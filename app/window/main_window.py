@@ -57,6 +57,9 @@ from app.window.window_memory import WindowMemory
 
 WINDOW_SIZE = 1280, 860
 
+PAPER_TITLE = "Paper's networks"
+"""Title of the generator's pane with them."""
+
 LEAST_SCREEN = 1024
 """Width of the smallest screens that the window is made for, in pixels."""
 
@@ -351,6 +354,8 @@ class MainWindow(QMainWindow):
     def _show_model(self) -> None:
         """Make room for the generator's image, or give it to the reference."""
         self.panes.set_model(self.workspace.has_model)
+        title = PAPER_TITLE if self.workspace.draws_codes else "Model"
+        self.generator.set_title(title, self.workspace.model_worth)
         self.brightness.set_lighting("learned", self.workspace.model_lighting)
         opened = self.workspace.opened
         self.training_bar.set_offered(opened is not None and not self.workspace.has_model)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from model.generator.generator import Generator
 from model.latent.embedding import EmbeddingProcess
 from model.latent.goal_search import Goal, GoalSearch, candidates_for
 from model.latent.latent_map import LatentMap
@@ -114,6 +115,26 @@ def time_engine(
             draw([replace(inputs, opacity_tf=space.tf_of(code))], size)
 
     return LatentRow(name, size, singles / len(some), grid, _best(hover) / len(places))
+
+
+def time_codes(name: str, generator: Generator, map_: LatentMap, inputs: SceneInputs) -> LatentRow:
+    """Time the same of a generator that draws the map's codes themselves."""
+    cells = map_.cells(FIRST_BRUSH)
+    codes = cells.codes[cells.count > 0]
+    generator.render_latent(codes, inputs)
+    singles = _best(lambda: [generator.render_latent(code, inputs) for code in codes])
+    grid = _best(lambda: generator.render_latent(codes, inputs))
+    places = map_.places[:: max(len(map_.places) // 20, 1)][:20]
+
+    def hover() -> None:
+        for x, y in places.tolist():
+            # The decoded TF is shown beside the image.
+            code = map_.at((x, y)).code
+            generator.decode(code)
+            generator.render_latent(code, inputs)
+
+    size = generator.scene.image_size
+    return LatentRow(name, size, singles / len(codes), grid, _best(hover) / len(places))
 
 
 def time_map(

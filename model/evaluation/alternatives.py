@@ -159,7 +159,7 @@ def record_verdict(folder: Path, volume: Volume) -> str:
     str
         The verdict.
     """
-    generator = Generator.load(folder, "auto", "auto")
+    generator = Generator.load(folder, "auto", "auto", "auto")
     scene, seed = generator.scene, int(generator.card.training.get("dataset_seed", 0))
     volume = volume.over(scene.scalar_range)
     renderer = make_renderer(volume, scene, threads=None)

@@ -1,7 +1,8 @@
 """Backends for a generator's decoder: torch, compiled torch, or an inference library.
 
 Torch computes the features of views and TFs; a backend decodes them into images.
-Inference libraries build a model for each batch size when it first occurs.
+Inference libraries build a model for each batch size when it first occurs: for single images, and
+for :data:`TOGETHER` of them, which more are divided into.
 """
 
 from __future__ import annotations
@@ -19,7 +20,9 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, cast, get_args
 
+import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from model.errors import DeviceError
@@ -27,10 +30,19 @@ from model.networks.generator_network import GeneratorNetwork
 
 BackendName = Literal["eager", "compiled", "openvino", "onnxruntime"]
 Precision = Literal["float32", "bfloat16"]
+PrecisionChoice = Literal["auto", "float32", "bfloat16"]
 BACKENDS: tuple[BackendName, ...] = get_args(BackendName)
 
 Decode = Callable[..., tuple[Tensor, Tensor]]
 """A function with the signature of :meth:`GeneratorNetwork.decode`."""
+
+TOGETHER = 4
+"""Images that are one call of an inference library.
+
+On 2 cores, 4 of the paper's networks' images take less than 4 calls, and 16 of them in one call
+more than in 4 (``python main.py bench latent --model DIR``). Each other number would take seconds
+to build.
+"""
 
 MODULES = {"openvino": ("openvino",), "onnxruntime": ("onnxruntime", "onnx", "onnxscript")}
 
@@ -46,6 +58,11 @@ class Backend(NamedTuple):
 
     name: BackendName
     precision: Precision = "float32"
+
+    @property
+    def text(self) -> str:
+        """Name, and the precision if it is another than float32."""
+        return self.name if self.precision == "float32" else f"{self.name} {self.precision}"
 
 
 EAGER = Backend("eager")
@@ -94,35 +111,55 @@ def _knows_bfloat16() -> bool:
     return "BF16" in _openvino_core().get_property("CPU", "OPTIMIZATION_CAPABILITIES")
 
 
-def choose_backends(name: str, precision: str, device: torch.device) -> list[Backend]:
+def choose_backends(
+    name: str, precision: str, device: torch.device, may_round: bool = False
+) -> list[Backend]:
     """Return the backend of a name, or for "auto" all candidates worth timing here.
 
     Compilation takes most of a minute and has not been faster than the libraries
     (``python main.py bench generator``), so "auto" excludes it; on GPUs nothing has been
     measured yet, and torch is used.
 
+    Parameters
+    ----------
+    name : str
+        One of :data:`BACKENDS`, or "auto".
+    precision : {"auto", "float32", "bfloat16"}
+    device : torch.device
+    may_round : bool
+        Whether "auto" may take bfloat16 of libraries, which rounds images by some 1/255: little
+        where a network's own error is many times that.
+
     Returns
     -------
     list of Backend
-        At least one; for "auto", torch last.
+        At least one; for "auto", torch in float32 last.
 
     Raises
     ------
     DeviceError
         When the backend or the precision is unknown.
     """
-    if precision not in get_args(Precision):
-        names = ", ".join(get_args(Precision))
+    if precision not in get_args(PrecisionChoice):
+        names = ", ".join(get_args(PrecisionChoice))
         raise DeviceError(f"The precision '{precision}' is unknown; choose {names}.")
-    digits = cast(Precision, precision)
-    if name == "auto":
-        libraries = [Backend(library, digits) for library in ("openvino", "onnxruntime")]
-        there = [backend for backend in libraries if obstacle(backend, device) is None]
-        return [*there, Backend("eager", digits)]
-    if name not in BACKENDS:
+    if name != "auto" and name not in BACKENDS:
         names = ", ".join(BACKENDS)
         raise DeviceError(f"The backend '{name}' is unknown; choose auto, {names}.")
-    return [Backend(name, digits)]
+    digits: Precision = "bfloat16" if precision == "bfloat16" else "float32"
+    rounded: list[Precision] = ["bfloat16"] if precision == "auto" and may_round else []
+    libraries = ["openvino", "onnxruntime"] if name == "auto" else [name]
+    found = [
+        Backend(cast(BackendName, library), each)
+        for library in libraries
+        if library != EAGER.name
+        for each in (*(rounded if library in MODULES else ()), digits)
+    ]
+    if name not in ("auto", EAGER.name):
+        # What cannot be had is said when it is made; a rounded one is only an offer.
+        return [b for b in found if b.precision == digits or obstacle(b, device) is None]
+    there = [backend for backend in found if obstacle(backend, device) is None]
+    return [*there, Backend("eager", digits)]
 
 
 def make_decode(network: GeneratorNetwork, backend: Backend, device: torch.device) -> Decode:
@@ -168,7 +205,7 @@ class _Decoding(nn.Module):
 
 
 class _ForEachSize:
-    """Decoder that builds a library's model for each batch size."""
+    """Decoder that builds a library's model for single images, and one for several."""
 
     def __init__(self, make: Callable[..., Callable[..., list[Any]]]) -> None:
         self._make = make
@@ -176,11 +213,27 @@ class _ForEachSize:
 
     def __call__(self, *features: Tensor) -> tuple[Tensor, Tensor]:
         count = len(features[0])
-        if count not in self._models:
-            self._models[count] = self._make(*features)
-        image, opacity = self._models[count](*(x.contiguous().numpy() for x in features))
-        # The library may reuse its memory.
-        return torch.from_numpy(image.copy()), torch.from_numpy(opacity.copy())
+        found: list[NDArray[np.float32]] = []
+        for first in range(0, count, TOGETHER):
+            drawn = self._draw(*(x[first : first + TOGETHER] for x in features))
+            if not found:
+                found = [np.empty((count, *part.shape[1:]), np.float32) for part in drawn]
+            for images, part in zip(found, drawn, strict=True):
+                # A copy, as the library may reuse its memory; of filled up rows it has more.
+                images[first : first + TOGETHER] = part[: count - first]
+        image, opacity = map(torch.from_numpy, found)
+        return image, opacity
+
+    def _draw(self, *features: Tensor) -> list[Any]:
+        """Decode at most :data:`TOGETHER` rows; those that are missing are the last one again."""
+        count = len(features[0])
+        size = 1 if count == 1 else TOGETHER
+        if count < size:
+            rows = torch.arange(size).clamp(max=count - 1)
+            features = tuple(x[rows] for x in features)
+        if size not in self._models:
+            self._models[size] = self._make(*features)
+        return self._models[size](*(x.contiguous().numpy() for x in features))
 
 
 @contextmanager

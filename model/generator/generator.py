@@ -86,7 +86,9 @@ class Generator:
         backend : {"eager", "compiled", "openvino", "onnxruntime", "auto"}
             "auto" chooses the fastest on this machine, which is measured when a
             network of this size is first loaded, and then cached.
-        precision : {"float32", "bfloat16"}
+        precision : {"auto", "float32", "bfloat16"}
+            "auto" also tries inference libraries' bfloat16 where a network takes the opacity TF
+            through its code: what that loses is many times what is rounded.
 
         Raises
         ------
@@ -97,15 +99,15 @@ class Generator:
         """
         chosen = choose_device(device)
         card, network = load_model(folder)
-        by = choose_backends(backend, precision, chosen)
+        by = choose_backends(backend, precision, chosen, may_round=network.takes_code)
         about = {
             "size": asdict(card.size),
             "device": chosen.type,
             "precision": precision,
-            "candidates": [(candidate.name, library_version(candidate)) for candidate in by],
+            "candidates": [(candidate.text, library_version(candidate)) for candidate in by],
         }
         remembered = kept(NAME, about) if len(by) > 1 else None
-        by.sort(key=lambda candidate: candidate.name != remembered)
+        by.sort(key=lambda candidate: candidate.text != remembered)
         seconds: dict[Generator, float] = {}
         for candidate in by:
             generator = cls(card, network, chosen, candidate)
@@ -123,10 +125,10 @@ class Generator:
                     ) from error
                 logger.warning("%s: %s cannot draw it.", folder, candidate.name, exc_info=True)
                 continue
-            if len(by) == 1 or candidate.name == remembered:
+            if len(by) == 1 or candidate.text == remembered:
                 return generator
         fastest = min(seconds, key=seconds.__getitem__)
-        keep(NAME, about, fastest.backend.name)
+        keep(NAME, about, fastest.backend.text)
         return fastest
 
     @torch.inference_mode()
@@ -263,6 +265,7 @@ class Generator:
             )
         return torch.from_numpy(codes).to(self.device)
 
+    @torch.inference_mode()
     def decode(self, latent: NDArray[np.float32]) -> NDArray[np.float32]:
         """Decode latent codes into opacity TFs.
 
@@ -284,12 +287,17 @@ class Generator:
         return EncodedInputs.of(inputs, self.scene).map(lambda tensor: tensor.to(self.device))
 
     def _render(self, features: tuple[Tensor, ...]) -> NDArray[np.float32]:
-        image, opacity = self._decoded(features)
+        image, opacity = self._decode(*features)
         opacity = interpolate(
             opacity, size=image.shape[-2:], mode="bilinear", align_corners=False, antialias=False
         )
-        rgba = decode_unit(torch.cat([image, opacity], dim=1))
-        return np.ascontiguousarray(rgba.permute(0, 2, 3, 1).cpu().numpy())
+        # In place: for many images at once, each further copy takes as long as drawing some.
+        rgba = torch.empty((len(image), *image.shape[-2:], 4), device=image.device)
+        rgba[..., :3] = image.permute(0, 2, 3, 1)
+        rgba[..., 3] = opacity[:, 0]
+        # A correction that is added to an image may leave the range.
+        rgba.mul_(0.5).add_(0.5).clamp_(0, 1)
+        return np.asarray(rgba.cpu().numpy())
 
     def _decoded(self, features: tuple[Tensor, ...]) -> tuple[Tensor, Tensor]:
         """Colour and opacity images in [-1, 1], by the backend."""

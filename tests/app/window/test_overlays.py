@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from fake_models import make_model
 from PySide6.QtGui import QAction, QImage
+from PySide6.QtWidgets import QLabel
 from pytestqt.qtbot import QtBot
 from ramp import make_tf
 from window_fakes import FakeBuilders
@@ -101,3 +104,17 @@ def test_without_a_model_that_draws_codes_there_is_no_decoded_tf(
     action(window, "T").trigger()
     assert not action(window, "T").isEnabled()
     assert not any(isinstance(r, DecodedTFRequest) for r in builders.generators[-1].others)
+
+
+def test_the_title_names_the_papers_networks_and_their_errors(
+    make_window: WindowMaker, builders: FakeBuilders, tmp_path: Path
+) -> None:
+    builders.draws_codes = True
+    figures = {"holdout": {"rmse": 0.08, "emd": 0.02}, "kinds": {"step": {"rmse": 0.1}}}
+    window = make_window(model=make_model(tmp_path / "model", metrics=figures))
+    assert window.generator.title == "Paper's networks"
+    labels = window.generator.findChildren(QLabel)
+    (tip,) = [label.toolTip() for label in labels if label.text() == window.generator.title]
+    assert "RMSE 0.080, colour EMD 0.020; by kind of TF: steps 0.100." in tip
+    window.workspace.open_model(None)
+    assert window.generator.title == "Model"

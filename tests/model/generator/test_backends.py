@@ -16,6 +16,7 @@ from model.errors import DeviceError
 from model.generator.backends import (
     BACKENDS,
     EAGER,
+    TOGETHER,
     Backend,
     BackendName,
     choose_backends,
@@ -78,7 +79,8 @@ def test_libraries_draw_what_torch_draws(
     network = network_of(architecture, scene)
     decode = make_decode(network, usable(name), CPU)
     with torch.inference_mode():
-        for count in (1, 3, 1):
+        # One, fewer than go together, and more of which the last call has one, or three.
+        for count in (1, 3, 1, TOGETHER + 1, 2 * TOGETHER + 3):
             inputs = inputs_of(network, count)
             for ours, expected in zip(decode(*inputs), network.decode(*inputs), strict=True):
                 assert expected.std() > 0.003
@@ -114,8 +116,56 @@ def test_compiled_drawing_draws_the_same(scene: Scene) -> None:
 def test_unknown_names_are_refused_with_those_there_are() -> None:
     with pytest.raises(DeviceError, match="choose auto, eager, compiled"):
         choose_backends("tensorrt", "float32", CPU)
-    with pytest.raises(DeviceError, match="choose float32, bfloat16"):
+    with pytest.raises(DeviceError, match="choose auto, float32, bfloat16"):
         choose_backends("eager", "int8", CPU)
+
+
+def test_bfloat16_is_a_candidate_where_it_may_round(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("model.generator.backends._knows_bfloat16", lambda: True)
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: name == "openvino" or None)
+    exact, rounded = Backend("openvino"), Backend("openvino", "bfloat16")
+    assert choose_backends("auto", "auto", CPU, may_round=True) == [rounded, exact, EAGER]
+    assert choose_backends("auto", "auto", CPU) == [exact, EAGER]
+    assert choose_backends("openvino", "auto", CPU, may_round=True) == [rounded, exact]
+    assert choose_backends("auto", "float32", CPU, may_round=True) == [exact, EAGER]
+    assert choose_backends("eager", "auto", CPU, may_round=True) == [EAGER]
+    assert choose_backends("compiled", "auto", CPU, may_round=True) == [Backend("compiled")]
+    monkeypatch.setattr("model.generator.backends._knows_bfloat16", lambda: False)
+    assert choose_backends("auto", "auto", CPU, may_round=True) == [exact, EAGER]
+    assert (exact.text, rounded.text) == ("openvino", "openvino bfloat16")
+
+
+def test_a_library_builds_two_models_only(scene: Scene) -> None:
+    network = network_of("paper", scene)
+    decode = make_decode(network, usable("openvino"), CPU)
+    built: list[int] = []
+    make = decode._make  # type: ignore[attr-defined]
+    decode._make = lambda *rows: built.append(len(rows[0])) or make(*rows)  # type: ignore[attr-defined]
+    with torch.inference_mode():
+        for count in (16, 1, 2, 13, 1, 5):
+            image, opacity = decode(*inputs_of(network, count))
+            assert len(image) == len(opacity) == count
+    assert built == [TOGETHER, 1]
+
+
+def test_the_papers_networks_are_drawn_in_bfloat16_where_that_is_faster(
+    scene: Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    usable("openvino", "bfloat16")
+    network = network_of("paper", scene)
+    card = ModelCard(scene, "tiny", NetworkSize(0.125, 16, 64))
+    save_model(tmp_path / "model", card, network)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setenv("LOCALAPPDATA", str(tmp_path))
+    monkeypatch.setattr(
+        Generator,
+        "_time_drawing",
+        lambda self: 1.0 if self.backend.precision == "bfloat16" else 2.0,
+    )
+    for _ in ("measured", "remembered"):
+        loaded = Generator.load(tmp_path / "model", "cpu", "auto", "auto")
+        assert loaded.backend == Backend("openvino", "bfloat16")
+    assert Generator.load(tmp_path / "model", "cpu", "auto").backend == Backend("openvino")
 
 
 def test_a_library_that_is_not_installed_is_named(

@@ -1,0 +1,137 @@
+"""What the window asks of the paper's networks, by tiny untrained ones, and of a ray caster."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from ramp import make_tf, make_volume
+
+from app.engines.engine import answer
+from app.engines.engines import GeneratorEngine, RendererEngine
+from app.engines.messages import (
+    BatchRequest,
+    BlockFieldsRequest,
+    DecodedTFRequest,
+    FieldRangeRequest,
+    Quality,
+    SupersededError,
+    ValueSensitivityRequest,
+)
+from model.errors import NotOfferedError
+from model.generator.generator import Generator
+from model.networks.blocks import kaiming_init
+from model.networks.card import ModelCard
+from model.networks.paper.two_stage import TwoStageGenerator
+from model.networks.size import NetworkSize
+from model.rendering.raycast.renderer import RaycastRenderer
+from model.scene.inputs import SceneInputs
+from model.scene.light import LightDirection
+from model.scene.scene import Scene
+from model.scene.tf_perturbation import edit_around
+from model.scene.view import View
+from model.sensitivity.block_fields import field_of_band
+from model.sensitivity.display import scale_of, shown_field
+
+VIEW = View(40, 20, 3, 1.0)
+INPUTS = SceneInputs.of(VIEW, make_tf())
+SMALL = Quality(16)
+
+
+@pytest.fixture(scope="module")
+def engine() -> GeneratorEngine:
+    torch.manual_seed(0)
+    size = NetworkSize(0.25, 16, 32)
+    network = TwoStageGenerator(size)
+    kaiming_init(network)
+    card = ModelCard(Scene.of(make_volume(), 32), "draft", size)
+    return GeneratorEngine(Generator(card, network, torch.device("cpu")))
+
+
+@pytest.fixture(scope="module")
+def ray_caster() -> RendererEngine:
+    return RendererEngine(RaycastRenderer(make_volume(), threads=1), 1.0)
+
+
+def test_codes_are_drawn_as_the_tfs_that_they_are_of(engine: GeneratorEngine) -> None:
+    assert engine.draws_codes
+    other = SceneInputs.of(VIEW, make_tf(140.0))
+    tfs = np.stack([one.opacity_tf.sample() for one in (INPUTS, other)])
+    codes = tuple(map(tuple, engine._generator.encode(tfs).tolist()))
+    from_codes = answer(engine, BatchRequest(0, INPUTS, SMALL, (other,), codes))
+    from_tfs = answer(engine, BatchRequest(0, INPUTS, SMALL, (other,)))
+    assert np.abs(from_tfs[0] - from_tfs[1]).max() > 1e-4
+    np.testing.assert_allclose(from_codes, from_tfs, atol=1e-5)
+
+
+def test_the_decoded_tf_is_the_codecs(engine: GeneratorEngine) -> None:
+    found = answer(engine, DecodedTFRequest(0, INPUTS, SMALL))
+    codec, tf = engine._generator.network.codec, INPUTS.opacity_tf.sample()
+    with torch.no_grad():
+        code = codec.encode(2 * torch.from_numpy(tf)[None] - 1)
+        expected = codec.decode(code)[0].numpy() / 2 + 0.5
+    np.testing.assert_allclose(found, expected, atol=1e-6)
+    assert found.shape == (256,)
+
+
+@pytest.mark.parametrize("blocks", [8, 16, 0])
+def test_fields_in_blocks_are_the_sensitivities_of_blocks(
+    engine: GeneratorEngine, blocks: int
+) -> None:
+    fields = answer(engine, BlockFieldsRequest(0, INPUTS, SMALL, blocks, 6.0))
+    count = blocks or 32
+    assert fields.shape == (count, count, 256)
+    # A block of one pixel: the change of its norm is the change along its colour.
+    if not blocks:
+        change = answer(engine, ValueSensitivityRequest(0, INPUTS, SMALL, (150.0, 150.0), 6.0))
+        colors = engine.image(BatchRequest(0, INPUTS, SMALL))[..., :3].astype(np.float64)
+        expected = (colors * change).sum(axis=-1) / np.linalg.norm(colors, axis=-1)
+        ours = field_of_band(fields, (150.0, 150.0), (100.0, 200.0))
+        np.testing.assert_allclose(ours, expected, atol=1e-2 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("name", ["engine", "ray_caster"])
+def test_the_range_holds_the_fields_of_the_window(
+    name: str, request: pytest.FixtureRequest
+) -> None:
+    engine = request.getfixturevalue(name)
+    whole = answer(engine, FieldRangeRequest(0, INPUTS, SMALL, (100.0, 200.0), 6.0))
+    part = answer(engine, FieldRangeRequest(0, INPUTS, SMALL, (150.0, 152.0), 6.0))
+    assert whole.shape == part.shape == (2,)
+    assert (part <= whole).all() and (part > 0).all()
+    asked = ValueSensitivityRequest(0, INPUTS, SMALL, (151.0, 151.0), 6.0)
+    edit = edit_around(151.0, (100.0, 200.0), 6.0)
+    change = answer(engine, asked)
+    for end, measure in zip(part, ("change", "signed"), strict=True):
+        assert end == pytest.approx(scale_of(shown_field(change, edit, measure)), rel=0.1)
+
+
+def test_the_ray_caster_draws_no_codes_and_gives_up(ray_caster: RendererEngine) -> None:
+    assert not ray_caster.draws_codes
+    for request in (
+        DecodedTFRequest(0, INPUTS, SMALL),
+        BatchRequest(0, INPUTS, SMALL, codes=((0.0,) * 8,)),
+    ):
+        with pytest.raises(NotOfferedError):
+            answer(ray_caster, request)
+    answers = iter([True, True, False])
+    with pytest.raises(SupersededError):
+        answer(
+            ray_caster,
+            FieldRangeRequest(0, INPUTS, SMALL, (100.0, 200.0), 6.0),
+            lambda: next(answers),
+        )
+
+
+def test_under_global_light_there_are_no_fields_of_all_values() -> None:
+    lit = RendererEngine(RaycastRenderer(make_volume(), "global", LightDirection(), threads=1), 1.0)
+    inputs = replace(INPUTS, light=LightDirection())
+    for request in (
+        BlockFieldsRequest(0, inputs, SMALL, 8, 6.0),
+        FieldRangeRequest(0, inputs, SMALL, (100.0, 200.0), 6.0),
+    ):
+        with pytest.raises(NotOfferedError, match="global light"):
+            answer(lit, request)
+    lit.close()
