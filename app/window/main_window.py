@@ -36,6 +36,7 @@ from app.state.transfer_function_store import TransferFunctionStore
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
 from app.tf_editor.editor import TransferFunctionEditor
+from app.tf_editor.plot_memory import PlotMemory
 from app.window.crop_bar import CropBar
 from app.window.emptiness_notice import EmptinessNotice
 from app.window.file_dialogs import FileDialogs
@@ -113,6 +114,7 @@ class MainWindow(QMainWindow):
         self.browser = LatentBrowser(
             self.state, self.workspace.latent, self.sensitivity_state, self.reference, self.editor
         )
+        self.plot_memory = PlotMemory(self.editor.area, self.preferences)
         self.reference_bar = ReferenceBar(self.state, self.workspace.reference, self.brightness)
         self.panes = PaneLayout(self.browser, self.generator, self.reference)
         self.training = TrainingRun(self)
@@ -212,6 +214,7 @@ class MainWindow(QMainWindow):
         # Errors of an earlier file no longer apply.
         self.workspace.volumeRead.connect(self.notice.clear)
         self.workspace.volumeStarted.connect(self.editor.select_strongest)
+        self.workspace.volumeStarted.connect(self.plot_memory.settle)
         self.workspace.hintChanged.connect(self.generator.set_hint)
         for source in (
             self.workspace, self.opening, self.files, self.pictures, self.browser,
@@ -397,4 +400,5 @@ class MainWindow(QMainWindow):
         self.crop_bar.set_volume(volume.dimensions)
         for handles in self.crop_handles:
             handles.set_volume(volume.dimensions)
+        self.plot_memory.start(opened)
         self.editor.set_data(opened.counts, opened.edges, volume.data_range, volume.units)
