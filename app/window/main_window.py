@@ -31,6 +31,7 @@ from app.state.latent_state import LatentChoices, LatentState
 from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
 from app.state.sensitivity_state import SensitivityState
+from app.state.training_clock import usual_minutes
 from app.state.training_run import TRAINED_LIGHT, TrainingRun
 from app.state.transfer_function_store import TransferFunctionStore
 from app.state.viewer_state import ViewerState
@@ -222,7 +223,7 @@ class MainWindow(QMainWindow):
             source.problem.connect(partial(self._tell, source))
             source.news.connect(self.status.tell)
         self.preferences.problem.connect(self.notice.tell)
-        self.training_bar.trainRequested.connect(self._train)
+        self.training_bar.trainRequested.connect(self._ask_training)
         self.training_bar.openRequested.connect(self.files.open_model)
         self.training_bar.trained.connect(self.opening.open_model)
         self.workspace.reference.settingsChanged.connect(self.training_bar.set_settings)
@@ -373,10 +374,28 @@ class MainWindow(QMainWindow):
         keys = {self.opening: "opening", self.files: "files", self.browser: "browser"}
         self.notice.tell(text, key=keys.get(source, ""))
 
-    def _train(self) -> None:
-        """Train a model of the open volume, as it is shown."""
+    def _ask_training(self) -> None:
+        """Train a model of the open volume once that is confirmed."""
         opened = self.workspace.opened
         if opened is None:
+            return
+        question = QMessageBox(self)
+        question.setWindowTitle("Train a model")
+        question.setTextFormat(Qt.TextFormat.PlainText)
+        question.setText(f"Train a model of '{opened.volume.name}'?")
+        question.setInformativeText(
+            f"It takes about {usual_minutes()} minutes in the background, in which the window is "
+            "slower. You can go on working, and cancel it."
+        )
+        train = question.addButton("Train", QMessageBox.ButtonRole.AcceptRole)
+        question.addButton(QMessageBox.StandardButton.Cancel)
+        train.clicked.connect(partial(self._train, opened))
+        question.finished.connect(question.deleteLater)
+        question.open()
+
+    def _train(self, opened: OpenedVolume, _checked: bool = False) -> None:
+        """Train a model of the open volume, as it is shown."""
+        if opened is not self.workspace.opened:
             return
         self.training.start(
             opened.path,
