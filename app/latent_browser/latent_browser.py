@@ -44,6 +44,7 @@ from app.tf_editor.editor import TransferFunctionEditor
 from model.errors import LatentError
 from model.latent.interpolation import CELLS, Brush
 from model.latent.movie import SUFFIXES
+from model.scene.range_fitting import opacity_over
 from model.scene.tf_fitting import fitted_curve, fitted_modes, tf_difference
 from model.scene.transfer_function import OpacityTF
 
@@ -144,13 +145,17 @@ class LatentBrowser(QWidget):
             return
         self._work.search.cancel()
         as_modes = self._latent.choices.as_modes
-        fitted = fitted_modes(tf) if as_modes else fitted_curve(tf)
+        fitted = self._editable(tf)
         difference = tf_difference(fitted, tf)
         if place is not None and difference < SAME_TF:
             self._work.session.remember_place(fitted, place)
         self._state.commit(replace(self._state.transfer_function, opacity=fitted), text)
         what = f"{len(fitted.modes)} modes" if as_modes else f"{len(fitted.points)} points"
         self.news.emit(f"The TF has {what}; {difference:.3f} from the map's (RMS).")
+
+    def _editable(self, tf: OpacityTF) -> OpacityTF:
+        """Return a TF of the map, which has many samples, with few handles."""
+        return fitted_modes(tf) if self._latent.choices.as_modes else fitted_curve(tf)
 
     def _lay_out(self) -> None:
         images = QHBoxLayout()
@@ -277,7 +282,8 @@ class LatentBrowser(QWidget):
         add_action(menu, "Make it the TF", partial(self.take, tf, "TF from the map", place))
         shown = self._work.pictures.hover
         picture = shown.image if shown is not None and shown.tf == tf else None
-        add_action(menu, "Name this place…", partial(self._ask_name, place, tf, picture))
+        name = partial(self._ask_name, place, self._editable(tf), picture)
+        add_action(menu, "Name this place…", name)
         menu.popup(point)
 
     # The grid.
@@ -362,7 +368,7 @@ class LatentBrowser(QWidget):
 
     def _ask_name(self, place: Place, tf: OpacityTF, picture: Images | None) -> None:
         self._ask_text(
-            f"Place {len(self._latent.places) + 1}",
+            f"Place {self._latent.place_count + 1}",
             partial(self._name, place, tf, picture),
         )
 
@@ -389,8 +395,13 @@ class LatentBrowser(QWidget):
         return dialog
 
     def _take_named(self, index: int) -> None:
-        named = self._latent.places[index]
-        self.take(named.tf, f"TF of {named.name}", named.place)
+        """Make a named TF the present one, exactly as it was named."""
+        named, present = self._latent.places[index], self._state.transfer_function
+        self._work.search.cancel()
+        opacity = opacity_over(named.tf, self._state.scalar_range)
+        self._work.session.remember_place(opacity, named.place)
+        self._state.commit(replace(present, opacity=opacity), f"TF of {named.name}")
+        self.news.emit(f"The TF is that of {named.name}.")
 
     def _ask_movie(self) -> None:
         endings = " ".join(f"*{suffix}" for suffix in SUFFIXES)

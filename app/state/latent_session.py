@@ -98,7 +98,6 @@ class LatentSession(QObject):
         self._open_space = open_space
         self._known: tuple[OpacityTF, tuple[float, float]] | None = None
         self._volume: Volume | None = None
-        self._mapped: Volume | None = None
         self._window: Range = (0.0, 1.0)
         self._model: Path | None = None
         self._is_open = False
@@ -139,7 +138,7 @@ class LatentSession(QObject):
     def start_volume(self, volume: Volume, window: Range) -> None:
         """Follow another volume; its space is opened when the browser is shown."""
         if volume is not self._volume:
-            # Its places and filters mean nothing here.
+            # Its trail and filters mean nothing here.
             self._latent.start_map()
             self._latent.choose(band=None)
         self._volume, self._window = volume, window
@@ -276,9 +275,7 @@ class LatentSession(QObject):
             return
         self.space, self.map = opened
         self.overview = self.wanted = self.chosen = None
-        # Another codec's map of the same volume has places for the same TFs.
-        self._latent.start_map(self._place_of if self._mapped is self._volume else None)
-        self._mapped = self._volume
+        self._latent.start_map(self._place_of)
         self._filter()
         self._known = None
         self.mapOpened.emit()

@@ -181,6 +181,23 @@ class LatentState(QObject):
         self.places = (*self.places, named)
         self.placesChanged.emit()
 
+    @property
+    def place_count(self) -> int:
+        """Number of the last place that was numbered."""
+        return self._named
+
+    def set_places(self, places: tuple[NamedPlace, ...], count: int) -> None:
+        """Show the named places of another volume.
+
+        Parameters
+        ----------
+        places : tuple of NamedPlace
+        count : int
+            Number of the last one that was numbered.
+        """
+        self.places, self._named = places, count
+        self.placesChanged.emit()
+
     def rename_place(self, index: int, name: str) -> None:
         """Rename a place."""
         places = list(self.places)
@@ -210,13 +227,11 @@ class LatentState(QObject):
         Parameters
         ----------
         place_of : callable, optional
-            Returns the new place of a TF, for the named places; without it they are forgotten,
-            as trail, lasso and brush are.
+            Returns the new place of a TF, for the named places; without it they stay where they
+            are. Trail, lasso and brush are forgotten.
         """
-        kept = () if place_of is None else self.places
-        self.places = tuple(
-            replace(named, place=place_of(named.tf)) for named in kept if place_of is not None
-        )
+        if place_of is not None:
+            self.places = tuple(replace(one, place=place_of(one.tf)) for one in self.places)
         self.lasso = None
         self.clear_trail()
         self.placesChanged.emit()

@@ -3,26 +3,38 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from functools import partial
 from itertools import chain, count
 from pathlib import Path
 from typing import Any, Literal
 
+from filelock import FileLock, Timeout
 from PySide6.QtCore import QObject, QStandardPaths, Signal
 
 from app.state.delayed_writer import DelayedWriter
 from app.state.remembered import MOST_VOLUMES, KnownVolume, Remembered, changed_volume
+from app.state.remembered_merge import merged
 from model.errors import TfscopeError, reason
 from model.files import write_atomically
 from model.json_files import read_json
+
+LOCK_PATIENCE_S = 5.0
+"""Time after which the file is written without a lock: who holds it that long hangs."""
 
 RecentKind = Literal["volumes", "models", "transfer_functions"]
 
 
 class PreferencesError(TfscopeError):
     """The file of what is remembered cannot be read or written."""
+
+
+def _unwritten(path: Path, error: OSError) -> str:
+    return (
+        f"{path}: the window's settings cannot be written ({reason(error)}); "
+        "they are not kept for the next start."
+    )
 
 
 class PreferencesStore:
@@ -67,6 +79,49 @@ class PreferencesStore:
                 f"usual ones; {self._set_aside()}."
             ) from error
 
+    def update(self, base: Remembered, mine: Remembered) -> Remembered:
+        """Write what was changed into the file, and return all that is in it then.
+
+        What other windows have written meanwhile stays; see :func:`merged`.
+
+        Parameters
+        ----------
+        base : Remembered
+            What was in the file when it was read last.
+        mine : Remembered
+            What shall be in it, as far as that differs.
+
+        Raises
+        ------
+        PreferencesError
+            When it cannot be written.
+        """
+        with self._locked():
+            try:
+                theirs = self.load() if self.path.exists() else base
+            except PreferencesError as error:
+                if isinstance(error.__cause__, OSError):
+                    raise PreferencesError(_unwritten(self.path, error.__cause__)) from error
+                # What is damaged has nothing to be kept, and was set aside.
+                theirs = base
+            result = merged(base, mine, theirs)
+            self.save(result)
+        return result
+
+    @contextmanager
+    def _locked(self) -> Iterator[None]:
+        """Keep other windows from writing; where there are no locks, it is a little less sure."""
+        lock = None
+        with suppress(OSError, NotImplementedError, Timeout):
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            lock = FileLock(self.path.with_suffix(".lock"), timeout=LOCK_PATIENCE_S)
+            lock.acquire()
+        try:
+            yield
+        finally:
+            if lock is not None:
+                lock.release()
+
     def save(self, remembered: Remembered) -> None:
         """Write the file, whole or not at all.
 
@@ -80,10 +135,7 @@ class PreferencesStore:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             write_atomically(self.path, content)
         except OSError as error:
-            raise PreferencesError(
-                f"{self.path}: the window's settings cannot be written ({reason(error)}); "
-                "they are not kept for the next start."
-            ) from error
+            raise PreferencesError(_unwritten(self.path, error)) from error
 
     def _set_aside(self) -> str:
         """Rename the file, and say what has become of it."""
@@ -100,6 +152,7 @@ class Preferences(QObject):
     """Remembers choices, files and volumes between runs.
 
     What is changed is written shortly afterwards, in a thread of its own, and by :meth:`finish`.
+    Other windows may write into the same file; what they remember comes with :meth:`refresh`.
 
     Parameters
     ----------
@@ -123,12 +176,16 @@ class Preferences(QObject):
         super().__init__(parent)
         self._store = store
         self._values = Remembered()
+        self._base = self._values
+        """What was in the file when it was read or written last."""
+        self._written: tuple[Remembered, Remembered] | None = None
+        """What the last write was given, and what is in the file since."""
         self._writer = DelayedWriter(self._take, "preferences", self)
         self._writer.problem.connect(self.problem)
         self.start_problem = ""
         if store is not None:
             try:
-                self._values = store.load()
+                self._values = self._base = store.load()
             except PreferencesError as error:
                 self.start_problem = str(error)
                 if store.path.exists():
@@ -160,6 +217,23 @@ class Preferences(QObject):
         self._values = after
         if self._store is not None:
             self._writer.note()
+        if names:
+            self.changed.emit(frozenset(names))
+
+    def refresh(self) -> None:
+        """Take in what other windows have written since."""
+        if self._store is None or not self._store.path.exists():
+            return
+        self._absorb()
+        try:
+            theirs = Remembered.from_json(read_json(self._store.path))
+        except (OSError, ValueError):
+            # The next write says so.
+            return
+        before, self._values = self._values, merged(self._base, self._values, theirs)
+        self._base = theirs
+        after = self._values
+        names = {n for n in vars(before) if getattr(before, n) != getattr(after, n)}
         if names:
             self.changed.emit(frozenset(names))
 
@@ -223,8 +297,19 @@ class Preferences(QObject):
         return {name: _first(str(place), self.value(name)), "last_folder": str(place.parent)}
 
     def _take(self) -> Callable[[], None]:
+        self._absorb()
+        return partial(self._update, self._base, self._values)
+
+    def _update(self, base: Remembered, mine: Remembered) -> None:
         assert self._store is not None
-        return partial(self._store.save, self._values)
+        self._written = mine, self._store.update(base, mine)
+
+    def _absorb(self) -> None:
+        """Go on from what the last write has put into the file."""
+        if self._written is not None:
+            (mine, written), self._written = self._written, None
+            self._values = merged(mine, self._values, written)
+            self._base = written
 
 
 def _first(text: str, others: tuple[str, ...]) -> tuple[str, ...]:

@@ -15,12 +15,14 @@ from app.state.value_checks import (
     number,
     one_of,
     text,
+    valid_of,
     valid_values,
     whole_number,
 )
 from model.errors import TfscopeError
 from model.scene.crop import CropBox
 from model.scene.scene import Lighting, RendererName
+from model.scene.transfer_function import TransferFunction
 from model.scene.view import View
 
 FORMAT_VERSION = 1
@@ -32,6 +34,9 @@ MOST_RECENT = 10
 MOST_VOLUMES = 300
 """Number of volumes that are remembered; the one opened longest ago gives way."""
 
+MOST_MARKS, MOST_POINTS = 1000, 100_000
+"""Number of regions and of named TFs of a volume, and of a region's corners."""
+
 LightingChoice = Literal["auto"] | Lighting
 """A lighting of the reference image, or the one that suits model and machine."""
 
@@ -40,6 +45,46 @@ Drawing = Literal["auto"] | RendererName
 
 ReferenceSize = Literal["generator"] | int | None
 """As many pixels as the generator's image, a number of pixels, or as many as the pane has."""
+
+
+Scale = Literal["linear", "logarithmic"]
+
+
+@dataclass(frozen=True)
+class KnownRegion:
+    """A region that was drawn in a volume's images.
+
+    Attributes
+    ----------
+    name : str
+    points : tuple of (x, y)
+        Those of its :class:`~model.scene.region.Outline`.
+    """
+
+    name: str
+    points: tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True)
+class KnownPlace:
+    """A TF that was named on the map of TFs.
+
+    Attributes
+    ----------
+    name : str
+    tf : dict
+        Its opacity TF as the content of a TF file, see
+        :meth:`~model.scene.transfer_function.TransferFunction.to_json`.
+    place : tuple of float
+        Where it lay on the map.
+    picture : str
+        What it showed, a PNG file in base64; empty for none.
+    """
+
+    name: str
+    tf: dict[str, Any]
+    place: tuple[float, ...] = (0.0, 0.0)
+    picture: str = ""
 
 
 @dataclass(frozen=True)
@@ -67,6 +112,18 @@ class KnownVolume:
         all of it.
     models : tuple of str
         Folders of models that were opened with it, the newest first.
+    regions : tuple of KnownRegion
+    active_region : str
+        Name of the active one; empty for the whole image.
+    region_count : int
+        Number of the last one that was numbered.
+    places : tuple of KnownPlace
+    place_count : int
+        Number of the last one that was numbered.
+    value_scale, opacity_scale : {"linear", "logarithmic"}
+        Of the TF's plot.
+    visible : tuple of float
+        Lowest and highest scalar value in sight in the TF's plot; empty for the usual ones.
     others : dict
         What this version does not know, to be kept.
     """
@@ -80,6 +137,14 @@ class KnownVolume:
     light: tuple[float, ...] = ()
     brightness: float | None = None
     crop: tuple[float, ...] = ()
+    regions: tuple[KnownRegion, ...] = ()
+    active_region: str = ""
+    region_count: int = 0
+    places: tuple[KnownPlace, ...] = ()
+    place_count: int = 0
+    value_scale: Scale = "linear"
+    opacity_scale: Scale = "linear"
+    visible: tuple[float, ...] = ()
     others: dict[str, Any] = field(default_factory=dict)
 
 
@@ -224,6 +289,44 @@ def _crop(value: Any) -> tuple[float, ...]:
     return planes
 
 
+def _region(value: Any) -> KnownRegion:
+    """Take a region, or raise ValueError."""
+    if isinstance(value, KnownRegion):
+        return value
+    if not isinstance(value, dict):
+        raise ValueError("it must have names")
+    pair = list_of(number(-1e3, 1e3), 2)
+    points = list_of(pair, MOST_POINTS)(value.get("points"))
+    if len(points) < 3 or any(len(point) != 2 for point in points):
+        raise ValueError("it must have corners")
+    return KnownRegion(text(value.get("name")), tuple((x, y) for x, y in points))
+
+
+def _place(value: Any) -> KnownPlace:
+    """Take a named TF, or raise ValueError."""
+    if isinstance(value, KnownPlace):
+        return value
+    if not isinstance(value, dict):
+        raise ValueError("it must have names")
+    try:
+        TransferFunction.from_json(value.get("tf"))
+    except TfscopeError as error:
+        raise ValueError(str(error)) from None
+    place = list_of(number(-1e9, 1e9), 2)(value.get("place", (0.0, 0.0)))
+    if len(place) != 2:
+        raise ValueError("it must have two coordinates")
+    name, picture = text(value.get("name")), base64_text(value.get("picture", ""))
+    return KnownPlace(name, value["tf"], place, picture)
+
+
+def _visible(value: Any) -> tuple[float, ...]:
+    """Check that a value is empty or a range."""
+    ends = list_of(number(-1e300, 1e300), 2)(value)
+    if ends and not (len(ends) == 2 and ends[0] < ends[1]):
+        raise ValueError("it must have a lower and a higher end")
+    return ends
+
+
 _VOLUME_CHECKS: Checks = {
     "path": text,
     "up_axis": one_of("", "+x", "-x", "+y", "-y", "+z", "-z"),
@@ -234,6 +337,14 @@ _VOLUME_CHECKS: Checks = {
     "light": _light,
     "brightness": either(one_of(None), number(0.25, 4.0)),
     "crop": _crop,
+    "regions": valid_of(_region, MOST_MARKS),
+    "active_region": text,
+    "region_count": whole_number(0, 10**9),
+    "places": valid_of(_place, MOST_MARKS),
+    "place_count": whole_number(0, 10**9),
+    "value_scale": one_of("linear", "logarithmic"),
+    "opacity_scale": one_of("linear", "logarithmic"),
+    "visible": _visible,
 }
 
 _CHECKS: Checks = {

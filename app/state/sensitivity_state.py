@@ -234,18 +234,37 @@ class SensitivityState(QObject):
         if self.place is not None:
             self.pick(None)
 
-    def start_volume(self, series: object) -> None:
+    @property
+    def count(self) -> int:
+        """Number of the last region that was numbered."""
+        return self._count
+
+    def start_volume(
+        self,
+        series: object,
+        regions: tuple[NamedRegion, ...] = (),
+        active: int | None = None,
+        count: int = 0,
+    ) -> None:
         """Forget what belongs to the volume before.
 
         Parameters
         ----------
         series
-            The new one's. Regions are kept for another time step of the same series.
+            The new one's. Regions are kept for another time step of the same series, unless it
+            has its own.
+        regions : tuple of NamedRegion
+            The new one's own.
+        active : int or None
+            Which of them is active.
+        count : int
+            Number of the last one that was numbered.
         """
         before, self._series = self._series, series
-        if series != before and self.regions:
-            self.regions = ()
-            self.activate(None)
+        if regions or series != before:
+            had_any, self.regions, self._count = bool(self.regions), regions, count
+            if had_any or regions:
+                self.activate(active)
         self._set_band(None)
         self.pick(None)
 

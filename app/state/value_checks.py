@@ -112,6 +112,23 @@ def list_of(check: Check, most: int) -> Callable[[Any], tuple[Any, ...]]:
     return check_all
 
 
+def valid_of(check: Check, most: int) -> Callable[[Any], tuple[Any, ...]]:
+    """Return a check that takes the valid values of a list, of which the last ones are taken."""
+
+    def check_each(value: Any) -> tuple[Any, ...]:
+        if not isinstance(value, list | tuple):
+            raise ValueError("it must be a list")
+        found = []
+        for each in value[-most:]:
+            try:
+                found.append(check(each))
+            except ValueError:
+                continue
+        return tuple(found)
+
+    return check_each
+
+
 def dict_of(check: Check, most: int) -> Callable[[Any], dict[str, Any]]:
     """Return a check of each value of a dict, of which the last ones are taken."""
 

@@ -16,6 +16,7 @@ from app.state.latent_state import LatentState
 from app.state.latent_work import LatentWork
 from app.state.library import Library
 from app.state.look_keeper import LookKeeper
+from app.state.marks_keeper import MarksKeeper
 from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
 from app.state.reference_work import ReferenceWork
@@ -34,7 +35,7 @@ from model.scene.scene import Lighting
 from model.scene.transfer_function import Range, TransferFunction
 from model.volume_files.raw import RawLayout
 
-RESTORED = "TF, view and crop box are as you left them; Presets > Default begins anew."
+RESTORED = "TF, view, crop box and regions are as you left them; Presets > Default begins anew."
 
 
 class Workspace(QObject):
@@ -107,7 +108,6 @@ class Workspace(QObject):
         self._model = GeneratorWork(generator, builders, generator_settings, self)
         self._order = StartOrder(generator, reference, analyst, self._model, self)
         self._dispatcher = Dispatcher(state, generator, reference, analyst, self)
-        self._sensitivity_state = sensitivity
         self.sensitivity = SensitivityDispatcher(state, sensitivity, analyst, generator, self)
         self.latent = LatentWork(state, latent, analyst, generator, builders.latent_space, self)
         self.decoded = DecodedTF(state, generator, self)
@@ -115,6 +115,7 @@ class Workspace(QObject):
             state, reference, analyst, builders, self._dispatcher, preferences, self
         )
         self._looks = LookKeeper(state, preferences, self)
+        self._marks = MarksKeeper(sensitivity, latent, preferences, self)
         self._opening = VolumeOpening(builders.read_volume, self)
         self._ranging = VolumeOpening(builders.read_volume, self)
         self._opened: OpenedVolume | None = None
@@ -305,7 +306,9 @@ class Workspace(QObject):
         self.latent.path.cancel()
         folder = self._model_for(opened)
         self._opened = opened
-        self._sensitivity_state.start_volume(opened.volume.series)
+        # What other windows have kept of it meanwhile.
+        self._preferences.refresh()
+        self._marks.start(opened)
         self.latent.session.start_volume(opened.volume, opened.window)
         if folder != self._model.folder:
             self.open_model(folder)

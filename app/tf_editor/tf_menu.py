@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from PySide6.QtCore import QObject, QPoint, QSize, Qt, Signal
+from PySide6.QtCore import QObject, QPoint, QSignalBlocker, QSize, Qt, Signal
 from PySide6.QtGui import QIcon, QImage, QPixmap
 from PySide6.QtWidgets import QMenu, QToolButton, QWidget
 
@@ -127,10 +127,21 @@ class TransferFunctionMenu(QObject):
         self._logarithmic.setCheckable(True)
         self._logarithmic.setToolTip("How values are spread over the plot; pictures stay the same")
         self._logarithmic.toggled.connect(self.set_logarithmic)
-        fine = menu.addAction("Logarithmic opacity")
-        fine.setCheckable(True)
-        fine.setToolTip("More room for opacities below 0.1, which are hard to set otherwise")
-        fine.toggled.connect(lambda on: self._area.set_scale(OpacityScale(on)))
+        self._fine = menu.addAction("Logarithmic opacity")
+        self._fine.setCheckable(True)
+        self._fine.setToolTip("More room for opacities below 0.1, which are hard to set otherwise")
+        self._fine.toggled.connect(lambda on: self._area.set_scale(OpacityScale(on)))
+        self._area.axisChanged.connect(self._show_scales)
+
+    def _show_scales(self) -> None:
+        """Check the scales that the plot has, which may be another volume's by now."""
+        shown = (
+            (self._logarithmic, self._area.axis.scale != "linear"),
+            (self._fine, self._area.scale.logarithmic),
+        )
+        for action, checked in shown:
+            with QSignalBlocker(action):
+                action.setChecked(checked)
 
     def _refresh(self) -> None:
         opacity = self._state.transfer_function.opacity

@@ -31,12 +31,14 @@ from app.state.latent_state import LatentChoices, LatentState
 from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
 from app.state.sensitivity_state import SensitivityState
+from app.state.training_clock import usual_minutes
 from app.state.training_run import TRAINED_LIGHT, TrainingRun
 from app.state.transfer_function_store import TransferFunctionStore
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
 from app.tf_editor.decoded_layer import DecodedLayer
 from app.tf_editor.editor import TransferFunctionEditor
+from app.tf_editor.plot_memory import PlotMemory
 from app.window.crop_bar import CropBar
 from app.window.emptiness_notice import EmptinessNotice
 from app.window.file_dialogs import FileDialogs
@@ -117,6 +119,7 @@ class MainWindow(QMainWindow):
         self.browser = LatentBrowser(
             self.state, self.workspace.latent, self.sensitivity_state, self.reference, self.editor
         )
+        self.plot_memory = PlotMemory(self.editor.area, self.preferences)
         self.reference_bar = ReferenceBar(self.state, self.workspace.reference, self.brightness)
         self.panes = PaneLayout(self.browser, self.generator, self.reference)
         self.training = TrainingRun(self)
@@ -217,6 +220,7 @@ class MainWindow(QMainWindow):
         # Errors of an earlier file no longer apply.
         self.workspace.volumeRead.connect(self.notice.clear)
         self.workspace.volumeStarted.connect(self.editor.select_strongest)
+        self.workspace.volumeStarted.connect(self.plot_memory.settle)
         self.workspace.hintChanged.connect(self.generator.set_hint)
         for source in (
             self.workspace, self.opening, self.files, self.pictures, self.browser,
@@ -224,7 +228,7 @@ class MainWindow(QMainWindow):
             source.problem.connect(partial(self._tell, source))
             source.news.connect(self.status.tell)
         self.preferences.problem.connect(self.notice.tell)
-        self.training_bar.trainRequested.connect(self._train)
+        self.training_bar.trainRequested.connect(self._ask_training)
         self.training_bar.openRequested.connect(self.files.open_model)
         self.training_bar.trained.connect(self.opening.open_model)
         self.workspace.reference.settingsChanged.connect(self.training_bar.set_settings)
@@ -378,10 +382,28 @@ class MainWindow(QMainWindow):
         keys = {self.opening: "opening", self.files: "files", self.browser: "browser"}
         self.notice.tell(text, key=keys.get(source, ""))
 
-    def _train(self) -> None:
-        """Train a model of the open volume, as it is shown."""
+    def _ask_training(self) -> None:
+        """Train a model of the open volume once that is confirmed."""
         opened = self.workspace.opened
         if opened is None:
+            return
+        question = QMessageBox(self)
+        question.setWindowTitle("Train a model")
+        question.setTextFormat(Qt.TextFormat.PlainText)
+        question.setText(f"Train a model of '{opened.volume.name}'?")
+        question.setInformativeText(
+            f"It takes about {usual_minutes()} minutes in the background, in which the window is "
+            "slower. You can go on working, and cancel it."
+        )
+        train = question.addButton("Train", QMessageBox.ButtonRole.AcceptRole)
+        question.addButton(QMessageBox.StandardButton.Cancel)
+        train.clicked.connect(partial(self._train, opened))
+        question.finished.connect(question.deleteLater)
+        question.open()
+
+    def _train(self, opened: OpenedVolume, _checked: bool = False) -> None:
+        """Train a model of the open volume, as it is shown."""
+        if opened is not self.workspace.opened:
             return
         self.training.start(
             opened.path,
@@ -405,4 +427,5 @@ class MainWindow(QMainWindow):
         self.crop_bar.set_volume(volume.dimensions)
         for handles in self.crop_handles:
             handles.set_volume(volume.dimensions)
+        self.plot_memory.start(opened)
         self.editor.set_data(opened.counts, opened.edges, volume.data_range, volume.units)

@@ -112,9 +112,11 @@ class TrainingBar(QFrame):
         row = QHBoxLayout(self)
         row.setContentsMargins(12, 0, 6, 0)
         row.setSpacing(8)
-        row.addWidget(self._progress)
+        # What ends something is never where something is begun a moment later.
+        for part in (self.cancel, self.dismiss, self._progress):
+            row.addWidget(part)
         row.addWidget(self._label, 1)
-        for button in (self.show_model, self.train, self.open, self.cancel, self.dismiss):
+        for button in (self.show_model, self.train, self.open):
             row.addWidget(button)
         self.train.clicked.connect(lambda: self.trainRequested.emit())
         self.open.clicked.connect(lambda: self.openRequested.emit())

@@ -34,6 +34,12 @@ class UpAxisBar(QFrame):
         layout = QHBoxLayout(self)
         layout.setContentsMargins(12, 6, 8, 6)
         layout.addWidget(QLabel("Which way is up?"))
+        # At the left: at the right, the offer of a training comes and goes.
+        self.leave = QPushButton("Hide")
+        self.leave.setToolTip("Keep the volume as it stands, and do not ask again")
+        self.leave.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.leave.clicked.connect(self._dismiss)
+        layout.addWidget(self.leave)
         for axis in AXES:
             button = QToolButton()
             button.setText(axis.replace("-", "−"))
@@ -47,11 +53,6 @@ class UpAxisBar(QFrame):
             self._buttons[axis] = button
             layout.addWidget(button)
         layout.addStretch()
-        leave = QPushButton("Hide")
-        leave.setToolTip("Keep the volume as it stands, and do not ask again")
-        leave.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        leave.clicked.connect(self._dismiss)
-        layout.addWidget(leave)
         self.hide()
 
     def ask(self, present: str = "") -> None:

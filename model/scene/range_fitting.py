@@ -67,16 +67,26 @@ def fit_to_range(transfer_function: TransferFunction, scalar_range: Range) -> Tr
     own_lo, own_hi = transfer_function.scalar_range
     if transfer_function.is_relative or own_hi <= lo or hi <= own_lo:
         transfer_function = stretch_to_range(transfer_function, scalar_range)
-    opacity, color = transfer_function.opacity, transfer_function.color
-    points = opacity.points
+    opacity, color = opacity_over(transfer_function.opacity, scalar_range), transfer_function.color
+    if color.scalar_range != scalar_range:
+        inner = tuple(s for s in color.stops if lo < s[0] < hi)
+        color = ColorTF(scalar_range, (_stop(color, lo), *inner, _stop(color, hi)))
+    return TransferFunction(opacity, color)
+
+
+def opacity_over(opacity: OpacityTF, scalar_range: Range) -> OpacityTF:
+    """Return an opacity TF over another range, with its values as they are.
+
+    The points of a free curve are cut or extended to span the range exactly.
+    """
+    if opacity.scalar_range == scalar_range:
+        # Jumps at its ends, two points at one value, stay.
+        return opacity
+    (lo, hi), points = scalar_range, opacity.points
     if points:
         inside = tuple(p for p in points if lo < p[0] < hi)
         points = ((lo, float(opacity(lo))), *inside, (hi, float(opacity(hi))))
-    inner = tuple(s for s in color.stops if lo < s[0] < hi)
-    stops = (_stop(color, lo), *inner, _stop(color, hi))
-    return TransferFunction(
-        OpacityTF(scalar_range, opacity.modes, points), ColorTF(scalar_range, stops)
-    )
+    return OpacityTF(scalar_range, opacity.modes, points)
 
 
 def _overlap(own: Range, other: Range) -> bool:

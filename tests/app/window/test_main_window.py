@@ -10,10 +10,10 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from PySide6.QtCore import QPoint, QSize, Qt
+from PySide6.QtCore import QPoint, QRect, QSize, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QDialog
+from PySide6.QtWidgets import QApplication, QDialog, QMessageBox
 from pytestqt.qtbot import QtBot
 from ramp import make_tf, make_volume
 from window_fakes import FakeBuilders, FakeEngine
@@ -195,6 +195,55 @@ def test_a_model_of_another_volume_is_refused_until_its_volume_comes(
     settle(qtbot, window)
     assert shown(window.generator) == shown(window.reference)
     assert len(builders.generators) == 1
+
+
+def test_a_click_trains_nothing_before_it_is_confirmed(
+    qtbot: QtBot, make_window: WindowMaker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    window = make_window(model=None)
+    started: list[object] = []
+    monkeypatch.setattr(window.training, "start", lambda path, **_: started.append(path))
+    for answer, count in (("Cancel", 0), ("Train", 1)):
+        window.training_bar.train.click()
+        assert len(started) == 0
+        (question,) = (b for b in window.findChildren(QMessageBox) if b.isVisible())
+        assert "ramp" in question.text() and "minutes" in question.informativeText()
+        (button,) = (b for b in question.buttons() if b.text().replace("&", "") == answer)
+        button.click()
+        assert len(started) == count and not question.isVisible()
+
+
+def test_what_ends_something_is_never_where_a_training_is_begun(
+    qtbot: QtBot, make_window: WindowMaker
+) -> None:
+    window = make_window(model=None)
+    up, bar = window.up_axis_bar, window.training_bar
+    ending: list[QRect] = []
+    beginning: list[QRect] = []
+
+    def note() -> None:
+        QApplication.processEvents()
+        for found, buttons in (
+            (ending, (up.leave, bar.cancel, bar.dismiss)),
+            (beginning, (bar.train, bar.open)),
+        ):
+            found += [
+                QRect(b.mapTo(window, QPoint(0, 0)), b.size()) for b in buttons if b.isVisible()
+            ]
+
+    for browsing in (False, True):
+        window.latent_state.choose(shown=browsing)
+        for asks in (True, False):
+            up.setVisible(asks)
+            note()
+            window.training.progressed.emit(0.5, "training")
+            note()
+            window.training.failed.emit("It failed.")
+            note()
+            bar.dismiss.click()
+            note()
+    assert len(ending) > 8 and len(beginning) > 8
+    assert not [(one, other) for one in ending for other in beginning if one.intersects(other)]
 
 
 def test_the_reference_is_lit_like_the_training_images(

@@ -1,0 +1,145 @@
+from __future__ import annotations
+
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.state.preferences import Preferences, PreferencesStore
+from app.state.remembered import KnownRegion, KnownVolume, Remembered
+from app.state.remembered_merge import merged
+
+CORNERS = ((0.1, 0.1), (0.2, 0.1), (0.2, 0.2))
+
+
+def region(name: str) -> KnownRegion:
+    return KnownRegion(name, CORNERS)
+
+
+def test_what_only_one_has_changed_is_that() -> None:
+    base = Remembered()
+    mine, theirs = replace(base, legend=True), replace(base, cube=False, swapped=True)
+    found = merged(base, mine, theirs)
+    assert (found.legend, found.cube, found.swapped) == (True, False, True)
+
+
+def test_recent_files_of_both_are_there_the_newest_first() -> None:
+    base = Remembered(recent_volumes=("b", "c"))
+    mine = replace(base, recent_volumes=("a", "c", "b"))
+    theirs = replace(base, recent_volumes=("d", "b", "c"))
+    assert merged(base, mine, theirs).recent_volumes == ("a", "c", "d", "b")
+    # A list that was emptied keeps what came meanwhile.
+    emptied = replace(base, recent_volumes=())
+    assert merged(base, emptied, theirs).recent_volumes == ("d",)
+
+
+def test_regions_of_both_are_there_and_what_was_removed_is_not() -> None:
+    base = Remembered(volumes={"f": KnownVolume(regions=(region("1"), region("2")))})
+    mine = replace(base, volumes={"f": KnownVolume(regions=(region("ribs"), region("2")))})
+    others = (region("1"), region("3"))
+    theirs = replace(base, volumes={"f": KnownVolume(regions=others, up_axis="-y")})
+    found = merged(base, mine, theirs).volumes["f"]
+    assert found.regions == (region("3"), region("ribs"))
+    assert found.up_axis == "-y"
+
+
+def test_a_volume_that_was_opened_again_is_the_newest() -> None:
+    known = {name: KnownVolume(name) for name in "abc"}
+    base = Remembered(volumes=known)
+    mine = replace(base, volumes={name: known[name] for name in "bca"})
+    theirs = replace(base, volumes={**known, "d": KnownVolume("d")})
+    assert list(merged(base, mine, theirs).volumes) == ["b", "c", "d", "a"]
+
+
+_lists = st.lists(st.sampled_from("abcdef"), unique=True, max_size=5).map(tuple)
+
+
+@given(_lists, _lists, _lists)
+def test_nothing_that_either_has_added_is_lost(
+    base: tuple[str, ...], mine: tuple[str, ...], theirs: tuple[str, ...]
+) -> None:
+    def remembered(names: tuple[str, ...]) -> Remembered:
+        regions = tuple(map(region, names))
+        return Remembered(recent_models=names, volumes={"f": KnownVolume(regions=regions)})
+
+    found = merged(*map(remembered, (base, mine, theirs)))
+    added = (set(mine) | set(theirs)) - set(base)
+    assert added <= {one.name for one in found.volumes["f"].regions}
+    assert set(found.recent_models) >= set(theirs) - set(base)
+    assert len(set(found.recent_models)) == len(found.recent_models)
+    assert merged(*map(remembered, (base, mine, base))) == remembered(mine)
+    assert merged(*map(remembered, (base, base, theirs))) == remembered(theirs)
+
+
+WINDOW = """
+import sys
+from pathlib import Path
+from PySide6.QtCore import QCoreApplication
+from app.state.preferences import Preferences, PreferencesStore
+from app.state.remembered import KnownRegion
+
+application = QCoreApplication([])
+name, path = sys.argv[1], Path(sys.argv[2])
+preferences = Preferences(PreferencesStore(path))
+assert not preferences.start_problem, preferences.start_problem
+problems = []
+preferences.problem.connect(problems.append)
+print("ready", flush=True)
+sys.stdin.readline()
+regions = ()
+for number in range(30):
+    preferences.note_volume(f"{name}{number}", Path(f"/{name}{number}.nrrd"))
+    regions += (KnownRegion(f"{name}{number}", ((0, 0), (1, 0), (1, 1))),)
+    known = preferences.volume("both").regions
+    preferences.note_volume("both", regions=(*known, regions[-1]))
+    preferences.finish()
+assert not problems, problems
+"""
+
+
+def test_two_windows_at_once_overwrite_nothing_of_each_other(tmp_path: Path) -> None:
+    path = tmp_path / "preferences.json"
+    root = Path(__file__).parents[3]
+    windows = [
+        subprocess.Popen(
+            [sys.executable, "-c", WINDOW, name, str(path)],
+            cwd=root, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+        )
+        for name in "ab"
+    ]  # fmt: skip
+    for window in windows:
+        assert window.stdout is not None and window.stdout.readline() == "ready\n"
+    for window in windows:
+        window.communicate("go\n", timeout=120)
+        assert window.returncode == 0
+    found = PreferencesStore(path).load()
+    names = {f"{name}{number}" for name in "ab" for number in range(30)}
+    assert set(found.volumes) == {*names, "both"}
+    assert {one.name for one in found.volumes["both"].regions} == names
+    assert not [p for p in tmp_path.iterdir() if "damaged" in p.name]
+
+
+@pytest.mark.parametrize("early", [True, False])
+def test_a_window_sees_what_another_has_named(tmp_path: Path, early: bool) -> None:
+    store = PreferencesStore(tmp_path / "preferences.json")
+    first = Preferences(store)
+    first.set(legend=True)
+    if early:
+        first.finish()
+    second = Preferences(store)
+    second.note_volume("f", regions=(region("ribs"),))
+    second.finish()
+    heard: list[frozenset[str]] = []
+    first.changed.connect(heard.append)
+    first.refresh()
+    assert heard == [frozenset({"volumes"})]
+    assert first.volume("f").regions == (region("ribs"),)
+    first.note_volume("f", up_axis="+y")
+    first.finish()
+    found = store.load()
+    assert found.legend and found.volumes["f"].regions == (region("ribs"),)
+    assert found.volumes["f"].up_axis == "+y"

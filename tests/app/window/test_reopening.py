@@ -1,0 +1,165 @@
+"""What the user has made of a volume comes back with it, over other volumes and restarts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pytestqt.qtbot import QtBot
+from ramp import make_tf, make_volume
+from window_fakes import FakeBuilders
+
+from app.state.preferences import Preferences, PreferencesStore
+from app.window.main_window import MainWindow
+from model.scene.region import Outline
+from model.scene.tf_editing import move_opacity_handle
+from model.scene.transfer_function import OpacityTF
+
+Opener = Callable[[], MainWindow]
+
+CURVE = OpacityTF(
+    (100.0, 200.0),
+    points=tuple((float(v), 0.05 * (k % 5)) for k, v in enumerate(np.linspace(100, 200, 19))),
+)
+
+
+@pytest.fixture
+def builders() -> FakeBuilders:
+    builders = FakeBuilders()
+    builders.volumes["other"] = make_volume("other", 300.0)
+    return builders
+
+
+@pytest.fixture
+def open_window(qtbot: QtBot, builders: FakeBuilders, tmp_path: Path) -> Iterator[Opener]:
+    """Open a window as the next run would, on the ramp."""
+    store = PreferencesStore(tmp_path / "preferences.json")
+
+    def opened() -> MainWindow:
+        window = MainWindow(builders.make(), preferences=Preferences(store))
+        qtbot.addWidget(window)
+        show(qtbot, window, "ramp")
+        return window
+
+    return opened
+
+
+def show(qtbot: QtBot, window: MainWindow, name: str) -> None:
+    with qtbot.waitSignal(window.workspace.volumeStarted):
+        window.workspace.open_volume(Path(name))
+
+
+def test_regions_their_names_and_numbers(qtbot: QtBot, open_window: Opener) -> None:
+    window = open_window()
+    asked = window.sensitivity_state
+    for left in (0.1, 0.3, 0.5):
+        asked.add_region(Outline.rectangle(left, 0.2, left + 0.1, 0.4))
+    asked.activate(1)
+    asked.rename_region("ribs")
+    asked.change_region(asked.outline.moved(0.05, 0.0))
+    asked.finish_region()
+    asked.activate(2)
+    asked.remove_region()
+    asked.activate(1)
+    wanted = asked.regions
+    assert [one.name for one in wanted] == ["Region 1", "ribs"]
+    show(qtbot, window, "other")
+    assert asked.regions == () and asked.active is None
+    # Numbers are of the volume.
+    asked.add_region(Outline.rectangle(0.6, 0.6, 0.7, 0.7))
+    assert asked.region_name == "Region 1"
+    show(qtbot, window, "ramp")
+    assert asked.regions == wanted and asked.region_name == "ribs"
+    window.close()
+    again = open_window()
+    assert again.sensitivity_state.regions == wanted
+    assert again.sensitivity_state.region_name == "ribs"
+    again.sensitivity_state.add_region(Outline.rectangle(0.6, 0.6, 0.7, 0.7))
+    assert again.sensitivity_state.region_name == "Region 4"
+    show(qtbot, again, "other")
+    assert [one.name for one in again.sensitivity_state.regions] == ["Region 1"]
+
+
+def test_named_tfs_with_all_their_points(qtbot: QtBot, open_window: Opener) -> None:
+    window = open_window()
+    picture = np.random.default_rng(3).random((8, 8, 4), dtype=np.float32)
+    window.latent_state.name_place((0.25, -0.5), CURVE, "skin", picture)
+    window.latent_state.name_place((0.5, 0.5), make_tf(140.0).opacity)
+    show(qtbot, window, "other")
+    assert window.latent_state.places == ()
+    window.close()
+    again = open_window()
+    skin, second = again.latent_state.places
+    assert (skin.name, skin.place, skin.tf) == ("skin", (0.25, -0.5), CURVE)
+    assert (second.name, second.tf) == ("Place 2", make_tf(140.0).opacity)
+    assert skin.picture is not None
+    np.testing.assert_allclose(skin.picture, picture, atol=0.5 / 255 + 1e-6)
+    again.browser.bar.placeRequested.emit(0)
+    assert again.state.transfer_function.opacity == CURVE
+    again.latent_state.forget_place(0)
+    again.latent_state.name_place((0.0, 0.0), CURVE)
+    assert [one.name for one in again.latent_state.places] == ["Place 2", "Place 3"]
+
+
+def test_named_tfs_stay_when_the_range_becomes_another(qtbot: QtBot, open_window: Opener) -> None:
+    window = open_window()
+    window.latent_state.name_place((0.25, -0.5), CURVE, "skin")
+    with qtbot.waitSignal(window.workspace.rangeChanged):
+        window.editor.range.set_range((90.0, 210.0))
+    assert [one.name for one in window.latent_state.places] == ["skin"]
+    window.browser.bar.placeRequested.emit(0)
+    # Over the present range, with the same opacities at the same values.
+    taken = window.state.transfer_function.opacity
+    assert taken.scalar_range == (90.0, 210.0)
+    values = np.linspace(100, 200, 101)
+    np.testing.assert_allclose(taken(values), CURVE(values), atol=1e-12)
+
+
+def test_the_plots_scales_and_what_is_in_sight(qtbot: QtBot, open_window: Opener) -> None:
+    window = open_window()
+    editor = window.editor
+    editor.menu.set_logarithmic(True)
+    (fine,) = (a for a in editor.menu.menu.findChildren(type(editor.menu._fine))
+               if a.text() == "Logarithmic opacity")  # fmt: skip
+    fine.trigger()
+    editor.gestures.zoom(3.0, 0.5)
+    axis, scale = editor.area.axis, editor.area.scale
+    assert scale.logarithmic and axis.scale == "log" and axis.visible != axis.full
+    show(qtbot, window, "other")
+    assert editor.area.axis.scale == "linear" and not editor.area.scale.logarithmic
+    assert not fine.isChecked() and not editor.menu._logarithmic.isChecked()
+    show(qtbot, window, "ramp")
+    assert editor.area.axis == axis and editor.area.scale == scale
+    assert fine.isChecked() and editor.menu._logarithmic.isChecked()
+    window.close()
+    again = open_window()
+    assert again.editor.area.axis == axis and again.editor.area.scale == scale
+
+
+def test_two_windows_of_one_volume_keep_the_regions_of_both(
+    qtbot: QtBot, open_window: Opener
+) -> None:
+    one, other = open_window(), open_window()
+    one.sensitivity_state.add_region(Outline.rectangle(0.1, 0.1, 0.2, 0.2))
+    one.sensitivity_state.rename_region("ribs")
+    other.sensitivity_state.add_region(Outline.rectangle(0.3, 0.3, 0.4, 0.4))
+    other.sensitivity_state.rename_region("spine")
+    one.close()
+    other.close()
+    names = {each.name for each in open_window().sensitivity_state.regions}
+    assert names == {"ribs", "spine"}
+
+
+def test_a_curve_of_19_points_comes_back_with_19(
+    qtbot: QtBot, open_window: Opener, tmp_path: Path
+) -> None:
+    window = open_window()
+    window.state.commit(replace(window.state.transfer_function, opacity=CURVE), "test")
+    window.state.save_transfer_function(tmp_path / "tf.json")
+    moved = move_opacity_handle(CURVE, 3, 117.0, 0.5)
+    window.state.commit(replace(window.state.transfer_function, opacity=moved), "test")
+    window.opening.open_transfer_function(tmp_path / "tf.json")
+    assert window.state.transfer_function.opacity == CURVE
