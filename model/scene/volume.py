@@ -76,10 +76,10 @@ class Volume:
     axis_labels : tuple of str
         The patient's direction (R, L, A, P, S or I) that each of
         :data:`~model.scene.axes.AXES` points to; empty when unknown.
-    chosen_range : tuple of float, or None
-        A scalar range other than that of the voxels, see :meth:`over`.
     file : FileFacts
         What the volume's file says beyond its voxels.
+    chosen_range : tuple of float, or None
+        A scalar range other than that of the voxels, see :meth:`over`.
 
     Raises
     ------
@@ -97,8 +97,8 @@ class Volume:
     notes: tuple[str, ...] = field(default=())
     up: str = ""
     axis_labels: tuple[str, ...] = field(default=())
-    chosen_range: Range | None = None
     file: FileFacts = field(default=FileFacts())
+    chosen_range: Range | None = None
 
     def __post_init__(self) -> None:
         voxels = self.voxels
