@@ -14,12 +14,6 @@ from model.volume_files.checks import readable_size, times
 from model.volume_files.choice import SINGULARS
 
 
-def missing_share(volume: Volume) -> float:
-    """Return the share of the voxels that are missing, 0 to 1."""
-    missing = getattr(volume, "missing", None)
-    return 0.0 if missing is None else float(np.count_nonzero(missing)) / volume.voxels.size
-
-
 def describe(volume: Volume) -> list[tuple[str, str]]:
     """List a volume's properties for display.
 
@@ -42,7 +36,7 @@ def describe(volume: Volume) -> list[tuple[str, str]]:
         ("units", volume.units or "unknown"),
         ("size in memory", readable_size(volume.voxels.nbytes)),
     ]
-    if share := missing_share(volume):
+    if share := volume.missing_share:
         rows.append(("missing", f"{100 * share:.2g} % of the voxels"))
     if volume.axis_labels:
         x, _, y, _, z, _ = volume.axis_labels
@@ -85,7 +79,7 @@ def as_data(volume: Volume) -> dict[str, Any]:
         "axis_labels": list(volume.axis_labels),
         "range": list(volume.data_range),
         "units": volume.units,
-        "missing_share": missing_share(volume),
+        "missing_share": volume.missing_share,
         "nbytes": volume.voxels.nbytes,
         "notes": list(volume.notes),
         "contents": [_content_data(content) for content in volume.file.contents],

@@ -68,6 +68,7 @@ def make_volume(path: Path, grid: Grid, component: Component | None) -> Volume:
             axis_labelled("S", grid.axis_labels),
             grid.axis_labels,
             file=grid.facts,
+            missing=grid.missing,
         )
     except VolumeError as error:
         raise VolumeError(
