@@ -115,7 +115,7 @@ def _open(window: MainWindow, start: WindowStart) -> None:
     workspace.volumeStarted.connect(
         partial(_show_as_asked, window, start), Qt.ConnectionType.SingleShotConnection
     )
-    workspace.open_volume(start.volume, first_range=start.scalar_range)
+    window.opening.start_with(start.volume, start.scalar_range, start.choice)
     if start.model is not None:
         workspace.open_model(start.model)
 

@@ -106,6 +106,10 @@ def sizes(
     volume: options.VolumeFile = None,
     raw: options.RawLayoutText = None,
     component: options.ComponentName = None,
+    series: options.SeriesName = None,
+    array: options.ArrayName = None,
+    time: options.TimeName = None,
+    channel: options.ChannelName = None,
     edge: Annotated[
         list[int] | None,
         typer.Option(
@@ -133,7 +137,7 @@ def sizes(
     plot: options.PlotFile = None,
 ) -> None:
     """Ray caster, VTK and model: time of an image over the size of the volume, and by light."""
-    source = values.source(volume, raw, component)
+    source = values.source(volume, raw, component, None, series, array, time, channel)
     from app.cli.bench_sizes import bench_sizes
 
     bench_sizes(

@@ -15,6 +15,7 @@ from app.state.window_start import WindowStart
 from model.errors import TfscopeError
 from model.scene.range_choice import RangeChoice
 from model.scene.view import View
+from model.volume_files.choice import Choice
 
 application = typer.Typer(
     add_completion=False,
@@ -67,6 +68,11 @@ def window(
         ),
     ] = None,
     scalar_range: options.ScalarRange = None,
+    series: options.SeriesName = None,
+    array: options.ArrayName = None,
+    time: options.TimeName = None,
+    channel: options.ChannelName = None,
+    component: options.ComponentName = None,
     crop: options.CropPlanes = None,
     device: options.DeviceName = choices.Device.AUTO,
     backend: options.BackendName = choices.BackendOption.AUTO,
@@ -92,6 +98,7 @@ def window(
     if context.invoked_subcommand is None:
         from app.cli.window import open_window, window_volume
 
+        choice = Choice(series, array, time, channel, component)
         start = WindowStart(
             volume=window_volume(volume, model),
             model=model,
@@ -103,6 +110,7 @@ def window(
             scalar_range=None if scalar_range is None else RangeChoice.parse(scalar_range),
             crop=crop,
             size=values.window_size(size),
+            choice=choice if choice.text else None,
         )
         code = open_window(start, str(device), str(backend), str(precision), screenshot)
         raise typer.Exit(code)

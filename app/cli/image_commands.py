@@ -20,11 +20,18 @@ def info(
     ],
     raw: options.RawLayoutText = None,
     component: options.ComponentName = None,
+    series: options.SeriesName = None,
+    array: options.ArrayName = None,
+    time: options.TimeName = None,
+    channel: options.ChannelName = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print it as JSON, for programs.")
+    ] = False,
 ) -> None:
     """Print what a volume file or a model folder holds."""
     from app.cli.info import print_info
 
-    print_info(VolumeSource(path, raw, component))
+    print_info(VolumeSource(path, raw, component, None, series, array, time, channel), as_json)
 
 
 def render(
@@ -44,6 +51,10 @@ def render(
     volume: options.VolumeFile = None,
     raw: options.RawLayoutText = None,
     component: options.ComponentName = None,
+    series: options.SeriesName = None,
+    array: options.ArrayName = None,
+    time: options.TimeName = None,
+    channel: options.ChannelName = None,
     scalar_range: options.ScalarRange = None,
     model: options.ModelFolder = None,
     view: options.ViewNumbers = values.HOME_VIEW,
@@ -93,7 +104,9 @@ def render(
     render_to_file(
         RenderOrder(
             renderer=str(renderer),
-            volume=values.source(volume, raw, component, scalar_range),
+            volume=values.source(
+                volume, raw, component, scalar_range, series, array, time, channel
+            ),
             model=model,
             view=view,
             tf=tf,
@@ -126,6 +139,10 @@ def sensitivity(
     volume: options.VolumeFile = None,
     raw: options.RawLayoutText = None,
     component: options.ComponentName = None,
+    series: options.SeriesName = None,
+    array: options.ArrayName = None,
+    time: options.TimeName = None,
+    channel: options.ChannelName = None,
     scalar_range: options.ScalarRange = None,
     engine: Annotated[
         choices.SensitivityEngine | None,
@@ -191,7 +208,9 @@ def sensitivity(
 
     save_sensitivity(
         SensitivityOrder(
-            volume=values.source(volume, raw, component, scalar_range),
+            volume=values.source(
+                volume, raw, component, scalar_range, series, array, time, channel
+            ),
             model=model,
             engine=None if engine is None else cast(EngineName, str(engine)),
             view=view,

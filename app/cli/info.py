@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 from app.cli.captions import range_text
@@ -9,7 +10,7 @@ from app.cli.console import print_facts
 from model.networks.card import MODEL_FILE, ModelCard, verdict_of
 from model.networks.recorded_errors import errors_by_kind
 from model.scene.robust_range import robust_range
-from model.volume_files import describe
+from model.volume_files.description import as_data, describe
 from model.volume_files.source import VolumeSource
 
 ARCHITECTURES = {
@@ -18,8 +19,8 @@ ARCHITECTURES = {
 }
 
 
-def print_info(source: VolumeSource) -> None:
-    """Print a model's card, or a volume's description."""
+def print_info(source: VolumeSource, as_json: bool = False) -> None:
+    """Print a model's card, or a volume's description, as a table or as JSON."""
     path = source.path
     if path is not None and (path / MODEL_FILE).exists():
         # Late: a volume's description needs no networks.
@@ -27,17 +28,23 @@ def print_info(source: VolumeSource) -> None:
         from model.networks.checkpoint import load_model
 
         card, network = load_model(path)
-        print_facts(
-            str(path),
-            [*_card_rows(card, verdict_of(path)), ("parameters", f"{parameter_count(network):,}")],
-        )
-    else:
-        volume = source.read_whole()
-        rows = describe(volume)
-        shown = robust_range(volume)
-        if shown != volume.data_range:
-            rows.append(("shown over", f"{range_text(shown)}, without outliers or fill values"))
-        print_facts(str(path), rows)
+        rows = [*_card_rows(card, verdict_of(path))]
+        rows.append(("parameters", f"{parameter_count(network):,}"))
+        if as_json:
+            print(json.dumps(dict(rows), indent=1))
+        else:
+            print_facts(str(path), rows)
+        return
+    volume = source.read_whole()
+    shown = robust_range(volume)
+    if as_json:
+        data = {"path": str(path), **as_data(volume), "shown_range": list(shown)}
+        print(json.dumps(data, indent=1))
+        return
+    rows = describe(volume)
+    if shown != volume.data_range:
+        rows.append(("shown over", f"{range_text(shown)}, without outliers"))
+    print_facts(str(path), rows)
 
 
 def _card_rows(card: ModelCard, verdict: str) -> list[tuple[str, str]]:

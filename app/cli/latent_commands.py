@@ -25,6 +25,10 @@ def latent(
     volume: options.VolumeFile = None,
     raw: options.RawLayoutText = None,
     component: options.ComponentName = None,
+    series: options.SeriesName = None,
+    array: options.ArrayName = None,
+    time: options.TimeName = None,
+    channel: options.ChannelName = None,
     scalar_range: options.ScalarRange = None,
     model: Annotated[
         Path | None,
@@ -84,7 +88,7 @@ def latent(
 ) -> None:
     """Map opacity TFs by their latent codes, and draw what its parts show."""
     order = LatentOrder(
-        values.source(volume, raw, component, scalar_range),
+        values.source(volume, raw, component, scalar_range, series, array, time, channel),
         model,
         samples,
         cast(Brush | None, values.numbers(grid, 4, "--grid")),

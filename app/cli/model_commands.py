@@ -30,6 +30,10 @@ def dataset(
     volume: options.VolumeFile = None,
     raw: options.RawLayoutText = None,
     component: options.ComponentName = None,
+    series: options.SeriesName = None,
+    array: options.ArrayName = None,
+    time: options.TimeName = None,
+    channel: options.ChannelName = None,
     scalar_range: options.ScalarRange = None,
     size: Annotated[
         int, typer.Option("--size", min=16, max=4096, help="Width and height in pixels.")
@@ -59,7 +63,7 @@ def dataset(
     """Render random samples into a store; run it again to go on or to add more."""
     from app.cli.dataset import SceneOptions, make_dataset
 
-    source = values.source(volume, raw, component, scalar_range)
+    source = values.source(volume, raw, component, scalar_range, series, array, time, channel)
     scene = SceneOptions(
         size,
         choices.lighting(lighting),
@@ -94,6 +98,10 @@ def train(
     volume: options.VolumeFile = None,
     raw: options.RawLayoutText = None,
     component: options.ComponentName = None,
+    series: options.SeriesName = None,
+    array: options.ArrayName = None,
+    time: options.TimeName = None,
+    channel: options.ChannelName = None,
     scalar_range: options.ScalarRange = None,
     store: options.StoreFolder = None,
     minutes: Annotated[float | None, typer.Option("--minutes", help="Budget in minutes.")] = None,
@@ -244,7 +252,7 @@ def train(
             reuse = max(1.0, epochs)
     asked = TrainingJob(
         out=out,
-        volume=values.source(volume, raw, component, scalar_range),
+        volume=values.source(volume, raw, component, scalar_range, series, array, time, channel),
         store=store,
         preset=str(preset),
         architecture=choices.architecture_name(architecture),
@@ -291,6 +299,10 @@ def evaluate(
     volume: options.VolumeFile = None,
     raw: options.RawLayoutText = None,
     component: options.ComponentName = None,
+    series: options.SeriesName = None,
+    array: options.ArrayName = None,
+    time: options.TimeName = None,
+    channel: options.ChannelName = None,
     store: options.StoreFolder = None,
     neighbors: Annotated[
         int | None,
@@ -327,7 +339,7 @@ def evaluate(
     workers: options.Workers = None,
 ) -> None:
     """Measure a model on hold-out samples, beside the nearest training image."""
-    source = values.source(volume, raw, component)
+    source = values.source(volume, raw, component, None, series, array, time, channel)
     from app.cli.evaluate import evaluate_model
     from model.evaluation.job import EvaluationJob
 
@@ -359,6 +371,10 @@ def study(
     volume: options.VolumeFile = None,
     raw: options.RawLayoutText = None,
     component: options.ComponentName = None,
+    series: options.SeriesName = None,
+    array: options.ArrayName = None,
+    time: options.TimeName = None,
+    channel: options.ChannelName = None,
     scalar_range: options.ScalarRange = None,
     preset: Annotated[
         choices.Preset, typer.Option("--preset", help="Size of all networks.")
@@ -400,7 +416,7 @@ def study(
 
     job = TrainingJob(
         out=out,
-        volume=values.source(volume, raw, component, scalar_range),
+        volume=values.source(volume, raw, component, scalar_range, series, array, time, channel),
         preset=str(preset),
         architecture="paper",
         faithful=faithful,

@@ -46,6 +46,31 @@ ComponentName = Annotated[
         help="What to take where each voxel has several numbers.",
     ),
 ]
+SeriesName = Annotated[
+    str | None,
+    typer.Option(
+        "--series",
+        metavar="NAME|N",
+        help="Which series, image or stack of a file or folder; info lists them. "
+        "(default: the largest)",
+    ),
+]
+ArrayName = Annotated[
+    str | None,
+    typer.Option(
+        "--array",
+        metavar="NAME|N",
+        help="Which array of a file. (default: the largest that is no mask or list of ids)",
+    ),
+]
+TimeName = Annotated[
+    str | None,
+    typer.Option("--time", metavar="NAME|N", help="Which time step, from 0. (default: the first)"),
+]
+ChannelName = Annotated[
+    str | None,
+    typer.Option("--channel", metavar="NAME|N", help="Which channel. (default: the first)"),
+]
 ScalarRange = Annotated[
     str | None,
     typer.Option(

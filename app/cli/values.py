@@ -151,9 +151,13 @@ def source(
     raw: str | None = None,
     component: str | None = None,
     scalar_range: str | None = None,
+    series: str | None = None,
+    array: str | None = None,
+    time: str | None = None,
+    channel: str | None = None,
 ) -> VolumeSource:
     """Return the source of a volume, checked as far as that goes without reading it."""
-    found = VolumeSource(path, raw, component, scalar_range)
+    found = VolumeSource(path, raw, component, scalar_range, series, array, time, channel)
     found.check()
     return found
 

@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from model.latent.latent_space import LatentSpace
     from model.rendering.raycast.renderer import RaycastRenderer
     from model.rendering.renderer import Renderer
+    from model.volume_files import Choice, RawLayout
 
 FIRST_GUESS_S = 5e-6
 """Expected time per pixel before the first image: that of VTK with gradient shading on a CPU."""
@@ -128,10 +129,11 @@ class Builders:
     The analyst is a ray caster that answers questions about sensitivities and draws the latent
     map's pictures, whatever renders the reference. A latent space is that of a scalar range
     and a window of it, or that of a model's folder. The ray caster is compiled on its first start,
-    for some 10 s.
+    for some 10 s. Volumes are read of a path, and of a raw file's layout (``raw``) and what to
+    read of several volumes (``choice``) where there are such.
     """
 
-    read_volume: Callable[[Path], Volume]
+    read_volume: Callable[..., Volume]
     reference: Callable[[Volume, ReferenceSettings], Engine]
     generator: Callable[[Path, GeneratorSettings], Engine]
     analyst: Callable[[Volume, ReferenceSettings], Engine]
@@ -377,10 +379,10 @@ class GeneratorEngine:
         """Do nothing: the weights are released with the object."""
 
 
-def _read_volume(path: Path) -> Volume:
-    from model.volume_files import read_volume
+def _read_volume(path: Path, raw: RawLayout | None = None, choice: Choice | None = None) -> Volume:
+    from model.volume_files import Choice, read_volume
 
-    return read_volume(path)
+    return read_volume(path, raw=raw, choice=choice or Choice())
 
 
 def _reference_engine(volume: Volume, settings: ReferenceSettings) -> Engine:

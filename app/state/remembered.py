@@ -110,6 +110,8 @@ class KnownVolume:
     crop : tuple of float
         Least fractions along x, y and z of the part that is shown, then the greatest; empty for
         all of it.
+    choice : str
+        What was chosen of a file of several volumes, see :meth:`Choice.parse`; empty for nothing.
     models : tuple of str
         Folders of models that were opened with it, the newest first.
     regions : tuple of KnownRegion
@@ -137,6 +139,7 @@ class KnownVolume:
     light: tuple[float, ...] = ()
     brightness: float | None = None
     crop: tuple[float, ...] = ()
+    choice: str = ""
     regions: tuple[KnownRegion, ...] = ()
     active_region: str = ""
     region_count: int = 0
@@ -331,6 +334,7 @@ _VOLUME_CHECKS: Checks = {
     "path": text,
     "up_axis": one_of("", "+x", "-x", "+y", "-y", "+z", "-z"),
     "raw_layout": text,
+    "choice": text,
     "models": _recent,
     "view": _view,
     "lighting": one_of("auto", "none", "direct", "global"),

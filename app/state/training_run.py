@@ -8,6 +8,7 @@ import signal
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from model.errors import TrainingError
 from model.scene.scene import Lighting
 from model.scene.transfer_function import Range
 from model.training.stopping import ask_to_stop
+from model.volume_files.choice import LARGEST, Choice
 from model.volume_files.finish import readable_name
 
 PATIENCE_MS = 8_000
@@ -96,6 +98,7 @@ class TrainingRun(QObject):
         scalar_range: Range | None = None,
         raw_layout: str = "",
         up: str = "",
+        choice: Choice = LARGEST,
     ) -> None:
         """Start to train a model of a volume's file; returns at once.
 
@@ -117,6 +120,8 @@ class TrainingRun(QObject):
             Layout of a headerless file, see :meth:`RawLayout.parse`; empty for none.
         up : str
             The volume's axis that points up; empty for what the file says.
+        choice : Choice
+            What to read of a file that holds several volumes.
         """
         if self._process is not None:
             return
@@ -130,6 +135,8 @@ class TrainingRun(QObject):
             order.append(f"--range={float(lo)!r},{float(hi)!r}")
         if raw_layout:
             order += ["--raw", raw_layout]
+        # One word each, as a name may begin with a minus.
+        order += [f"--{kind}={name}" for kind, name in asdict(choice).items() if name is not None]
         if up:
             order.append(f"--up={up}")
         self._order, self._name = tuple(order), readable_name(volume_path)

@@ -13,6 +13,7 @@ from app.engines.background import BackgroundCall
 from app.state.opened_volume import OpenedVolume, open_volume
 from model.scene.transfer_function import Range
 from model.scene.volume import Volume
+from model.volume_files.choice import Choice
 from model.volume_files.raw import RawLayout
 
 Taker = Callable[[OpenedVolume], object]
@@ -39,7 +40,14 @@ class VolumeOpening(QObject):
         """True while something is read or computed that is still wanted."""
         return self._newest is not None
 
-    def read(self, path: Path, raw: RawLayout | None, taken: Taker, failed: Refusal) -> None:
+    def read(
+        self,
+        path: Path,
+        raw: RawLayout | None,
+        taken: Taker,
+        failed: Refusal,
+        choice: Choice | None = None,
+    ) -> None:
         """Read a volume over its robust range.
 
         Parameters
@@ -49,8 +57,12 @@ class VolumeOpening(QObject):
             Of a file without a header.
         taken, failed : callable
             Called with the volume, or with an error sentence; neither if a newer wish came.
+        choice : Choice or None
+            What to read where there are several volumes; None for the largest.
         """
-        read = self._read_volume if raw is None else partial(_with_layout, self._read_volume, raw)
+        options = {"raw": raw, "choice": choice}
+        given = {name: option for name, option in options.items() if option is not None}
+        read = partial(self._read_volume, **given) if given else self._read_volume
         self._start(partial(open_volume, path, read), taken, failed)
 
     def show_over(
@@ -93,7 +105,3 @@ class VolumeOpening(QObject):
             self._calls.remove(call)
             call.join()
             call.deleteLater()
-
-
-def _with_layout(read: Callable[..., Volume], layout: RawLayout, path: Path) -> Volume:
-    return read(path, raw=layout)

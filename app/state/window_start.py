@@ -12,6 +12,7 @@ from model.scene.light import LightDirection
 from model.scene.range_choice import RangeChoice
 from model.scene.scene import Lighting
 from model.scene.view import View
+from model.volume_files.choice import Choice
 
 ReferenceChoice = Literal["auto", "vtk", "raycast"]
 """Renderer of the reference: one of the two, or each where it is better."""
@@ -37,6 +38,8 @@ class WindowStart:
         Range over which TFs lie.
     crop : CropBox or None
         Part of the volume that is shown.
+    choice : Choice or None
+        What to read of a volume's file that holds several.
     size : tuple of int, or None
         Width and height of the window in pixels.
 
@@ -56,6 +59,7 @@ class WindowStart:
     scalar_range: RangeChoice | None = None
     crop: CropBox | None = None
     size: tuple[int, int] | None = None
+    choice: Choice | None = None
 
     def __post_init__(self) -> None:
         if self.light is not None and self.lighting == "none":

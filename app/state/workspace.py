@@ -33,6 +33,7 @@ from model.scene.range_choice import RangeChoice
 from model.scene.range_fitting import fit_to_range, fit_to_volume, range_of
 from model.scene.scene import Lighting
 from model.scene.transfer_function import Range, TransferFunction
+from model.volume_files.choice import Choice
 from model.volume_files.raw import RawLayout
 
 RESTORED = "TF, view, crop box and regions are as you left them; Presets > Default begins anew."
@@ -187,6 +188,7 @@ class Workspace(QObject):
         path: Path,
         raw: RawLayout | None = None,
         first_range: RangeChoice | None = None,
+        choice: Choice | None = None,
     ) -> None:
         """Read a volume in the background, then show it; keep the old one until then.
 
@@ -197,13 +199,15 @@ class Workspace(QObject):
             Of a file without a header; None for the one in its name.
         first_range : RangeChoice or None
             Scalar range to show it over; None for its model's, its last one, or a robust one.
+        choice : Choice or None
+            What to read of a file that holds several volumes; None for the largest.
         """
         if self._opened is None:
             self._clients[1].wait(f"Reading {path.name} …")
         else:
             self.news.emit(f"Reading {path.name} …")
         self._first_range = first_range
-        self._opening.read(path, raw, self._volume_read, self._volume_failed)
+        self._opening.read(path, raw, self._volume_read, self._volume_failed, choice)
 
     def open_model(self, folder: Path | None) -> None:
         """Load a generator in the background; None for no model."""

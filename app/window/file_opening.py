@@ -13,12 +13,16 @@ from app.state.library import ModelCheck
 from app.state.preferences import Preferences, RecentKind
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
+from app.window.contents_dialog import ContentsDialog
 from app.window.notice_bar import NoticeBar
+from app.window.properties_dialog import PropertiesDialog
 from app.window.raw_dialog import RawDialog
 from model.errors import TransferFunctionError, VolumeError
 from model.networks.card import MODEL_FILE
+from model.scene.range_choice import RangeChoice
 from model.scene.transfer_function import TransferFunction
 from model.volume_files import SUFFIXES
+from model.volume_files.choice import Choice
 from model.volume_files.raw import RawLayout
 
 VOLUME_FILTER = f"Volumes ({' '.join(f'*{s}' for s in SUFFIXES)});;All files (*)"
@@ -63,8 +67,11 @@ class FileOpening(QObject):
         self._preferences = preferences
         self._notice = notice
         self._raw_layout: tuple[Path, RawLayout] | None = None
+        self._choice: tuple[Path, Choice] | None = None
+        self._asking: ContentsDialog | None = None
         self._model_awaited: Path | None = None
         workspace.volumeOpened.connect(self._remember_layout)
+        workspace.volumeStarted.connect(self._ask_for_content)
         workspace.volumeStarted.connect(self._open_awaited_model)
 
     def open(self, path: Path) -> None:
@@ -87,8 +94,27 @@ class FileOpening(QObject):
         else:
             self.open_transfer_function(path)
 
-    def open_volume(self, path: Path) -> None:
-        """Open a volume; ask for the layout of a headerless file that does not say it."""
+    def start_with(
+        self, path: Path, scalar_range: RangeChoice | None, choice: Choice | None
+    ) -> None:
+        """Open the volume that the window begins with; see :meth:`open_volume`."""
+        known = self._known_choice(path) if choice is None else choice
+        self._choice = None if known is None else (path, known)
+        self._workspace.open_volume(path, first_range=scalar_range, choice=known)
+
+    def open_volume(self, path: Path, choice: Choice | None = None) -> None:
+        """Open a volume.
+
+        The layout of a headerless file that does not say it is asked for first. Of a file or
+        folder that holds several volumes the one that was chosen before is opened, or else the
+        largest, and then which one is asked for.
+
+        Parameters
+        ----------
+        path : Path
+        choice : Choice or None
+            What to read of it.
+        """
         layout = None
         if path.suffix.lower() == RAW_SUFFIX and path.is_file():
             layout = self._known_layout(path)
@@ -97,7 +123,32 @@ class FileOpening(QObject):
             if layout is None:
                 return
             self._raw_layout = path, layout
-        self._workspace.open_volume(path, layout)
+        known = self._known_choice(path) if choice is None else choice
+        self._choice = None if known is None else (path, known)
+        self._workspace.open_volume(path, layout, choice=known)
+
+    def ask_for_content(self) -> None:
+        """List what the open volume's file holds, to choose from."""
+        opened = self._workspace.opened
+        if opened is None or not opened.volume.file.contents:
+            return
+        dialog = ContentsDialog(opened.path.name, opened.volume.file.contents, self._window)
+        dialog.chosen.connect(partial(self.open_volume, opened.path))
+        # What is kept is not asked for again.
+        kept = partial(self._preferences.note_volume, opened.fingerprint)
+        dialog.rejected.connect(partial(kept, choice=dialog.choice().text))
+        dialog.finished.connect(dialog.deleteLater)
+        self._asking = dialog
+        dialog.open()
+
+    def show_properties(self) -> None:
+        """Show all that is known of the open volume and its file."""
+        opened = self._workspace.opened
+        if opened is None:
+            return
+        dialog = PropertiesDialog(opened.path, opened.volume, self._window)
+        dialog.finished.connect(dialog.deleteLater)
+        dialog.open()
 
     def open_model(self, folder: Path) -> None:
         """Open a model, unless something is wrong with it; offer its volume if that is not open."""
@@ -185,6 +236,18 @@ class FileOpening(QObject):
                 return layout
         return None
 
+    def _known_choice(self, path: Path) -> Choice | None:
+        """What was chosen last of a file's volumes; None if nothing was."""
+        place = str(path.absolute())
+        found = [v for v in self._preferences.values.volumes.values() if v.path == place]
+        return Choice.parse(found[-1].choice) if found and found[-1].choice else None
+
+    def _ask_for_content(self) -> None:
+        """Ask which of a file's volumes to show, unless that was chosen."""
+        opened = self._workspace.opened
+        if opened is not None and (self._choice is None or self._choice[0] != opened.path):
+            self.ask_for_content()
+
     def _ask_for_layout(self, path: Path) -> RawLayout | None:
         try:
             dialog = RawDialog(path, self._window)
@@ -202,8 +265,11 @@ class FileOpening(QObject):
             path, layout = self._raw_layout
             if path == opened.path:
                 self._preferences.note_volume(opened.fingerprint, raw_layout=layout.text)
+        if opened is not None and self._choice is not None:
+            path, choice = self._choice
+            if path == opened.path:
+                self._preferences.note_volume(opened.fingerprint, choice=choice.text)
 
 
 def _fits(path: Path, layout: RawLayout) -> bool:
-    nx, ny, nz = layout.dimensions
-    return nx * ny * nz * layout.dtype.itemsize == path.stat().st_size
+    return layout.nbytes == path.stat().st_size

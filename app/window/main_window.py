@@ -56,6 +56,7 @@ from app.window.training_bar import TrainingBar
 from app.window.up_axis_bar import UpAxisBar
 from app.window.up_axis_question import UpAxisQuestion
 from app.window.window_memory import WindowMemory
+from model.volume_files.choice import Choice
 
 WINDOW_SIZE = 1280, 860
 
@@ -405,12 +406,14 @@ class MainWindow(QMainWindow):
         """Train a model of the open volume, as it is shown."""
         if opened is not self.workspace.opened:
             return
+        known = self.preferences.volume(opened.fingerprint)
         self.training.start(
             opened.path,
             lighting=TRAINED_LIGHT[self.workspace.reference.settings.lighting],
             scalar_range=opened.volume.scalar_range,
-            raw_layout=self.preferences.volume(opened.fingerprint).raw_layout,
+            raw_layout=known.raw_layout,
             up=self.state.up_axis,
+            choice=Choice.parse(known.choice),
         )
 
     def _show_range(self, opened: OpenedVolume) -> None:

@@ -184,6 +184,7 @@ class Menus(QObject):
         add_action(menu, "Open &DICOM folder…", files.open_dicom)
         samples.add_volumes(menu)
         recent.add_recent(menu, "volumes")
+        self._add_volume(menu)
         menu.addSeparator()
         add_action(menu, "Open &model…", files.open_model, "Ctrl+M")
         samples.add_models(menu)
@@ -197,6 +198,20 @@ class Menus(QObject):
         self._add_pictures(menu)
         menu.addSeparator()
         add_action(menu, "&Quit", self._window.close, "Ctrl+Q")
+
+    def _add_volume(self, menu: QMenu) -> None:
+        """Add what there is to know of the open volume and its file."""
+        opening, workspace = self._parts.opening, self._parts.workspace
+        others = add_action(menu, "Other &volumes in this file…", opening.ask_for_content)
+        about = add_action(menu, "Volume p&roperties…", opening.show_properties, "Ctrl+I")
+
+        def enable() -> None:
+            opened = workspace.opened
+            about.setEnabled(opened is not None)
+            others.setEnabled(opened is not None and bool(opened.volume.file.contents))
+
+        workspace.volumeStarted.connect(enable)
+        enable()
 
     def _add_pictures(self, menu: QMenu) -> None:
         pictures, generator, reference = (

@@ -33,6 +33,9 @@ from model.volume_files.raw_preview import file_size, fit_sentence, needed_bytes
 MOST_VOXELS = 100_000
 """Largest dimension that can be typed."""
 
+MOST_SKIPPED = 2**31 - 1
+"""Most bytes that can be skipped."""
+
 ORDERS: dict[ByteOrder, str] = {"little": "Little endian", "big": "Big endian"}
 
 Previews = tuple[RawLayout, list[NDArray[np.uint8]]]
@@ -68,6 +71,7 @@ class RawDialog(QDialog):
         self.dimension_boxes = [WholeNumberBox() for _ in range(3)]
         self.type_box, self.order_box = list_box(), list_box()
         self.spacing_boxes = [NumberBox() for _ in range(3)]
+        self.offset_box = WholeNumberBox()
         self.slices = [SlicePreview(f"Middle slice across {axis}") for axis in "xyz"]
         self._fit = QLabel()
         self._buttons = QDialogButtonBox()
@@ -94,6 +98,7 @@ class RawDialog(QDialog):
             self.type_box.currentText(),
             self.order_box.currentData(),
             None if x == y == z == 1 else (x, y, z),
+            self.offset_box.value(),
         )
 
     @property
@@ -125,6 +130,10 @@ class RawDialog(QDialog):
             spacing_box.show_value(1.0)
             spacing_box.setToolTip(f"Distance of voxels along {axis}, in any unit")
             spacing_box.setAccessibleName(f"Spacing along {axis}")
+        self.offset_box.setRange(0, min(self._present, MOST_SKIPPED))
+        self.offset_box.setToolTip("Bytes before the first voxel, as of a header")
+        self.offset_box.setAccessibleName("Header bytes")
+        self.offset_box.lineEdit().setTextMargins(6, 0, 6, 0)
         self.type_box.addItems(list(dict.fromkeys(SCALAR_TYPES.values())))
         for order, text in ORDERS.items():
             self.order_box.addItem(text, order)
@@ -138,6 +147,7 @@ class RawDialog(QDialog):
         form.addRow("Dimensions", _row(self.dimension_boxes))
         form.addRow("Type", self.type_box)
         form.addRow("Byte order", self.order_box)
+        form.addRow("Header bytes", self.offset_box)
         form.addRow("Spacing", _row(self.spacing_boxes))
         size = QLabel(f"{self._path.name}, {readable_size(self._present)}")
         size.setTextFormat(Qt.TextFormat.PlainText)
@@ -168,6 +178,7 @@ class RawDialog(QDialog):
         self.guess_box.activated.connect(lambda row: self._choose(self._guesses[row]))
         for box in self.dimension_boxes:
             box.valueChanged.connect(lambda _value: self._take_entry())
+        self.offset_box.valueChanged.connect(lambda _value: self._take_entry())
         for spacing_box in self.spacing_boxes:
             spacing_box.valueChanged.connect(lambda _value: self._take_entry())
         for choice in (self.type_box, self.order_box):
@@ -195,7 +206,8 @@ class RawDialog(QDialog):
 
     def _show_layout(self, layout: RawLayout) -> None:
         """Show a layout in the fields, other than its spacing."""
-        for box, count in zip(self.dimension_boxes, layout.dimensions, strict=True):
+        boxes = [*self.dimension_boxes, self.offset_box]
+        for box, count in zip(boxes, (*layout.dimensions, layout.offset), strict=True):
             box.show_value(count)
         self.type_box.setCurrentText(SCALAR_TYPES[layout.scalar_type])
         self.order_box.setCurrentText(ORDERS[layout.byte_order])
@@ -248,4 +260,5 @@ def _text(layout: RawLayout) -> str:
     dimensions = " × ".join(str(n) for n in layout.dimensions)
     scalar_type = SCALAR_TYPES[layout.scalar_type]
     order = "" if layout.dtype.itemsize == 1 else f", {ORDERS[layout.byte_order].lower()}"
-    return f"{dimensions}, {scalar_type}{order}"
+    header = f", behind {layout.offset} bytes" if layout.offset else ""
+    return f"{dimensions}, {scalar_type}{order}{header}"

@@ -7,16 +7,24 @@ what was read. VTK is imported only when a file needs it.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from model.errors import VolumeError
 from model.scene.volume import Volume
-from model.volume_files.checks import readable_size, times, unreadable
+from model.volume_files.checks import unreadable
 from model.volume_files.choice import LARGEST, Choice
+from model.volume_files.description import describe
 from model.volume_files.dicom import SUFFIXES as DICOM_SUFFIXES
 from model.volume_files.dicom import dicom_slices, read_dicom
 from model.volume_files.dicom_file import is_dicom
-from model.volume_files.finish import Component, make_volume
+from model.volume_files.finish import Component, component_of, make_volume
+from model.volume_files.foreign import (
+    folder_advice,
+    foreign_advice,
+    kind_by_content,
+    suffix_of,
+)
 from model.volume_files.grid import Grid
 from model.volume_files.hdf5 import SUFFIXES as HDF5_SUFFIXES
 from model.volume_files.hdf5 import read_hdf5
@@ -93,7 +101,8 @@ def read_volume(
     path = Path(path)
     try:
         _check_path(path)
-        return make_volume(path, _read_grid(path, raw, choice), component)
+        wanted = component_of(choice.component) if component is None else component
+        return make_volume(path, _read_grid(path, raw, choice), wanted)
     except OSError as error:
         raise unreadable(path, error) from None
     except MemoryError:
@@ -101,31 +110,6 @@ def read_volume(
             f"{path}: there is not enough free memory for this volume; "
             "close other programs, or crop or downsample it."
         ) from None
-
-
-def describe(volume: Volume) -> list[tuple[str, str]]:
-    """List a volume's properties for display.
-
-    Returns
-    -------
-    list of (str, str)
-        Label and text; one row per note at the end.
-    """
-    low, high = volume.scalar_range
-    rows = [
-        ("name", volume.name),
-        ("dimensions", f"{times(volume.dimensions)} voxels"),
-        ("type", str(volume.scalars.dtype)),
-        ("spacing", " x ".join(f"{s:g}" for s in volume.spacing)),
-        ("origin", ", ".join(f"{o:g}" for o in volume.origin)),
-        ("scalar range", f"{low:g} to {high:g}"),
-        ("units", volume.units or "unknown"),
-        ("size in memory", readable_size(volume.scalars.nbytes)),
-    ]
-    if volume.axis_labels:
-        x, _, y, _, z, _ = volume.axis_labels
-        rows.append(("axes point to", f"{x}, {y}, {z} of the patient"))
-    return rows + [("note", note) for note in volume.notes]
 
 
 def _check_path(path: Path) -> None:
@@ -143,17 +127,35 @@ def _check_path(path: Path) -> None:
 def _read_grid(path: Path, raw: RawLayout | None, choice: Choice) -> Grid:
     if path.is_dir():
         return _read_folder(path, choice)
-    suffix = "".join(path.suffixes[-2:] if path.suffix.lower() == ".gz" else path.suffixes[-1:])
-    suffix = suffix.lower()
+    suffix = suffix_of(path)
     if raw is not None or suffix == ".raw":
         return read_raw(path, raw)
+    by_content = kind_by_content(path)
+    if by_content and _READERS.get(suffix) is not _READERS[by_content]:
+        grid = _READERS[by_content](path, choice)
+        note = f"By its content this is a file of the kind '{by_content}', and it is read as one."
+        return replace(grid, notes=(note, *grid.notes))
     if suffix in _READERS:
         return _READERS[suffix](path, choice)
     if suffix in DICOM_SUFFIXES or is_dicom(path):
         return read_dicom(dicom_slices(path.parent), path, choice)
-    raise VolumeError(
-        f"{path}: files of the kind '{suffix or path.name}' are not known here; "
-        f"supported are {', '.join(SUFFIXES)} and folders of DICOM or TIFF slices."
+    raise unknown_kind(path)
+
+
+def is_known(path: Path) -> bool:
+    """Return True for a file of a kind that is read, by its suffix or its content."""
+    is_named = path.name.lower().endswith(SUFFIXES)
+    return is_named or bool(kind_by_content(path)) or is_dicom(path)
+
+
+def unknown_kind(path: Path) -> VolumeError:
+    """Return the error for a file of a kind that is not read."""
+    if advice := foreign_advice(path):
+        return VolumeError(f"{path}: {advice}.")
+    return VolumeError(
+        f"{path}: files of the kind '{suffix_of(path) or path.name}' are not known here; "
+        f"supported are {', '.join(SUFFIXES)} and folders of DICOM or TIFF slices; a file of "
+        "plain numbers can be read as a raw one."
     )
 
 
@@ -164,6 +166,8 @@ def _read_folder(folder: Path, choice: Choice) -> Grid:
         return read_dicom(slices, None, choice)
     if slices := tiff_slices(folder):
         return read_tiff_folder(folder, slices, choice)
+    if advice := folder_advice(folder):
+        raise VolumeError(f"{folder}: {advice}.")
     raise VolumeError(
         f"{folder}: the folder holds no DICOM or TIFF slices; "
         "choose a volume file or another folder."

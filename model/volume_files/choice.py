@@ -12,13 +12,11 @@ import numpy as np
 from numpy.typing import DTypeLike
 
 from model.errors import VolumeError
-from model.scene.file_facts import Content
+from model.scene.file_facts import ChoiceKind, Content
 from model.volume_files.checks import times
 
 AskedKind = Literal["series", "array", "time", "channel"]
 """Kinds of contents that a :class:`Choice` chooses from; components are chosen by themselves."""
-
-ASKED_KINDS: tuple[AskedKind, ...] = get_args(AskedKind)
 
 PLURALS = {
     "series": "series",
@@ -40,19 +38,26 @@ class Choice:
     ----------
     series, array, time, channel : str or None
         Name, or number from 0, of one of them; None for the largest or, among equals, the first.
+    component : str or None
+        Number from 0, or "magnitude", of a voxel's several values; None for their magnitude.
     """
 
     series: str | None = None
     array: str | None = None
     time: str | None = None
     channel: str | None = None
+    component: str | None = None
 
     @classmethod
     def parse(cls, text: str) -> Choice:
         """Rebuild a choice from its :attr:`text`; what is not understood is left out."""
         parts = dict(re.findall(r"(\w+)=((?:[^;\\]|\\.)*)(?:;|$)", text))
         return cls(
-            **{kind: re.sub(r"\\(.)", r"\1", parts[kind]) for kind in ASKED_KINDS if kind in parts}
+            **{
+                kind: re.sub(r"\\(.)", r"\1", parts[kind])
+                for kind in get_args(ChoiceKind)
+                if kind in parts
+            }
         )
 
     @property
@@ -65,7 +70,7 @@ class Choice:
             if value is not None
         )
 
-    def but(self, kind: AskedKind, name: str) -> Choice:
+    def but(self, kind: ChoiceKind, name: str) -> Choice:
         """Return the choice with another content of one kind."""
         return replace(self, **{kind: name})
 

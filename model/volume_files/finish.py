@@ -25,6 +25,21 @@ MOST_IN_MAGNITUDE = 4
 _LAYOUT_SUFFIX = re.compile(r"[\W_]*\d+x\d+x\d+([\W_].*)?$", re.IGNORECASE)
 
 
+def component_of(text: str | None) -> Component | None:
+    """Return a component by its number or name; None stays None.
+
+    Raises
+    ------
+    VolumeError
+        When the text names none.
+    """
+    if text is None or text == "magnitude":
+        return cast(Component | None, text)
+    if not (text.isascii() and text.isdecimal() and len(text) < 10):
+        raise VolumeError(f"'{text}' is not a component; give magnitude, or a number from 0.")
+    return int(text)
+
+
 def make_volume(path: Path, grid: Grid, component: Component | None) -> Volume:
     """Convert a file's grid to a volume.
 
@@ -53,6 +68,7 @@ def make_volume(path: Path, grid: Grid, component: Component | None) -> Volume:
             axis_labelled("S", grid.axis_labels),
             grid.axis_labels,
             file=grid.facts,
+            missing=grid.missing,
         )
     except VolumeError as error:
         raise VolumeError(

@@ -62,7 +62,7 @@ def read_legacy_vtk(path: Path, choice: Choice = LARGEST) -> Grid:
         *_arrays(image.GetPointData(), in_cells=False),
         *_arrays(image.GetCellData(), in_cells=True),
     ]
-    return image_grid(path, image, chosen_array(path, arrays, choice), "legacy VTK")
+    return image_grid(path, image, *chosen_array(path, arrays, choice), "legacy VTK")
 
 
 def _arrays(attributes: Any, in_cells: bool) -> list[VtkArray]:

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import cast
 
 from model.errors import VolumeError
 from model.scene.range_choice import RangeChoice
 from model.scene.robust_range import robust_range
 from model.scene.scene import Scene
 from model.scene.volume import Volume
-from model.volume_files import SUFFIXES, Component, RawLayout, read_volume
-from model.volume_files.dicom_file import is_dicom
+from model.volume_files import Choice, RawLayout, is_known, read_volume, unknown_kind
+from model.volume_files.finish import component_of
 from model.volume_files.shipped import DEFAULT_VOLUME, shipped_volumes
 
 
@@ -28,6 +27,8 @@ class VolumeSource:
         Layout of a headerless file, see :meth:`RawLayout.parse`; None if in the file's name.
     component : str or None
         "magnitude" or an index from 0, for files with several components per voxel.
+    series, array, time, channel : str or None
+        What to read of a file or folder that holds several volumes, see :class:`Choice`.
     scalar_range : str or None
         Range over which to look at it, see :meth:`RangeChoice.parse`; None for the robust one.
     """
@@ -36,6 +37,10 @@ class VolumeSource:
     raw: str | None = None
     component: str | None = None
     scalar_range: str | None = None
+    series: str | None = None
+    array: str | None = None
+    time: str | None = None
+    channel: str | None = None
 
     def read(self) -> Volume:
         """Read the volume, over its range; the shipped default if there is no path.
@@ -51,8 +56,12 @@ class VolumeSource:
 
     def read_whole(self) -> Volume:
         """Read the volume over the range of all its voxels; see :meth:`read`."""
+        choice = Choice(self.series, self.array, self.time, self.channel)
         return read_volume(
-            self.path or DEFAULT_VOLUME, raw=self._layout(), component=self._component()
+            self.path or DEFAULT_VOLUME,
+            raw=self._layout(),
+            component=component_of(self.component),
+            choice=choice,
         )
 
     def check(self) -> None:
@@ -64,19 +73,15 @@ class VolumeSource:
             When the options are invalid, or the file is missing or of an unknown kind.
         """
         self._layout()
-        self._component()
+        component_of(self.component)
         self._range()
         path = self.path
         if path is None:
             return
         if not path.exists():
             raise VolumeError(f"{path}: there is no such file or folder; check the path.")
-        known = self.raw is not None or path.name.lower().endswith(SUFFIXES)
-        if not known and path.is_file() and not is_dicom(path):
-            raise VolumeError(
-                f"{path}: files of this kind are not known here; "
-                f"supported are {', '.join(SUFFIXES)} and folders of DICOM or TIFF slices."
-            )
+        if self.raw is None and path.is_file() and not is_known(path):
+            raise unknown_kind(path)
 
     def _range(self) -> RangeChoice | None:
         return None if self.scalar_range is None else RangeChoice.parse(self.scalar_range)
@@ -91,15 +96,6 @@ class VolumeSource:
                 "give dimensions, type and byte order, such as 256x256x110_uint16_big."
             )
         return layout
-
-    def _component(self) -> Component | None:
-        if self.component is None or self.component == "magnitude":
-            return cast(Component | None, self.component)
-        if not self.component.isdecimal():
-            raise VolumeError(
-                f"'{self.component}' is not a component; give magnitude, or a number from 0."
-            )
-        return int(self.component)
 
 
 def volume_of(scene: Scene, source: VolumeSource) -> Volume:

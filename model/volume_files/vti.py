@@ -47,19 +47,19 @@ def read_vti(path: Path, choice: Choice = LARGEST) -> Grid:
     reader = vtkXMLImageDataReader()
     reader.SetFileName(str(path))
     run_quietly(path, reader.UpdateInformation)
-    arrays = chosen_array(path, _arrays(reader, header), choice)
+    chosen, arrays = chosen_array(path, _arrays(reader, header), choice)
     for selection, in_cells in (
         (reader.GetPointDataArraySelection(), False),
         (reader.GetCellDataArraySelection(), True),
     ):
         for number in range(selection.GetNumberOfArrays()):
             name = selection.GetArrayName(number)
-            wanted = VtkArray(name, in_cells, None).is_ghost or name == arrays[0].name
-            if not wanted or in_cells != arrays[0].in_cells:
+            wanted = VtkArray(name, in_cells, None).is_ghost or name == chosen.name
+            if not wanted or in_cells != chosen.in_cells:
                 selection.DisableArray(name)
     run_quietly(path, reader.Update)
     own = _own_extent(path, header)
-    grid = image_grid(path, reader.GetOutput(), arrays, "VTI", own)
+    grid = image_grid(path, reader.GetOutput(), chosen, arrays, "VTI", own)
     if own is None:
         return grid
     whole = times(reader.GetOutput().GetDimensions())

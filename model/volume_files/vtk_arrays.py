@@ -58,8 +58,10 @@ class VtkArray:
         return self.name in (*GHOSTS, VALID)
 
 
-def chosen_array(path: Path, arrays: Sequence[VtkArray], choice: Choice) -> tuple[VtkArray, ...]:
-    """Sort a file's arrays, the chosen one first.
+def chosen_array(
+    path: Path, arrays: Sequence[VtkArray], choice: Choice
+) -> tuple[VtkArray, list[VtkArray]]:
+    """Return the chosen array, and all that can be chosen.
 
     By default it is the first that is no list of ids, ghost types or mask; the active scalars
     before others, and arrays at points before those in cells.
@@ -78,8 +80,7 @@ def chosen_array(path: Path, arrays: Sequence[VtkArray], choice: Choice) -> tupl
     usable.sort(key=lambda array: (is_auxiliary(array.name), not array.is_active, array.in_cells))
     names = [_title(array, usable) for array in usable]
     number = chosen_index(path, "array", names, choice.array)
-    first = usable.pop(number)
-    return (first, *usable)
+    return usable[number], usable
 
 
 def _title(array: VtkArray, arrays: Sequence[VtkArray]) -> str:
@@ -91,6 +92,7 @@ def _title(array: VtkArray, arrays: Sequence[VtkArray]) -> str:
 def image_grid(
     path: Path,
     image: Any,
+    wanted: VtkArray,
     arrays: Sequence[VtkArray],
     file_format: str,
     extent: Sequence[int] | None = None,
@@ -103,8 +105,9 @@ def image_grid(
         Path named in error messages.
     image : vtkImageData
         With that array, and ghost types of the same place.
+    wanted : VtkArray
     arrays : sequence of VtkArray
-        The one to take, then the others of the file.
+        All of the file that can be chosen.
     file_format : str
     extent : sequence of int or None
         First and last point along each axis of the part that the file has; None for all.
@@ -114,7 +117,6 @@ def image_grid(
     VolumeError
         When the array is not there or too small for a volume.
     """
-    wanted = arrays[0]
     attributes = image.GetCellData() if wanted.in_cells else image.GetPointData()
     array = attributes.GetArray(wanted.name) if wanted.name else attributes.GetArray(0)
     less = 1 if wanted.in_cells else 0
@@ -141,7 +143,7 @@ def image_grid(
     values, moved, mirror_notes = unmirrored(values, steps, origin.tolist(), directions)
     if missing is not None:
         missing, _, _ = unmirrored(missing, steps, origin.tolist())  # type: ignore[assignment]
-    listed = _contents(arrays, image, values)
+    listed = _contents(wanted, arrays, image, values)
     if wanted.in_cells:
         notes += (f"The values of '{wanted.name}' belong to cells; each is a voxel.",)
     return Grid(
@@ -172,17 +174,18 @@ def _hidden(attributes: Any, dimensions: Sequence[int], in_cells: bool) -> NDArr
 
 
 def _contents(
-    arrays: Sequence[VtkArray], image: Any, values: NDArray[np.generic]
+    wanted: VtkArray, arrays: Sequence[VtkArray], image: Any, values: NDArray[np.generic]
 ) -> tuple[Content, ...]:
-    """List all arrays, the one that is read first."""
+    """List all arrays."""
     if len(arrays) < 2:
         return ()
     listed = []
-    for number, array in enumerate(arrays):
+    for array in arrays:
         nx, ny, nz = (n - array.in_cells for n in image.GetDimensions())
-        if number == 0:
+        dtype = array.dtype
+        if array is wanted:
             nz, ny, nx = values.shape[:3]
-        dtype = array.dtype if number else values.dtype
+            dtype = values.dtype
         size = 0 if dtype is None else nx * ny * nz * dtype.itemsize * array.components
         listed.append(
             Content(
@@ -191,7 +194,7 @@ def _contents(
                 (nx, ny, nz),
                 "" if dtype is None else dtype.name,
                 size,
-                number == 0,
+                array is wanted,
             )
         )
     return tuple(listed)

@@ -93,6 +93,121 @@ def _dicom(folder: Path, array: np.ndarray) -> Path:
     return write_dicom(folder / "series", array[:3])
 
 
+def _imagej(folder: Path, array: np.ndarray) -> Path:
+    import tifffile
+
+    path = folder / "hyperstack.tif"
+    stacks = np.stack([array, array + 1], axis=1)
+    tifffile.imwrite(path, stacks, imagej=True, metadata={"axes": "ZCYX", "spacing": 2.0})
+    return path
+
+
+def _ome(folder: Path, array: np.ndarray) -> Path:
+    import tifffile
+
+    path = folder / "a.ome.tif"
+    metadata = {"axes": "ZYX", "PhysicalSizeX": 0.5, "PhysicalSizeZ": 2.0}
+    tifffile.imwrite(path, array, metadata=metadata, tile=(16, 16), compression="zlib")
+    return path
+
+
+def _one_dicom(syntax: str, encoder: str) -> Callable[..., Path]:
+    """Return a maker of a file of compressed frames, or of an enhanced one."""
+
+    def make(folder: Path, array: np.ndarray) -> Path:
+        sys.path.insert(0, WRITERS)
+        import imagecodecs
+        from dicom_writer import dataset, save
+
+        tags = {
+            "ImagePositionPatient": [0, 0, 0],
+            "SpacingBetweenSlices": 2.0,
+            "frames": len(array),
+        }
+        if not encoder:
+            return save(folder / "enhanced.dcm", dataset(array, **tags, **_groups(len(array))))
+        frames = [getattr(imagecodecs, encoder)(np.ascontiguousarray(plane)) for plane in array]
+        return save(
+            folder / f"{encoder}.dcm", dataset(array, syntax=syntax, encoded=frames, **tags)
+        )
+
+    return make
+
+
+def _groups(count: int) -> dict[str, object]:
+    from dicom_writer import item
+
+    places = [item(ImagePositionPatient=[0.0, 0.0, 2.0 * z]) for z in range(count)]
+    frames = [item(PlanePositionSequence=place)[0] for place in places]
+    return {"PerFrameFunctionalGroupsSequence": frames}
+
+
+def _nibabel(name: str) -> Callable[..., Path]:
+    def make(folder: Path, array: np.ndarray) -> Path:
+        import nibabel
+
+        kinds = {"c.nii": nibabel.Nifti2Image, "d.mgh": nibabel.MGHImage}
+        kind = kinds.get(name, nibabel.Nifti1Image)
+        nibabel.save(kind(array.T.astype(np.int16), np.diag([1, 2, 3, 1])), folder / name)
+        return folder / name
+
+    return make
+
+
+def _numpy(folder: Path, array: np.ndarray) -> Path:
+    np.save(folder / "a.npy", array)
+    return folder / "a.npy"
+
+
+def _archive(folder: Path, array: np.ndarray) -> Path:
+    np.savez_compressed(folder / "a.npz", values=array, mask=array > 9)
+    return folder / "a.npz"
+
+
+def _hdf5(folder: Path, array: np.ndarray) -> Path:
+    import h5py
+
+    with h5py.File(folder / "a.h5", "w") as file:
+        file.create_dataset("group/values", data=array, chunks=(3, 5, 11), compression="gzip")
+        file["mask"] = (array > 9).astype(np.uint8)
+        file["group/values"].attrs["_FillValue"] = 7
+    return folder / "a.h5"
+
+
+def _netcdf(folder: Path, array: np.ndarray) -> Path:
+    from scipy.io import netcdf_file
+
+    with netcdf_file(folder / "a.nc", "w") as file:
+        for name, n in zip("zyx", array.shape, strict=True):
+            file.createDimension(name, n)
+            file.createVariable(name, "f4", (name,))[:] = 2.0 * np.arange(n)
+        file.createVariable("values", "i2", tuple("zyx"))[:] = array
+    return folder / "a.nc"
+
+
+def _zarr(form: int) -> Callable[..., Path]:
+    def make(folder: Path, array: np.ndarray) -> Path:
+        import zarr
+
+        path = folder / f"a{form}.zarr"
+        stored = zarr.create_array(
+            str(path), shape=array.shape, chunks=(4, 5, 6), dtype=array.dtype, zarr_format=form
+        )
+        stored[...] = array
+        return path
+
+    return make
+
+
+def _mrc(folder: Path, array: np.ndarray) -> Path:
+    import mrcfile
+
+    with mrcfile.new(folder / "a.mrc") as file:
+        file.set_data(array.astype(np.float32))
+        file.voxel_size = (1.0, 2.0, 3.0)
+    return folder / "a.mrc"
+
+
 def _read_volume(path: Path) -> str:
     from model.volume_files.source import VolumeSource
 
@@ -242,7 +357,10 @@ def _read_planted(path: Path) -> str:
 FORMATS = {
     "nrrd": Format(_volume(_itk("a.nrrd"), _itk("b.nrrd", True)), _read_volume),
     "metaimage": Format(_volume(_itk("a.mha"), _itk("b.mha", True)), _read_volume),
-    "nifti": Format(_volume(_itk("a.nii"), _itk("b.nii.gz")), _read_volume),
+    "nifti": Format(
+        _volume(_itk("a.nii"), _itk("b.nii.gz"), _nibabel("c.nii"), _nibabel("d.mgh")),
+        _read_volume,
+    ),
     "vti": Format(
         _volume(
             _vti("Appended", "None"),
@@ -254,8 +372,22 @@ FORMATS = {
         _read_volume,
     ),
     "vtk": Format(_volume(_legacy(True), _legacy(False)), _read_volume),
-    "tiff": Format(_volume(_tiff(None), _tiff("zlib"), _tiff("lzw")), _read_volume),
+    "tiff": Format(_volume(_tiff(None), _tiff("zlib"), _tiff("lzw"), _imagej, _ome), _read_volume),
     "dicom": Format(_volume(_dicom), _read_volume),
+    "dicom-frames": Format(
+        _volume(
+            _one_dicom("1.2.840.10008.1.2.1", ""),
+            _one_dicom("1.2.840.10008.1.2.4.80", "jpegls_encode"),
+            _one_dicom("1.2.840.10008.1.2.4.70", "ljpeg_encode"),
+            _one_dicom("1.2.840.10008.1.2.4.90", "jpeg2k_encode"),
+        ),
+        _read_volume,
+    ),
+    "numpy": Format(_volume(_numpy, _archive), _read_volume),
+    "hdf5": Format(_volume(_hdf5), _read_volume),
+    "netcdf": Format(_volume(_netcdf), _read_volume),
+    "zarr": Format(_volume(_zarr(2), _zarr(3)), _read_volume),
+    "mrc": Format(_volume(_mrc), _read_volume),
     "tf": Format(_make_tf, _read_tf, mutate=mutated_json),
     "card": Format(_make_model, _read_model, (".json",), mutated_json),
     "weights": Format(_make_model, _read_model, (".safetensors",)),

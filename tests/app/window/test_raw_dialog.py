@@ -116,3 +116,20 @@ def test_a_file_that_nothing_fits_and_one_that_is_gone(
     wait(qtbot, dialog)
     assert "prime.raw: the file cannot be read" in dialog.fit_text
     assert not dialog.open_button.isEnabled()
+
+
+def test_a_header_is_skipped(
+    qtbot: QtBot, open_dialog: Callable[..., RawDialog], tmp_path: Path
+) -> None:
+    content = np.arange(4 * 5 * 6, dtype=np.uint16).tobytes()
+    dialog = open_dialog("scan_6x5x4_uint16.raw", b"head" * 8 + content)
+    wait(qtbot, dialog)
+    dialog.dimension_boxes[0].setValue(6)
+    dialog.dimension_boxes[1].setValue(5)
+    dialog.dimension_boxes[2].setValue(4)
+    dialog.offset_box.setValue(0)
+    assert "32 bytes too many. A header? It would fit with 32 bytes skipped" in dialog.fit_text
+    dialog.offset_box.setValue(32)
+    assert dialog.open_button.isEnabled()
+    volume = read_volume(tmp_path / "scan_6x5x4_uint16.raw", raw=dialog.choice())
+    assert volume.data_range == (0, 119)

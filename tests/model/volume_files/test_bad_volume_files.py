@@ -387,8 +387,37 @@ def test_vtk_speaks_again_after_a_bad_file(tmp_path, capfd):
 
 def test_folder_without_slices(tmp_path):
     assert "no DICOM or TIFF slices" in refusal(tmp_path)
-    (tmp_path / "notes.txt").write_text("hello")
+    (tmp_path / "notes.md").write_text("hello")
     assert "no DICOM or TIFF slices" in refusal(tmp_path)
+    for number in range(3):
+        (tmp_path / f"{number}.png").write_bytes(b"\x89PNG")
+    assert "holds 3 images (.png), which are not read here" in refusal(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "advice"),
+    [
+        ("a.czi", b"ZISRAWFILE", "Fiji"),
+        ("a.nd2", b"?", "nd2"),
+        ("a.vtu", b"<VTKFile>", "Resample To Image"),
+        ("a.stl", b"solid", "a surface"),
+        ("a.pkl", b"?", "numpy.save"),
+        ("cells", b"ZISRAWFILE", "Zeiss"),
+        ("a.dat", b"PK\x03\x04", "an archive"),
+    ],
+)
+def test_foreign_kinds_name_what_converts_them(tmp_path, name, content, advice):
+    (tmp_path / name).write_bytes(content)
+    assert advice in refusal(tmp_path / name)
+
+
+@pytest.mark.parametrize("name", ["a.dat", "a.tif", "a"])
+def test_files_are_known_by_their_content_too(tmp_path, name):
+    path = write_itk(tmp_path / "b.nrrd", ARRAY)
+    path.rename(tmp_path / name)
+    volume = read_volume(tmp_path / name)
+    np.testing.assert_array_equal(volume.voxels, ARRAY)
+    assert "By its content this is a file of the kind '.nrrd'" in volume.notes[0]
 
 
 def test_folder_of_unlike_tiffs(tmp_path):

@@ -29,7 +29,9 @@ def test_a_fill_value_that_is_not_the_most_frequent():
     stored = read_vti(path, LARGEST).values.copy()
     grid, notes = mask_of(path)
     np.testing.assert_array_equal(grid.missing, stored == -9999)
-    assert read_volume(path).data_range == (0, 240)
+    volume = read_volume(path)
+    assert volume.data_range == (0, 240)
+    np.testing.assert_array_equal(volume.missing, stored == -9999)
     assert "-9999 lies far from all other values, and 265 voxels have it" in notes
 
 

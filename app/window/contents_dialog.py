@@ -1,0 +1,177 @@
+"""The dialog that lists what a file or folder holds, where that is more than one volume."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QComboBox,
+    QDialog,
+    QDialogButtonBox,
+    QFormLayout,
+    QHeaderView,
+    QLabel,
+    QTableWidget,
+    QTableWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app import theme
+from model.scene.file_facts import ChoiceKind, Content
+from model.volume_files.checks import readable_size, times
+from model.volume_files.choice import Choice
+
+TITLES: dict[ChoiceKind, str] = {
+    "series": "Series",
+    "array": "Arrays",
+    "time": "Time step",
+    "channel": "Channel",
+    "component": "Component",
+}
+LISTED = ("series", "array")
+"""Kinds whose contents differ in size: each has a row of its own."""
+
+COLUMNS = ("Name", "Voxels", "Type", "Size")
+MOST_ROWS = 12
+"""Rows of a table that are seen at once."""
+
+
+class ContentsDialog(QDialog):
+    """Lists the volumes of a file or folder, and asks which of them to show.
+
+    What is shown already is chosen at first.
+
+    Parameters
+    ----------
+    name : str
+        Of the file or folder.
+    contents : sequence of Content
+    """
+
+    chosen = Signal(object)
+    """Emitted with the :class:`Choice` when another volume is asked for."""
+
+    def __init__(
+        self, name: str, contents: Sequence[Content], parent: QWidget | None = None
+    ) -> None:
+        super().__init__(parent)
+        self.setWindowTitle(f"What {name} holds")
+        self._contents = tuple(contents)
+        self._kinds = list(dict.fromkeys(content.kind for content in contents))
+        self.tables: dict[str, QTableWidget] = {}
+        self.boxes: dict[str, QComboBox] = {}
+        self._buttons = QDialogButtonBox()
+        self.open_button = self._buttons.addButton("Open", QDialogButtonBox.ButtonRole.AcceptRole)
+        self.keep_button = self._buttons.addButton(
+            "Keep what is shown", QDialogButtonBox.ButtonRole.RejectRole
+        )
+        self._lay_out(name)
+        self._buttons.accepted.connect(self._accept)
+        self._buttons.rejected.connect(self.reject)
+        self._check()
+
+    def choice(self) -> Choice:
+        """Return what is selected."""
+        choice = Choice()
+        for kind in self._kinds:
+            choice = choice.but(kind, self._of(kind)[self._row(kind)].name)
+        return choice
+
+    def _of(self, kind: str) -> list[Content]:
+        return [content for content in self._contents if content.kind == kind]
+
+    def _row(self, kind: str) -> int:
+        if kind in self.tables:
+            return max(self.tables[kind].currentRow(), 0)
+        return max(self.boxes[kind].currentIndex(), 0)
+
+    def _lay_out(self, name: str) -> None:
+        column = QVBoxLayout(self)
+        column.setContentsMargins(16, 14, 16, 14)
+        column.setSpacing(12)
+        text = QLabel(f"{name} holds more than one volume. Which one do you want to look at?")
+        text.setTextFormat(Qt.TextFormat.PlainText)
+        text.setWordWrap(True)
+        column.addWidget(text)
+        form = QFormLayout()
+        form.setVerticalSpacing(8)
+        form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
+        for kind in self._kinds:
+            if kind in LISTED:
+                label = QLabel(TITLES[kind])
+                label.setProperty("role", "title")
+                column.addWidget(label)
+                table = self._table(self._of(kind), TITLES[kind])
+                self.tables[kind] = table
+                column.addWidget(table, 1)
+            else:
+                self.boxes[kind] = self._box(self._of(kind), TITLES[kind])
+                form.addRow(TITLES[kind], self.boxes[kind])
+                form.addRow("", _size_label(self._of(kind)))
+        column.addLayout(form)
+        column.addWidget(self._buttons)
+        self.open_button.setDefault(True)
+        self.setMinimumWidth(560 if self.tables else 420)
+
+    def _table(self, contents: list[Content], title: str) -> QTableWidget:
+        table = QTableWidget(len(contents), len(COLUMNS))
+        table.setAccessibleName(title)
+        table.setHorizontalHeaderLabels(COLUMNS)
+        table.verticalHeader().hide()
+        table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        for row, content in enumerate(contents):
+            size = readable_size(content.nbytes) if content.nbytes else ""
+            words = (content.name, times(content.dimensions), content.scalar_type, size)
+            for place, word in enumerate(words):
+                item = QTableWidgetItem(word)
+                item.setToolTip(word)
+                table.setItem(row, place, item)
+            if content.is_read:
+                table.selectRow(row)
+                table.setCurrentCell(row, 0)
+        header = table.horizontalHeader()
+        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+        shown = min(len(contents), MOST_ROWS)
+        table.setMinimumHeight((shown + 1) * table.verticalHeader().defaultSectionSize() + 8)
+        table.currentCellChanged.connect(lambda *_: self._check())
+        table.cellDoubleClicked.connect(lambda *_: self._accept())
+        return table
+
+    def _box(self, contents: list[Content], title: str) -> QComboBox:
+        box = QComboBox()
+        box.setAccessibleName(title)
+        for content in contents:
+            box.addItem(content.name)
+            if content.is_read:
+                box.setCurrentIndex(box.count() - 1)
+        box.currentIndexChanged.connect(lambda *_: self._check())
+        return box
+
+    def _is_shown(self) -> bool:
+        return all(self._of(kind)[self._row(kind)].is_read for kind in self._kinds)
+
+    def _check(self) -> None:
+        self.open_button.setEnabled(not self._is_shown())
+
+    def _accept(self) -> None:
+        is_shown, choice = self._is_shown(), self.choice()
+        self.accept()
+        if not is_shown:
+            self.chosen.emit(choice)
+
+
+def _size_label(contents: list[Content]) -> QLabel:
+    """Return a line on how many there are, and how large each is."""
+    first = contents[0]
+    text = (
+        f"{len(contents)} of {times(first.dimensions)} voxels, {readable_size(first.nbytes)} each"
+    )
+    label = QLabel(text)
+    label.setStyleSheet(f"color: {theme.DIM_TEXT}")
+    return label

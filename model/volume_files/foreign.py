@@ -1,0 +1,137 @@
+"""Files of other kinds: what they are by their content or suffix, and what converts them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+
+_FIJI = "open it in Fiji, which has Bio-Formats, and save it as TIFF"
+_PARAVIEW = "open it in ParaView, apply Resample To Image, and save that as .vti"
+_IMAGES = (
+    "make one stack of the images, for example in Fiji with File > Import > Image Sequence, and "
+    "save it as TIFF"
+)
+_UNPACK = "unpack it first, and open what is in it"
+
+KINDS: dict[str, tuple[str, str]] = {
+    **dict.fromkeys((".czi", ".zvi"), ("a Zeiss microscope's file", _FIJI)),
+    **dict.fromkeys((".lif", ".lof", ".xlef"), ("a Leica microscope's file", _FIJI)),
+    ".nd2": ("a Nikon microscope's file", "open it in Fiji, or convert it with the package nd2"),
+    **dict.fromkeys((".oib", ".oif", ".oir", ".vsi"), ("an Olympus microscope's file", _FIJI)),
+    **dict.fromkeys((".svs", ".ndpi", ".scn", ".mrxs"), ("a slide scanner's file", _FIJI)),
+    ".pic": ("a Bio-Rad microscope's file", _FIJI),
+    **dict.fromkeys(
+        (".dm3", ".dm4", ".ser", ".emd"),
+        ("an electron microscope's file", "convert it with HyperSpy, or in Fiji"),
+    ),
+    **dict.fromkeys(
+        (".txrm", ".xrm", ".txm"),
+        ("a Zeiss X-ray microscope's file", "export it as TIFF or DICOM in its own program"),
+    ),
+    **dict.fromkeys(
+        (".vgi", ".vgl", ".vol"),
+        ("a volume of VGStudio or Avizo's kind", "open the voxels beside it as a raw file"),
+    ),
+    **dict.fromkeys(
+        (".isq", ".aim"), ("a Scanco scanner's file", "convert it with the package itk-ioscanco")
+    ),
+    **dict.fromkeys(
+        (".am", ".amira", ".amiramesh"), ("Amira's format", "save it as NRRD in Amira or Fiji")
+    ),
+    **dict.fromkeys(
+        (".vtu", ".vtp", ".vts", ".vtr", ".vtm"), ("another data set of VTK", _PARAVIEW)
+    ),
+    **dict.fromkeys(
+        (".pvti", ".pvtu", ".pvd", ".vth"), ("a VTK file that names others", _PARAVIEW)
+    ),
+    **dict.fromkeys((".stl", ".ply", ".obj", ".off", ".gltf", ".glb"),
+                    ("a surface, not a volume", "sample it on a grid, as with ParaView")),
+    ".vdb": ("OpenVDB's format", "convert it with the package pyopenvdb, and save it with NumPy"),
+    **dict.fromkeys(
+        (".fits", ".fit", ".fts"), ("a FITS file", "save its cube as .npy with astropy")
+    ),
+    **dict.fromkeys((".mnc", ".mnc2"), ("MINC's format", "convert it with mnc2nii")),
+    ".mif": ("MRtrix's format", "convert it with mrconvert to .nii.gz"),
+    ".par": ("a Philips scanner's file", "convert it with dcm2niix"),
+    **dict.fromkeys((".head", ".brik"), ("AFNI's format", "convert it with 3dAFNItoNIFTI")),
+    ".mat": ("MATLAB's format", "save the array with niftiwrite, or as HDF5 (-v7.3) named .h5"),
+    **dict.fromkeys((".pkl", ".pickle", ".pt", ".pth"),
+                    ("a Python object, which is not loaded", "save its array with numpy.save")),
+    ".edf": ("an ESRF data file", "convert it with the package fabio"),
+    **dict.fromkeys((".png", ".jpg", ".jpeg", ".bmp", ".gif", ".webp", ".jp2"),
+                      ("a flat image", _IMAGES)),
+    **dict.fromkeys((".avi", ".mp4", ".mov"), ("a movie", _IMAGES)),
+    **dict.fromkeys(
+        (".zip", ".7z", ".rar", ".tar", ".tgz", ".xz", ".zst"), ("an archive", _UNPACK)
+    ),
+    **dict.fromkeys((".gz", ".bz2"), ("a compressed file", _UNPACK)),
+    **dict.fromkeys((".csv", ".txt", ".xlsx"), ("a table or text", "save its numbers with NumPy")),
+    ".pdf": ("a document", "choose a volume"),
+}  # fmt: skip
+"""What files are, and what makes a volume of them, by suffix."""
+
+_STARTS: dict[bytes, str] = {
+    b"\x89PNG": ".png", b"\xff\xd8\xff": ".jpg", b"BM": ".bmp", b"GIF8": ".gif", b"%PDF": ".pdf",
+    b"PK\x03\x04": ".zip", b"7z\xbc\xaf": ".7z", b"Rar!": ".rar", b"\xfd7zXZ": ".xz",
+    b"ZISRAWFILE": ".czi", b"\xda\xce\xbe\n": ".nd2", b"SIMPLE  =": ".fits", b"\x1f\x8b": ".gz",
+    b"solid ": ".stl", b"ply\n": ".ply", b"# AmiraMesh": ".am", b"# Avizo": ".am",
+}  # fmt: skip
+"""Suffixes by how files begin."""
+
+VOLUMES: dict[bytes, str] = {
+    b"NRRD000": ".nrrd", b"II*\0": ".tif", b"MM\0*": ".tif", b"II+\0": ".tif", b"MM\0+": ".tif",
+    b"\x89HDF\r\n\x1a\n": ".h5", b"CDF\x01": ".nc", b"CDF\x02": ".nc", b"\x93NUMPY": ".npy",
+    b"# vtk DataFile": ".vtk", b"ObjectType = Image": ".mha",
+}  # fmt: skip
+"""Suffixes of kinds that are read, by how files begin."""
+
+NIFTI_MAGIC, MRC_MAGIC = (b"n+1\0", b"ni1\0"), b"MAP "
+
+
+def suffix_of(path: Path) -> str:
+    """Return a file's suffix in lower case, with both parts of ``".nii.gz"``."""
+    suffixes = path.suffixes[-2:] if path.suffix.lower() == ".gz" else path.suffixes[-1:]
+    return "".join(suffixes).lower()
+
+
+def kind_by_content(path: Path) -> str:
+    """Return the suffix that files of such content have here; empty if it is not known.
+
+    Raises
+    ------
+    OSError
+        When the file cannot be read.
+    """
+    with path.open("rb") as file:
+        start = file.read(512)
+    for begin, suffix in VOLUMES.items():
+        if start.startswith(begin):
+            return suffix
+    if b"<VTKFile" in start and b'"ImageData"' in start:
+        return ".vti"
+    if start[344:348] in NIFTI_MAGIC:
+        return ".nii"
+    return ".mrc" if start[208:212] == MRC_MAGIC else ""
+
+
+def foreign_advice(path: Path) -> str:
+    """Return what a file is that cannot be read here, and what to do; empty if not known."""
+    known = KINDS.get(path.suffix.lower())
+    if known is None and path.is_file():
+        with path.open("rb") as file:
+            start = file.read(16)
+        found = next((suffix for begin, suffix in _STARTS.items() if start.startswith(begin)), "")
+        known = KINDS.get(found)
+    return "" if known is None else f"this is {known[0]}, which is not read here; {known[1]}"
+
+
+def folder_advice(folder: Path) -> str:
+    """Return what is in a folder without slices, and what to do; empty if that is not known."""
+    files = [path for path in folder.iterdir() if path.is_file() and path.name[0] != "."]
+    counts = Counter(path.suffix.lower() for path in files if path.suffix.lower() in KINDS)
+    if not counts:
+        return ""
+    suffix, count = counts.most_common(1)[0]
+    if KINDS[suffix][1] == _IMAGES:
+        return f"the folder holds {count} images ({suffix}), which are not read here; {_IMAGES}"
+    return f"the folder holds {count} files of the kind '{suffix}': {KINDS[suffix][1]}"

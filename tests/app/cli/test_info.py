@@ -1,0 +1,68 @@
+"""``info`` as data, and the options that choose among several volumes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+import tifffile
+
+from app.cli import run
+
+CASES = Path(__file__).parents[2] / "model" / "volume_files" / "cases"
+
+
+def facts(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str, object]:
+    assert run(["info", "--json", *arguments]) == 0
+    found: dict[str, object] = json.loads(capsys.readouterr().out)
+    return found
+
+
+def test_all_that_is_known_as_data(capsys: pytest.CaptureFixture[str]) -> None:
+    path = CASES / "tiff" / "imagej_2channels.tif"
+    found = facts(capsys, str(path))
+    assert found["dimensions"] == [28, 20, 12]
+    assert (found["type"], found["spacing"]) == ("uint16", [0.5, 0.5, 2.0])
+    assert (found["spacing_unit"], found["range"]) == ("um", [200.0, 2400.0])
+    assert found["missing_share"] == 0
+    contents = found["contents"]
+    assert isinstance(contents, list)
+    assert [(c["kind"], c["name"], c["is_read"]) for c in contents] == [
+        ("channel", "0", True),
+        ("channel", "1", False),
+    ]
+
+
+def test_a_channel_is_chosen(capsys: pytest.CaptureFixture[str]) -> None:
+    path = CASES / "tiff" / "imagej_2channels.tif"
+    found = facts(capsys, str(path), "--channel", "1")
+    whole = tifffile.imread(path)[:, 1]
+    assert found["range"] == [float(whole.min()), float(whole.max())]
+    assert run(["info", str(path), "--channel", "7"]) == 2
+    assert "there is no channel '7'; there are 0, 1" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("file", "option", "value"),
+    [
+        ("vtk/b_cells_and_ids.vti", "--array", "vtkOriginalPointIds"),
+        ("dicom/interleaved_acquisitions", "--series", "1"),
+        ("folder/two_channels", "--series", "fused_ch01_z*.tif"),
+    ],
+)
+def test_others_are_chosen(
+    file: str, option: str, value: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    first = facts(capsys, str(CASES / file))["contents"]
+    second = facts(capsys, str(CASES / file), option, value)["contents"]
+    assert isinstance(first, list) and isinstance(second, list)
+    assert [content["is_read"] for content in first] == [True, False]
+    assert [content["is_read"] for content in second] == [False, True]
+
+
+def test_directions_and_units_of_a_patient(capsys: pytest.CaptureFixture[str]) -> None:
+    found = facts(capsys, str(CASES / "dicom" / "padding_signed"))
+    assert (found["units"], found["space"]) == ("HU", "LPS")
+    assert found["directions"] == [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    assert any("missing" in note for note in found["notes"])  # type: ignore[union-attr]

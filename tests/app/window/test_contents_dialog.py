@@ -1,0 +1,114 @@
+"""The dialogs that tell what a file holds, and what is known of the open volume."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from pytestqt.qtbot import QtBot
+from window_fakes import make_volume
+
+from app.window.contents_dialog import ContentsDialog
+from app.window.main_window import MainWindow
+from app.window.properties_dialog import PropertiesDialog
+from model.scene.file_facts import Content, FileFacts
+from model.scene.volume import Volume
+from model.volume_files.choice import Choice
+from model.volume_files.description import describe
+
+ARRAYS = (
+    Content("array", "density", (4, 5, 6), "float32", 480, True),
+    Content("array", "ids", (5, 6, 7), "int64", 1680),
+)
+CHANNELS = tuple(Content("channel", str(k), (4, 5, 6), "uint8", 120, k == 0) for k in range(3))
+
+
+def test_what_is_shown_is_chosen_at_first(qtbot: QtBot) -> None:
+    dialog = ContentsDialog("a.vti", ARRAYS + CHANNELS)
+    qtbot.addWidget(dialog)
+    assert dialog.choice() == Choice(array="density", channel="0")
+    assert not dialog.open_button.isEnabled()
+    table = dialog.tables["array"]
+    words = [table.item(1, column).text() for column in range(4)]  # type: ignore[union-attr]
+    assert words == ["ids", "5 x 6 x 7", "int64", "1.6 KiB"]
+
+
+def test_another_is_asked_for(qtbot: QtBot) -> None:
+    dialog = ContentsDialog("a.vti", ARRAYS + CHANNELS)
+    qtbot.addWidget(dialog)
+    dialog.tables["array"].setCurrentCell(1, 0)
+    dialog.boxes["channel"].setCurrentIndex(2)
+    with qtbot.waitSignal(dialog.chosen) as chosen:
+        dialog.open_button.click()
+    assert chosen.args == [Choice(array="ids", channel="2")]
+
+
+def test_properties_are_those_of_the_command_info(qtbot: QtBot) -> None:
+    volume = replace(make_volume("a"), file=FileFacts("NIfTI-1", "mm"), notes=("Said.",))
+    dialog = PropertiesDialog(Path("/data/a.nii"), volume)
+    qtbot.addWidget(dialog)
+    assert dialog.rows == [("file", "/data/a.nii"), *describe(volume)]
+    assert ("note", "Said.") in dialog.rows
+
+
+@pytest.fixture
+def window(make_window: Callable[..., MainWindow]) -> MainWindow:
+    return make_window(model=None)
+
+
+@pytest.fixture
+def several(window: MainWindow, monkeypatch: pytest.MonkeyPatch) -> list[Choice | None]:
+    """Have volumes read of a file with three channels; what was asked for."""
+    asked: list[Choice | None] = []
+
+    def read(path: Path, choice: Choice | None = None) -> Volume:
+        asked.append(choice)
+        number = int((choice or Choice()).channel or 0)
+        listed = tuple(replace(c, is_read=k == number) for k, c in enumerate(CHANNELS))
+        volume = make_volume(f"{path.stem}{number}")
+        facts = FileFacts(contents=listed)
+        return replace(volume, voxels=volume.voxels + number, file=facts)
+
+    monkeypatch.setattr(window.workspace._opening, "_read_volume", read)
+    return asked
+
+
+def test_the_largest_is_shown_and_another_is_remembered(
+    qtbot: QtBot,
+    window: MainWindow,
+    several: list[Choice | None],
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "cells.tif"
+    path.write_bytes(b"?")
+    with qtbot.waitSignal(window.workspace.volumeStarted):
+        window.opening.open(path)
+    dialog = window.opening._asking
+    assert dialog is not None and dialog.isVisible()
+    dialog.boxes["channel"].setCurrentIndex(2)
+    with qtbot.waitSignal(window.workspace.volumeStarted):
+        dialog.open_button.click()
+    window.opening._asking = None
+    with qtbot.waitSignal(window.workspace.volumeStarted):
+        window.opening.open(path)
+    # It is not asked for again.
+    assert window.opening._asking is None
+    assert several == [None, Choice(channel="2"), Choice(channel="2")]
+
+
+def test_what_is_kept_is_not_asked_for_again(
+    qtbot: QtBot, window: MainWindow, several: list[Choice | None], tmp_path: Path
+) -> None:
+    path = tmp_path / "cells.tif"
+    path.write_bytes(b"?")
+    with qtbot.waitSignal(window.workspace.volumeStarted):
+        window.opening.open(path)
+    assert window.opening._asking is not None
+    window.opening._asking.keep_button.click()
+    window.opening._asking = None
+    with qtbot.waitSignal(window.workspace.volumeStarted):
+        window.opening.open(path)
+    assert window.opening._asking is None
+    assert several == [None, Choice(channel="0")]
