@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,16 +35,44 @@ class Distribution:
     ----------
     voxels : ndarray, shape (nz, ny, nx)
         Finite real numbers.
+    missing : ndarray of bool, shape (nz, ny, nx), optional
+        Voxels that do not count; not all of them.
     """
 
-    def __init__(self, voxels: NDArray[np.generic]) -> None:
+    def __init__(
+        self, voxels: NDArray[np.generic], missing: NDArray[np.bool_] | None = None
+    ) -> None:
         self._voxels = voxels
+        self._missing = missing
         self._histograms: dict[bytes, NDArray[np.int64]] = {}
 
     @cached_property
     def range(self) -> Range:
         """Smallest and largest voxel."""
-        return float(self._voxels.min()), float(self._voxels.max())
+        lowest, highest = self._ends
+        return float(lowest), float(highest)
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether all voxels are equal, even where floats cannot tell them apart."""
+        lowest, highest = self._ends
+        return bool(lowest == highest)
+
+    def planes(self) -> Iterator[NDArray[np.generic]]:
+        """Yield the voxels that count, those of one z at a time, in an array of any shape."""
+        if self._missing is None:
+            yield from self._voxels
+        else:
+            for plane, missing in zip(self._voxels, self._missing, strict=True):
+                yield plane[~missing]
+
+    @cached_property
+    def _ends(self) -> tuple[Any, Any]:
+        """Smallest and largest voxel, of the voxels' own type."""
+        if self._missing is None:
+            return self._voxels.min(), self._voxels.max()
+        ends = [(plane.min(), plane.max()) for plane in self.planes() if plane.size]
+        return min(low for low, _ in ends), max(high for _, high in ends)
 
     @cached_property
     def is_whole(self) -> bool:
@@ -78,9 +108,11 @@ class Distribution:
         counts = self._whole_counts
         if counts is not None:
             occurring = np.flatnonzero(counts)
-            return occurring + int(self._voxels.min()), counts[occurring]
+            return occurring + int(self._ends[0]), counts[occurring]
         voxels = self._voxels
-        if voxels.size > _SAMPLES:
+        if self._missing is not None:
+            voxels = self._some_measured(self._missing)
+        elif voxels.size > _SAMPLES:
             chosen = np.random.default_rng(0).integers(0, voxels.size, _SAMPLES)
             voxels = voxels[np.unravel_index(chosen, voxels.shape)]
         values, counts = np.unique(voxels, return_counts=True)
@@ -132,14 +164,32 @@ class Distribution:
         width *= math.ceil((end - start) / width / bins)
         return start + width * np.arange(1.0, math.ceil((end - start) / width) + 1)
 
+    def _some_measured(self, missing: NDArray[np.bool_]) -> NDArray[np.generic]:
+        """Voxels drawn at random from those that are not missing, or all of them if these are few.
+
+        Drawn by their rank, as places drawn from all voxels may hit none of few.
+        """
+        counts = [plane.size - int(np.count_nonzero(plane)) for plane in missing]
+        total = sum(counts)
+        if total <= _SAMPLES:
+            return self._voxels[~missing]
+        ranks = np.sort(np.random.default_rng(0).integers(0, total, _SAMPLES))
+        ends = np.searchsorted(ranks, np.cumsum(counts))
+        starts = np.cumsum(counts) - counts
+        chosen, first = [], 0
+        for plane, start, end in zip(self.planes(), starts, ends, strict=True):
+            chosen.append(plane[ranks[first:end] - start])
+            first = end
+        return np.concatenate(chosen)
+
     def _count(self, edges: NDArray[np.float64]) -> NDArray[np.int64]:
         counts = self._whole_counts
         if counts is not None:
-            values = np.arange(len(counts)) + int(self._voxels.min())
+            values = np.arange(len(counts)) + int(self._ends[0])
             return np.histogram(values, bins=edges, weights=counts)[0].astype(np.int64)
         total = np.zeros(len(edges) - 1, dtype=np.int64)
         # Plane by plane: `np.histogram` would otherwise copy the whole volume to float64.
-        for plane in self._voxels:
+        for plane in self.planes():
             total += np.histogram(plane, bins=edges)[0]
         return total
 
@@ -148,11 +198,11 @@ class Distribution:
         """Number of voxels of each whole number from the smallest on; None if those are many."""
         if self._voxels.dtype.kind not in "iu":
             return None
-        lowest, highest = int(self._voxels.min()), int(self._voxels.max())
+        lowest, highest = int(self._ends[0]), int(self._ends[1])
         if highest - lowest >= _COUNTABLE:
             return None
         counts = np.zeros(highest - lowest + 1, dtype=np.int64)
-        for plane in self._voxels:
+        for plane in self.planes():
             # In the voxels' own type the difference might overflow.
             places = plane.ravel().astype(np.int64) - lowest if lowest else plane.ravel()
             counts += np.bincount(places, minlength=len(counts))

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError
-from model.scene.distribution import Range
+from model.scene.distribution import Distribution, Range
 from model.scene.volume import Volume
 
 TAIL = 0.001
@@ -25,7 +25,7 @@ def percentile_range(volume: Volume, low: float, high: float) -> Range:
     Parameters
     ----------
     volume : Volume
-        All its voxels count, also those beyond its scalar range.
+        All its voxels count but the missing ones, also those beyond its scalar range.
     low, high : float
         0 to 100; these two give the smallest and the largest voxel.
 
@@ -70,7 +70,7 @@ def robust_range(volume: Volume) -> Range:
     Parameters
     ----------
     volume : Volume
-        All its voxels count, also those beyond its scalar range.
+        All its voxels count but the missing ones, also those beyond its scalar range.
     """
     lowest, highest = volume.data_range
     values, counts = volume.distribution.frequencies
@@ -89,7 +89,7 @@ def robust_range(volume: Volume) -> Range:
     width = hi - lo
     if width == 0 or highest - lowest <= SQUEEZED * width:
         return lowest, highest
-    near_lo, near_hi = _outermost(volume.voxels, lo - ROOM * width, hi + ROOM * width)
+    near_lo, near_hi = _outermost(volume.distribution, lo - ROOM * width, hi + ROOM * width)
     if fill is not None and fill < near_lo:
         near_lo -= width / SQUEEZED
     elif fill is not None and fill > near_hi:
@@ -119,10 +119,10 @@ def _quantiles(
     return lo, hi
 
 
-def _outermost(voxels: NDArray[np.generic], lo: float, hi: float) -> Range:
+def _outermost(distribution: Distribution, lo: float, hi: float) -> Range:
     """Smallest and largest voxel from `lo` to `hi`."""
     lowest, highest = np.inf, -np.inf
-    for plane in voxels:
+    for plane in distribution.planes():
         inside = plane[(plane >= lo) & (plane <= hi)]
         if inside.size:
             lowest, highest = min(lowest, float(inside.min())), max(highest, float(inside.max()))

@@ -35,7 +35,7 @@ class ThinnedVolume:
     ----------
     levels : ndarray of uint16, shape (nz, ny, nx)
         Scalar values as :data:`LEVELS` even steps over the scalar range, so that a TF is evaluated
-        once for each of these.
+        once for each of these; hidden voxels have :data:`LEVELS` itself, which is transparent.
     scalar_range : tuple of float
     steps : tuple of float
         Distance between two voxels along z, y and x, in units of the volume's voxel size.
@@ -50,10 +50,13 @@ class ThinnedVolume:
         """Take at most :data:`GRID` voxels per axis."""
         strides = [-(-length // GRID) for length in volume.voxels.shape]
         lo, hi = volume.scalar_range
-        some = volume.voxels[tuple(slice(s // 2, None, s) for s in strides)]
+        taken = tuple(slice(s // 2, None, s) for s in strides)
+        some = volume.voxels[taken]
         spacing = np.array(volume.spacing[::-1]) / volume.voxel_size
         places = np.clip((some.astype(np.float64) - lo) / (hi - lo), 0.0, 1.0)
         levels = np.rint(places * (LEVELS - 1)).astype(np.uint16)
+        if volume.hidden is not None:
+            levels[volume.hidden[taken]] = LEVELS
         return cls(levels, (lo, hi), tuple(strides * spacing))
 
     def ray_opacities(self, opacity: OpacityTF) -> NDArray[np.float64]:
@@ -108,4 +111,4 @@ class ThinnedVolume:
         return points[inside] if inside.any() else corners(box)
 
     def _of_levels(self, opacity: OpacityTF) -> NDArray[np.float64]:
-        return opacity(np.linspace(*self.scalar_range, LEVELS))
+        return np.append(opacity(np.linspace(*self.scalar_range, LEVELS)), 0.0)

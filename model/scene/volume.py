@@ -77,13 +77,21 @@ class Volume:
         :data:`~model.scene.axes.AXES` points to; empty when unknown.
     chosen_range : tuple of float, or None
         A scalar range other than that of the voxels, see :meth:`over`.
+    missing : ndarray of bool, shape (nz, ny, nx), or None
+        True where nothing was measured; None where every voxel was. The voxels there are finite
+        numbers that mean nothing: no range, histogram, statistic or TF has them, and they are
+        transparent, see :attr:`hidden`. An array without True becomes None.
+    draws_missing : bool
+        Whether missing voxels are drawn all the same, as the numbers that are stored there;
+        see :meth:`drawing_missing`.
 
     Raises
     ------
     VolumeError
         When the array is not 3-D, has an axis shorter than two voxels, is not
-        numeric, not finite or constant, when the spacing is not positive, or when the
-        chosen range does not increase or holds none of the voxels' values.
+        numeric, not finite or constant, when the spacing is not positive, when all voxels are
+        missing or the missing ones have another shape, or when the chosen range does not
+        increase or holds none of the voxels' values.
     """
 
     voxels: NDArray[np.generic]
@@ -95,6 +103,8 @@ class Volume:
     up: str = ""
     axis_labels: tuple[str, ...] = field(default=())
     chosen_range: Range | None = None
+    missing: NDArray[np.bool_] | None = None
+    draws_missing: bool = False
 
     def __post_init__(self) -> None:
         voxels = self.voxels
@@ -113,6 +123,8 @@ class Volume:
                 f"{self.name}: the spacing {self.spacing} must be positive along every axis; "
                 "correct it in the file's header."
             )
+        if self.missing is not None:
+            self._check_missing(self.missing)
         lo, hi = self.data_range
         if not (np.isfinite(lo) and np.isfinite(hi)):
             raise VolumeError(f"{self.name}: the volume holds NaN or infinite voxels.")
@@ -121,7 +133,7 @@ class Volume:
                 f"{self.name}: the values from {lo:g} to {hi:g} span more than a floating-point "
                 "number can hold; scale them down."
             )
-        if lo == hi and self.voxels.min() == self.voxels.max():
+        if lo == hi and self.distribution.is_constant:
             raise VolumeError(
                 f"{self.name}: every voxel has the value {lo:g}; "
                 "a constant volume shows nothing, so choose another file or component."
@@ -160,9 +172,33 @@ class Volume:
         vars(volume).pop("scalars", None)
         return volume
 
+    def drawing_missing(self, drawn: bool) -> Volume:
+        """Return the same volume with its missing voxels drawn, or not.
+
+        They are drawn as the numbers that are stored there; range, histogram and statistics
+        remain those of what was measured. What was computed of the voxels is shared.
+        """
+        volume = copy.copy(self)
+        object.__setattr__(volume, "draws_missing", drawn)
+        return volume
+
+    @property
+    def hidden(self) -> NDArray[np.bool_] | None:
+        """Voxels that are transparent whatever the TF is, as :attr:`missing`; None without any."""
+        return None if self.draws_missing else self.missing
+
+    @cached_property
+    def missing_share(self) -> float:
+        """Fraction of the voxels that is missing, 0 to below 1."""
+        return (
+            0.0
+            if self.missing is None
+            else float(np.count_nonzero(self.missing)) / (self.missing.size)
+        )
+
     @property
     def data_range(self) -> Range:
-        """Smallest and largest voxel, in the data's own units."""
+        """Smallest and largest voxel that is not missing, in the data's own units."""
         return self.distribution.range
 
     @property
@@ -228,13 +264,13 @@ class Volume:
 
     @cached_property
     def distribution(self) -> Distribution:
-        """How the voxels are distributed over scalar values."""
-        return Distribution(self.voxels)
+        """How the voxels that are not missing are distributed over scalar values."""
+        return Distribution(self.voxels, self.missing)
 
     def histogram(
         self, bins: int = 256, beyond: bool = False
     ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Count voxels per scalar value, over the scalar range.
+        """Count voxels per scalar value, over the scalar range, without those that are missing.
 
         Parameters
         ----------
@@ -253,6 +289,24 @@ class Volume:
         """
         edges = self.distribution.edges(self.scalar_range, bins, beyond)
         return self.distribution.histogram(edges), edges
+
+    def _check_missing(self, missing: NDArray[np.bool_]) -> None:
+        if missing.shape != self.voxels.shape or missing.dtype != np.bool_:
+            raise VolumeError(
+                f"{self.name}: missing voxels of shape {missing.shape} and type {missing.dtype} "
+                f"do not say of voxels of shape {self.voxels.shape} whether they are missing."
+            )
+        if missing.all():
+            raise VolumeError(
+                f"{self.name}: every voxel is missing, so there is nothing to show; "
+                "choose another file or component."
+            )
+        if not missing.any():
+            object.__setattr__(self, "missing", None)
+        elif self.voxels.dtype.kind == "f" and not all(
+            np.isfinite(plane).all() for plane in self.voxels
+        ):
+            raise VolumeError(f"{self.name}: the volume holds NaN or infinite voxels.")
 
     def _check_overlap(self, scalar_range: Range) -> None:
         lo, hi = scalar_range
@@ -288,12 +342,14 @@ class Volume:
 
     @cached_property
     def fingerprint(self) -> str:
-        """SHA-256 of the voxels, their type, shape and spacing."""
+        """SHA-256 of the voxels, their type, shape and spacing, and of which are missing."""
         digest = hashlib.sha256()
         little = self.voxels.dtype.newbyteorder("<")
         spacing = [float(s) for s in self.spacing]
         digest.update(f"{little.str} {self.dimensions} {spacing}".encode())
         digest.update(np.ascontiguousarray(self.voxels.astype(little, copy=False)).data)
+        if self.missing is not None:
+            digest.update(np.packbits(self.missing).data)
         return digest.hexdigest()
 
 

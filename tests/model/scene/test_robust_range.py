@@ -96,3 +96,13 @@ def test_percentiles_of_many_voxels_are_those_of_a_sample() -> None:
 def test_percentiles_without_a_range_are_refused(low: float, high: float, message: str) -> None:
     with pytest.raises(VolumeError, match=message):
         percentile_range(changed(slice(12), 0.0), low, high)
+
+
+def test_missing_voxels_do_not_count():
+    """Two fill values, far away, and in more voxels than there are others."""
+    voxels = np.random.default_rng(1).integers(0, 200, (20, 20, 20)).astype(np.int16)
+    missing = np.random.default_rng(2).random(voxels.shape) < 0.7
+    voxels[missing] = np.where(np.arange(missing.sum()) % 2, -9999, 32000)
+    volume = Volume(voxels, missing=missing)
+    assert robust_range(volume) == (0.0, 199.0)
+    assert percentile_range(volume, 0, 100) == (0.0, 199.0)

@@ -6,7 +6,7 @@ import pytest
 from model.scene.crop import CropBox
 from model.scene.orientation import corners
 from model.scene.thinned_volume import GRID, ThinnedVolume
-from model.scene.transfer_function import OpacityTF
+from model.scene.transfer_function import GaussianMode, OpacityTF
 from model.scene.volume import Volume
 
 
@@ -57,3 +57,20 @@ def test_shown_points_reach_around_what_is_shown_and_no_farther() -> None:
     assert np.abs(points[:, 2] - 10.5).max() == pytest.approx(8, abs=1)
     nothing = thinned.shown_points(OpacityTF((0.0, 1.0)))
     np.testing.assert_array_equal(nothing, corners(CropBox()))
+
+
+def test_missing_voxels_show_nothing_unless_they_are_drawn():
+    voxels = np.full((8, 8, 8), 200, np.uint8)
+    voxels[0, 0, 0] = 0
+    missing = np.zeros(voxels.shape, bool)
+    missing[:, :, 3:] = True
+    volume = Volume(voxels, missing=missing)
+    opacity = OpacityTF((0.0, 200.0), (GaussianMode(200.0, 10.0, 0.5),))
+    thinned = ThinnedVolume.of(volume)
+    assert thinned.shown_box(opacity).high[0] <= 0.5
+    rays = thinned.ray_opacities(opacity)
+    # Those along x meet three voxels, those along y and z eight or none.
+    np.testing.assert_allclose(rays[-1], 1 - 0.5**3, rtol=1e-6)
+    np.testing.assert_allclose(rays[7], 0, atol=1e-12)
+    whole = ThinnedVolume.of(volume.drawing_missing(True))
+    np.testing.assert_allclose(whole.ray_opacities(opacity)[-1], 1 - 0.5**8, rtol=1e-6)

@@ -171,3 +171,65 @@ def test_time_steps_are_of_one_series() -> None:
     assert step.series == named("flow_t0120").series
     assert step.series != named("smoke_t0007").series
     assert step.series != named("flow_t0007", (3, 4, 6)).series
+
+
+def patchy(dtype, fill):
+    """A third of random voxels, of which nothing is known, hold a fill value."""
+    random = np.random.default_rng(5)
+    voxels = random.normal(20, 300, (17, 19, 23)).astype(dtype)
+    missing = random.random(voxels.shape) < 1 / 3
+    voxels[missing] = fill
+    return voxels, missing
+
+
+@pytest.mark.parametrize(
+    ("dtype", "fill"), [("float32", 1e9), ("int16", -9999), ("int32", 2**30), ("uint8", 0)]
+)
+def test_missing_voxels_are_in_no_range_and_no_histogram(dtype, fill):
+    voxels, missing = patchy(dtype, fill)
+    volume, measured = Volume(voxels, missing=missing), voxels[~missing]
+    assert volume.data_range == (measured.min(), measured.max())
+    counts, edges = volume.histogram(50)
+    np.testing.assert_array_equal(counts, np.histogram(measured, bins=edges)[0])
+    assert counts.sum() == measured.size
+    values, numbers = volume.distribution.frequencies
+    np.testing.assert_array_equal(np.repeat(values, numbers), np.sort(measured))
+    assert volume.missing_share == pytest.approx(missing.mean())
+
+
+def test_a_sample_of_many_voxels_holds_measured_ones_only():
+    voxels = np.random.default_rng(2).normal(0, 1, (80, 80, 80)).astype(np.float32)
+    missing = np.ones(voxels.shape, bool)
+    missing[:, 2:60, 5:79] = False
+    voxels[missing] = 1000
+    values, counts = Volume(voxels, missing=missing).distribution.frequencies
+    assert values.max() < 10 and counts.sum() == 1 << 18
+    assert np.average(values, weights=counts) == pytest.approx(0, abs=0.01)
+
+
+def test_missing_voxels_go_with_the_volume():
+    voxels, missing = patchy("int16", 30_000)
+    volume = Volume(voxels, missing=missing)
+    over = volume.over((-100.0, 100.0))
+    assert over.missing is missing and over.hidden is missing
+    drawn = over.drawing_missing(True)
+    assert drawn.hidden is None and drawn.missing is missing
+    assert drawn.scalar_range == over.scalar_range and drawn.data_range == volume.data_range
+    assert drawn.drawing_missing(False).hidden is missing
+    assert volume.fingerprint == drawn.fingerprint
+    assert volume.fingerprint != Volume(voxels).fingerprint
+    assert Volume(voxels, missing=np.zeros_like(missing)).missing is None
+
+
+def test_missing_voxels_that_make_no_sense_are_refused():
+    voxels, missing = patchy("float32", 0)
+    for wrong in (missing[1:], missing.astype(np.uint8)):
+        with pytest.raises(VolumeError, match="missing voxels of shape"):
+            Volume(voxels, missing=wrong)
+    with pytest.raises(VolumeError, match="every voxel is missing"):
+        Volume(voxels, missing=np.ones_like(missing))
+    with pytest.raises(VolumeError, match="every voxel has the value 7"):
+        Volume(np.where(missing, voxels, np.float32(7)), missing=missing)
+    voxels[missing] = np.nan
+    with pytest.raises(VolumeError, match="NaN"):
+        Volume(voxels, missing=missing)
