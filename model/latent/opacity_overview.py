@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.rendering.raycast.camera import camera_array
+from model.rendering.scalars import shown_voxels
 from model.scene.transfer_function import TF_SAMPLES, Range
 from model.scene.view import View
 from model.scene.volume import Volume
@@ -113,13 +114,22 @@ class RayLengths:
         along = near[ray] + (np.arange(len(ray)) - first + 0.5) * length[ray]
         places = eye + along[:, None] * directions[ray]
         voxels = map_coordinates(
-            volume.voxels, places.T[::-1], np.float32, order=1, mode="nearest", prefilter=False
+            shown_voxels(volume),
+            places.T[::-1],
+            np.float32,
+            order=1,
+            mode="nearest",
+            prefilter=False,
         )
         lo, hi = volume.scalar_range
         bins = np.clip((voxels - lo) / (hi - lo), 0, 1) * (TF_SAMPLES - 1)
         below = np.minimum(bins.astype(np.int64), TF_SAMPLES - 2)
         share = bins - below
         weights = length[ray] / volume.voxel_size
+        if volume.hidden is not None:
+            nearest = np.rint(places[:, ::-1]).astype(np.int64)
+            last = np.array(volume.hidden.shape) - 1
+            weights[volume.hidden[tuple(np.clip(nearest, 0, last).T)]] = 0
         shape = (len(count), TF_SAMPLES)
         flat = ray * TF_SAMPLES + below
         lengths = np.bincount(flat, weights * (1 - share), np.prod(shape))

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from model.rendering.missing_voxels import filled
 from model.scene.transfer_function import Range
 from model.scene.volume import Volume
 
@@ -43,15 +45,16 @@ def renderable_scalars(
     Returns
     -------
     scalars : ndarray, shape (nz, ny, nx)
-        The volume's voxels, without a copy where that is possible, if their type is native and
-        the scalar range is well conditioned; otherwise a float32 copy with that range mapped to
-        [0, 1], so that a small range far from zero keeps its precision. Either may lie beyond
-        the range, floats by up to :data:`BEYOND`.
+        Those of :func:`shown_voxels`, without a copy where that is possible, if their type is
+        native and the scalar range is well conditioned; otherwise a float32 copy with that range
+        mapped to [0, 1], so that a small range far from zero keeps its precision. Either may lie
+        beyond the range, floats by up to :data:`BEYOND`.
     scalar_range : tuple of float
         The volume's scalar range in the units of these scalars.
     """
     lo, hi = volume.scalar_range
-    kind = volume.voxels.dtype
+    values = shown_voxels(volume)
+    kind = values.dtype
     well_conditioned = max(abs(lo), abs(hi)) / WELL_CONDITIONED <= hi - lo
     fits = NARROWEST <= hi - lo <= WIDEST and (
         well_conditioned
@@ -59,41 +62,54 @@ def renderable_scalars(
         or (kind.kind != "f" and float(np.float32(lo)) == lo)
     )
     if kind in native and fits:
-        voxels = volume.voxels if kind.kind != "f" else _clamped_far_out(volume)
+        voxels = values if kind.kind != "f" else _clamped_far_out(volume, values)
         return np.ascontiguousarray(voxels), (lo, hi)
-    scaled = np.empty(volume.voxels.shape, dtype=np.float32)
-    for plane, out in zip(unit_planes(volume, BEYOND), scaled, strict=True):
+    scaled = np.empty(values.shape, dtype=np.float32)
+    for plane, out in zip(_unit_planes(volume, values, BEYOND), scaled, strict=True):
         out[...] = plane
     return scaled, (0.0, 1.0)
 
 
-def unit_planes(volume: Volume, beyond: float = 0.0) -> Iterator[NDArray[np.float64]]:
+def unit_planes(volume: Volume) -> Iterator[NDArray[np.float64]]:
     """Yield a volume's planes along z with the scalar range mapped to [0, 1], one at a time.
 
-    Parameters
-    ----------
-    volume : Volume
-    beyond : float
-        How far values may lie beyond the scalar range, in widths of it; they are clamped there.
+    Values beyond the range are clamped to it; hidden voxels have those of
+    :func:`shown_voxels`.
     """
+    return _unit_planes(volume, shown_voxels(volume), 0.0)
+
+
+def _unit_planes(
+    volume: Volume, voxels: NDArray[Any], beyond: float
+) -> Iterator[NDArray[np.float64]]:
     lo, hi = volume.scalar_range
     lowest, highest = _limits(volume, beyond)
     # The extremes of float64 would overflow in hi - lo: halve first.
     span = hi / 2 - lo / 2
-    for plane in volume.voxels:
+    for plane in voxels:
         values = plane.astype(np.float64)
         yield (np.clip(values, lowest, highest, out=values) / 2 - lo / 2) / span
 
 
-def _clamped_far_out(volume: Volume) -> NDArray[Any]:
+def shown_voxels(volume: Volume) -> NDArray[Any]:
+    """Return a volume's voxels, hidden ones with values like those around them; see `filled`."""
+    if volume.hidden is None:
+        return volume.voxels
+    return filled(volume.voxels, volume.hidden, volume.data_range[0])
+
+
+def _clamped_far_out(volume: Volume, voxels: NDArray[Any]) -> NDArray[Any]:
     """Clamp voxels :data:`BEYOND` the scalar range; without a copy where there are none."""
     lowest, highest = _limits(volume, BEYOND)
-    if (lowest, highest) == volume.data_range:
-        return volume.voxels
-    return np.clip(volume.voxels, lowest, highest)
+    if (lowest, highest) == volume.data_range and not volume.draws_missing:
+        return voxels
+    return np.clip(voxels, lowest, highest)
 
 
 def _limits(volume: Volume, beyond: float) -> Range:
     """Smallest and largest voxel, or what voxels so many widths beyond the range become."""
     (lo, hi), (lowest, highest) = volume.scalar_range, volume.data_range
+    if volume.missing is not None and volume.draws_missing:
+        # Their numbers are not in the data's range.
+        lowest, highest = -math.inf, math.inf
     return max(lo - beyond * (hi - lo), lowest), min(hi + beyond * (hi - lo), highest)

@@ -119,6 +119,11 @@ class VtkRenderer:
         actor.SetMapper(self._mapper)
         actor.SetProperty(self._properties)
         self._renderer.AddVolume(actor)
+        if volume.hidden is not None:
+            self._mapper.SetMaskInput(_image_data(volume, (~volume.hidden).astype(np.uint8)))
+            self._mapper.SetMaskTypeToBinary()
+            for replacement in _hiding(volume):
+                actor.GetShaderProperty().AddFragmentShaderReplacement(*replacement)
         if texture_range != tf_range:
             actor.GetShaderProperty().AddFragmentShaderReplacement(
                 *_table_mapping(texture_range, tf_range)
@@ -279,6 +284,20 @@ def _table_mapping(texture_range: Range, tf_range: Range) -> tuple[str, bool, st
     offset = share * (first - lo) / (hi - lo) + 0.5 / TABLE_ENTRIES
     mapped = f"vec2(scalar.w * {factor:.9e} + {offset:.9e}, 0"
     return "vec2(scalar.w, 0", False, mapped, True
+
+
+def _hiding(volume: Volume) -> tuple[tuple[str, bool, str, bool], ...]:
+    """Return shader replacements by which samples whose nearest voxel is hidden are transparent.
+
+    VTK itself would interpolate the mask, and would have hidden voxels cast shadows.
+    """
+    count = "vec3({}.0, {}.0, {}.0)".format(*volume.dimensions)
+    nearest = f"texture3D(in_mask, (floor({{}} * {count}) + 0.5) / {count}).r"
+    shadow = "shadow *= 1.0 - opacity;"
+    return (
+        ("texture3D(in_mask, g_dataPos)", False, f"vec4({nearest.format('g_dataPos')})", True),
+        (shadow, False, f"if ({nearest.format('sampled_point')} > 0.0) {shadow}", True),
+    )
 
 
 def _image_data(volume: Volume, scalars: NDArray[Any]) -> vtkImageData:

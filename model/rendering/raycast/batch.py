@@ -103,7 +103,16 @@ def stack_batch(voxels: Any) -> Any:
 
 
 @inlined
-def fetch(voxels: Any, shape: Any, scale: Any, ray: Any, k: int, levels: Any, staging: Any) -> None:
+def fetch(
+    voxels: Any,
+    shape: Any,
+    scale: Any,
+    missing: Any,
+    ray: Any,
+    k: int,
+    levels: Any,
+    staging: Any,
+) -> None:
     """Interpolate a batch of samples of a ray, starting with sample k.
 
     Parameters
@@ -114,10 +123,13 @@ def fetch(voxels: Any, shape: Any, scale: Any, ray: Any, k: int, levels: Any, st
         Number of voxels along x, y and z.
     scale : tuple of 4 float32
         Lowest scalar value, levels per unit of scalar value, and the lowest and highest level.
+    missing : ndarray of uint8, 1-D, or None
+        Not 0 for voxels that are transparent whatever the TF is; see :func:`hide`.
     ray : Ray
     k : int
     levels : ndarray of int32
-        Output: levels of the look-up tables; :data:`NOTHING` beyond the ray's end.
+        Output: levels of the look-up tables; :data:`NOTHING` beyond the ray's end, and for
+        samples nearest to a missing voxel.
     staging : Staging or None
         None to process one sample at a time, as a GPU thread does.
     """
@@ -155,6 +167,33 @@ def fetch(voxels: Any, shape: Any, scale: Any, ray: Any, k: int, levels: Any, st
             )
             level = level_of(value, scale)
             levels[m] = np.int32(NOTHING) if first + np.float32(np.int32(m)) > last else level
+    if missing is not None:
+        hide(missing, shape, ray, k, levels, NOTHING)
+
+
+@inlined
+def hide(missing: Any, shape: Any, ray: Any, k: int, levels: Any, level: int) -> None:
+    """Set the level of samples of a batch whose nearest voxel is missing.
+
+    So a missing voxel takes away what is nearer to it than to any other, and as its value was
+    replaced by that of those around it, samples beside it are what was measured there.
+    """
+    row, layer = np.uint64(shape[0]), np.uint64(shape[0] * shape[1])
+    for m in range(len(levels)):
+        t = min(np.float32(k) + np.float32(np.int32(m)), ray.last)
+        place, fx, fy, fz = locate(
+            shape,
+            ray.start[0] + t * ray.step[0],
+            ray.start[1] + t * ray.step[1],
+            ray.start[2] + t * ray.step[2],
+        )
+        place += np.uint64(fx >= HALF)
+        if fy >= HALF:
+            place += row
+        if fz >= HALF:
+            place += layer
+        if missing[place]:
+            levels[m] = np.int32(level)
 
 
 @inlined

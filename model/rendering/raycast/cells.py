@@ -34,10 +34,16 @@ class MinMaxCells:
         Lowest scalar value, and TF bins per unit of scalar value.
     executor : Executor
         Threads that read the volume.
+    missing : ndarray of bool, shape (nz, ny, nx), optional
+        Voxels that are transparent whatever the TF is: cells of nothing else are never visible.
     """
 
     def __init__(
-        self, scalars: NDArray[Any], scale: tuple[float, float], executor: Executor
+        self,
+        scalars: NDArray[Any],
+        scale: tuple[float, float],
+        executor: Executor,
+        missing: NDArray[np.bool_] | None = None,
     ) -> None:
         # Adjacent cells share the voxels of their common face, which interpolation in both reads.
         self._shape = tuple((n - 2 >> SHIFT) + 1 for n in scalars.shape)
@@ -45,6 +51,8 @@ class MinMaxCells:
 
         def read_layer(layer: int) -> None:
             _read_layer(scalars, scale, layer, self._bins[layer])
+            if missing is not None:
+                _leave_out(missing, layer, self._bins[layer])
 
         list(executor.map(read_layer, range(self._shape[0])))
 
@@ -90,6 +98,25 @@ def distances_to(occupied: NDArray[np.bool_]) -> NDArray[np.int8]:
         return np.full(occupied.size, FARTHEST, dtype=np.int8)
     distance = distance_transform_cdt(~occupied, "chessboard")
     return np.minimum(distance, FARTHEST).astype(np.int8).ravel()
+
+
+@compiled
+def _leave_out(missing: Any, layer: int, bins: Any) -> None:
+    """Mark the cells of a layer in which all voxels are missing by a last bin before the first."""
+    edge = 1 << SHIFT
+    planes = range(layer * edge, min(layer * edge + edge + 1, missing.shape[0]))
+    for j in range(bins.shape[0]):
+        rows = range(j * edge, min(j * edge + edge + 1, missing.shape[1]))
+        for i in range(bins.shape[1]):
+            columns = range(i * edge, min(i * edge + edge + 1, missing.shape[2]))
+            measured = False
+            for z in planes:
+                for y in rows:
+                    for x in columns:
+                        measured = measured or not missing[z, y, x]
+            if not measured:
+                bins[j, i, 0] = TF_SAMPLES - 1
+                bins[j, i, 1] = 0
 
 
 @compiled

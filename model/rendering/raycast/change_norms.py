@@ -16,7 +16,7 @@ from model.compilation import compiled, inlined
 from model.rendering.raycast.batch import stack_batch
 from model.rendering.raycast.differentiation import look
 from model.rendering.raycast.marching import ZERO, make_ray, opacity_of_part, slope_of_part
-from model.rendering.raycast.tables import LEVELS_PER_BIN
+from model.rendering.raycast.tables import LEVELS_PER_BIN, NOTHING
 from model.scene.transfer_function import TF_SAMPLES
 
 BAND = 16
@@ -49,6 +49,7 @@ def square_changes(
     voxels: Any,
     shape: Any,
     scale: Any,
+    missing: Any,
     cells: Any,
     cell_shape: Any,
     shift: int,
@@ -95,17 +96,18 @@ def square_changes(
                 if ray.count == 0:
                     continue
                 count = look(
-                    voxels, shape, scale, alphas, colors, light, ray, levels, staging,
+                    voxels, shape, scale, missing, alphas, colors, light, ray, levels, staging,
                     path, clear, diffuse, gloss, image,
                 )  # fmt: skip
                 first, last = _slopes_by_bin(
-                    alphas, colors, least, ray, path, clear, diffuse, gloss, count, slopes
+                    missing, alphas, colors, least, ray, path, clear, diffuse, gloss, count, slopes
                 )
                 _add_squares(slopes, first, last, edits, begin, changes, squares)
 
 
 @inlined
 def _slopes_by_bin(
+    missing: Any,
     alphas: Any,
     colors: Any,
     least: Any,
@@ -122,6 +124,8 @@ def _slopes_by_bin(
     first: Any = TF_SAMPLES
     last: Any = 0
     for k in range(count - 1, -1, -1):
+        if missing is not None and path[k] == NOTHING:
+            continue
         level = np.uint64(np.uint32(path[k]))
         a, through = alphas[level], clear[k]
         at = np.uint64(4) * level

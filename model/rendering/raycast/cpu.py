@@ -17,6 +17,7 @@ def draw_rows(
     voxels: Any,
     shape: Any,
     scale: Any,
+    missing: Any,
     cells: Any,
     cell_shape: Any,
     shift: int,
@@ -51,7 +52,7 @@ def draw_rows(
         for column in range(size):
             ray, distance = make_ray(camera, step, column, row, size)
             first = march(
-                voxels, shape, scale, cells, cell_shape, shift,
+                voxels, shape, scale, missing, cells, cell_shape, shift,
                 alphas, colors, light, glow, ray, opaque, levels, staging, total,
             )  # fmt: skip
             visible = distance + min(first, ray.last) * step if first >= 0 else np.inf
@@ -63,6 +64,7 @@ def draw_rows_preintegrated(
     voxels: Any,
     shape: Any,
     scale: Any,
+    missing: Any,
     cells: Any,
     cell_shape: Any,
     shift: int,
@@ -81,7 +83,7 @@ def draw_rows_preintegrated(
         for column in range(size):
             ray, distance = make_ray(camera, step, column, row, size)
             first = march_segments(
-                voxels, shape, scale, cells, cell_shape, shift,
+                voxels, shape, scale, missing, cells, cell_shape, shift,
                 integrals, ray, opaque, levels, staging, total,
             )  # fmt: skip
             visible = distance + min(first, ray.last) * step if first >= 0 else np.inf

@@ -35,6 +35,7 @@ def _draw_pixels(
     voxels: Any,
     shape: Any,
     scale: Any,
+    missing: Any,
     cells: Any,
     cell_shape: Any,
     shift: int,
@@ -57,7 +58,7 @@ def _draw_pixels(
     total = cuda.local.array(4, float32)
     ray, distance = make_ray(camera, step, column, row, size)
     first = march(
-        voxels, shape, scale, cells, cell_shape, shift,
+        voxels, shape, scale, missing, cells, cell_shape, shift,
         alphas, colors, light, glow, ray, opaque, levels, None, total,
     )  # fmt: skip
     visible = distance + min(first, ray.last) * step if first >= 0 else np.inf

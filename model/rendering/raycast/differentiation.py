@@ -28,7 +28,7 @@ from model.rendering.raycast.marching import (
     skip_empty,
     slope_of_part,
 )
-from model.rendering.raycast.tables import LEVELS_PER_BIN
+from model.rendering.raycast.tables import LEVELS_PER_BIN, NOTHING
 from model.scene.transfer_function import TF_SAMPLES
 
 NEGLIGIBLE = np.float32(1e-6)
@@ -40,6 +40,7 @@ def differentiate_windows(
     voxels: Any,
     shape: Any,
     scale: Any,
+    missing: Any,
     cells: Any,
     cell_shape: Any,
     shift: int,
@@ -59,6 +60,8 @@ def differentiate_windows(
 
     Parameters
     ----------
+    missing : ndarray of uint8, 1-D, or None
+        Voxels that are transparent whatever the TF is: no edit changes them.
     alphas : ndarray of float32, shape (levels,)
         Opacity of a sample at each level.
     colors : ndarray of float32, shape (4 levels,)
@@ -94,12 +97,23 @@ def differentiate_windows(
                 if misses(ray, cells, cell_shape, shift):
                     continue
                 count = look(
-                    voxels, shape, scale, alphas, colors, light, ray, levels, staging,
+                    voxels, shape, scale, missing, alphas, colors, light, ray, levels, staging,
                     path, clear, diffuse, gloss, image,
                 )  # fmt: skip
                 energy += image[0] ** 2 + image[1] ** 2 + image[2] ** 2
                 _look_back(
-                    alphas, colors, least, ray, path, clear, diffuse, gloss, count, image, gradient
+                    missing,
+                    alphas,
+                    colors,
+                    least,
+                    ray,
+                    path,
+                    clear,
+                    diffuse,
+                    gloss,
+                    count,
+                    image,
+                    gradient,
                 )
         energies[n] = energy
 
@@ -121,6 +135,7 @@ def look(
     voxels: Any,
     shape: Any,
     scale: Any,
+    missing: Any,
     alphas: Any,
     colors: Any,
     light: Any,
@@ -145,7 +160,7 @@ def look(
     through = without_one = ONE
     k = 0
     while k < ray.count and without_one > NEGLIGIBLE:
-        fetch(voxels, shape, scale, ray, k, levels, staging)
+        fetch(voxels, shape, scale, missing, ray, k, levels, staging)
         for m in range(min(ray.count - k, len(levels))):
             level = np.uint64(np.uint32(levels[m]))
             a = alphas[level]
@@ -170,6 +185,7 @@ def look(
 
 @inlined
 def _look_back(
+    missing: Any,
     alphas: Any,
     colors: Any,
     least: Any,
@@ -186,6 +202,8 @@ def _look_back(
     composited = ZERO
     red, green, blue = image[0], image[1], image[2]
     for k in range(count - 1, -1, -1):
+        if missing is not None and path[k] == NOTHING:
+            continue
         level = np.uint64(np.uint32(path[k]))
         a = alphas[level]
         c = np.uint64(4) * level

@@ -86,6 +86,8 @@ class Illumination:
     ambient_longest : int, optional
         The same for ambient light, which takes a sweep for each of its 14 directions and
         changes less from node to node; as many by default.
+    missing : ndarray of bool, shape (nz, ny, nx), optional
+        Voxels that are transparent whatever the TF is.
     """
 
     def __init__(
@@ -96,6 +98,7 @@ class Illumination:
         executor: Executor,
         longest: int = LONGEST_AXIS,
         ambient_longest: int | None = None,
+        missing: NDArray[np.bool_] | None = None,
     ) -> None:
         extent = np.array(volume.extent)
         dimensions = np.array(volume.dimensions)
@@ -105,16 +108,17 @@ class Illumination:
         self._scale = ((self._counts - 1) / (dimensions - 1)).astype(np.float32)
         self._volume, self._executor = volume, executor
         # TF bins once for all TFs: 16 MB for a cube of 64 nodes.
-        self._levels = np.empty((*self._counts[::-1], VOXELS**3), dtype=np.uint8)
+        kind: Any = np.uint8 if missing is None else np.uint16
+        self._levels = np.empty((*self._counts[::-1], VOXELS**3), dtype=kind)
 
         def look(layer: int) -> None:
-            _look_around(scalars, bins, layer, self._levels)
+            _look_around(scalars, missing, bins, layer, self._levels)
 
         list(executor.map(look, range(len(self._levels))))
         self._opacities: NDArray[np.float32] | None = None
         self._crop: CropBox | None = None
         self._coarser = (
-            Illumination(scalars, bins, volume, executor, ambient_longest)
+            Illumination(scalars, bins, volume, executor, ambient_longest, missing=missing)
             if ambient_longest is not None
             else None
         )
@@ -156,7 +160,9 @@ class Illumination:
     def _mean_extinction(self, opacities: NDArray[np.float32]) -> NDArray[np.float32]:
         """Mean extinction per world length around each grid node."""
         opacity = np.minimum(opacities.astype(np.float64), NEARLY_OPAQUE)
-        table = (-np.log1p(-opacity) / self._volume.voxel_size).astype(np.float32)
+        # One more, of missing voxels.
+        table = np.zeros(TF_SAMPLES + 1, dtype=np.float32)
+        table[:TF_SAMPLES] = -np.log1p(-opacity) / self._volume.voxel_size
         extinction = np.empty(self._counts[::-1], dtype=np.float32)
 
         def fill(layer: int) -> None:
@@ -201,7 +207,7 @@ class Illumination:
 
 
 @compiled
-def _look_around(scalars: Any, bins: Any, layer: int, out: Any) -> None:
+def _look_around(scalars: Any, missing: Any, bins: Any, layer: int, out: Any) -> None:
     """Find the TF bins of voxels around each node of a layer, :data:`VOXELS` along each axis."""
     offset, factor = bins
     nz, ny, nx = out.shape[:3]
@@ -216,6 +222,8 @@ def _look_around(scalars: Any, bins: Any, layer: int, out: Any) -> None:
                         x = _voxel(i, nx, scalars.shape[2], a)
                         level = (scalars[z, y, x] - offset) * factor + 0.5
                         out[layer, j, i, n] = int(min(max(level, 0.0), TF_SAMPLES - 0.5))
+                        if missing is not None and missing[z, y, x]:
+                            out[layer, j, i, n] = TF_SAMPLES
                         n += 1
 
 

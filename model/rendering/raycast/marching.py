@@ -173,6 +173,7 @@ def march(
     voxels: Any,
     shape: Any,
     scale: Any,
+    missing: Any,
     cells: Any,
     cell_shape: Any,
     shift: int,
@@ -195,6 +196,7 @@ def march(
     shape : tuple of 3 int
         Voxels along x, y and z.
     scale : tuple of 4 float32
+    missing : ndarray of uint8, 1-D, or None
         See :func:`model.rendering.raycast.batch.fetch`.
     cells : ndarray of int8, 1-D
         Distance of each cell to the nearest visible one, in cells.
@@ -239,7 +241,7 @@ def march(
             shared = 0
             continue
         # A whole batch, even beyond the cell's end: partial vectors would not be faster.
-        fetch(voxels, shape, scale, ray, k, levels, staging)
+        fetch(voxels, shape, scale, missing, ray, k, levels, staging)
         if ray.count - k <= len(levels):
             end = levels[ray.count - 1 - k]
             levels[ray.count - 1 - k] = np.int32(NOTHING)

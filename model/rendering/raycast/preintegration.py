@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from model.compilation import inlined
-from model.rendering.raycast.batch import fetch, level_of
+from model.rendering.raycast.batch import fetch, hide, level_of
 from model.rendering.raycast.marching import VISIBLE, skip_empty
 from model.rendering.raycast.tables import LEVELS
 from model.rendering.raycast.trilinear import interpolate_inside
@@ -16,12 +16,16 @@ from model.rendering.raycast.trilinear import interpolate_inside
 NOWHERE = -(2**30)
 """Stands for the level at the beginning of a segment that is yet to be found."""
 
+HIDDEN = NOWHERE + 1
+"""Stands for the level of a sample that is transparent; so are the segments that it ends."""
+
 
 @inlined
 def march_segments(
     voxels: Any,
     shape: Any,
     scale: Any,
+    missing: Any,
     cells: Any,
     cell_shape: Any,
     shift: int,
@@ -49,11 +53,16 @@ def march_segments(
             k = behind
             before = NOWHERE
             continue
-        fetch(voxels, shape, scale, ray, k, levels, staging)
+        fetch(voxels, shape, scale, None, ray, k, levels, staging)
+        if missing is not None:
+            hide(missing, shape, ray, k, levels, HIDDEN)
         if before == NOWHERE:
             # The segment up to this sample is empty, unless it is the first one.
             before = _level_at_entry(voxels, shape, scale, ray) if k == 0 else levels[0]
         for m in range(min(len(levels), ray.count - k)):
+            if missing is not None and (before == HIDDEN or levels[m] == HIDDEN):
+                before = levels[m]
+                continue
             share = 1.0 if k + m < ray.count - 1 else float(ray.rest)
             low, high = min(before, levels[m]), max(before, levels[m])
             before = levels[m]

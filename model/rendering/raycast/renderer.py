@@ -135,6 +135,8 @@ class RaycastRenderer:
         )
         scalars, (lo, hi) = renderable_scalars(volume, NATIVE_TYPES)
         self._voxels = scalars.reshape(-1)
+        hidden = volume.hidden
+        self._missing = None if hidden is None else np.ravel(hidden).view(np.uint8)
         bins = (lo, (TF_SAMPLES - 1) / (hi - lo))
         # Samples are clamped to the tables, but segments between them may begin or end beyond.
         beyond = FARTHEST_LEVELS if preintegrated else 0
@@ -144,11 +146,13 @@ class RaycastRenderer:
             np.float32(-beyond),
             np.float32(LEVELS - 1 + beyond),
         )
-        self.cells = MinMaxCells(scalars, bins, self._executor)
+        self.cells = MinMaxCells(scalars, bins, self._executor, hidden)
         self._opacities = lru_cache(maxsize=4)(self._opacities_of)
         self._distances = lru_cache(maxsize=4)(self._distances_of)
         self._illumination = (
-            Illumination(scalars, bins, volume, self._executor) if lighting == "global" else None
+            Illumination(scalars, bins, volume, self._executor, missing=hidden)
+            if lighting == "global"
+            else None
         )
         self._cuda = cuda.Painter(self._voxels) if device == "cuda" else None
 
@@ -306,6 +310,7 @@ class RaycastRenderer:
             self._voxels,
             volume.dimensions,
             self._scale,
+            self._missing,
             self._distances_to(shown, distance, self.skip_empty),
             self.cells.shape,
             SHIFT,
@@ -471,6 +476,7 @@ class RaycastRenderer:
             self._voxels,
             self._volume.dimensions,
             self._scale,
+            self._missing,
             self._distances(opacity_tf, distance, self.skip_empty),
             self.cells.shape,
             SHIFT,

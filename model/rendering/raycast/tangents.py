@@ -35,6 +35,7 @@ def change_rows(
     voxels: Any,
     shape: Any,
     scale: Any,
+    missing: Any,
     cells: Any,
     cell_shape: Any,
     shift: int,
@@ -79,7 +80,7 @@ def change_rows(
                 if behind > k:
                     k = behind
                     continue
-                fetch(voxels, shape, scale, ray, k, levels, staging)
+                fetch(voxels, shape, scale, missing, ray, k, levels, staging)
                 for m in range(min(len(levels), ray.count - k)):
                     level = np.uint64(np.uint32(levels[m]))
                     a, da = alphas[level], changes[level]
@@ -108,6 +109,7 @@ def add_visibility(
     voxels: Any,
     shape: Any,
     scale: Any,
+    missing: Any,
     cells: Any,
     cell_shape: Any,
     shift: int,
@@ -139,7 +141,7 @@ def add_visibility(
                     if behind > k:
                         k = behind
                         continue
-                    fetch(voxels, shape, scale, ray, k, levels, staging)
+                    fetch(voxels, shape, scale, missing, ray, k, levels, staging)
                     for m in range(min(len(levels), ray.count - k)):
                         a = alphas[np.uint64(np.uint32(levels[m]))]
                         if k + m == ray.count - 1:

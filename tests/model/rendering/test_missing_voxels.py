@@ -1,0 +1,185 @@
+"""Missing voxels are transparent: beside closed forms, crop boxes and other fill values."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from model.latent.opacity_overview import RayLengths
+from model.rendering.missing_voxels import filled
+from model.rendering.raycast.renderer import RaycastRenderer
+from model.rendering.renderer import open_renderer
+from model.scene.crop import CropBox
+from model.scene.inputs import SceneInputs
+from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
+from model.scene.view import View
+from model.scene.volume import Volume
+
+RANGE = (0.0, 200.0)
+COLOR = ColorTF(RANGE, ((0.0, 1.0, 0.2, 0.2), (200.0, 0.9, 0.8, 0.6)))
+BALL_TF = OpacityTF(RANGE, (GaussianMode(200.0, 40.0, 0.3),))
+OBLIQUE = View(azimuth=30.0, elevation=20.0)
+SIZE = 48
+EDGE = 32
+
+
+def ball(dtype: str = "float32") -> NDArray[np.generic]:
+    """A ball of 200 with a soft surface."""
+    z, y, x = np.mgrid[:EDGE, :EDGE, :EDGE] - (EDGE - 1) / 2
+    return (200 * np.clip(13 - np.sqrt(x * x + y * y + z * z), 0, 1)).astype(dtype)
+
+
+def half_ball(dtype: str = "float32", fill: float = 0.0) -> Volume:
+    """The ball without what is measured at larger x than its middle."""
+    voxels = ball(dtype)
+    missing = np.zeros(voxels.shape, bool)
+    missing[:, :, EDGE // 2 :] = True
+    voxels[missing] = fill
+    return Volume(voxels, missing=missing)
+
+
+def inputs(opacity: OpacityTF = BALL_TF, crop: CropBox | None = None) -> SceneInputs:
+    return SceneInputs(OBLIQUE, opacity, COLOR, crop=crop)
+
+
+def image(volume: Volume, name: str = "raycast", given: SceneInputs | None = None, **options):
+    renderer = open_renderer(name, volume, **options)
+    try:
+        return renderer.render(given or inputs(), SIZE)
+    finally:
+        renderer.close()
+
+
+@pytest.mark.parametrize("name", ["raycast", "vtk"])
+@pytest.mark.parametrize("lighting", ["none", "direct", "global"])
+def test_what_is_stored_where_nothing_was_measured_appears_nowhere(name, lighting):
+    images = [
+        image(half_ball(dtype, fill), name, lighting=lighting)
+        for dtype, fill in [("float32", -1e20), ("float32", 150), ("int16", 199), ("int16", 9999)]
+    ]
+    assert images[0][..., 3].max() > 0.9
+    np.testing.assert_array_equal(images[0], images[1])
+    np.testing.assert_array_equal(images[2], images[3])
+
+
+def test_the_renderers_agree_on_half_a_ball():
+    """NaN where nothing was measured, as it comes from a file."""
+    voxels = ball()
+    voxels[:, :, EDGE // 2 :] = np.nan
+    volume = Volume(np.nan_to_num(voxels), missing=np.isnan(voxels))
+    for lighting in ("none", "direct"):
+        ours, vtk = (image(volume, name, lighting=lighting) for name in ("raycast", "vtk"))
+        assert np.sqrt(np.mean((ours - vtk) ** 2)) < 0.005
+
+
+@pytest.mark.parametrize("name", ["raycast", "vtk"])
+@pytest.mark.parametrize("preintegrated", [False, True])
+def test_half_a_ball_is_the_ball_cut_in_two(name, preintegrated):
+    """Its face lies halfway between the last measured voxels and the first missing ones."""
+    if name == "vtk" and preintegrated:
+        return
+    options = {"sample_distance": 0.1, "preintegrated": preintegrated}
+    cut = inputs(crop=CropBox((0.0, 0.0, 0.0), (0.5, 1.0, 1.0)))
+    expected = image(Volume(ball()), "raycast", cut, sample_distance=0.1)
+    found = image(half_ball(), name, **options)
+    assert np.sqrt(np.mean((found - expected) ** 2)) < 0.006
+
+
+@pytest.mark.parametrize("name", ["raycast", "vtk"])
+def test_opacity_of_what_was_measured_is_that_of_its_length(name):
+    """A homogeneous block of 24 voxels seen along z, of which 10 in the middle are missing."""
+    voxels = np.full((24, 9, 9), 200, np.uint8)
+    voxels[12, 4, 4] = 0
+    missing = np.zeros(voxels.shape, bool)
+    missing[7:17] = True
+    voxels[12, 4, 4], voxels[0, 0, 0] = 90, 0
+    flat = OpacityTF(RANGE, points=((0.0, 0.1), (200.0, 0.1)))
+    given = SceneInputs(View(azimuth=0.0, elevation=90.0), flat, COLOR)
+    found = image(Volume(voxels, missing=missing), name, given, sample_distance=0.05)
+    # Half a voxel more than the 6 between the centres of the measured ones, on either side.
+    # VTK leaves out the first and the last step, a tenth of a voxel in all.
+    assert found[SIZE // 2, SIZE // 2, 3] == pytest.approx(1 - 0.9**13, abs=0.006)
+
+
+def test_derivatives_leave_missing_voxels_out():
+    volume = half_ball(fill=77.0)
+    renderer = RaycastRenderer(volume, threads=1)
+    windows = np.array([[0, SIZE, 0, SIZE]])
+    random = np.random.default_rng(3)
+    values = np.linspace(*RANGE, 256)
+    opacity = random.uniform(0.02, 0.2, 256)
+    edit = random.uniform(-0.01, 0.01, 256)
+
+    def tf(step: float) -> OpacityTF:
+        points = zip(values.tolist(), (opacity + step * edit).tolist(), strict=True)
+        return OpacityTF(RANGE, points=tuple(points))
+
+    def colors(step: float) -> NDArray[np.float64]:
+        return renderer.render(inputs(tf(step)), SIZE)[..., :3].astype(np.float64)
+
+    renderer.terminate_early = renderer.skip_empty = False
+    expected = (colors(0.5) - colors(-0.5)).reshape(-1)
+    change = renderer.change(inputs(tf(0)), SIZE, edit).astype(np.float64)
+    assert np.abs(change.reshape(-1) - expected).max() < 0.01 * np.abs(expected).max()
+    gradients, energies = renderer.differentiate(inputs(tf(0)), SIZE, windows)
+    assert energies[0] == pytest.approx((colors(0) ** 2).sum(), rel=1e-4)
+    assert gradients[0] @ edit == pytest.approx((colors(0) * change).sum(), rel=2e-3)
+    spike = np.zeros((1, 256))
+    spike[0, 250:] = edit[250:]
+    squares = renderer.squared_changes(inputs(tf(0)), SIZE, windows, spike)
+    alone = renderer.change(inputs(tf(0)), SIZE, spike[0]).astype(np.float64)
+    assert squares[0] == pytest.approx((alone**2).sum(), rel=2e-3)
+    visible = renderer.visibility(inputs(tf(0)), SIZE, windows)
+    assert visible.sum() == pytest.approx(renderer.opacity_image(inputs(tf(0)), SIZE).sum(), 1e-3)
+    renderer.close()
+
+
+def test_cells_without_a_measured_voxel_are_skipped():
+    volume = half_ball(fill=200.0)
+    renderer = RaycastRenderer(volume)
+    distances = renderer.cells.distances(np.ones(256, bool)).reshape(renderer.cells.shape[::-1])
+    # The cells at 16 to 24 are of missing voxels only; those before have measured ones.
+    assert (distances[:, :, :2] == 0).all() and (distances[:, :, 2:] > 0).all()
+    skipped = renderer.render(inputs(), SIZE)
+    renderer.skip_empty = False
+    assert np.abs(renderer.render(inputs(), SIZE) - skipped).max() < 1 / 255
+    renderer.close()
+
+
+@pytest.mark.parametrize("name", ["raycast", "vtk"])
+def test_drawn_they_are_what_is_stored_there(name):
+    volume = half_ball("int16", 150)
+    whole = Volume(volume.voxels)
+    np.testing.assert_array_equal(image(volume.drawing_missing(True), name), image(whole, name))
+    far = half_ball("float32", 1e20).drawing_missing(True)
+    opaque = image(far, name)
+    assert opaque[SIZE // 2, SIZE // 2 + 4, 3] > 0.9 and np.isfinite(opaque).all()
+
+
+def test_the_overview_of_opacities_leaves_them_out():
+    volume = half_ball(fill=200.0)
+    lengths = RayLengths.of(volume, OBLIQUE)
+    samples = BALL_TF.sample(RANGE)[None]
+    overview = lengths.opacity_images(samples)[0]
+    size = int(len(overview) ** 0.5)
+    renderer = RaycastRenderer(volume)
+    expected = renderer.opacity_image(inputs(), size).ravel()
+    renderer.close()
+    assert np.sqrt(np.mean((overview - expected) ** 2)) < 0.03
+
+
+def test_filled_voxels_are_means_of_their_neighbors():
+    random = np.random.default_rng(1)
+    voxels = random.normal(0, 10, (9, 8, 7))
+    missing = random.random(voxels.shape) < 0.2
+    missing[:, :, 3:] = True
+    result = filled(voxels, missing, -5.0)
+    np.testing.assert_array_equal(result[~missing], voxels[~missing])
+    padded = np.pad(np.where(missing, np.nan, voxels), 1, constant_values=np.nan)
+    for z, y, x in np.argwhere(missing):
+        around = padded[z : z + 3, y : y + 3, x : x + 3]
+        if not np.isnan(around).all():
+            assert result[z, y, x] == pytest.approx(np.nanmean(around))
+    # Two layers are filled, not three.
+    assert (result[:, :, 4] != -5.0).all() and (result[:, :, 5:] == -5.0).all()
