@@ -68,7 +68,7 @@ def fit_to_range(transfer_function: TransferFunction, scalar_range: Range) -> Tr
     if transfer_function.is_relative or own_hi <= lo or hi <= own_lo:
         transfer_function = stretch_to_range(transfer_function, scalar_range)
     opacity, color = opacity_over(transfer_function.opacity, scalar_range), transfer_function.color
-    if color.scalar_range != scalar_range:
+    if (color.stops[0][0], color.stops[-1][0]) != scalar_range:
         inner = tuple(s for s in color.stops if lo < s[0] < hi)
         color = ColorTF(scalar_range, (_stop(color, lo), *inner, _stop(color, hi)))
     return TransferFunction(opacity, color)
