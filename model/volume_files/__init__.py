@@ -104,6 +104,8 @@ def describe(volume: Volume) -> list[tuple[str, str]]:
         ("units", volume.units or "unknown"),
         ("size in memory", readable_size(volume.scalars.nbytes)),
     ]
+    if volume.missing_text:
+        rows.append(("missing", volume.missing_text))
     if volume.axis_labels:
         x, _, y, _, z, _ = volume.axis_labels
         rows.append(("axes point to", f"{x}, {y}, {z} of the patient"))
