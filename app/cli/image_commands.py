@@ -87,6 +87,13 @@ def render(
             help="Of a PNG, as in the window. (default: 1; lit images, which are dim, 2)",
         ),
     ] = None,
+    missing: Annotated[
+        bool,
+        typer.Option(
+            "--draw-missing",
+            help="Draw voxels of which the file says that nothing was measured there.",
+        ),
+    ] = False,
     preintegrated: Annotated[
         bool,
         typer.Option(
@@ -115,6 +122,7 @@ def render(
             crop=crop,
             size=size,
             brightness=brightness,
+            draws_missing=missing,
             preintegrated=preintegrated,
             device=str(device),
             backend=str(backend),

@@ -50,6 +50,7 @@ class RenderOrder:
     crop: CropBox | None
     size: int | None
     brightness: float | None
+    draws_missing: bool
     preintegrated: bool
     device: str
     backend: str
@@ -189,6 +190,8 @@ def _render_volume(order: RenderOrder) -> _Rendered:
     chosen = order.volume.scalar_range is not None
     volume = order.volume.read() if scene is None or chosen else volume_of(scene, order.volume)
     tf, volume = choose_tf(order.tf, volume, chosen or scene is not None)
+    if order.draws_missing:
+        volume = volume.drawing_missing(True)
     from model.rendering.renderer import open_renderer
 
     step = scene.sample_distance if scene else DEFAULT_SAMPLE_DISTANCE

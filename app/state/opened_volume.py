@@ -67,6 +67,10 @@ class OpenedVolume:
         """
         return OpenedVolume.of(self.path, self.volume.over(scalar_range))
 
+    def drawing_missing(self, drawn: bool) -> OpenedVolume:
+        """Return the same volume with its missing voxels drawn, or not."""
+        return OpenedVolume.of(self.path, self.volume.drawing_missing(drawn))
+
 
 def open_volume(path: Path, read_volume: Callable[[Path], Volume]) -> OpenedVolume:
     """Read a volume and compute its derived data; may take seconds.

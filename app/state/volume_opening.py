@@ -71,6 +71,12 @@ class VolumeOpening(QObject):
         """Compute what an opened volume is over another scalar range; as :meth:`read`."""
         self._start(partial(opened.over, scalar_range), taken, failed)
 
+    def draw_missing(
+        self, opened: OpenedVolume, drawn: bool, taken: Taker, failed: Refusal
+    ) -> None:
+        """Compute what an opened volume is with missing voxels drawn or not; as :meth:`read`."""
+        self._start(partial(opened.drawing_missing, drawn), taken, failed)
+
     def abandon(self) -> None:
         """Discard what is on its way."""
         if self._newest is not None:

@@ -240,6 +240,21 @@ class Workspace(QObject):
         if missed and self._opened is not None:
             self._dispatcher.send()
 
+    @property
+    def draws_missing(self) -> bool:
+        """Whether missing voxels of the open volume are drawn."""
+        return self._opened is not None and self._opened.volume.draws_missing
+
+    @property
+    def has_missing(self) -> bool:
+        """Whether the open volume has missing voxels."""
+        return self._opened is not None and self._opened.volume.missing is not None
+
+    def draw_missing(self, drawn: bool) -> None:
+        """Draw the open volume's missing voxels, or leave them transparent, as at first."""
+        if self._opened is not None and self.has_missing and drawn != self.draws_missing:
+            self._ranging.draw_missing(self._opened, drawn, self._range_taken, self._volume_failed)
+
     def stop(self) -> None:
         """Ask all threads to end; returns at once."""
         self._order.stop()
@@ -318,7 +333,12 @@ class Workspace(QObject):
             self.open_model(folder)
         self.reference.start(opened.volume, self._model.scene_for(opened))
         self._follow_scene()
-        notes = [*opened.volume.notes, self._model.worth, RESTORED if kept is not None else ""]
+        notes = [
+            *opened.volume.notes,
+            opened.volume.missing_text,
+            self._model.worth,
+            RESTORED if kept is not None else "",
+        ]
         self.news.emit(" ".join(filter(None, notes)))
         volume, (view, crop) = opened.volume, self._looks.start(opened.fingerprint)
         up = self._preferences.volume(opened.fingerprint).up_axis or volume.up

@@ -285,6 +285,21 @@ class Menus(QObject):
         )
         cropping.setCheckable(True)
         crop.shownChanged.connect(cropping.setChecked)
+        workspace = self._parts.workspace
+        missing = add_action(
+            menu,
+            "Draw &missing voxels",
+            lambda: workspace.draw_missing(not workspace.draws_missing),
+        )
+        missing.setCheckable(True)
+
+        def show_missing(*_: object) -> None:
+            missing.setEnabled(workspace.has_missing)
+            missing.setChecked(workspace.draws_missing)
+
+        for changed in (workspace.volumeStarted, workspace.rangeChanged):
+            changed.connect(show_missing)
+        show_missing()
         cube = add_action(menu, "&Orientation cube", overlays.toggle_cube)
         legend = add_action(menu, "Colour l&egend", overlays.toggle_legend, "Ctrl+L")
         opacity = add_action(menu, "Opac&ity images", overlays.toggle_opacity, "O")

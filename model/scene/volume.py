@@ -201,6 +201,15 @@ class Volume:
         )
 
     @property
+    def missing_text(self) -> str:
+        """The share of missing voxels and whether they are drawn, in words; "" without any."""
+        if self.missing is None:
+            return ""
+        share = max(100 * self.missing_share, 0.01)
+        drawn = "drawn as what is stored there" if self.draws_missing else "not drawn"
+        return f"{share:.2g} % of the voxels are missing, and {drawn}."
+
+    @property
     def data_range(self) -> Range:
         """Smallest and largest voxel that is not missing, in the data's own units."""
         return self.distribution.range

@@ -177,6 +177,7 @@ class FakeBuilders:
     references: list[FakeEngine] = field(default_factory=list)
     analysts: list[FakeEngine] = field(default_factory=list)
     settings: list[ReferenceSettings] = field(default_factory=list)
+    drawn: list[Volume] = field(default_factory=list)
     generator_error: Exception | None = None
     loading: threading.Event | None = None
     map_folder: Path = Path(tempfile.gettempdir(), "tfscope-test-maps")
@@ -201,6 +202,7 @@ class FakeBuilders:
 
     def reference(self, volume: Volume, settings: ReferenceSettings) -> Engine:
         self.settings.append(settings)
+        self.drawn.append(volume)
         self.references.append(FakeEngine())
         return self.references[-1]
 

@@ -302,6 +302,30 @@ def test_an_edited_tf_is_kept_for_the_next_run(
     assert second.state.transfer_function == default
 
 
+def test_missing_voxels_are_drawn_on_demand(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
+) -> None:
+    ramp = builders.volumes["ramp"]
+    window = make_window()
+    switch = action(window, "Draw missing voxels")
+    assert not switch.isEnabled()
+    missing = ramp.voxels > ramp.voxels.mean()
+    builders.volumes["patchy"] = replace(ramp, name="patchy", missing=missing)
+    with qtbot.waitSignal(window.workspace.volumeStarted):
+        window.workspace.open_volume(Path("patchy"))
+    settle(qtbot, window)
+    assert "voxels are missing, and not drawn" in window.status.news
+    tf = window.state.transfer_function
+    with qtbot.waitSignal(window.workspace.rangeChanged):
+        window.workspace.draw_missing(True)
+    settle(qtbot, window)
+    assert builders.drawn[-1].draws_missing and window.state.transfer_function == tf
+    with qtbot.waitSignal(window.workspace.rangeChanged):
+        switch.trigger()
+    settle(qtbot, window)
+    assert not builders.drawn[-1].draws_missing
+
+
 def test_each_volume_keeps_its_own_tf(
     qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders, tmp_path: Path
 ) -> None:
