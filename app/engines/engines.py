@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from model.latent.latent_space import LatentSpace
     from model.rendering.raycast.renderer import RaycastRenderer
     from model.rendering.renderer import Renderer
+    from model.sensitivity.learned import Sensitivity
     from model.volume_files import Choice, RawLayout
 
 FIRST_GUESS_S = 5e-6
@@ -293,6 +294,7 @@ class GeneratorEngine:
 
     def __init__(self, generator: Generator) -> None:
         self._generator = generator
+        self._differentiated: tuple[object, Sensitivity] | None = None
 
     @property
     def description(self) -> str:
@@ -329,36 +331,45 @@ class GeneratorEngine:
         self, request: RegionSensitivityRequest, is_wanted: Callable[[], bool] = always
     ) -> Array:
         """Differentiate the generated image; the region is in its pixels."""
-        from model.sensitivity.learned import Sensitivity
-
-        found = Sensitivity(self._generator, request.inputs, request.width)
+        found = self._sensitivity(request.inputs, request.width)
         if request.measure == "change":
             return found.change_norms(request.region)
         return found.region(request.region)
 
     def value_sensitivity(self, request: ValueSensitivityRequest) -> Array:
         """Differentiate the generated image forwards."""
-        from model.sensitivity.learned import Sensitivity
-
         edit = edit_over(request.values, self.scene.scalar_range, request.width)
-        return Sensitivity(self._generator, request.inputs).change(edit)
+        return self._sensitivity(request.inputs, request.width).change(edit)
 
     def block_fields(self, request: BlockFieldsRequest) -> Array:
         """Differentiate all blocks of the generated image."""
-        from model.sensitivity.learned import Sensitivity
-
         size = self.scene.image_size
-        found = Sensitivity(self._generator, request.inputs, request.width)
+        found = self._sensitivity(request.inputs, request.width)
         return found.field(max(size // (request.blocks or size), 1))
 
     def field_range(
         self, request: FieldRangeRequest, is_wanted: Callable[[], bool] = always
     ) -> Array:
         """Differentiate the generated image by edits around many values."""
+        edits = edits_within(request.window, self.scene.scalar_range, request.width)
+        return self._sensitivity(request.inputs, request.width).largest_scales(edits)
+
+    def _sensitivity(self, inputs: SceneInputs, width: float) -> Sensitivity:
+        """Derivatives of an image; those of the last one are kept.
+
+        Its forward pass is half of what another region of the same image takes, and what its code
+        can change is most of another value's field.
+        """
         from model.sensitivity.learned import Sensitivity
 
-        edits = edits_within(request.window, self.scene.scalar_range, request.width)
-        return Sensitivity(self._generator, request.inputs).largest_scales(edits)
+        question = inputs, width
+        if self._differentiated is None or self._differentiated[0] != question:
+            self._differentiated = None
+            found = Sensitivity(self._generator, inputs, width)
+            if not self.draws_codes:
+                return found
+            self._differentiated = question, found
+        return self._differentiated[1]
 
     def visibility(self, request: VisibilityRequest) -> Array:
         """Not supported: generators have no samples along rays."""

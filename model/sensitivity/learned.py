@@ -59,6 +59,7 @@ class Sensitivity:
         self._inputs = generator.encoded([inputs])
         self._view = inputs.view
         self._width = edit_width
+        self._is_asked_again = False
         self._opacity = self._inputs.opacity_tf.clone().requires_grad_()
 
     @cached_property
@@ -93,7 +94,7 @@ class Sensitivity:
         """Norm of a region's change by smooth edits around each scalar value.
 
         It takes a forward pass for every 2/3 of the edits' width: some 50 times as long as
-        :meth:`region`.
+        :meth:`region`. Where the network takes a code, it is one for each of the code's numbers.
 
         Returns
         -------
@@ -108,9 +109,7 @@ class Sensitivity:
         mask = unpanned(region.mask(self._size), self._view)
         bins, edits = spaced_edits(self._width)
         squares = [
-            np.square(change[mask], dtype=np.float64).sum()
-            for first in range(0, len(edits), TOGETHER)
-            for change in self._changes(edits[first : first + TOGETHER])
+            np.square(change[mask], dtype=np.float64).sum() for change in self._changes_of(edits)
         ]
         return norms_at_all_bins(bins, np.array(squares))
 
@@ -168,6 +167,9 @@ class Sensitivity:
     def change(self, edit: NDArray[np.float32]) -> NDArray[np.float32]:
         """Change of the image per unit of an edit of the opacity TF, by one forward pass.
 
+        Where the network takes a code, the second edit has all directions differentiated that
+        the code can change in; further edits then take no pass.
+
         Parameters
         ----------
         edit : ndarray of float32, shape (256,)
@@ -177,7 +179,9 @@ class Sensitivity:
         -------
         ndarray of float32, shape (S, S, 3)
         """
-        return panned(self._changes(edit[None])[0], self._view)
+        again, self._is_asked_again = self._is_asked_again, True
+        ways = self._changes_of if again and self._network.takes_code else self._changes
+        return panned(next(iter(ways(edit[None]))), self._view)
 
     def largest_scales(self, edits: NDArray[np.float32]) -> NDArray[np.float32]:
         """Ends of the scale over the changes by many edits.
@@ -195,17 +199,20 @@ class Sensitivity:
 
     def _changes_of(self, edits: NDArray[np.float32]) -> Iterator[NDArray[np.float32]]:
         """Yield the change (S, S, 3) of the image by each of some edits (N, 256)."""
-        few = len(self._directions) < len(edits)
-        wanted = self._directions if few else edits
-        batches = (wanted[i : i + TOGETHER] for i in range(0, len(wanted), TOGETHER))
-        if not few:
-            for batch in batches:
-                yield from self._changes(batch)
+        if self._network.takes_code:
+            # Whatever an edit changes is a sum of what the directions change.
+            for shares in edits @ self._directions.T:
+                yield np.tensordot(shares, self._direction_changes, axes=1)
             return
-        # Whatever an edit changes is a sum of what the directions change.
-        changes = np.concatenate([self._changes(batch) for batch in batches])
-        for shares in edits @ self._directions.T:
-            yield np.tensordot(shares, changes, axes=1)
+        for first in range(0, len(edits), TOGETHER):
+            yield from self._changes(edits[first : first + TOGETHER])
+
+    @cached_property
+    def _direction_changes(self) -> NDArray[np.float32]:
+        """Changes (D, S, S, 3) of the image in the directions that a code can change in."""
+        directions = self._directions
+        batches = (directions[i : i + TOGETHER] for i in range(0, len(directions), TOGETHER))
+        return np.concatenate([self._changes(batch) for batch in batches])
 
     def _images(self, inputs: EncodedInputs) -> Tensor:
         return decode_unit(self._network(inputs)[0])
@@ -252,12 +259,12 @@ class Sensitivity:
         image = self.image.astype(np.float64)
         norms = np.sqrt(_block_sums((image * image).sum(axis=2), edges))
         field = np.zeros((*norms.shape, TF_SAMPLES))
-        for first in range(0, len(self._directions), TOGETHER):
-            directions = self._directions[first : first + TOGETHER]
-            for direction, change in zip(directions, self._changes(directions), strict=True):
-                sums = _block_sums((image * change).sum(axis=2), edges)
-                shares = np.divide(sums, norms, out=np.zeros_like(sums), where=norms > 0)
-                field += shares[..., None] * direction
+        for direction, change in zip(
+            self._directions, self._changes_of(self._directions), strict=True
+        ):
+            sums = _block_sums((image * change).sum(axis=2), edges)
+            shares = np.divide(sums, norms, out=np.zeros_like(sums), where=norms > 0)
+            field += shares[..., None] * direction
         return field.astype(np.float32)
 
 

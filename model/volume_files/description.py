@@ -36,8 +36,8 @@ def describe(volume: Volume) -> list[tuple[str, str]]:
         ("units", volume.units or "unknown"),
         ("size in memory", readable_size(volume.voxels.nbytes)),
     ]
-    if share := volume.missing_share:
-        rows.append(("missing", f"{100 * share:.2g} % of the voxels"))
+    if volume.missing_text:
+        rows.append(("missing", volume.missing_text))
     if volume.axis_labels:
         x, _, y, _, z, _ = volume.axis_labels
         rows.append(("axes point to", f"{x}, {y}, {z} of the patient"))

@@ -17,6 +17,7 @@ from app.engines.messages import (
     DecodedTFRequest,
     FieldRangeRequest,
     Quality,
+    RegionSensitivityRequest,
     SupersededError,
     ValueSensitivityRequest,
 )
@@ -29,6 +30,7 @@ from model.networks.size import NetworkSize
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
+from model.scene.region import Outline
 from model.scene.scene import Scene
 from model.scene.tf_perturbation import edit_around
 from model.scene.view import View
@@ -135,3 +137,15 @@ def test_under_global_light_there_are_no_fields_of_all_values() -> None:
         with pytest.raises(NotOfferedError, match="global light"):
             answer(lit, request)
     lit.close()
+
+
+def test_what_is_kept_of_an_image_belongs_to_it(engine: GeneratorEngine) -> None:
+    other = SceneInputs.of(View(200, -10, 0, 1.0), make_tf(140.0))
+    half, whole = Outline.rectangle(0, 0, 0.5, 0.5), Outline()
+    asked = [(INPUTS, half, 6.0), (INPUTS, whole, 6.0), (other, whole, 6.0), (INPUTS, half, 9.0)]
+    for inputs, region, width in asked:
+        request = RegionSensitivityRequest(0, inputs, SMALL, region, width)
+        fresh = GeneratorEngine(engine._generator)
+        found = answer(engine, request)
+        np.testing.assert_allclose(found, answer(fresh, request), rtol=1e-5, atol=1e-9)
+        assert np.abs(found).max() > 0

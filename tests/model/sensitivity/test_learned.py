@@ -164,8 +164,10 @@ def test_a_change_is_the_derivative_of_the_image(
     edit = np.random.default_rng(0).normal(size=256)
     h = 1e-5
     expected = (image(generator, tf, h * edit) - image(generator, tf, -h * edit)) / (2 * h)
-    ours = sensitivity.change(edit.astype(np.float32))
-    np.testing.assert_allclose(ours, expected, atol=1e-3 * np.abs(expected).max())
+    # The first is one pass, the second asks for all directions, the third is made of these.
+    for _ in range(3):
+        ours = sensitivity.change(edit.astype(np.float32))
+        np.testing.assert_allclose(ours, expected, atol=1e-3 * np.abs(expected).max())
 
 
 def test_regions_outside_are_refused(sensitivity: Sensitivity) -> None:
