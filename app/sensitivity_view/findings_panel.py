@@ -19,14 +19,13 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.controls import ElidedLabel, quiet_button, text_button
+from app.controls import ElidedLabel, quiet_button
 from app.sensitivity_view.add_button import AddButton
 from app.sensitivity_view.field_bar import FieldBar
 from app.sensitivity_view.held_button import HeldButton
 from app.sensitivity_view.listed_values import ListedValues
 from app.sensitivity_view.measured_edits import MeasuredEdits
 from app.sensitivity_view.response_layer import ResponseLayer
-from app.sensitivity_view.visible_label import VisibleLabel
 from app.state.sensitivity_answers import SOURCE_NAMES, WhatIfAnswer
 from app.state.sensitivity_dispatcher import BAND_REST_MS, SensitivityDispatcher
 from app.state.sensitivity_state import SensitivityState
@@ -41,7 +40,7 @@ from model.scene.tf_emphasis import (
 )
 from model.scene.tf_perturbation import edit_around
 from model.scene.transfer_function import TF_SAMPLES, OpacityTF
-from model.scene.value_text import value_text
+from model.scene.value_text import range_text, value_text
 
 PANEL_WIDTH = 300
 ROWS = 3
@@ -70,8 +69,8 @@ class FindingsPanel(QWidget):
         Returns the colours (n, 3) that the active region shows now.
     source : QWidget
         Says who answered.
-    visible : VisibleLabel
-        Says what is visible, and offers to list it.
+    visible : QWidget
+        Says what is visible.
     """
 
     whatIfShown = Signal(object)
@@ -87,7 +86,7 @@ class FindingsPanel(QWidget):
         measured: MeasuredEdits,
         shown_colors: Callable[[], NDArray[np.float32]],
         source: QWidget,
-        visible: VisibleLabel,
+        visible: QWidget,
         parent: QWidget | None = None,
     ) -> None:
         super().__init__(parent)
@@ -104,12 +103,17 @@ class FindingsPanel(QWidget):
         self.setFixedWidth(PANEL_WIDTH)
         self.heading = QLabel()
         self.heading.setProperty("role", "title")
-        self.back = text_button("✕", "Back to the edits (Escape)")
+        self.values_button = quiet_button(
+            "Values",
+            "List the values that are visible in the region, to raise or lower them, or to show "
+            "some alone;\nonce more, or Escape: back to the edits",
+        )
+        self.values_button.setCheckable(True)
         self.rows = [QLabel() for _ in range(ROWS)]
         self.adds = [AddButton("this value") for _ in range(ROWS)]
-        self.raises = [quiet_button("▲", "Raise the opacity of this value") for _ in range(ROWS)]
-        self.lowers = [quiet_button("▼", "Lower the opacity of this value") for _ in range(ROWS)]
-        self.isolates = [quiet_button("only", "Show this value alone") for _ in range(ROWS)]
+        self.raises = [quiet_button("▲", "Raise the opacity of these values") for _ in range(ROWS)]
+        self.lowers = [quiet_button("▼", "Lower the opacity of these values") for _ in range(ROWS)]
+        self.isolates = [quiet_button("only", "Show these values alone") for _ in range(ROWS)]
         self.height_box = NumberBox()
         self.height_box.setFixedWidth(56)
         self.height_box.show_value(sensitivity.choices.height)
@@ -120,7 +124,6 @@ class FindingsPanel(QWidget):
         self.result.setProperty("role", "dim")
         self._said = QStackedWidget()
         self._said.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Maximum)
-        self._visible = visible
         self._lay_out(source, visible)
         self._connect()
         self.refresh()
@@ -152,7 +155,7 @@ class FindingsPanel(QWidget):
         dispatcher, values = self._dispatcher, self.values.is_listed
         fresh = self.values.is_fresh if values else dispatcher.is_fresh(dispatcher.region_answer)
         self.heading.setText(self.values.heading if values else "Where an edit shows most")
-        self.back.setVisible(values)
+        self.values_button.setChecked(values)
         for index in range(ROWS):
             here = index < len(self.values.found if values else self._layer.intervals)
             text = ""
@@ -224,13 +227,13 @@ class FindingsPanel(QWidget):
 
     def _lay_out(self, source: QWidget, visible: QWidget) -> None:
         # As high with any of the buttons, so that the images above keep their size.
-        some = self.adds[0], self.raises[0], self.isolates[0], self.back
+        some = self.adds[0], self.raises[0], self.isolates[0], self.values_button
         tallest = max(button.sizeHint().height() for button in some)
         head = QHBoxLayout()
         self.heading.setMinimumHeight(tallest)
         head.addWidget(self.heading)
         head.addStretch()
-        head.addWidget(self.back)
+        head.addWidget(self.values_button)
         grid = QGridLayout()
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setVerticalSpacing(2)
@@ -282,14 +285,13 @@ class FindingsPanel(QWidget):
         self._layer.intervalsChanged.connect(lambda _intervals: self._forget_result())
         self._measured.changed.connect(self.refresh)
         self.values.changed.connect(self.refresh)
-        self._visible.linkActivated.connect(lambda _link: self.values.list_region())
         trials = self._dispatcher.trials
         trials.whatIfAnswered.connect(self._take_what_if)
         trials.dropped.connect(self._say)
         self._dispatcher.regionAnswered.connect(self.refresh)
         self._state.inputsChanged.connect(self._forget_result)
         sensitivity.regionsChanged.connect(self._forget_result)
-        self.back.clicked.connect(self.values.leave)
+        self.values_button.clicked.connect(self._list_values)
         self.what_if_button.turnedOn.connect(self.start_what_if)
         self.what_if_button.turnedOff.connect(self.end_what_if)
         self.height_box.valueChanged.connect(lambda height: sensitivity.choose(height=height))
@@ -297,6 +299,12 @@ class FindingsPanel(QWidget):
         sensitivity.choicesChanged.connect(lambda _choices: self._forget_result())
         sensitivity.bandChanged.connect(lambda _band: self._follow_band())
         self._band_rest.timeout.connect(self.start_what_if)
+
+    def _list_values(self, wanted: bool) -> None:
+        if wanted:
+            self.values.list_region()
+        else:
+            self.values.leave()
 
     def _best_value(self) -> float | None:
         return self._layer.intervals[0].value if self._layer.intervals else None
@@ -385,7 +393,8 @@ class FindingsPanel(QWidget):
     def _found_text(self, index: int) -> str:
         found = self.values.found[index]
         self.rows[index].setToolTip("Share of what is visible there")
-        return f"{self._text(found.value)}   {100 * found.share:.0f} %"
+        reach = range_text(found.reach, self._state.scalar_range)
+        return f"{reach}   {100 * found.share:.0f} %"
 
 
 def _tip(text: str, lacking: str) -> str:

@@ -5,24 +5,18 @@ from __future__ import annotations
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QLabel, QWidget
 
-from app import theme
 from app.sensitivity_view.response_layer import VISIBLE
 from app.state.sensitivity_dispatcher import SensitivityDispatcher
 from app.state.sensitivity_state import SensitivityState
-from model.scene.value_text import value_text
+from model.scene.value_text import range_text
 from model.sensitivity.contributions import contributions
 
 JOINED = "\N{NO-BREAK SPACE}"
 """Between a value and its share, which stay in one line."""
 
-EDIT = f"<a href='edit' style='color: {theme.ACCENT}'>edit</a>"
-"""Link to a list of the values."""
-
 
 class VisibleLabel(QLabel):
     """Says of which values the active region, or the whole image, consists.
-
-    A link in it, see `linkActivated`, asks for a list of them.
 
     Parameters
     ----------
@@ -45,7 +39,7 @@ class VisibleLabel(QLabel):
         self.setToolTip(
             "The values that the region shows, each with its share of what is visible there: the "
             "green line over the TF. The green area is that of the whole image.\n"
-            "edit: list them, to raise or lower them"
+            "Values lists them, to raise or lower them, or to show one alone"
         )
         dispatcher.visibilityAnswered.connect(self.refresh)
         state.regionsChanged.connect(self.refresh)
@@ -65,8 +59,10 @@ class VisibleLabel(QLabel):
         scalar_range = answer.request.inputs.opacity_tf.scalar_range
         found = contributions(answer.value[0], scalar_range)
         values = ", ".join(
-            f"{value_text(each.value, scalar_range)}{JOINED}({100 * each.share:.0f}{JOINED}%)"
+            f"{range_text(each.reach, scalar_range)} ({100 * each.share:.0f} %)".replace(
+                " ", JOINED
+            )
             for each in found
         )
-        text = f"visible: {values} {EDIT}" if found else "visible: nothing, it is black"
+        text = f"visible: {values}" if found else "visible: nothing, it is black"
         self.setText(f"<span style='color:{VISIBLE}'>■</span> {text}")

@@ -36,6 +36,9 @@ DARK = 10
 LEAST_RAISE = 0.05
 """Opacity that :func:`raise_value` adds at least."""
 
+BETWEEN = 17
+"""Points of the curve that is made of modes of which a part is kept, its ends included."""
+
 TINY = 1e-12
 
 
@@ -156,8 +159,10 @@ def isolate_value(
 ) -> OpacityTF:
     """Keep the opacity around a value only; see :func:`raise_value`.
 
-    A mode that is not farther from the value than its width stays as it is, and of a curve of
-    points what lies in reach. Otherwise there is one mode, of the opacity there, at least .05.
+    With a reach, no other values than those in it are kept, as they are: a mode that lies in it
+    stays a mode, and of all else there is a curve of points. Without one, a mode that is not
+    farther from the value than its width stays whole. Where there is nothing to keep, there is
+    one mode, of the opacity there, at least .05.
 
     Parameters
     ----------
@@ -168,8 +173,18 @@ def isolate_value(
         Values around the value that are kept with it.
     """
     now = float(opacity(np.array([value]))[0])
-    if opacity.points and reach is not None and now > 0:
-        return replace(opacity, points=_between(opacity, reach, width))
+    if reach is not None and now > 0:
+        low, high = reach
+        inside = tuple(
+            mode
+            for mode in opacity.modes
+            if low - width <= mode.mean - mode.width and mode.mean + mode.width <= high + width
+        )
+        kept, values = OpacityTF(opacity.scalar_range, inside), np.linspace(low, high, BETWEEN)
+        # Others may add to the opacity there.
+        if inside and np.abs(kept(values) - opacity(values)).max() < LEAST_RAISE / 10:
+            return kept
+        return OpacityTF(opacity.scalar_range, points=_between(opacity, reach, width))
     near = [
         mode
         for mode in opacity.modes
@@ -185,7 +200,8 @@ def isolate_value(
 def _between(opacity: OpacityTF, reach: Range, width: float) -> tuple[tuple[float, float], ...]:
     """Points of a curve between two values, and of its flanks, which end one width beyond."""
     (lo, hi), (low, high) = opacity.scalar_range, reach
-    kept = [low, *(p[0] for p in opacity.points if low < p[0] < high), high]
+    inner = [p[0] for p in opacity.points] or np.linspace(low, high, BETWEEN).tolist()
+    kept = [low, *(value for value in inner if low < value < high), high]
     heights = opacity(np.array(kept))
     curve = dict(zip(kept, heights.tolist(), strict=True))
     for end in (low - width, high + width):

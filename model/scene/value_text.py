@@ -34,3 +34,22 @@ def value_text(value: float, scalar_range: Range) -> str:
         digits = 1 if value == 0 else math.floor(math.log10(abs(value))) - place + 1
         text = f"{value:.{max(digits, 1)}g}"
     return text.removeprefix("-") if float(text) == 0 else text
+
+
+def range_text(values: Range, scalar_range: Range) -> str:
+    """Write two scalar values as a range, such as ``"260 to 1,900"``; equal ones as one.
+
+    Parameters
+    ----------
+    values : tuple of float
+        Lowest and highest value, in the data's units.
+    scalar_range : tuple of float
+        Lowest and highest value of the TF.
+    """
+    low, high = (_with_thousands(value_text(value, scalar_range)) for value in values)
+    return low if low == high else f"{low} to {high}"
+
+
+def _with_thousands(text: str) -> str:
+    whole, point, rest = text.partition(".")
+    return f"{int(whole):,}{point}{rest}" if whole.lstrip("-").isdigit() and whole != "-0" else text

@@ -23,6 +23,9 @@ CORE = 0.2
 LEAST_FLANK = 0.08
 """Share of what lies beyond, on one side, from which it is named by itself."""
 
+TAIL = 0.02
+"""Share of what is visible of some values that is left out at either end of their range."""
+
 SAME = 10
 """Most bins between a value and the one that it was before an edit."""
 
@@ -38,7 +41,7 @@ class Contribution:
     share : float
         Its share, with the values around it, of the place's visibility, 0 to 1.
     reach : tuple of float
-        The lowest and the highest of these values.
+        The lowest and the highest of these values, without a fiftieth of the share at each end.
     """
 
     value: float
@@ -84,12 +87,12 @@ def contributions(
         kept = [float(visibility[a:b].sum()) / total >= LEAST_FLANK for a, b in flanks]
         own = slice(low if kept[0] else first, high if kept[1] else last)
         share = float(visibility[own].sum()) / total
-        reach = float(values[own.start]), float(values[own.stop - 1])
+        reach = _reach(visibility, values, own)
         found.append(Contribution(float(values[peak - 1]), share, reach))
         for a, b in (flank for flank, is_long in zip(flanks, kept, strict=True) if is_long):
             sums = np.cumsum(visibility[a:b].astype(np.float64))
             middle = a + int(np.searchsorted(sums, sums[-1] / 2))
-            reach = float(values[a]), float(values[b - 1])
+            reach = _reach(visibility, values, slice(a, b))
             found.append(Contribution(float(values[middle]), float(sums[-1]) / total, reach))
     named = [one for one in found if one.share >= LEAST_SHARE]
     return tuple(sorted(named, key=lambda one: -one.share)[:count])
@@ -122,6 +125,15 @@ def follow(
             left.remove(new)
             listed.append(new)
     return (*listed, *left)
+
+
+def _reach(visibility: NDArray[np.floating], values: NDArray[np.float64], part: slice) -> Range:
+    """Lowest and highest value of a part, without its faint ends."""
+    sums = np.cumsum(visibility[part].astype(np.float64))
+    if not sums[-1] > 0:
+        return float(values[part][0]), float(values[part][-1])
+    low, high = np.searchsorted(sums, [TAIL * sums[-1], (1 - TAIL) * sums[-1]])
+    return float(values[part][low]), float(values[part][min(high, len(sums) - 1)])
 
 
 def _core(smooth: NDArray[np.float64], peak: int, first: int, last: int) -> tuple[int, int]:

@@ -92,8 +92,10 @@ class FakeEngine:
         return np.full((pixels.height, pixels.width, 4), 255, dtype=np.uint8)
 
     def visibility(self, request: VisibilityRequest) -> NDArray[np.float32]:
+        """A peak at bin 60, the higher the later it was asked for."""
         self.others.append(request)
-        return np.full((len(request.regions), 256), request.sequence, dtype=np.float32)
+        peak = request.sequence * np.exp(-((np.arange(256) - 60) ** 2) / 200)
+        return np.tile(peak.astype(np.float32), (len(request.regions), 1))
 
     def region_sensitivity(
         self, request: RegionSensitivityRequest, is_wanted: Callable[[], bool] = always

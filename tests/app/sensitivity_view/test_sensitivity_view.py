@@ -189,7 +189,7 @@ def test_a_click_names_the_values_there_and_edits_them(
         window.state.undo()
         assert window.state.transfer_function == before
         qtbot.waitUntil(findings.raises[0].isEnabled)
-    findings.back.click()
+    findings.values_button.click()
     assert window.sensitivity_state.place is None
     qtbot.waitUntil(lambda: findings.rows[0].text().startswith("1 "))
 
@@ -602,9 +602,9 @@ def test_the_values_that_a_region_shows_are_named(
 
     state.add_region(Outline.rectangle(0.1, 0.1, 0.4, 0.4))
     state.finish_region()
-    qtbot.waitUntil(lambda: "visible: 120.0 (75 %), 180.0 (25 %)" in text())
+    qtbot.waitUntil(lambda: "visible: 116.1 to 123.9 (75 %), 176.1 to 183.9 (25 %)" in text())
     state.activate(None)
-    qtbot.waitUntil(lambda: "visible: 180.0 (100 %)" in text())
+    qtbot.waitUntil(lambda: "visible: 176.1 to 183.9 (100 %)" in text())
     # The list of a clicked place says it of that.
     state.pick((0.5, 0.5))
     assert label.text() == ""
@@ -842,11 +842,15 @@ def test_the_values_of_a_region_are_listed_to_be_raised_and_lowered(
     findings, state = window.sensitivity.findings, window.sensitivity_state
     state.add_region(Outline.rectangle(0.2, 0.2, 0.6, 0.6))
     state.finish_region()
-    qtbot.waitUntil(lambda: "edit" in window.sensitivity.visible.text())
-    window.sensitivity.visible.linkActivated.emit("edit")
+    qtbot.waitUntil(lambda: "%" in window.sensitivity.visible.text())
+    place = findings.values_button.geometry()
+    findings.values_button.click()
+    assert findings.values_button.isChecked() and findings.values_button.geometry() == place
     assert findings.heading.text() == "Visible: region 1"
     qtbot.waitUntil(findings.lowers[0].isEnabled)
     assert findings.rows[0].text().endswith("%") and findings.lowers[0].isVisible()
+    # Which values, not only the strongest one.
+    assert " to " in findings.rows[0].text()
     before = window.state.transfer_function
     findings.isolates[0].click()
     assert window.state.transfer_function != before
@@ -854,6 +858,11 @@ def test_the_values_of_a_region_are_listed_to_be_raised_and_lowered(
     # What it shows now is listed next; Escape leads back.
     qtbot.waitUntil(findings.lowers[0].isEnabled)
     QTest.keyClick(window, Qt.Key.Key_Escape)
+    assert findings.heading.text() == "Where an edit shows most"
+    assert not findings.values_button.isChecked()
+    findings.values_button.click()
+    assert findings.heading.text() == "Visible: region 1"
+    findings.values_button.click()
     assert findings.heading.text() == "Where an edit shows most"
 
 

@@ -67,6 +67,25 @@ def test_a_value_on_a_modes_flank_stays_with_the_whole_mode() -> None:
     assert isolate_value(opacity, 145.0, 3.0).modes == (wide,)
 
 
+def test_of_a_wide_mode_no_more_than_the_values_in_reach_is_left() -> None:
+    wide = GaussianMode(150.0, 40.0, 0.9)
+    opacity = OpacityTF((100.0, 200.0), (wide,))
+    alone = isolate_value(opacity, 140.0, 3.0, (135.0, 145.0))
+    inside = np.linspace(135.0, 145.0, 101)
+    np.testing.assert_allclose(alone(inside), opacity(inside), atol=2e-3)
+    outside = np.array([100.0, 131.9, 148.1, 150.0, 200.0])
+    assert (alone(outside) == 0).all()
+
+
+def test_a_mode_that_lies_in_reach_stays_a_mode() -> None:
+    narrow = GaussianMode(140.0, 4.0, 0.5)
+    opacity = OpacityTF((100.0, 200.0), (narrow, GaussianMode(180.0, 8.0, 0.4)))
+    assert isolate_value(opacity, 141.0, 3.0, (134.0, 146.0)).modes == (narrow,)
+    # But for where others add to it.
+    both = OpacityTF((100.0, 200.0), (narrow, GaussianMode(150.0, 20.0, 0.4)))
+    assert isolate_value(both, 141.0, 3.0, (134.0, 146.0)).points
+
+
 def test_an_opaque_value_cannot_be_raised() -> None:
     opaque = OpacityTF((0.0, 1.0), points=((0.0, 1.0), (1.0, 1.0)))
     assert raise_value(opaque, 0.5, 0.1) == opaque

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from model.scene.transfer_function import TF_SAMPLES
-from model.scene.value_text import value_text
+from model.scene.value_text import range_text, value_text
 
 
 @pytest.mark.parametrize(
@@ -34,3 +34,19 @@ def test_the_text_is_right_to_within_a_bin(low: float, extent: float, part: floa
     value = low + part * (high - low)
     error = abs(float(value_text(value, (low, high))) - value)
     assert error <= 1.001 * (high - low) / (TF_SAMPLES - 1)
+
+
+@pytest.mark.parametrize(
+    ("values", "scalar_range", "text"),
+    [
+        ((260.2, 1899.7), (-1024.0, 3071.0), "260 to 1,900"),
+        ((-1000.0, -612.0), (-1024.0, 3071.0), "-1,000 to -612"),
+        ((0.25, 0.5), (0.0, 1.0), "0.250 to 0.500"),
+        ((67.4, 66.8), (0.0, 255.0), "67"),
+        ((1e-8, 2e-8), (0.0, 1e-7), "1e-08 to 2e-08"),
+    ],
+)
+def test_ranges_have_their_thousands_set_apart(
+    values: tuple[float, float], scalar_range: tuple[float, float], text: str
+) -> None:
+    assert range_text(values, scalar_range) == text
