@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -139,7 +139,7 @@ def frames_of(file: DicomFile) -> list[Frame]:
 def _frames(
     file: DicomFile,
     count: int,
-    per_frame: list[Dataset],
+    per_frame: Sequence[Dataset],
     shared: Dataset | None,
     offsets: list[float],
 ) -> Iterator[Frame]:

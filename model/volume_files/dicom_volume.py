@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,7 +78,8 @@ def read_stack(stack: Stack) -> Grid:
                 missing = np.zeros(values.shape, bool)
             missing[z] = padding
     spacing, spacing_notes = _spacing(order)
-    origin, shear_notes = first.position or (0.0, 0.0, 0.0), ()
+    origin = first.position or (0.0, 0.0, 0.0)
+    shear_notes: tuple[str, ...] = ()
     if any(abs(shift) > LEAST_TILT * spacing[2] for shift in order.shear) and first.spacing:
         shear = Shear(order.shear[0] / spacing[0], order.shear[1] / spacing[1])
         values, missing, moved = sheared_back(values, missing, shear)
@@ -130,7 +132,7 @@ def value_type(frames: Sequence[Frame]) -> np.dtype[np.generic]:
     return np.dtype(np.float64)
 
 
-def _fill(plane: NDArray[np.generic], frame: Frame) -> NDArray[np.bool_] | None:
+def _fill(plane: NDArray[Any], frame: Frame) -> NDArray[np.bool_] | None:
     """Put an image's values into a slice; return where it is padding."""
     pixels = stored_pixels(frame)
     padding = padding_mask(frame, pixels)

@@ -157,7 +157,7 @@ def check_pages(path: Path, stack: Stack, flat: bool = False) -> None:
             raise damaged(path, "a page's strips do not add up")
         if any(o + n > size for o, n in zip(offsets, lengths, strict=True)):
             raise truncated(path, "a page's pixels lie beyond its end")
-        keyframe = page.keyframe
+        keyframe: Any = page.keyframe
         is_plain = keyframe.compression == UNCOMPRESSED
         need = keyframe.size * keyframe.bitspersample // 8
         if sum(lengths) * (1 if is_plain else GREATEST_RATIO) < need:
@@ -182,7 +182,8 @@ def read_stack(path: Path, stack: Stack, index: Mapping[int, int]) -> NDArray[np
     """
     nx, ny, nz = stack.dimensions
     values = np.empty((nz, ny, nx, stack.samples), stack.dtype)
-    series, axes = stack.series, stack.axes
+    series: Any = stack.series
+    axes = stack.axes
     inner = "".join(letter for letter in axes if letter in "YXS")
     is_planar = axes.endswith(inner) and inner in ("YX", "YXS", "SYX")
     planes = list(_plane_numbers(stack, index)) if is_planar else []

@@ -123,7 +123,7 @@ def image_grid(
     dimensions = [n - less for n in image.GetDimensions()]
     if array is None or array.GetNumberOfTuples() != int(np.prod(dimensions)):
         raise damaged(path, f"its array '{wanted.name}' has no values, or not those of its grid")
-    values = to_numpy(array, tuple(dimensions))  # type: ignore[arg-type]
+    values = to_numpy(array, tuple(dimensions))
     check_grid(path, dimensions, values.dtype, values.shape[3] if values.ndim == 4 else 1)
     missing = _hidden(attributes, dimensions, wanted.in_cells)
     first = list(image.GetExtent()[::2])

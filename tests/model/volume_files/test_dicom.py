@@ -378,6 +378,18 @@ def test_colours_and_moving_pictures_say_what_to_do(tmp_path):
         read_volume(tmp_path / "mpeg")
 
 
+def test_compressed_pixels_that_are_cut_off(tmp_path):
+    for z in range(3):
+        whole = imagecodecs.jpegls_encode(voxels("uint16", (50, 70)))
+        tags = {"ImagePositionPatient": [0, 0, z], "SOPInstanceUID": f"1.2.{z}"}
+        syntax = "1.2.840.10008.1.2.4.80"
+        cut = whole[: len(whole) // 2]
+        ds = dataset(voxels("uint16", (50, 70)), syntax=syntax, encoded=[cut], **tags)
+        save(tmp_path / f"{z}.dcm", ds)
+    with pytest.raises(VolumeError, match="compressed pixels stop before the end"):
+        read_volume(tmp_path)
+
+
 def test_pixels_larger_than_their_tags_are_refused(tmp_path):
     large = imagecodecs.jpegls_encode(np.zeros((2000, 2000), np.uint16))
     for z in range(3):
