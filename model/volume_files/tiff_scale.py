@@ -84,10 +84,9 @@ def calibrated(tiff: TiffFile, values: NDArray[Any]) -> tuple[NDArray[Any], str,
     data = tiff.imagej_metadata or {}
     units = str(data.get("vunit", ""))
     units = "" if units.lower() in ("gray value", "grey value", "") else units
-    line = [_number(data.get("c0")), _number(data.get("c1"))]
-    if "cf" not in data or line[0] is None or line[1] is None:
+    offset, slope = _number(data.get("c0")), _number(data.get("c1"))
+    if "cf" not in data or offset is None or slope is None:
         return values, units, ()
-    offset, slope = line
     if str(data["cf"]) not in ("0", "0.0") or _number(data.get("c2")) is not None:
         return values, "", ("ImageJ's calibration curve of the values is not applied.",)
     if (offset, slope) == (0.0, 1.0) or slope == 0:
