@@ -62,7 +62,7 @@ def _array(file: Any, name: str, variable: Any) -> StoredArray:
         tuple(int(n) for n in variable.shape),
         np.dtype(data.dtype),
         # A copy: the file is closed when it is used.
-        lambda index: np.array(data[index]),
+        lambda index: np.array(data[index], np.dtype(data.dtype).newbyteorder("=")),
         tuple(variable.dimensions),
         tuple(steps),
         tuple(units),
