@@ -71,6 +71,9 @@ def chosen_array(
     VolumeError
         When there is no array, or not the wanted one.
     """
+    if any(not isinstance(array.name, str) for array in arrays):
+        # VTK gives bytes where it cannot decode them.
+        raise damaged(path, "the name of an array is no text")
     usable = [array for array in arrays if not array.is_ghost]
     if not usable:
         raise VolumeError(
