@@ -166,7 +166,7 @@ def _read_folder(folder: Path, choice: Choice) -> Grid:
         return read_dicom(slices, None, choice)
     if slices := tiff_slices(folder):
         return read_tiff_folder(folder, slices, choice)
-    if advice := folder_advice(folder):
+    if advice := folder_advice(folder, _READERS):
         raise VolumeError(f"{folder}: {advice}.")
     raise VolumeError(
         f"{folder}: the folder holds no DICOM or TIFF slices; "

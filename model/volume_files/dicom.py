@@ -169,7 +169,7 @@ def _chosen(
         names = list(dict.fromkeys(getattr(stack, kind) for stack in found))
         if kind != "series":
             names.sort(key=partial(_first_number, found, kind))
-        number = chosen_index(folder, kind, names, getattr(choice, kind))  # type: ignore[arg-type]
+        number = chosen_index(folder, kind, names, getattr(choice, kind))
         if len(names) > 1:
             listed += tuple(
                 _content(kind, name, [s for s in found if getattr(s, kind) == name], k == number)

@@ -135,10 +135,13 @@ def _raw_text(tags: Dataset, name: str) -> str | None:
     tag = _tag(name)
     if tag not in tags:
         return ""
-    element = tags.get_item(tag)
-    if getattr(element, "is_raw", False) and element.VR in _TEXTS:  # type: ignore[union-attr]
-        value = element.value  # type: ignore[union-attr]
-        return "" if value is None else value.decode("latin-1").strip(" \0")  # type: ignore[union-attr]
+    try:
+        element: Any = tags.get_item(tag)
+    except Exception:
+        # As for other values.
+        return None
+    if getattr(element, "is_raw", False) and element.VR in _TEXTS:
+        return "" if element.value is None else element.value.decode("latin-1").strip(" \0")
     return None
 
 

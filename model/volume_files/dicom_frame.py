@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 MOST_FRAMES = 100_000
 NO_UNITS = ("", "US")
 PET_UNITS = {"BQML": "Bq/ml", "CNTS": "counts", "GML": "g/ml", "PROPCNTS": "", "NONE": ""}
+
+SPACINGS = ("PixelSpacing", "NominalScannedPixelSpacing", "ImagerPixelSpacing")
+"""Tags of the pixels' size, the truest first."""
 
 TIME_FIELDS = (
     "TemporalPositionIdentifier", "TemporalPositionIndex", "TriggerTime",
@@ -139,14 +142,14 @@ def frames_of(file: DicomFile) -> list[Frame]:
 def _frames(
     file: DicomFile,
     count: int,
-    per_frame: list[Dataset],
+    per_frame: Sequence[Dataset],
     shared: Dataset | None,
     offsets: list[float],
 ) -> Iterator[Frame]:
     tags = file.tags
     rows, columns = (int((numbers_of(tags, name) or [0])[0]) for name in ("Rows", "Columns"))
     position, orientation = _position(tags), numbers_of(tags, "ImageOrientationPatient")
-    spacing = numbers_of(tags, "PixelSpacing") or numbers_of(tags, "NominalScannedPixelSpacing")
+    spacing = next(filter(None, (numbers_of(tags, name) for name in SPACINGS)), [])
     number = (numbers_of(tags, "InstanceNumber") or [0.0])[0]
     for index in range(count):
         groups = tuple(g for g in (per_frame[index] if per_frame else None, shared) if g)

@@ -32,6 +32,9 @@ DECODERS = {
 """Decoders of imagecodecs, by UID of the transfer syntax."""
 
 
+END_OF_IMAGE = b"\xff\xd9"
+
+
 def stored_type(frame: Frame) -> np.dtype[np.generic]:
     """Return the native type of a frame's stored pixels.
 
@@ -93,7 +96,8 @@ def stored_pixels(frame: Frame) -> NDArray[Any]:
     elif _allocated(file) == 1 and file.kind == "iu":
         return _bits(frame)
     else:
-        pixels = np.empty((frame.rows, frame.columns), dtype.newbyteorder(file.order))
+        stored_dtype = np.dtype(f"{file.order}{dtype.str[1:]}")
+        pixels = np.empty((frame.rows, frame.columns), stored_dtype)
         with file.open() as data:
             data.seek(file.offset + frame.index * pixels.nbytes)
             there = max(min(file.length - frame.index * pixels.nbytes, pixels.nbytes), 0)
@@ -147,7 +151,7 @@ def _decoded(frame: Frame, dtype: np.dtype[np.generic]) -> NDArray[Any]:
         try:
             with file.open() as data:
                 data.seek(file.offset)
-                encoded = get_frame(data, frame.index, number_of_frames=count)  # type: ignore[arg-type]
+                encoded = get_frame(data, frame.index, number_of_frames=count)
             decode = getattr(imagecodecs, name)
             if name == "dicomrle_decode":
                 flat = decode(encoded, dtype.newbyteorder("<"))
@@ -175,6 +179,9 @@ def _decoded(frame: Frame, dtype: np.dtype[np.generic]) -> NDArray[Any]:
 def _check_size(frame: Frame, name: str, encoded: bytes) -> None:
     """Check the size in a JPEG stream's own head against the tags, before memory is taken."""
     data = bytes(encoded)
+    if name == "jpegls_decode" and not data.rstrip(b"\0").endswith(END_OF_IMAGE):
+        # CharLS looks for the end for half a minute.
+        raise truncated(frame.file.path, "its compressed pixels stop before the end")
     found = None
     if name in ("jpeg_decode", "ljpeg_decode", "jpegls_decode"):
         place = 2

@@ -157,7 +157,7 @@ def _labelled(stack: Stack, parts: dict[str, list[Frame]], label: str, word: str
     for value, part in parts.items():
         before = getattr(stack, label)
         text = ", ".join(each for each in (before, f"{word} {value}".strip()) if each)
-        found += _divided(replace(stack, frames=tuple(part), **{label: text}))  # type: ignore[arg-type]
+        found += _divided(replace(stack, frames=tuple(part), **{label: text}))
     return found
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from model.errors import VolumeError
 from model.scene.file_facts import FileFacts
 from model.volume_files.anatomy import axis_labels
 from model.volume_files.checks import check_grid
-from model.volume_files.dicom_file import value_of
+from model.volume_files.dicom_file import numbers_of, value_of
 from model.volume_files.dicom_frame import Frame
 from model.volume_files.dicom_pixels import bits_stored, padding_mask, stored_pixels, stored_type
 from model.volume_files.dicom_stack import Stack, heights
@@ -32,6 +33,8 @@ LEAST_TILT = 0.005
 """Shift of the slices, per distance, below which they lie behind one another."""
 
 MOST_LISTED = 4
+MOST_GAPS = 0.2
+"""Share of the distances up to which larger ones are gaps, and no change of the distance."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +80,8 @@ def read_stack(stack: Stack) -> Grid:
                 missing = np.zeros(values.shape, bool)
             missing[z] = padding
     spacing, spacing_notes = _spacing(order)
-    origin, shear_notes = first.position or (0.0, 0.0, 0.0), ()
+    origin = first.position or (0.0, 0.0, 0.0)
+    shear_notes: tuple[str, ...] = ()
     if any(abs(shift) > LEAST_TILT * spacing[2] for shift in order.shear) and first.spacing:
         shear = Shear(order.shear[0] / spacing[0], order.shear[1] / spacing[1])
         values, missing, moved = sheared_back(values, missing, shear)
@@ -130,7 +134,7 @@ def value_type(frames: Sequence[Frame]) -> np.dtype[np.generic]:
     return np.dtype(np.float64)
 
 
-def _fill(plane: NDArray[np.generic], frame: Frame) -> NDArray[np.bool_] | None:
+def _fill(plane: NDArray[Any], frame: Frame) -> NDArray[np.bool_] | None:
     """Put an image's values into a slice; return where it is padding."""
     pixels = stored_pixels(frame)
     padding = padding_mask(frame, pixels)
@@ -216,6 +220,15 @@ def _ordered(stack: Stack) -> _Order:
 
 
 def _by_number(frames: list[Frame]) -> _Order:
+    found = [numbers_of(frame.file.tags, "SliceLocation") for frame in frames]
+    if all(found) and len({place[0] for place in found}) == len(frames) > 1:
+        along = np.array([place[0] for place in found])
+        order = np.argsort(along, kind="stable")
+        steps = np.diff(along[order])
+        step = float(np.median(steps))
+        notes = ("The slices give no position; they are ordered by their location.",)
+        notes += _gap_notes(along[order], steps, step)
+        return _Order([frames[k] for k in order], step, notes)
     ordered = sorted(frames, key=lambda frame: frame.number)
     note = "The slices give no position; they are ordered by number."
     return _Order(ordered, frames[0].thickness, (note,))
@@ -234,13 +247,13 @@ def _gap_notes(
             slices = "1 slice" if count == 1 else f"{count} slices"
             ends = f"{places[k]:.5g} and {places[k + 1]:.5g} mm"
             gaps.append(f"{slices} between slices {k} and {k + 1} (at {ends})")
-    if gaps:
+    if 0 < len(gaps) <= max(len(steps) * MOST_GAPS, 1):
         listed = ", ".join(gaps[:MOST_LISTED])
         listed += f" and {len(gaps) - MOST_LISTED} more gaps" if len(gaps) > MOST_LISTED else ""
         return (f"Slices may be missing: {listed}; {step:g} mm is used for all distances.",)
     return (
-        f"The slices are {steps.min():g} to {steps.max():g} mm apart, so some may be missing; "
-        f"{step:g} mm is used for all.",
+        f"The slices are {steps.min():g} to {steps.max():g} mm apart: some are missing, or their "
+        f"distance changes; {step:g} mm is used for all, so the shape is not true everywhere.",
     )
 
 

@@ -167,12 +167,10 @@ def _chosen_component(
     count = grid.values.shape[3] if grid.values.ndim == 4 else 1
     if component is not None or count == 1:
         return component, ()
-    if count <= MOST_IN_MAGNITUDE:
-        what, chosen = "their magnitude is read", "magnitude"
-    else:
-        what, chosen = "component 0 is read", 0
+    chosen: Component = "magnitude" if count <= MOST_IN_MAGNITUDE else 0
+    what = "component 0 is read" if chosen == 0 else "their magnitude is read"
     note = f"Every voxel has {count} components; {what}, and 0 to {count - 1} can be chosen."
-    return cast(Component, chosen), (note,)
+    return chosen, (note,)
 
 
 def _components(

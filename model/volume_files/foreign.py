@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Collection
 from pathlib import Path
+
+from model.volume_files.dicom_file import is_dicom
 
 _FIJI = "open it in Fiji, which has Bio-Formats, and save it as TIFF"
 _PARAVIEW = "open it in ParaView, apply Resample To Image, and save that as .vti"
@@ -85,6 +88,10 @@ VOLUMES: dict[bytes, str] = {
 }  # fmt: skip
 """Suffixes of kinds that are read, by how files begin."""
 
+SLICES = (".dcm", ".ima", ".dicom", ".tif", ".tiff")
+DEEPEST, MOST_LOOKED_AT = 4, 20
+"""Folders below one another, and files in one, that are looked at for slices."""
+
 NIFTI_MAGIC, MRC_MAGIC = (b"n+1\0", b"ni1\0"), b"MAP "
 
 
@@ -125,9 +132,31 @@ def foreign_advice(path: Path) -> str:
     return "" if known is None else f"this is {known[0]}, which is not read here; {known[1]}"
 
 
-def folder_advice(folder: Path) -> str:
+def _folder_of_slices(folder: Path, depth: int = 0) -> Path | None:
+    """Return the first folder, at a folder or below it, whose first file is a slice."""
+    if not folder.is_dir() or folder.is_symlink() or depth > DEEPEST:
+        return None
+    inside = sorted(path for path in folder.iterdir() if path.name[0] != ".")
+    for path in inside[:2]:
+        if path.is_file() and (suffix_of(path) in SLICES or is_dicom(path)):
+            return folder
+    for path in inside[:MOST_LOOKED_AT]:
+        if found := _folder_of_slices(path, depth + 1):
+            return found
+    return None
+
+
+def folder_advice(folder: Path, volume_suffixes: Collection[str]) -> str:
     """Return what is in a folder without slices, and what to do; empty if that is not known."""
-    files = [path for path in folder.iterdir() if path.is_file() and path.name[0] != "."]
+    inside = sorted(path for path in folder.iterdir() if path.name[0] != ".")
+    files = [path for path in inside if path.is_file()]
+    if found := next((path for path in files if suffix_of(path) in volume_suffixes), None):
+        return f"the folder holds no slices, but volumes, such as {found.name}; open one of them"
+    if found := next(filter(None, map(_folder_of_slices, inside)), None):
+        return (
+            f"the folder holds no slices itself, but folders of some, such as "
+            f"{found.relative_to(folder)}; open one of them"
+        )
     counts = Counter(path.suffix.lower() for path in files if path.suffix.lower() in KINDS)
     if not counts:
         return ""

@@ -46,7 +46,7 @@ def read_mrc(path: Path, choice: Choice = LARGEST) -> Grid:
     size = nx * ny * nz * values_each * dtype.itemsize
     place = HEAD + max(extended, 0) + number * size
     shape = (nz, ny, nx, values_each) if values_each > 1 else (nz, ny, nx)
-    stored = dtype.newbyteorder(order)
+    stored = np.dtype(f"{order}{dtype.str[1:]}")
     with path.open("rb") as file:
         encoding = encoding_of(file.read(3))
     if encoding == "raw":
@@ -70,7 +70,7 @@ def read_mrc(path: Path, choice: Choice = LARGEST) -> Grid:
     )
 
 
-def _header(path: Path, start: bytes) -> tuple[np.ndarray, str]:  # type: ignore[type-arg]
+def _header(path: Path, start: bytes) -> tuple[np.ndarray, str]:
     """Return the header, and the byte order of the file."""
     from mrcfile.dtypes import HEADER_DTYPE
 
@@ -93,7 +93,7 @@ def _header(path: Path, start: bytes) -> tuple[np.ndarray, str]:  # type: ignore
     raise foreign
 
 
-def _type(path: Path, header: np.ndarray, mode: int) -> tuple[int, np.dtype[np.generic]]:  # type: ignore[type-arg]
+def _type(path: Path, header: np.ndarray, mode: int) -> tuple[int, np.dtype[np.generic]]:
     """Return the number of values of each voxel, and their type."""
     from mrcfile.utils import dtype_from_mode
 
@@ -119,7 +119,7 @@ def _type(path: Path, header: np.ndarray, mode: int) -> tuple[int, np.dtype[np.g
 def _in_order(
     path: Path,
     header: np.ndarray,
-    values: NDArray[np.generic],  # type: ignore[type-arg]
+    values: NDArray[np.generic],
 ) -> tuple[NDArray[np.generic], list[int]]:
     """Put the axes into the order z, y, x; also return which file axis each of x, y, z was."""
     axes = [int(header[name]) for name in ("mapc", "mapr", "maps")]
@@ -136,7 +136,7 @@ def _in_order(
 
 def _frame(
     header: np.ndarray,
-    places: list[int],  # type: ignore[type-arg]
+    places: list[int],
 ) -> tuple[list[float | None] | None, list[float], str, tuple[str, ...]]:
     """Return spacing, origin and unit, and notes."""
     lengths = [float(header["cella"][name]) for name in "xyz"]

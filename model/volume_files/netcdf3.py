@@ -43,7 +43,9 @@ def read_netcdf3(path: Path, choice: Choice) -> Grid:
 def _array(file: Any, name: str, variable: Any) -> StoredArray:
     attributes = variable._attributes
     steps: list[float | None] = []
-    units, starts, notes = [], [], ()
+    units: list[str] = []
+    starts: list[float] = []
+    notes: tuple[str, ...] = ()
     for axis in variable.dimensions:
         step, start, unit = None, 0.0, ""
         scale = file.variables.get(axis)
@@ -60,7 +62,7 @@ def _array(file: Any, name: str, variable: Any) -> StoredArray:
         tuple(int(n) for n in variable.shape),
         np.dtype(data.dtype),
         # A copy: the file is closed when it is used.
-        lambda index: np.array(data[index]),
+        lambda index: np.array(data[index], np.dtype(data.dtype).newbyteorder("=")),
         tuple(variable.dimensions),
         tuple(steps),
         tuple(units),

@@ -200,7 +200,7 @@ def _head(path: Path) -> _Head:
     shape = tuple(int(n) for n in header.get_data_shape())
     unit = ""
     if form != "Analyze":
-        unit = {"unknown": ""}.get(found := header.get_xyzt_units()[0], found)  # type: ignore[attr-defined]
+        unit = {"unknown": ""}.get(found := header.get_xyzt_units()[0], found)
     return _Head(
         form,
         header_file if is_single else voxel_file,
@@ -219,7 +219,7 @@ def _zooms(header: AnalyzeHeader) -> tuple[float, float, float] | None:
     return None if not any(sizes) else (sizes[0], sizes[1], sizes[2])
 
 
-def _scaling(header: AnalyzeHeader) -> tuple[float, float]:
+def _scaling(header: Any) -> tuple[float, float]:
     names = header.keys()
     if "scl_slope" not in names:
         return 1.0, 0.0
@@ -296,7 +296,7 @@ def _mgh_head(path: Path) -> _Head:
     start = unpacked_start(path, MGH_OFFSET)
     if len(start) < MGH_OFFSET or start[:4] != b"\0\0\0\1":
         raise VolumeError(f"{path}: this is not an MGH file, or its header is truncated.")
-    header = MGHHeader(start, check=False)
+    header: Any = MGHHeader(start, check=False)  # type: ignore[no-untyped-call]
     shape = tuple(int(n) for n in header["dims"])
     if min(shape) < 1:
         raise damaged(path, f"it claims the dimensions {shape}")

@@ -92,7 +92,8 @@ def _read(
     count = len(series.files)
     check_grid(folder, (nx, ny, count), dtype, samples)
     values: NDArray[np.generic] = np.empty((count, ny, nx, samples), dtype)
-    units, notes = "", ()
+    units = ""
+    notes: tuple[str, ...] = ()
     for z, path in enumerate(series.files):
         with opened_tiff(path) as tiff:
             stack = stack_of(tiff.series[0])

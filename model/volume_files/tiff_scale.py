@@ -69,9 +69,7 @@ def voxel_scale(tiff: TiffFile, series_number: int) -> Scale:
     return scale
 
 
-def calibrated(
-    tiff: TiffFile, values: NDArray[np.generic]
-) -> tuple[NDArray[np.generic], str, tuple[str, ...]]:
+def calibrated(tiff: TiffFile, values: NDArray[Any]) -> tuple[NDArray[Any], str, tuple[str, ...]]:
     """Apply ImageJ's calibration of the values.
 
     Returns
@@ -86,18 +84,18 @@ def calibrated(
     data = tiff.imagej_metadata or {}
     units = str(data.get("vunit", ""))
     units = "" if units.lower() in ("gray value", "grey value", "") else units
-    line = [_number(data.get("c0")), _number(data.get("c1"))]
-    if "cf" not in data or line[0] is None or line[1] is None:
+    offset, slope = _number(data.get("c0")), _number(data.get("c1"))
+    if "cf" not in data or offset is None or slope is None:
         return values, units, ()
-    offset, slope = line
     if str(data["cf"]) not in ("0", "0.0") or _number(data.get("c2")) is not None:
         return values, "", ("ImageJ's calibration curve of the values is not applied.",)
     if (offset, slope) == (0.0, 1.0) or slope == 0:
         return values, units, ()
     if (offset, slope) == (SIGNED_16, 1.0) and values.dtype == np.uint16:
-        values ^= np.uint16(0x8000)  # type: ignore[operator, assignment]
+        values ^= np.uint16(0x8000)
         return values.view(np.int16), units, ()
-    scaled = values.astype(np.float64 if values.dtype.itemsize > 2 else np.float32)
+    wide = np.float64 if values.dtype.itemsize > 2 else np.float32
+    scaled: NDArray[np.floating] = values.astype(wide)
     scaled *= slope
     scaled += offset
     return scaled, units, ()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -77,12 +78,16 @@ class Stack:
 def all_series(tiff: TiffFile) -> list[TiffPageSeries]:
     """Return tifffile's series, but those by ImageJ with the pages that the file lists.
 
+    Where all series are single images, those of the size that most have are one series.
+
     Of a stack by ImageJ tifffile reads the first page and takes the others to lie behind it.
     Other programs copy ImageJ's description, but put their pages elsewhere.
     """
     import tifffile
 
     found = list(tiff.series)
+    if len(found) > 1 and all(len(series.shape) == 2 for series in found):
+        return _gathered(found)
     if not found or found[0].kind != "imagej" or len(tiff.pages) < 2:
         return found
     series = found[0]
@@ -99,6 +104,21 @@ def all_series(tiff: TiffFile) -> list[TiffPageSeries]:
             list(tiff.pages), series.shape, series.dtype, series.axes, kind="imagej"
         )
     ]
+
+
+def _gathered(found: list[TiffPageSeries]) -> list[TiffPageSeries]:
+    """Put the single images of the most frequent size and type into one series, in order."""
+    import tifffile
+
+    kinds = Counter((series.shape, series.dtype) for series in found)
+    kind, count = kinds.most_common(1)[0]
+    if count < 2:
+        return found
+    alike = [series for series in found if (series.shape, series.dtype) == kind]
+    others = [series for series in found if (series.shape, series.dtype) != kind]
+    pages = [page for series in alike for page in series.pages]
+    whole = tifffile.TiffPageSeries(pages, (count, *kind[0]), kind[1], "I" + alike[0].axes)
+    return [whole, *others]
 
 
 def stack_of(series: TiffPageSeries) -> Stack:
@@ -157,7 +177,7 @@ def check_pages(path: Path, stack: Stack, flat: bool = False) -> None:
             raise damaged(path, "a page's strips do not add up")
         if any(o + n > size for o, n in zip(offsets, lengths, strict=True)):
             raise truncated(path, "a page's pixels lie beyond its end")
-        keyframe = page.keyframe
+        keyframe: Any = page.keyframe
         is_plain = keyframe.compression == UNCOMPRESSED
         need = keyframe.size * keyframe.bitspersample // 8
         if sum(lengths) * (1 if is_plain else GREATEST_RATIO) < need:
@@ -182,7 +202,8 @@ def read_stack(path: Path, stack: Stack, index: Mapping[int, int]) -> NDArray[np
     """
     nx, ny, nz = stack.dimensions
     values = np.empty((nz, ny, nx, stack.samples), stack.dtype)
-    series, axes = stack.series, stack.axes
+    series: Any = stack.series
+    axes = stack.axes
     inner = "".join(letter for letter in axes if letter in "YXS")
     is_planar = axes.endswith(inner) and inner in ("YX", "YXS", "SYX")
     planes = list(_plane_numbers(stack, index)) if is_planar else []

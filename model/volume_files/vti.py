@@ -81,7 +81,7 @@ def _arrays(reader: Any, header: _Header) -> list[VtkArray]:
         }
         for number in range(selection.GetNumberOfArrays()):
             name = selection.GetArrayName(number) or ""
-            element = elements.get(name, "")
+            element = elements.get(name, "") if isinstance(name, str) else ""
             kind = re.fullmatch(r"(U?Int|Float)(8|16|32|64)", header.attribute("type", element))
             components = header.attribute("NumberOfComponents", element)
             found.append(

@@ -71,6 +71,9 @@ def chosen_array(
     VolumeError
         When there is no array, or not the wanted one.
     """
+    if any(not isinstance(array.name, str) for array in arrays):
+        # VTK gives bytes where it cannot decode them.
+        raise damaged(path, "the name of an array is no text")
     usable = [array for array in arrays if not array.is_ghost]
     if not usable:
         raise VolumeError(
@@ -123,7 +126,7 @@ def image_grid(
     dimensions = [n - less for n in image.GetDimensions()]
     if array is None or array.GetNumberOfTuples() != int(np.prod(dimensions)):
         raise damaged(path, f"its array '{wanted.name}' has no values, or not those of its grid")
-    values = to_numpy(array, tuple(dimensions))  # type: ignore[arg-type]
+    values = to_numpy(array, tuple(dimensions))
     check_grid(path, dimensions, values.dtype, values.shape[3] if values.ndim == 4 else 1)
     missing = _hidden(attributes, dimensions, wanted.in_cells)
     first = list(image.GetExtent()[::2])

@@ -394,6 +394,15 @@ def test_folder_without_slices(tmp_path):
     assert "holds 3 images (.png), which are not read here" in refusal(tmp_path)
 
 
+def test_a_folder_of_folders_or_volumes_says_what_to_open(tmp_path):
+    write_dicom_folder = tmp_path / "patient" / "study" / "series"
+    write_dicom_folder.parent.mkdir(parents=True)
+    write_dicom(write_dicom_folder, ARRAY)
+    assert "such as patient/study/series; open one of them" in refusal(tmp_path)
+    write_itk(tmp_path / "a.nrrd", ARRAY)
+    assert "volumes, such as a.nrrd; open one of them" in refusal(tmp_path)
+
+
 @pytest.mark.parametrize(
     ("name", "content", "advice"),
     [

@@ -333,6 +333,20 @@ def test_slices_without_places(tmp_path):
     assert "no position" in said(volume)
 
 
+def test_a_distance_that_changes_is_no_gap(tmp_path):
+    places = [[0, 0, z] for z in (0, 1, 2, 3, 8, 13)]
+    volume = read_volume(series(tmp_path / "mr", voxels("int16"), positions=places))
+    assert "The slices are 1 to 5 mm apart" in said(volume)
+
+
+def test_slices_are_ordered_by_their_location(tmp_path):
+    array = voxels("int16")
+    tags = {"positions": [None] * 6, "each": lambda z: {"SliceLocation": 2.5 * (6 - z)}}
+    volume = read_volume(series(tmp_path / "mr", array, **tags))
+    np.testing.assert_array_equal(volume.voxels, array[::-1])
+    assert volume.spacing == (0.5, 2, 2.5)
+
+
 def test_images_at_one_place_that_nothing_tells_apart(tmp_path):
     places = [[0, 0, z] for z in (0, 1, 1, 2, 3, 4)]
     with pytest.raises(VolumeError, match=r"one position \(001\.dcm and 002\.dcm\), and no field"):
@@ -376,6 +390,18 @@ def test_colours_and_moving_pictures_say_what_to_do(tmp_path):
         save(tmp_path / "mpeg" / f"{z}.dcm", ds)
     with pytest.raises(VolumeError, match="compressed as MPEG-4"):
         read_volume(tmp_path / "mpeg")
+
+
+def test_compressed_pixels_that_are_cut_off(tmp_path):
+    for z in range(3):
+        whole = imagecodecs.jpegls_encode(voxels("uint16", (50, 70)))
+        tags = {"ImagePositionPatient": [0, 0, z], "SOPInstanceUID": f"1.2.{z}"}
+        syntax = "1.2.840.10008.1.2.4.80"
+        cut = whole[: len(whole) // 2]
+        ds = dataset(voxels("uint16", (50, 70)), syntax=syntax, encoded=[cut], **tags)
+        save(tmp_path / f"{z}.dcm", ds)
+    with pytest.raises(VolumeError, match="compressed pixels stop before the end"):
+        read_volume(tmp_path)
 
 
 def test_pixels_larger_than_their_tags_are_refused(tmp_path):

@@ -177,6 +177,17 @@ def test_ome_images_are_series_and_thumbnails_are_left_out(tmp_path):
     assert other.spacing[0] == 9.0
 
 
+def test_pages_written_one_by_one_are_a_stack_beside_a_thumbnail(tmp_path):
+    path, array = tmp_path / "a.tif", voxels("uint8", (6, 5, 7))
+    with tifffile.TiffWriter(path) as writer:
+        for page in array:
+            writer.write(page, photometric="minisblack", contiguous=False)
+        writer.write(array[0, :3, :4], photometric="minisblack")
+    volume = read_volume(path)
+    np.testing.assert_array_equal(volume.voxels, array)
+    assert "Flat images were left out: 1" in described(volume)
+
+
 def test_colours_are_components(tmp_path):
     array = voxels("uint8", (4, 5, 7, 3))
     for config in ("contig", "separate"):
