@@ -18,6 +18,7 @@ from app.engines.messages import (
     Request,
     StandInRequest,
     ValueSensitivityRequest,
+    ValueVisibilityRequest,
     VisibilityRequest,
     kind_of,
 )
@@ -70,6 +71,9 @@ class Engine(Protocol):
     def visibility(self, request: VisibilityRequest) -> Array:
         """Compute the visibility of each scalar value in a region."""
 
+    def value_visibility(self, request: ValueVisibilityRequest) -> Array:
+        """Compute how much of each pixel shows some scalar values."""
+
     def latent_images(self, request: LatentRequest) -> Array:
         """Draw images from latent codes."""
 
@@ -111,6 +115,8 @@ def answer(
             return engine.value_sensitivity(request)
         case VisibilityRequest():
             return engine.visibility(request)
+        case ValueVisibilityRequest():
+            return engine.value_visibility(request)
         case LatentRequest():
             return engine.latent_images(request)
     raise NotOfferedError(f"No engine answers a request for a {kind_of(request)}.")

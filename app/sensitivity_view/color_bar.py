@@ -7,13 +7,12 @@ from PySide6.QtCore import QRect, QRectF, Qt
 from PySide6.QtGui import QColor, QImage, QPainter, QPen
 
 from app import theme
-from model.sensitivity.display import color_bar
-from model.sensitivity.measure import Measure
+from model.sensitivity.display import Shown, color_bar
 
 WIDTH, HEIGHT, MARGIN = 150, 9, 12
 
 
-def paint_bar(painter: QPainter, rect: QRect, right: int, measure: Measure, text: str) -> None:
+def paint_bar(painter: QPainter, rect: QRect, right: int, measure: Shown, text: str) -> None:
     """Paint a colour bar into the lower left corner of an image.
 
     Parameters
@@ -23,7 +22,7 @@ def paint_bar(painter: QPainter, rect: QRect, right: int, measure: Measure, text
         The image.
     right : int
         Where the text has to end.
-    measure : {"change", "signed"}
+    measure : {"change", "signed", "visible"}
         Whose colours it has.
     text : str
         Says above the bar what its ends are.

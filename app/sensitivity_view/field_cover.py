@@ -10,31 +10,41 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QRect
 from PySide6.QtGui import QImage, QPainter
 
+from app.engines.messages import ValueVisibilityRequest
 from app.engines.states import EngineState
 from app.image_view.engine_pane import EnginePane
 from app.image_view.image_canvas import to_qimage
 from app.sensitivity_view.color_bar import paint_bar
-from app.state.sensitivity_answers import SOURCE_NAMES, FieldAnswer, WhatIfAnswer
+from app.state.sensitivity_answers import (
+    SOURCE_NAMES,
+    FieldAnswer,
+    ValueVisibilityAnswer,
+    WhatIfAnswer,
+)
 from app.state.sensitivity_dispatcher import SensitivityDispatcher
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from model.rendering.raster import middle_square
 from model.scene.inputs import SceneInputs
 from model.scene.tf_perturbation import edit_over
+from model.scene.value_text import range_text
 from model.sensitivity.display import (
     BACKDROP,
     FLOOR,
     LEAST_DIFFERENCE,
+    Shown,
     color_bar,
     overlay,
     scale_of,
     shown_field,
 )
-from model.sensitivity.measure import Measure
 from model.sensitivity.trust import BEST_TRUST, trust_levels
 
 KEPT_IMAGES = 6
 """Newest images that are kept until their field arrives."""
+
+LEAST_SEEN = 0.02
+"""Least part of a pixel at the end of a scale: what is fainter is not seen."""
 
 CONTOUR_SIZE = 512
 """Least size of pictures with contours."""
@@ -66,7 +76,7 @@ class FieldCover(QObject):
         state: ViewerState,
         sensitivity: SensitivityState,
         dispatcher: SensitivityDispatcher,
-        choose: Callable[[], FieldAnswer | None],
+        choose: Callable[[], FieldAnswer | ValueVisibilityAnswer | None],
     ) -> None:
         super().__init__(pane)
         self._pane = pane
@@ -79,7 +89,7 @@ class FieldCover(QObject):
         self._caption = ""
         self._hint = ""
         self._what_if: WhatIfAnswer | None = None
-        self._bar: Measure | None = None
+        self._bar: Shown | None = None
         pane.imageShown.connect(self._take_image)
         pane.client.stateChanged.connect(self._check_stop)
         dispatcher.fieldAnswered.connect(self.refresh)
@@ -159,35 +169,48 @@ class FieldCover(QObject):
         self._pane.canvas.show_cover(None)
         self._pane.canvas.update()
 
-    def _cover(self, answer: FieldAnswer, image: NDArray[np.float32]) -> None:
+    def _cover(
+        self, answer: FieldAnswer | ValueVisibilityAnswer, image: NDArray[np.float32]
+    ) -> None:
         choices, request = self._sensitivity.choices, answer.request
         scalar_range = self._state.scalar_range
+        seen = isinstance(request, ValueVisibilityRequest)
+        shown: Shown = "visible" if seen else choices.measure
         edit = edit_over(request.values, scalar_range, request.width)
-        field = shown_field(answer.value, edit, choices.measure)
+        if seen:
+            field = answer.value.astype(np.float64)
+        else:
+            field = shown_field(answer.value, edit, choices.measure)
         keep = choices.locked or self._state.live or self._sensitivity.dragging
-        if not keep or self._bar is None:
-            # One scale for exact and learned fields, so that their colours can be compared.
-            others = [a for a in self._dispatcher.both_fields if a is not None and a is not answer]
-            fields = [field, *(shown_field(a.value, edit, choices.measure) for a in others)]
-            self._scale = max(scale_of(middle_square(each)) for each in fields)
+        if not keep or self._bar != shown:
+            fields = [field]
+            if not seen:
+                # One scale for exact and learned fields, so that their colours can be compared.
+                both = (a for a in self._dispatcher.both_fields if a is not None and a != answer)
+                fields += [shown_field(a.value, edit, choices.measure) for a in both]
+            least = LEAST_SEEN if seen else FLOOR
+            self._scale = max(scale_of(middle_square(each), least) for each in fields)
         # The generator's image and fields are square, the reference's may be wider.
         if _is_square(image):
             field = middle_square(field)
         elif _is_square(field):
             image = middle_square(image)
-        trust = self._trust(image) if choices.fade else None
+        trust = self._trust(image) if choices.fade and not seen else None
         if field.shape != image.shape[:2]:
             # Imported here: the window starts without it.
             from skimage.transform import resize
 
             field = resize(field, image.shape[:2], order=1)
         if choices.style == "contours":
-            colored = _with_contours(image, field, self._scale, choices.measure)
+            colored = _with_contours(image, field, self._scale, shown)
         else:
-            colored = overlay(image, field, self._scale, choices.measure, trust)
-        self._bar = choices.measure
+            colored = overlay(image, field, self._scale, shown, trust)
+        self._bar = shown
         end, source = " (brighter)" if choices.measure == "signed" else "", answer.source
         self._caption = f"{self._scale:.2g}{end}: slope per +.01 opacity, {SOURCE_NAMES[source]}"
+        if seen:
+            values = range_text(request.values, scalar_range)
+            self._caption = f"{self._scale:.2g}: part of a pixel that shows {values}"
         if answer.source == "learned" and self._hint:
             self._caption += ", outside what it was trained on"
         band = self._sensitivity.band
@@ -224,7 +247,7 @@ def _picture(colors: NDArray[np.float64]) -> QImage:
 
 
 def _with_contours(
-    image: NDArray[np.float32], field: NDArray[np.float64], scale: float, measure: Measure
+    image: NDArray[np.float32], field: NDArray[np.float64], scale: float, measure: Shown
 ) -> NDArray[np.float64]:
     """Draw contours of a field into its grey image, enlarged so that lines are thin."""
     # Imported here: the window starts without it.
@@ -238,11 +261,11 @@ def _with_contours(
     gray = BACKDROP * np.clip(image, 0, 1).mean(axis=-1, keepdims=True)
     out = np.repeat(gray.astype(np.float64), 3, axis=-1)
     table = color_bar(measure, 256)
-    levels = CONTOURS if measure == "change" else (*(-level for level in CONTOURS), *CONTOURS)
+    levels = CONTOURS if measure != "signed" else (*(-level for level in CONTOURS), *CONTOURS)
     for level in levels:
         # Lighter than in a map, as a line is seen less than an area.
         bright = np.sign(level) * (0.4 + 0.6 * abs(level))
-        place = bright if measure == "change" else (bright + 1) / 2
+        place = bright if measure != "signed" else (bright + 1) / 2
         for line in find_contours(field, level * scale):
             down, right = np.rint(line).astype(int).T
             for lower, further in ((0, 0), (0, 1), (1, 0), (1, 1)):

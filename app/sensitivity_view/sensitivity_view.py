@@ -15,7 +15,12 @@ from app.sensitivity_view.region_layer import RegionLayer
 from app.sensitivity_view.response_layer import ResponseLayer
 from app.sensitivity_view.source_label import SourceLabel
 from app.sensitivity_view.visible_label import VisibleLabel
-from app.state.sensitivity_answers import FieldAnswer, Source, WhatIfAnswer
+from app.state.sensitivity_answers import (
+    FieldAnswer,
+    Source,
+    ValueVisibilityAnswer,
+    WhatIfAnswer,
+)
 from app.state.sensitivity_export import shown_result
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
@@ -110,7 +115,10 @@ class SensitivityView(QObject):
             self._state, self._sensitivity, self._dispatcher, self._image(), opened.volume.units
         )
 
-    def _field(self, wanted: Source) -> FieldAnswer | None:
+    def _field(self, wanted: Source) -> FieldAnswer | ValueVisibilityAnswer | None:
+        band = self._sensitivity.band
+        if band is not None and not band.effect:
+            return self._dispatcher.seen
         fields, exact = self._dispatcher.fields, self._dispatcher.exact_source
         if wanted == "learned" and "learned" in self._dispatcher.chooser.available:
             # Not the ray caster's meanwhile: it would be taken for the model's.

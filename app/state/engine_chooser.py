@@ -13,6 +13,7 @@ from app.engines.messages import (
     RegionSensitivityRequest,
     Request,
     ValueSensitivityRequest,
+    ValueVisibilityRequest,
     VisibilityRequest,
 )
 from app.state.pace import Pace
@@ -21,8 +22,9 @@ from app.state.sensitivity_state import SensitivityState
 from model.rendering.raster import Raster
 
 EngineName = Literal["exact", "learned"]
-Question = Literal["change", "signed", "field", "visibility", "pick", "images"]
-"""A kind of question: a region by either measure, a field, visibility, a place, or images."""
+Question = Literal["change", "signed", "field", "seen", "visibility", "pick", "images"]
+"""A kind of question: a region by either measure, a field of effects, or of where values are seen,
+visibility, a place, or images."""
 
 REST_SIZE = 256
 """Largest size for regions at rest: their numbers hardly depend on it."""
@@ -46,6 +48,8 @@ def question_of(request: Request) -> Question | None:
             return request.measure
         case ValueSensitivityRequest():
             return "field"
+        case ValueVisibilityRequest():
+            return "seen"
         case PickRequest():
             return "pick"
         case VisibilityRequest():
@@ -122,7 +126,7 @@ class EngineChooser:
                 # It comes with every region, and is only the background of its plot.
                 largest = min(128, largest)
             return self._sized(self.pace.live_size((name, question), largest), live=True)
-        if question == "field":
+        if question in ("field", "seen"):
             return self._sized(self.picture.shorter)
         if self._by_differences and question in REGION_QUESTIONS:
             return self._sized(SLOW_REGION_SIZE)

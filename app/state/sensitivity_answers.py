@@ -12,6 +12,7 @@ from app.engines.messages import (
     RegionSensitivityRequest,
     Request,
     ValueSensitivityRequest,
+    ValueVisibilityRequest,
     VisibilityRequest,
 )
 from model.scene.inputs import SceneInputs
@@ -60,6 +61,7 @@ class Answer(Generic[_R]):
 
 RegionAnswer = Answer[RegionSensitivityRequest]
 FieldAnswer = Answer[ValueSensitivityRequest]
+ValueVisibilityAnswer = Answer[ValueVisibilityRequest]
 VisibilityAnswer = Answer[VisibilityRequest]
 
 

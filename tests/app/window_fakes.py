@@ -23,6 +23,7 @@ from app.engines.messages import (
     RegionSensitivityRequest,
     Request,
     ValueSensitivityRequest,
+    ValueVisibilityRequest,
     VisibilityRequest,
 )
 from model.errors import NotOfferedError, VolumeError
@@ -107,6 +108,13 @@ class FakeEngine:
         self.others.append(request)
         self._wait_or_fail()
         return np.full((*request.quality.pixels.shape, 3), request.values[0], dtype=np.float32)
+
+    def value_visibility(self, request: ValueVisibilityRequest) -> NDArray[np.float32]:
+        """A hundredth of the distance of the lowest value from 100, in every pixel."""
+        self.others.append(request)
+        self._wait_or_fail()
+        shape = request.quality.pixels.shape
+        return np.full(shape, (request.values[0] - 100) / 100, dtype=np.float32)
 
     def images(
         self, request: BatchRequest, is_wanted: Callable[[], bool] = always
