@@ -20,6 +20,7 @@ from app.engines.messages import (
     Request,
     StandInRequest,
     ValueSensitivityRequest,
+    ValueVisibilityRequest,
     VisibilityRequest,
     kind_of,
 )
@@ -87,6 +88,9 @@ class Engine(Protocol):
     def visibility(self, request: VisibilityRequest) -> Array:
         """Compute the visibility of each scalar value in a region."""
 
+    def value_visibility(self, request: ValueVisibilityRequest) -> Array:
+        """Compute how much of each pixel shows some scalar values."""
+
     def latent_images(self, request: BatchRequest) -> Array:
         """Draw images from the request's latent codes."""
 
@@ -139,4 +143,6 @@ def answer(
             return engine.visibility(request)
         case DecodedTFRequest():
             return engine.decoded_tf(request)
+        case ValueVisibilityRequest():
+            return engine.value_visibility(request)
     raise NotOfferedError(f"No engine answers a request for a {kind_of(request)}.")

@@ -30,6 +30,7 @@ from app.engines.messages import (
     Request,
     SupersededError,
     ValueSensitivityRequest,
+    ValueVisibilityRequest,
     VisibilityRequest,
 )
 from model.errors import NotOfferedError
@@ -261,6 +262,12 @@ class RendererEngine:
             [visibility(renderer, request.inputs, size, region) for region in request.regions]
         )
 
+    def value_visibility(self, request: ValueVisibilityRequest) -> Array:
+        """Return how much of each pixel shows some values; not offered by VTK."""
+        renderer = self._ray_caster()
+        edit = edit_over(request.values, renderer.scalar_range, request.width)
+        return renderer.value_visibility(request.inputs, request.quality.pixels, edit / edit.max())
+
     def _ray_caster(self) -> RaycastRenderer:
         from model.rendering.raycast.renderer import RaycastRenderer
 
@@ -374,6 +381,10 @@ class GeneratorEngine:
     def visibility(self, request: VisibilityRequest) -> Array:
         """Not supported: generators have no samples along rays."""
         raise NotOfferedError("A generator does not know which scalar values are visible.")
+
+    def value_visibility(self, request: ValueVisibilityRequest) -> Array:
+        """Not supported: generators have no samples along rays."""
+        raise NotOfferedError("A generator does not know where scalar values are visible.")
 
     def latent_images(self, request: BatchRequest) -> Array:
         """Generate images from latent codes in one pass."""

@@ -206,6 +206,22 @@ class FieldRangeRequest(Request):
 
 
 @dataclass(frozen=True)
+class ValueVisibilityRequest(Request):
+    """Request for how much of each pixel shows some scalar values: float32 (H, W), 0 to 1.
+
+    Attributes
+    ----------
+    values : tuple of float
+        Lowest and highest of them, in the data's units.
+    width : float
+        Standard deviation of the flanks beyond these, in bins of the TF.
+    """
+
+    values: tuple[float, float]
+    width: float
+
+
+@dataclass(frozen=True)
 class VisibilityRequest(Request):
     """Request for the visibility of each scalar value in n regions: float32 (n, 256)."""
 

@@ -7,9 +7,8 @@ from PySide6.QtCore import QRect, QRectF, Qt
 from PySide6.QtGui import QColor, QImage, QPainter, QPen
 
 from app import theme
-from model.sensitivity.display import color_bar
+from model.sensitivity.display import Shown, color_bar
 from model.sensitivity.global_scale import global_color_bar
-from model.sensitivity.measure import Measure
 
 WIDTH, HEIGHT, MARGIN = 150, 9, 12
 
@@ -21,7 +20,7 @@ def paint_bar(
     painter: QPainter,
     rect: QRect,
     right: int,
-    measure: Measure,
+    measure: Shown,
     text: str,
     is_global: bool = False,
 ) -> None:
@@ -34,7 +33,7 @@ def paint_bar(
         The image.
     right : int
         Where the text has to end.
-    measure : {"change", "signed"}
+    measure : {"change", "signed", "visible"}
         Whose colours it has.
     text : str
         Says above the bar what its ends are; in two lines where one is too long.

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QRect
 from PySide6.QtGui import QImage, QPainter
 
-from app.engines.messages import BlockFieldsRequest, Request
+from app.engines.messages import BlockFieldsRequest, Request, ValueVisibilityRequest
 from app.engines.states import EngineState
 from app.image_view.engine_pane import EnginePane
 from app.image_view.image_canvas import to_qimage
@@ -23,11 +23,13 @@ from app.state.viewer_state import ViewerState
 from model.rendering.raster import middle_square
 from model.scene.inputs import SceneInputs
 from model.scene.tf_perturbation import edit_over
+from model.scene.value_text import range_text
 from model.sensitivity.block_fields import field_bins, field_of_band, over_pixels, pixels_of_block
 from model.sensitivity.display import (
     BACKDROP,
     FLOOR,
     LEAST_DIFFERENCE,
+    Shown,
     color_bar,
     overlay,
     scale_of,
@@ -43,6 +45,9 @@ KEPT_IMAGES = 6
 
 MEASURES: tuple[Measure, ...] = ("change", "signed")
 """Order of the ends of scales in a range of fields."""
+
+LEAST_SEEN = 0.02
+"""Least part of a pixel at the end of a scale: what is fainter is not seen."""
 
 CONTOUR_SIZE = 512
 """Least size of pictures with contours."""
@@ -89,7 +94,7 @@ class FieldCover(QObject):
         self._caption = ""
         self._hint = ""
         self._what_if: WhatIfAnswer | None = None
-        self._bar: Measure | None = None
+        self._bar: Shown | None = None
         pane.imageShown.connect(self._take_image)
         pane.client.stateChanged.connect(self._check_stop)
         dispatcher.fieldAnswered.connect(self.refresh)
@@ -177,33 +182,28 @@ class FieldCover(QObject):
         self._pane.canvas.update()
 
     def _cover(self, answer: Answer[Any], image: NDArray[np.float32]) -> None:
+        if isinstance(answer.request, ValueVisibilityRequest):
+            self._cover_visible(answer, image)
+            return
         choices = self._sensitivity.choices
         field = self._shown(answer)
-        keep = choices.locked or self._state.live or self._sensitivity.dragging
         # One scale for exact and learned fields, so that their colours can be compared.
         others = [a for a in self._dispatcher.both_shown_fields if a not in (None, answer)]
         every = [answer, *(other for other in others if other is not None)]
-        if not keep or self._bar is None:
+        if not self._keeps_scale or self._bar != choices.measure:
             self._own = max(scale_of(middle_square(self._shown(each))) for each in every)
             ends = [end for each in every if (end := self._end_of_all(each)) is not None]
             # Lines are drawn at fractions of the field's own end.
             in_colors = choices.scale == "all" and choices.style != "contours"
             self._is_of_all = in_colors and bool(ends)
             self._scale = max(ends) if self._is_of_all else self._own
-        # The generator's image and fields are square, the reference's may be wider.
-        if _is_square(image):
-            field = middle_square(field)
-        elif _is_square(field):
-            image = middle_square(image)
+        field, image = _square_together(field, image)
         in_blocks = isinstance(answer.request, BlockFieldsRequest)
         trust = self._trust(image) if choices.fade and not in_blocks else None
         if in_blocks:
             field = self._over_pixels(answer, field, len(image))
-        elif field.shape != image.shape[:2]:
-            # Imported here: the window starts without it.
-            from skimage.transform import resize
-
-            field = resize(field, image.shape[:2], order=1)
+        else:
+            field = _resized(field, image)
         if choices.style == "contours":
             colored = _with_contours(image, field, self._own, choices.measure)
         elif self._is_of_all:
@@ -213,6 +213,35 @@ class FieldCover(QObject):
         self._bar = choices.measure
         self._caption = self._described(answer)
         self._pane.canvas.show_cover(_picture(colored))
+
+    def _cover_visible(self, answer: Answer[Any], image: NDArray[np.float32]) -> None:
+        """Show where values are visible."""
+        field = np.asarray(answer.value, dtype=np.float64)
+        if not self._keeps_scale or self._bar != "visible":
+            self._own = self._scale = scale_of(middle_square(field), LEAST_SEEN)
+            self._is_of_all = False
+        field, image = _square_together(field, image)
+        field = _resized(field, image)
+        if self._sensitivity.choices.style == "contours":
+            colored = _with_contours(image, field, self._scale, "visible")
+        else:
+            colored = overlay(image, field, self._scale, "visible")
+        self._bar = "visible"
+        values = range_text(answer.request.values, self._state.scalar_range)
+        self._caption = f"{self._scale:.2g}: part of a pixel that shows {values}{self._way_back}"
+        self._pane.canvas.show_cover(_picture(colored))
+
+    @property
+    def _keeps_scale(self) -> bool:
+        """Whether the scale stays as it is while something moves."""
+        is_moving = self._state.live or self._sensitivity.dragging
+        return is_moving or self._sensitivity.choices.locked
+
+    @property
+    def _way_back(self) -> str:
+        band = self._sensitivity.band
+        is_pinned = band is not None and band.pinned
+        return "; Escape returns to the image" if is_pinned else ""
 
     def _shown(self, answer: Answer[Any]) -> NDArray[np.float64]:
         """Field of the present band in the displayed unit: of pixels, or of blocks."""
@@ -274,10 +303,7 @@ class FieldCover(QObject):
             text += f", {blocks}"
         if answer.source == "learned" and self._hint:
             text += ", outside what it was trained on"
-        band = self._sensitivity.band
-        if band is not None and band.pinned:
-            text += "; Escape returns to the image"
-        return text
+        return text + self._way_back
 
     def _trust(self, image: NDArray[np.float32]) -> NDArray[np.int64] | None:
         """Levels of trust over an image; beside the square, where nothing is learned, the best."""
@@ -305,15 +331,31 @@ def _is_square(image: NDArray[np.floating]) -> bool:
     return image.shape[0] == image.shape[1]
 
 
+def _square_together(
+    field: NDArray[np.float64], image: NDArray[np.float32]
+) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
+    """Cut to the middle square what is wider than the other: the generator's is square."""
+    if _is_square(image):
+        return middle_square(field), image
+    return field, middle_square(image) if _is_square(field) else image
+
+
+def _resized(field: NDArray[np.float64], image: NDArray[np.float32]) -> NDArray[np.float64]:
+    """Resample a field to the size of an image."""
+    if field.shape == image.shape[:2]:
+        return field
+    # Imported here: the window starts without it.
+    from skimage.transform import resize
+
+    return np.asarray(resize(field, image.shape[:2], order=1))
+
+
 def _picture(colors: NDArray[np.float64]) -> QImage:
     return to_qimage(colors.astype(np.float32))
 
 
 def _with_contours(
-    image: NDArray[np.float32],
-    field: NDArray[np.float64],
-    scale: float,
-    measure: Measure,
+    image: NDArray[np.float32], field: NDArray[np.float64], scale: float, measure: Shown
 ) -> NDArray[np.float64]:
     """Draw contours of a field into its grey image, enlarged so that lines are thin."""
     # Imported here: the window starts without it.
@@ -327,11 +369,11 @@ def _with_contours(
     gray = BACKDROP * np.clip(image, 0, 1).mean(axis=-1, keepdims=True)
     out = np.repeat(gray.astype(np.float64), 3, axis=-1)
     table = color_bar(measure, 256)
-    levels = CONTOURS if measure == "change" else (*(-level for level in CONTOURS), *CONTOURS)
+    levels = CONTOURS if measure != "signed" else (*(-level for level in CONTOURS), *CONTOURS)
     for level in levels:
         # Lighter than in a map, as a line is seen less than an area.
         bright = np.sign(level) * (0.4 + 0.6 * abs(level))
-        place = bright if measure == "change" else (bright + 1) / 2
+        place = bright if measure != "signed" else (bright + 1) / 2
         for line in find_contours(field, level * scale):
             down, right = np.rint(line).astype(int).T
             for lower, further in ((0, 0), (0, 1), (1, 0), (1, 1)):

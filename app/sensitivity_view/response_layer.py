@@ -42,7 +42,8 @@ CANDIDATES = 5
 class ResponseLayer(QObject):
     """Draws what the dispatcher was told over the opacity plot, and asks by the mouse there.
 
-    Hovering shows the field of the value under the mouse, the wheel sets the edits' width,
+    Hovering shows where the value under the mouse is visible, and with Ctrl what an edit there
+    would change; the wheel sets the edits' width,
     and dragging beside the handles pins a band of values, which a click there releases.
 
     Parameters
@@ -228,7 +229,9 @@ class ResponseLayer(QObject):
             elif self._pressed is not None:
                 # A click beside the handles.
                 self._sensitivity.unpin()
-                self._sensitivity.hover(self._value_at(self._pressed))
+                self._sensitivity.hover(
+                    self._value_at(self._pressed), _asks_effect(cast(QMouseEvent, event))
+                )
             self._pressed = None
         return False
 
@@ -236,12 +239,12 @@ class ResponseLayer(QObject):
         value = self._value_at(event.position())
         if not event.buttons():
             # Who has just moved a handle looks at the picture.
-            self._sensitivity.hover(None if self._edits else value)
+            self._sensitivity.hover(None if self._edits else value, _asks_effect(event))
         elif self._pressed is not None:
             start = self._value_at(self._pressed)
             moved = abs(event.position().x() - self._pressed.x()) > CLICK_REACH
             if start is not None and value is not None and moved:
-                self._sensitivity.drag_band(start, value)
+                self._sensitivity.drag_band(start, value, _asks_effect(event))
 
     def _value_at(self, position: QPointF) -> float | None:
         """Scalar value under the mouse; None beside the opacity plot."""
@@ -341,7 +344,9 @@ class ResponseLayer(QObject):
         if band is not None:
             places = [self._area.axis.place(value) for value in band.values]
             one, other = (value_text(v, self._state.scalar_range) for v in band.values)
-            self._value.setText(one if one == other else f"{one} to {other}")
+            text = one if one == other else f"{one} to {other}"
+            self._value.setText(f"edit at {text}" if band.effect else text)
+            self._band.setBrush(_brush(BAND if band.effect else VISIBLE, 110))
             # Beside the band, where there is room.
             right = places[1] < 0.75
             self._value.setAnchor((-0.15, 0.0) if right else (1.15, 0.0))
@@ -366,7 +371,16 @@ class ResponseLayer(QObject):
             self._area.draw(item, heights, answer.request.inputs.opacity_tf.scalar_range)
 
 
+def _asks_effect(event: QMouseEvent) -> bool:
+    """Whether the mouse asks what an edit would change, instead of where values are visible."""
+    return bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier)
+
+
 def _filled(color: str, alpha: int) -> Any:
+    return pg.PlotCurveItem(pen=None, fillLevel=0, brush=_brush(color, alpha))
+
+
+def _brush(color: str, alpha: int) -> QColor:
     brush = QColor(color)
     brush.setAlpha(alpha)
-    return pg.PlotCurveItem(pen=None, fillLevel=0, brush=brush)
+    return brush

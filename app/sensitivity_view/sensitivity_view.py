@@ -113,6 +113,9 @@ class SensitivityView(QObject):
         )
 
     def _field(self, wanted: Source) -> Answer[Any] | None:
+        band = self._sensitivity.band
+        if band is not None and not band.effect:
+            return self._dispatcher.seen
         fields, exact = self._dispatcher.shown_fields, self._dispatcher.exact_source
         if wanted == "learned" and "learned" in self._dispatcher.chooser.available:
             # Not the ray caster's meanwhile: it would be taken for the model's.

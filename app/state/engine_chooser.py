@@ -15,6 +15,7 @@ from app.engines.messages import (
     RegionSensitivityRequest,
     Request,
     ValueSensitivityRequest,
+    ValueVisibilityRequest,
     VisibilityRequest,
 )
 from app.state.pace import Pace
@@ -24,10 +25,10 @@ from model.rendering.raster import Raster
 
 EngineName = Literal["exact", "learned"]
 Question = Literal[
-    "change", "signed", "field", "all fields", "range", "visibility", "pick", "images"
+    "change", "signed", "field", "all fields", "range", "seen", "visibility", "pick", "images"
 ]
-"""A kind of question: a region by either measure, a field, the fields of all values or their
-range, visibility, a place, or images."""
+"""A kind of question: a region by either measure, a field of effects, the fields of all values or
+their range, where values are seen, visibility, a place, or images."""
 
 REST_SIZE = 256
 """Largest size for regions at rest: their numbers hardly depend on it."""
@@ -58,6 +59,8 @@ def question_of(request: Request) -> Question | None:
             return "all fields"
         case FieldRangeRequest():
             return "range"
+        case ValueVisibilityRequest():
+            return "seen"
         case PickRequest():
             return "pick"
         case VisibilityRequest():
@@ -134,7 +137,7 @@ class EngineChooser:
                 # It comes with every region, and is only the background of its plot.
                 largest = min(128, largest)
             return self._sized(self.pace.live_size((name, question), largest), live=True)
-        if question == "field":
+        if question in ("field", "seen"):
             return self._sized(self.picture.shorter)
         if self._by_differences and question in REGION_QUESTIONS:
             return self._sized(SLOW_REGION_SIZE)

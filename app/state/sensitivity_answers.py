@@ -14,6 +14,7 @@ from app.engines.messages import (
     RegionSensitivityRequest,
     Request,
     ValueSensitivityRequest,
+    ValueVisibilityRequest,
     VisibilityRequest,
 )
 from model.scene.inputs import SceneInputs
@@ -64,6 +65,7 @@ RegionAnswer = Answer[RegionSensitivityRequest]
 FieldAnswer = Answer[ValueSensitivityRequest]
 BlockFieldsAnswer = Answer[BlockFieldsRequest]
 FieldRangeAnswer = Answer[FieldRangeRequest]
+ValueVisibilityAnswer = Answer[ValueVisibilityRequest]
 VisibilityAnswer = Answer[VisibilityRequest]
 
 

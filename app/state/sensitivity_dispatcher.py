@@ -24,6 +24,7 @@ from app.engines.messages import (
     Request,
     Result,
     ValueSensitivityRequest,
+    ValueVisibilityRequest,
     VisibilityRequest,
 )
 from app.state.edit_trials import EditTrials
@@ -37,6 +38,7 @@ from app.state.sensitivity_answers import (
     FieldRangeAnswer,
     RegionAnswer,
     Source,
+    ValueVisibilityAnswer,
     VisibilityAnswer,
     agreement,
     same_question,
@@ -72,10 +74,12 @@ class SensitivityDispatcher(QObject):
         Newest answer of each source about a region; it may be about another image or place
         than the present one: see :meth:`is_fresh`.
     fields : dict
-        Newest answer of each source about the band of values.
+        Newest answer of each source about edits of the band of values.
     block_fields, ranges : dict
         Newest answers of each source about all values: the fields of blocks, and the range of
         fields of pixels. They are asked for where they are shown.
+    seen : Answer or None
+        Newest answer about where the band of values is visible.
     is_drawing : callable
         Returns True while the reference is drawn, which many images by differences would hold up.
     is_starting : callable
@@ -106,6 +110,7 @@ class SensitivityDispatcher(QObject):
         self.block_fields: dict[Source, BlockFieldsAnswer] = {}
         self.ranges: dict[Source, FieldRangeAnswer] = {}
         self._asked_of_all: dict[EngineName, Request] = {}
+        self.seen: ValueVisibilityAnswer | None = None
         self.visibility: VisibilityAnswer | None = None
         self.pick: VisibilityAnswer | None = None
         self.window: Range = (0.0, 1.0)
@@ -259,7 +264,7 @@ class SensitivityDispatcher(QObject):
     def _band_moved(self, band: object) -> None:
         if band is None:
             self._band_rest.stop()
-            self.fields.clear()
+            self._clear_fields()
             self.fieldAnswered.emit()
         else:
             self._ask_field(live=True)
@@ -316,6 +321,16 @@ class SensitivityDispatcher(QObject):
         band, width = self._asked.band, self._asked.choices.width
         if band is None:
             return
+        if not band.effect:
+            # It is of the data, whoever draws, and hardly takes longer than an image.
+            if self._asked.choices.shown and self.chooser.exact_source is not None:
+                quality = self.chooser.quality("exact", "seen", live)
+                self._clients["exact"].submit(
+                    ValueVisibilityRequest(
+                        self._next(), self._state.inputs, quality, band.values, width
+                    )
+                )
+            return
         for name in self.chooser.order("field", live):
             quality = self.chooser.quality(name, "field", live)
             self._clients[name].submit(
@@ -370,6 +385,7 @@ class SensitivityDispatcher(QObject):
             return
         self.chooser.pace.note((name, question), request.quality.size, result.seconds)
         answer: Answer[Any] = Answer(request, result.value, source, result.seconds)
+        band = self._asked.band
         match request:
             case RegionSensitivityRequest():
                 if request.measure != self._asked.choices.measure:
@@ -378,8 +394,7 @@ class SensitivityDispatcher(QObject):
                 self._tell(source, "")
                 self.regionAnswered.emit()
             case ValueSensitivityRequest():
-                band = self._asked.band
-                if band is not None:
+                if band is not None and band.effect:
                     self.fields[source] = answer
                     self.fieldAnswered.emit()
             case BlockFieldsRequest():
@@ -388,6 +403,10 @@ class SensitivityDispatcher(QObject):
             case FieldRangeRequest():
                 self.ranges[source] = answer
                 self.fieldAnswered.emit()
+            case ValueVisibilityRequest():
+                if band is not None and not band.effect:
+                    self.seen = answer
+                    self.fieldAnswered.emit()
             case PickRequest():
                 if request.regions != self._place_asked:
                     return
@@ -407,6 +426,9 @@ class SensitivityDispatcher(QObject):
             case BlockFieldsRequest() | FieldRangeRequest():
                 self.block_fields.pop(source, None)
                 self.ranges.pop(source, None)
+                self.fieldAnswered.emit()
+            case ValueVisibilityRequest():
+                self.seen = None
                 self.fieldAnswered.emit()
             case PickRequest():
                 self._set_pick(None)
@@ -433,7 +455,7 @@ class SensitivityDispatcher(QObject):
 
     def _forget(self) -> None:
         self.regions.clear()
-        self.fields.clear()
+        self._clear_fields()
         self.block_fields.clear()
         self.ranges.clear()
         self._asked_of_all.clear()
@@ -446,6 +468,10 @@ class SensitivityDispatcher(QObject):
             self.regionAnswered, self.fieldAnswered, self.visibilityAnswered, self.pickAnswered,
         ):  # fmt: skip
             signal.emit()
+
+    def _clear_fields(self) -> None:
+        self.fields.clear()
+        self.seen = None
 
     def _next(self) -> int:
         self._sequence += 1

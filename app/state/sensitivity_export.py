@@ -39,6 +39,9 @@ def shown_result(
         None as long as there is no answer about the present image.
     """
     band = sensitivity.band
+    if band is not None and not band.effect:
+        # Where values are visible is no sensitivity.
+        band = None
     answer: Answer | None = dispatcher.region_answer if band is None else dispatcher.field_answer  # type: ignore[type-arg]
     if answer is None or image is None or not answer.is_of(state.inputs):
         return None

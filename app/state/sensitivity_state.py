@@ -81,11 +81,15 @@ class Band:
         In the data's units; equal for a single value.
     pinned : bool
         Whether it stays when the mouse leaves.
+    effect : bool
+        Whether the field is what an edit there would change, instead of where the values are
+        visible.
     """
 
     low: float
     high: float
     pinned: bool = False
+    effect: bool = True
 
     @property
     def values(self) -> tuple[float, float]:
@@ -198,15 +202,20 @@ class SensitivityState(QObject):
         self.regionsChanged.emit()
         self.regionChangeFinished.emit()
 
-    def hover(self, value: float | None) -> None:
-        """Show the field of a value under the mouse, or none, unless a band is pinned."""
+    def hover(self, value: float | None, effect: bool = True) -> None:
+        """Show a field of a value under the mouse, or none, unless a band is pinned."""
         if self.band is None or not self.band.pinned:
-            self._set_band(None if value is None else Band(value, value))
+            self._set_band(None if value is None else Band(value, value, effect=effect))
 
-    def drag_band(self, one: float, other: float) -> None:
-        """Show the field of an interval while it is dragged."""
+    def drag_band(self, one: float, other: float, effect: bool = True) -> None:
+        """Show a field of an interval while it is dragged."""
         self.dragging = True
-        self._set_band(Band(min(one, other), max(one, other), pinned=True))
+        self._set_band(Band(min(one, other), max(one, other), pinned=True, effect=effect))
+
+    def show_effect(self, effect: bool) -> None:
+        """Show what an edit of the band would change, or where it is visible."""
+        if self.band is not None and not self.dragging:
+            self._set_band(replace(self.band, effect=effect))
 
     def finish_band(self) -> None:
         """End a drag of the band."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import partial
 
+import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import Signal
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QMenu, QWidget
@@ -24,6 +26,9 @@ DEFAULT = "Default"
 class PresetMenu(QMenu):
     """Lists presets over the volume's scalar range, and says which one is chosen.
 
+    Those that show most come first, as far as that is known when the menu opens: while it is
+    open, nothing moves under the mouse.
+
     Parameters
     ----------
     state : ViewerState
@@ -40,14 +45,15 @@ class PresetMenu(QMenu):
         super().__init__("Presets", parent)
         self._state = state
         self._area = area
+        self._worth: dict[str, float] = {}
         self.units = ""
         """Unit of the volume's scalars; may be empty."""
         self.setToolTipsVisible(True)
         self.setStyleSheet(f"QMenu {{ icon-size: {PICTURE}px; }}")
         self.aboutToShow.connect(self._fill)
 
-    def _fill(self) -> None:
-        self.clear()
+    def listed(self) -> tuple[Preset, ...]:
+        """Return the presets of the volume, the default one first."""
         histogram = self._area.histogram
         scalar_range = self._state.scalar_range
         default = Preset(
@@ -56,7 +62,21 @@ class PresetMenu(QMenu):
             # Like the others it leaves the range as it is.
             fit_to_range(self._state.default_transfer_function, scalar_range),
         )
-        listed = default, *presets(scalar_range, histogram.counts, histogram.edges, self.units)
+        others = presets(scalar_range, histogram.counts, histogram.edges, self.units)
+        return default, *sorted(others, key=lambda preset: -self._worth.get(preset.name, 0.0))
+
+    @property
+    def histogram_counts(self) -> NDArray[np.int64]:
+        """Histogram of the volume, another array for another volume or range."""
+        return self._area.histogram.counts
+
+    def rank(self, worth: Mapping[str, float]) -> None:
+        """Say how much each preset shows, by name, for the next time that the menu opens."""
+        self._worth = dict(worth)
+
+    def _fill(self) -> None:
+        self.clear()
+        listed = self.listed()
         for preset in listed:
             action = add_action(self, preset.name, partial(self.chosen.emit, preset))
             action.setToolTip(preset.explanation)

@@ -241,7 +241,9 @@ class MainWindow(QMainWindow):
         return [client.error for client in clients if client.error]
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Show what an edit would change while W is held; end what is under way by Escape."""
+        """Show what an edit would change while Ctrl or W is held; end what goes on by Escape."""
+        if event.key() == Qt.Key.Key_Control:
+            self._show_effect(True)
         if event.key() == Qt.Key.Key_W and not event.modifiers():
             if not event.isAutoRepeat():
                 self.sensitivity.findings.start_what_if()
@@ -249,11 +251,19 @@ class MainWindow(QMainWindow):
             super().keyPressEvent(event)
 
     def keyReleaseEvent(self, event: QKeyEvent) -> None:
-        """Show the images again."""
+        """Show the images again, or where the value under the mouse is visible."""
+        if event.key() == Qt.Key.Key_Control:
+            self._show_effect(False)
         if event.key() == Qt.Key.Key_W and not event.isAutoRepeat():
             self.sensitivity.findings.end_what_if()
         else:
             super().keyReleaseEvent(event)
+
+    def _show_effect(self, effect: bool) -> None:
+        """Show the effect of edits, or where values are visible, at the value under the mouse."""
+        band = self.sensitivity_state.band
+        if band is not None and not band.pinned:
+            self.sensitivity_state.show_effect(effect)
 
     def changeEvent(self, event: QEvent) -> None:
         """End what is held when another window takes the keys."""

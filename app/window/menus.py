@@ -75,7 +75,8 @@ GESTURES = """<h3>Images</h3>
 <tr><td>R, then drag in an image</td><td>draw a rectangle (L: a lasso)</td></tr>
 <tr><td>Drag its edge or corner</td><td>move or resize it</td></tr>
 <tr><td>Click in an image</td><td>which values show there?</td></tr>
-<tr><td>Hover over the opacity curve</td><td>where does this value show?</td></tr>
+<tr><td>Hover over the opacity curve</td><td>where is this value visible?</td></tr>
+<tr><td>With Ctrl, or in What if</td><td>what would an edit there change?</td></tr>
 <tr><td>Wheel over the curve</td><td>width of the band</td></tr>
 <tr><td>Drag beside the handles</td><td>keep a band of several values</td></tr>
 <tr><td>P</td><td>keep the value under the mouse</td></tr>

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 from PySide6.QtCore import QObject
 from PySide6.QtGui import QImage
 
@@ -18,6 +19,9 @@ from model.scene.tf_presets import Preset
 
 class PresetPictures(QObject):
     """Has pictures drawn whenever the menu of presets opens, from the present side.
+
+    Of another volume, or over another range, they are drawn once before, as the order of the
+    presets is by what they show: those with the strongest contrast first, black ones last.
 
     Parameters
     ----------
@@ -39,10 +43,19 @@ class PresetPictures(QObject):
         super().__init__(menu)
         self._menu = menu
         self._state = state
+        self._reference = reference
         self._names: tuple[str, ...] = ()
         self._pictures = SmallPictures(PresetRequest, PICTURE, analyst, reference, brightness, self)
         self._pictures.drawn.connect(self._show)
         menu.picturesWanted.connect(self._ask)
+        self._ranked: object = None
+        reference.settled.connect(self._rank_new)
+
+    def _rank_new(self) -> None:
+        of = self._menu.histogram_counts
+        if of is not self._ranked and not self._reference.error and len(of) > 1:
+            self._ranked = of
+            self._ask(self._menu.listed())
 
     def _ask(self, listed: tuple[Preset, ...]) -> None:
         self._names = tuple(preset.name for preset in listed)
@@ -56,4 +69,13 @@ class PresetPictures(QObject):
         )
 
     def _show(self, images: list[QImage]) -> None:
-        self._menu.set_pictures(dict(zip(self._names, images, strict=True)))
+        pictures = dict(zip(self._names, images, strict=True))
+        self._menu.set_pictures(pictures)
+        self._menu.rank({name: contrast(picture) for name, picture in pictures.items()})
+
+
+def contrast(picture: QImage) -> float:
+    """Standard deviation of a picture's brightness, 0 to 0.5; 0 for a black one."""
+    gray = picture.convertToFormat(QImage.Format.Format_Grayscale8)
+    rows = np.frombuffer(gray.constBits(), np.uint8).reshape(gray.height(), gray.bytesPerLine())
+    return float(rows[:, : gray.width()].std()) / 255

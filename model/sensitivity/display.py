@@ -9,6 +9,7 @@ and exact fields differ, colours fade to grey (value-suppressing).
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +30,15 @@ FLOOR = 1 / 2550
 LEAST_DIFFERENCE = 1 / 255
 """Smallest value at the end of a scale of differences between images: an 8-bit step."""
 
-COLOR_MAPS: dict[Measure, str] = {"change": "matplotlib:inferno", "signed": "crameri:berlin"}
+Shown = Measure | Literal["visible"]
+"""Fields that are shown: by a measure, or how much of a pixel shows some values."""
+
+COLOR_MAPS: dict[Shown, str] = {
+    "change": "matplotlib:inferno",
+    "signed": "crameri:berlin",
+    # Green, as visibility is in the plot of the TF.
+    "visible": "cmocean:algae_r",
+}
 
 BACKDROP = 0.45
 """Brightness of the grey image behind a field."""
@@ -100,7 +109,7 @@ def scale_of(field: NDArray[np.floating], least: float = FLOOR) -> float:
     return max(float(np.quantile(np.abs(field), _CLIP_QUANTILE)), least)
 
 
-def color_bar(measure: Measure, count: int = 64) -> NDArray[np.float64]:
+def color_bar(measure: Shown, count: int = 64) -> NDArray[np.float64]:
     """Return the colours of a scale from its lowest to its highest value, shape (count, 3)."""
     return _table(measure)[np.linspace(0, len(_table(measure)) - 1, count).round().astype(int)]
 
@@ -109,7 +118,7 @@ def overlay(
     image: NDArray[np.floating],
     field: NDArray[np.floating],
     scale: float,
-    measure: Measure,
+    measure: Shown,
     trust: NDArray[np.integer] | None = None,
 ) -> NDArray[np.float64]:
     """Colour a field over its image, which is shown in dim grey.
@@ -122,7 +131,7 @@ def overlay(
         In the displayed unit.
     scale : float
         Value of the full colour; see :func:`scale_of`.
-    measure : {"change", "signed"}
+    measure : {"change", "signed", "visible"}
     trust : ndarray of int, shape (S, S), optional
         Level of trust, 0 to 2; see :func:`model.sensitivity.trust.trust_levels`.
 
@@ -176,8 +185,8 @@ def spread_blocks(field: NDArray[np.float32], size: int, block: int) -> NDArray[
     return field.repeat(edges, axis=0).repeat(edges, axis=1)
 
 
-@lru_cache(maxsize=2)
-def _table(measure: Measure) -> NDArray[np.float64]:
+@lru_cache(maxsize=3)
+def _table(measure: Shown) -> NDArray[np.float64]:
     """Colours of a map, shape (256, 3)."""
     # Imported here: the window starts without it.
     from cmap import Colormap

@@ -26,6 +26,7 @@ from app.engines.messages import (
     RegionSensitivityRequest,
     Request,
     ValueSensitivityRequest,
+    ValueVisibilityRequest,
     VisibilityRequest,
 )
 from model.errors import NotOfferedError, VolumeError
@@ -127,6 +128,13 @@ class FakeEngine:
     ) -> NDArray[np.float32]:
         self.others.append(request)
         return np.array([3.0, 2.0], np.float32)
+
+    def value_visibility(self, request: ValueVisibilityRequest) -> NDArray[np.float32]:
+        """A hundredth of the distance of the lowest value from 100, in every pixel."""
+        self.others.append(request)
+        self._wait_or_fail()
+        shape = request.quality.pixels.shape
+        return np.full(shape, (request.values[0] - 100) / 100, dtype=np.float32)
 
     def images(
         self, request: BatchRequest, is_wanted: Callable[[], bool] = always

@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, Literal
 
@@ -40,7 +40,7 @@ from model.rendering.scalars import renderable_scalars
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
 from model.scene.scene import Lighting
-from model.scene.transfer_function import TF_SAMPLES, OpacityTF, Range
+from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, Range
 from model.scene.volume import Volume
 
 NATIVE_TYPES = (np.uint8, np.uint16, np.int16, np.float32)
@@ -361,6 +361,33 @@ class RaycastRenderer:
         self._divide(len(windows), task)
         return np.asarray(np.sum(parts, axis=0))
 
+    def value_visibility(
+        self, inputs: SceneInputs, size: int | Raster, weights: NDArray[np.floating]
+    ) -> NDArray[np.float32]:
+        """Sum of T_i a_i w_i over the samples of each pixel: how much of it shows some values.
+
+        It does not depend on the lighting.
+
+        Parameters
+        ----------
+        inputs, size
+            See :meth:`render`.
+        weights : ndarray, shape (256,)
+            Of the scalar values, 0 to 1.
+
+        Returns
+        -------
+        ndarray of float32, shape (rows, columns)
+            With weights of 1 it is the pixels' opacity.
+        """
+        gray = [(float(w),) * 3 for w in np.clip(weights, 0.0, 1.0)]
+        places = np.linspace(*self._volume.scalar_range, TF_SAMPLES).tolist()
+        # The ends of a range are exact.
+        places[0], places[-1] = self._volume.scalar_range
+        stops = tuple((at, *color) for at, color in zip(places, gray, strict=True))
+        shown = replace(inputs, color_tf=ColorTF(self._volume.scalar_range, stops))
+        return np.ascontiguousarray(self._draw(shown, size, lit=False)[..., 0])
+
     def close(self) -> None:
         """End the threads; the renderer cannot be used afterwards."""
         self._executor.shutdown()
@@ -372,6 +399,7 @@ class RaycastRenderer:
         sample_distance: float | None = None,
         depth: NDArray[np.float32] | None = None,
         colored: bool = True,
+        lit: bool = True,
     ) -> NDArray[np.float32]:
         distance = sample_distance or self.sample_distance
         raster = Raster.of(size)
@@ -380,7 +408,7 @@ class RaycastRenderer:
         volume = self._volume
         arguments = (
             *self._voxels_and_cells(inputs.opacity_tf, distance),
-            *self._tables(inputs, distance, colored),
+            *self._tables(inputs, distance, colored, lit),
             np.float32(LARGEST_ERROR / 2 if self.terminate_early else 0),
             self._camera(inputs, raster),
             distance * volume.voxel_size,
@@ -407,7 +435,9 @@ class RaycastRenderer:
 
         list(self._executor.map(task, range(0, size, ROWS_PER_TASK)))
 
-    def _tables(self, inputs: SceneInputs, distance: float, colored: bool) -> tuple[Any, ...]:
+    def _tables(
+        self, inputs: SceneInputs, distance: float, colored: bool, lit: bool
+    ) -> tuple[Any, ...]:
         """Look-up tables and light, as arguments of the drawing kernels."""
         scalar_range = self._volume.scalar_range
         opacity_tf, color_tf = inputs.opacity_tf, inputs.color_tf
@@ -419,8 +449,8 @@ class RaycastRenderer:
         alphas = self._opacities(opacity_tf, distance)
         if not colored:
             return alphas, None, None, None
-        light, glow = self._gradient_light(inputs), None
-        if self._illumination is not None:
+        light, glow = self._gradient_light(inputs) if lit else None, None
+        if self._illumination is not None and lit:
             direction = inputs.light or self._light
             opacities = opacity_tf.sample(scalar_range)
             glow = self._illumination.grid(inputs.view, direction, opacities, inputs.crop)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
-from PySide6.QtGui import QWheelEvent
+from PySide6.QtGui import QMouseEvent, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog, QWidget
 from pytestqt.qtbot import QtBot
@@ -23,12 +23,14 @@ from app.engines.messages import (
     PickRequest,
     RegionSensitivityRequest,
     ValueSensitivityRequest,
+    ValueVisibilityRequest,
     VisibilityRequest,
 )
 from app.image_view.image_canvas import ImageCanvas, to_qimage
 from app.sensitivity_view.held_button import CLICK_MS
 from app.state.sensitivity_answers import Agreement
 from app.window.main_window import MainWindow
+from app.window.menus import GESTURES
 from model.errors import RenderError
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
@@ -75,8 +77,17 @@ def over_plot(window: MainWindow, value: float, height: float = 0.8) -> QPoint:
     return area.widget.mapFromScene(area.opacity.mapViewToScene(place))
 
 
-def hover(window: MainWindow, value: float) -> None:
-    QTest.mouseMove(window.editor.area.widget.viewport(), over_plot(window, value))
+def hover(window: MainWindow, value: float, effect: bool = True) -> None:
+    """Move the mouse to a value, with Ctrl for what an edit there would change."""
+    viewport, at = window.editor.area.widget.viewport(), over_plot(window, value)
+    control, none = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.NoModifier
+    QApplication.sendEvent(
+        viewport,
+        QMouseEvent(
+            QEvent.Type.MouseMove, at, viewport.mapToGlobal(at), Qt.MouseButton.NoButton,
+            Qt.MouseButton.NoButton, control if effect else none,
+        ),
+    )  # fmt: skip
 
 
 def asked(builders: FakeBuilders, kind: type) -> list:
@@ -216,6 +227,59 @@ def test_hovering_shows_the_field_with_its_image(
     QApplication.sendEvent(window.editor.area.widget.viewport(), QEvent(QEvent.Type.Leave))
     assert window.reference.canvas.cover is None
     assert window.sensitivity.exact.caption == ""
+
+
+def test_hovering_shows_where_the_value_is_visible_and_with_ctrl_what_an_edit_would_change(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
+) -> None:
+    state, cover = window.sensitivity_state, window.sensitivity.exact
+    hover(window, 140.0, effect=False)
+    qtbot.waitUntil(lambda: "part of a pixel that shows" in cover.caption)
+    qtbot.waitUntil(lambda: not asked(builders, ValueVisibilityRequest)[-1].quality.live)
+    assert not asked(builders, ValueSensitivityRequest)
+    band = state.band
+    assert band is not None and not band.effect
+    # The fake's field is .4 in every pixel; it is of the data, and so in both images.
+    image = cover.image_of(window.state.inputs)
+    assert image is not None
+    field = np.full((16, 16), (band.low - 100) / 100)
+    expected = overlay(image, field, scale_of(field), "visible").astype(np.float32)
+    qtbot.waitUntil(lambda: window.reference.canvas.cover == to_qimage(expected))
+    qtbot.waitUntil(lambda: "part of a pixel" in window.sensitivity.learned.caption)
+    assert window.sensitivity.result() is not None
+    assert window.sensitivity.result().kind == "region"  # type: ignore[union-attr]
+    # Ctrl asks the other question where the mouse is.
+    QTest.keyPress(window, Qt.Key.Key_Control)
+    assert state.band is not None and state.band.effect and state.band.low == band.low
+    qtbot.waitUntil(lambda: "slope per" in cover.caption)
+    QTest.keyRelease(window, Qt.Key.Key_Control)
+    qtbot.waitUntil(lambda: "part of a pixel" in cover.caption)
+    # What is kept stays what it is.
+    QTest.keyClick(window, Qt.Key.Key_P)
+    QTest.keyPress(window, Qt.Key.Key_Control)
+    assert state.band is not None and state.band.pinned and not state.band.effect
+    QTest.keyRelease(window, Qt.Key.Key_Control)
+
+
+def test_in_what_if_an_edit_at_the_value_under_the_mouse_is_rendered(
+    qtbot: QtBot, window: MainWindow
+) -> None:
+    hover(window, 140.0, effect=False)
+    findings = window.sensitivity.findings
+    qtbot.waitUntil(findings.what_if_button.isEnabled)
+    QTest.keyPress(window, Qt.Key.Key_W)
+    qtbot.waitUntil(lambda: "difference of pixel values" in window.sensitivity.exact.caption)
+    assert "140" in findings.result.full_text
+    QTest.keyRelease(window, Qt.Key.Key_W)
+    qtbot.waitUntil(lambda: "part of a pixel" in window.sensitivity.exact.caption)
+
+
+@pytest.mark.parametrize(
+    "words", ["where is this value visible?", "what would an edit there change?"]
+)
+def test_readme_and_gestures_say_it_in_the_same_words(words: str) -> None:
+    readme = (Path(__file__).parents[3] / "README.md").read_text()
+    assert words in " ".join(readme.split()) and words in GESTURES
 
 
 def test_beside_the_square_of_a_wide_image_all_is_asked_and_shown_too(
@@ -547,10 +611,11 @@ def test_switched_off_nothing_is_asked_or_shown(
     window.sensitivity.bar.shown.click()
     assert window.reference.canvas.cover is None
     assert not window.sensitivity.findings.isVisible()
-    count = len(builders.analysts[-1].others)
+    # Of what was asked before, some may still be answered.
+    last = window.workspace.sensitivity._sequence
     window.state.commit(make_tf(150.0), "test")
     qtbot.waitUntil(lambda: window.workspace.is_settled)
-    assert len(builders.analysts[-1].others) == count
+    assert window.workspace.sensitivity._sequence == last
     QTest.mouseClick(window.reference.canvas, Qt.MouseButton.LeftButton, pos=QPoint(60, 60))
     assert window.sensitivity_state.place is None
 
@@ -935,9 +1000,11 @@ def test_the_value_under_the_mouse_is_named(window: MainWindow) -> None:
     state, layer = window.sensitivity_state, window.sensitivity.responses
     assert layer.value_text == ""
     state.hover(150.3)
+    assert layer.value_text == "edit at 150.3"
+    state.hover(150.3, effect=False)
     assert layer.value_text == "150.3"
     state.pin(140.0, 199.96)
-    assert layer.value_text == "140.0 to 200.0"
+    assert layer.value_text == "edit at 140.0 to 200.0"
     state.choose(shown=False)
     assert layer.value_text == ""
 

@@ -11,7 +11,13 @@ from reference_raycaster import cast, composite, correct, depth, render
 
 from model.rendering.raycast.renderer import LARGEST_ERROR, RaycastRenderer
 from model.scene.inputs import SceneInputs
-from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
+from model.scene.transfer_function import (
+    TF_SAMPLES,
+    ColorTF,
+    GaussianMode,
+    OpacityTF,
+    TransferFunction,
+)
 from model.scene.view import View
 from model.scene.volume import Volume
 
@@ -302,3 +308,24 @@ def test_opacity_refers_to_a_voxel_of_any_size(volume: Volume) -> None:
     np.testing.assert_allclose(
         RaycastRenderer(small).render(SceneInputs(VIEW, MODES, RAINBOW), 32), image, atol=1e-3
     )
+
+
+@pytest.mark.parametrize("lighting", ["none", "direct", "global"])
+def test_where_a_value_is_visible_adds_up_to_the_opacity(lighting: str) -> None:
+    renderer = RaycastRenderer(Volume(255 * field()), lighting)  # type: ignore[arg-type]
+    inputs = SceneInputs.of(VIEW, TransferFunction(MODES, RAINBOW))
+    opacity = renderer.opacity_image(inputs, 24)
+    bins = np.arange(TF_SAMPLES)
+    parts = [
+        renderer.value_visibility(inputs, 24, ((bins >= low) & (bins < high)).astype(float))
+        for low, high in ((0, 90), (90, 180), (180, 256))
+    ]
+    assert all(part.max() > 0.01 for part in parts)
+    np.testing.assert_allclose(np.sum(parts, axis=0), opacity, atol=1e-5)
+    # Over the whole image it is what the other kernel counts value by value.
+    window = np.array([[0, 24, 0, 24]])
+    counted = renderer.visibility(inputs, 24, window)
+    weights = np.exp(-((bins - 120) ** 2) / 800)
+    shown = renderer.value_visibility(inputs, 24, weights)
+    assert shown.sum() == pytest.approx(float(weights @ counted), rel=0.02)
+    renderer.close()
