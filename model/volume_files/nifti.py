@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 SUFFIXES = (".nii", ".nii.gz", ".hdr", ".img", ".img.gz", ".mgh", ".mgz")
 LONGEST_HEAD = 540
 MGH_OFFSET = 284
+LEAST_OFFSETS = {"NIfTI-1": 352, "NIfTI-2": 544}
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,6 +197,9 @@ def _head(path: Path) -> _Head:
     header, form = _nifti_header(path, start)
     is_single = start[344:347] == b"n+1" or start[4:7] == b"n+2"
     offset = max(int(np.nan_to_num(float(header["vox_offset"]))), 0)
+    if is_single:
+        # Some writers leave it out: voxels cannot begin within the head.
+        offset = max(offset, LEAST_OFFSETS[form])
     slope, intercept = _scaling(header)
     shape = tuple(int(n) for n in header.get_data_shape())
     unit = ""
