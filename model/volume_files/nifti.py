@@ -26,6 +26,7 @@ from model.volume_files.frame import (
 from model.volume_files.grid import Grid
 from model.volume_files.library_log import log_of
 from model.volume_files.nifti_frame import NiftiFrame, nifti_frame
+from model.volume_files.shear import upright
 
 if TYPE_CHECKING:
     from nibabel.analyze import AnalyzeHeader
@@ -118,6 +119,13 @@ def _grid(path: Path, head: _Head, choice: Choice) -> Grid:
         last = np.array(origin) + (nz - 1) * directions[2]
         origin, directions = tuple(last.tolist()), directions * [[1.0], [1.0], [-1.0]]
         notes += ("The grid is left-handed, so its slices are read in reverse order.",)
+    missing = None
+    if directions is not None:
+        straight = upright(values, directions, usable_origin(origin))
+        values, missing, directions = straight.values, straight.missing, straight.directions
+        origin, notes = straight.origin, notes + straight.notes
+        if straight.notes:
+            spacing, _ = usable_spacing(np.linalg.norm(directions, axis=1).tolist())
     return Grid(
         values,
         spacing,
@@ -125,6 +133,7 @@ def _grid(path: Path, head: _Head, choice: Choice) -> Grid:
         notes=choice_notes(listed) + notes + head.frame.notes + spacing_notes
         + _frame_notes(directions),
         axis_labels=axis_labels(directions, "RAS"),
+        missing=missing,
         facts=FileFacts(
             head.format,
             head.unit,
