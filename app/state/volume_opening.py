@@ -11,6 +11,7 @@ from PySide6.QtCore import QObject
 
 from app.engines.background import BackgroundCall
 from app.state.opened_volume import OpenedVolume, open_volume
+from model.errors import VolumeError
 from model.scene.transfer_function import Range
 from model.scene.volume import Volume
 from model.volume_files.choice import Choice
@@ -47,6 +48,7 @@ class VolumeOpening(QObject):
         taken: Taker,
         failed: Refusal,
         choice: Choice | None = None,
+        is_remembered: bool = False,
     ) -> None:
         """Read a volume over its robust range.
 
@@ -59,10 +61,14 @@ class VolumeOpening(QObject):
             Called with the volume, or with an error sentence; neither if a newer wish came.
         choice : Choice or None
             What to read where there are several volumes; None for the largest.
+        is_remembered : bool
+            Whether the choice is an old one, which gives way where the file no longer has it.
         """
         options = {"raw": raw, "choice": choice}
         given = {name: option for name, option in options.items() if option is not None}
         read = partial(self._read_volume, **given) if given else self._read_volume
+        if choice is not None and is_remembered:
+            read = partial(_read_if_there, read, partial(read, choice=None))
         self._start(partial(open_volume, path, read), taken, failed)
 
     def show_over(
@@ -111,3 +117,13 @@ class VolumeOpening(QObject):
             self._calls.remove(call)
             call.join()
             call.deleteLater()
+
+
+def _read_if_there(
+    chosen: Callable[[Path], Volume], largest: Callable[[Path], Volume], path: Path
+) -> Volume:
+    """Read what was chosen before, or the largest volume if that is no longer there."""
+    try:
+        return chosen(path)
+    except VolumeError:
+        return largest(path)

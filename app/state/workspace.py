@@ -189,6 +189,7 @@ class Workspace(QObject):
         raw: RawLayout | None = None,
         first_range: RangeChoice | None = None,
         choice: Choice | None = None,
+        is_remembered: bool = False,
     ) -> None:
         """Read a volume in the background, then show it; keep the old one until then.
 
@@ -201,13 +202,15 @@ class Workspace(QObject):
             Scalar range to show it over; None for its model's, its last one, or a robust one.
         choice : Choice or None
             What to read of a file that holds several volumes; None for the largest.
+        is_remembered : bool
+            Whether the choice is an old one, which gives way where the file no longer has it.
         """
         if self._opened is None:
             self._clients[1].wait(f"Reading {path.name} …")
         else:
             self.news.emit(f"Reading {path.name} …")
         self._first_range = first_range
-        self._opening.read(path, raw, self._volume_read, self._volume_failed, choice)
+        self._opening.read(path, raw, self._volume_read, self._volume_failed, choice, is_remembered)
 
     def open_model(self, folder: Path | None) -> None:
         """Load a generator in the background; None for no model."""

@@ -100,7 +100,9 @@ class FileOpening(QObject):
         """Open the volume that the window begins with; see :meth:`open_volume`."""
         known = self._known_choice(path) if choice is None else choice
         self._choice = None if known is None else (path, known)
-        self._workspace.open_volume(path, first_range=scalar_range, choice=known)
+        self._workspace.open_volume(
+            path, first_range=scalar_range, choice=known, is_remembered=choice is None
+        )
 
     def open_volume(self, path: Path, choice: Choice | None = None) -> None:
         """Open a volume.
@@ -125,7 +127,7 @@ class FileOpening(QObject):
             self._raw_layout = path, layout
         known = self._known_choice(path) if choice is None else choice
         self._choice = None if known is None else (path, known)
-        self._workspace.open_volume(path, layout, choice=known)
+        self._workspace.open_volume(path, layout, choice=known, is_remembered=choice is None)
 
     def ask_for_content(self) -> None:
         """List what the open volume's file holds, to choose from."""

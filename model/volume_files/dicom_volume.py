@@ -226,8 +226,8 @@ def _by_number(frames: list[Frame]) -> _Order:
         order = np.argsort(along, kind="stable")
         steps = np.diff(along[order])
         step = float(np.median(steps))
-        notes = ("The slices give no position; they are ordered by their location.",)
-        notes += _gap_notes(along[order], steps, step)
+        said = "The slices give no position; they are ordered by their location."
+        notes = (said, *_gap_notes(along[order], steps, step))
         return _Order([frames[k] for k in order], step, notes)
     ordered = sorted(frames, key=lambda frame: frame.number)
     note = "The slices give no position; they are ordered by number."

@@ -25,13 +25,17 @@ FEWEST_OTHERS = 16
 
 MOST_FILLS = 4
 
+NEAR, MOST_BETWEEN = 0.25, 0.01
+"""Where between the others and a value "between" begins, and the most voxels there for each of
+those of the value."""
+
 
 def far_away_values(scalars: NDArray[np.generic], missing: NDArray[np.bool_] | None) -> list[float]:
     """Find values that are repeated and lie far from all others.
 
     Such as -9999, where other voxels lie from 0 to 240. A value is far away if the other voxels,
-    without a thousandth of them at either end, take less than a quarter of the way to it. Eight
-    bits have no room for such values.
+    without a thousandth of them at either end, take less than a quarter of the way to it, and if
+    hardly any lie on that way. Eight bits have no room for such values.
 
     Parameters
     ----------
@@ -89,9 +93,31 @@ def _farthest(
         lo, hi = (float(value) for value in values[others][ends])
         value = float(values[place])
         distance = max(lo - value, value - hi)
-        if hi > lo and distance > most * (hi - lo):
+        if (
+            hi > lo
+            and distance > most * (hi - lo)
+            and _is_apart(values, counts, others, place, lo if value < lo else hi)
+        ):
             found, most = int(place), distance / (hi - lo)
     return found
+
+
+def _is_apart(
+    values: NDArray[np.generic],
+    counts: NDArray[np.int64],
+    others: NDArray[np.bool_],
+    place: np.intp,
+    end: float,
+) -> bool:
+    """Whether hardly any values lie between a value and the end of the others' range.
+
+    Where a detector was saturated many do: those at the edges of what was too bright.
+    """
+    value = float(values[place])
+    near, far = sorted((end + NEAR * (value - end), value))
+    numbers = values.astype(np.float64)
+    between = others & (numbers > near) & (numbers < far)
+    return bool(counts[between].sum() <= MOST_BETWEEN * counts[place])
 
 
 def _beyond(

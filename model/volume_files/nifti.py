@@ -26,6 +26,7 @@ from model.volume_files.frame import (
 from model.volume_files.grid import Grid
 from model.volume_files.library_log import log_of
 from model.volume_files.nifti_frame import NiftiFrame, nifti_frame
+from model.volume_files.shear import upright
 
 if TYPE_CHECKING:
     from nibabel.analyze import AnalyzeHeader
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
 SUFFIXES = (".nii", ".nii.gz", ".hdr", ".img", ".img.gz", ".mgh", ".mgz")
 LONGEST_HEAD = 540
 MGH_OFFSET = 284
+LEAST_OFFSETS = {"NIfTI-1": 352, "NIfTI-2": 544}
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,6 +119,13 @@ def _grid(path: Path, head: _Head, choice: Choice) -> Grid:
         last = np.array(origin) + (nz - 1) * directions[2]
         origin, directions = tuple(last.tolist()), directions * [[1.0], [1.0], [-1.0]]
         notes += ("The grid is left-handed, so its slices are read in reverse order.",)
+    missing = None
+    if directions is not None:
+        straight = upright(values, directions, usable_origin(origin))
+        values, missing, directions = straight.values, straight.missing, straight.directions
+        origin, notes = straight.origin, notes + straight.notes
+        if straight.notes:
+            spacing, _ = usable_spacing(np.linalg.norm(directions, axis=1).tolist())
     return Grid(
         values,
         spacing,
@@ -124,6 +133,7 @@ def _grid(path: Path, head: _Head, choice: Choice) -> Grid:
         notes=choice_notes(listed) + notes + head.frame.notes + spacing_notes
         + _frame_notes(directions),
         axis_labels=axis_labels(directions, "RAS"),
+        missing=missing,
         facts=FileFacts(
             head.format,
             head.unit,
@@ -196,6 +206,9 @@ def _head(path: Path) -> _Head:
     header, form = _nifti_header(path, start)
     is_single = start[344:347] == b"n+1" or start[4:7] == b"n+2"
     offset = max(int(np.nan_to_num(float(header["vox_offset"]))), 0)
+    if is_single:
+        # Some writers leave it out: voxels cannot begin within the head.
+        offset = max(offset, LEAST_OFFSETS[form])
     slope, intercept = _scaling(header)
     shape = tuple(int(n) for n in header.get_data_shape())
     unit = ""

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from model.errors import VolumeError
 from model.scene.file_facts import FileFacts
+from model.scene.volume import Triple
 from model.volume_files.anatomy import axis_labels, is_space
 from model.volume_files.blocks import Block, Encoding, read_block
 from model.volume_files.checks import check_grid, damaged, file_beside, truncated, unsupported
@@ -26,9 +27,11 @@ from model.volume_files.frame import (
     unit_directions,
     unit_name,
     unmirrored,
+    usable_origin,
     usable_spacing,
 )
 from model.volume_files.grid import Grid
+from model.volume_files.shear import upright
 
 LONGEST_HEADER = 1 << 20
 SPATIAL_KINDS = {"domain", "space", "none", "???"}
@@ -121,15 +124,20 @@ def read_nrrd(path: Path, choice: Choice = LARGEST) -> Grid:
     directions = _directions(header, grid_axes)
     space = _space(header)
     steps: list[float] | None = None
+    missing = None
     if directions is None:
+        place = _place(_vectors(header.fields.get("spaceorigin", "")), header, grid_axes)
         steps = _spacings(header, grid_axes)
         spacing, notes = usable_spacing(steps)
     else:
+        origin = _vectors(header.fields.get("spaceorigin", ""))
+        straight = upright(values, directions, _place(origin, header, grid_axes))
+        values, missing, directions = straight.values, straight.missing, straight.directions
+        place = straight.origin
         spacing, notes = usable_spacing(list(np.linalg.norm(directions, axis=1)))
+        notes += straight.notes
         left_handed = space == "LAS" or header.fields.get("space", "").lower() == "3d-left-handed"
         notes += frame_notes(directions, -1 if left_handed else 1)
-    origin = _vectors(header.fields.get("spaceorigin", ""))
-    place = origin[0] if origin and len(origin[0]) == 3 else _axis_minima(header, grid_axes)
     values, moved, mirror_notes = unmirrored(values, steps or (), place)
     return Grid(
         values,
@@ -138,10 +146,18 @@ def read_nrrd(path: Path, choice: Choice = LARGEST) -> Grid:
         header.fields.get("sampleunits", "").strip('"'),
         mirror_notes + notes,
         axis_labels(directions, space),
+        missing=missing,
         facts=FileFacts(
             "NRRD", _length_unit(header, grid_axes), unit_directions(directions), space
         ),
     )
+
+
+def _place(origin: list[list[float]], header: _Header, axes: list[int]) -> Triple:
+    """Return the position of the first voxel, by the space or the axes' least values."""
+    if origin and len(origin[0]) == 3:
+        return usable_origin(origin[0])
+    return usable_origin(_axis_minima(header, axes))
 
 
 def _axis_minima(header: _Header, axes: list[int]) -> list[float]:

@@ -8,6 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+SQUARE = 1e-2
+"""Cosine up to which two axes count as being at right angles."""
+
+MOST_TILT, MOST_ROOM = 0.9, 2.0
+"""Sine of the angle, and lengths of the slices by which they grow, up to which they are sheared."""
+
 
 @dataclass(frozen=True)
 class Shear:
@@ -21,6 +27,70 @@ class Shear:
 
     x: float
     y: float
+
+
+@dataclass(frozen=True, eq=False)
+class Upright:
+    """A grid whose slices lie behind one another.
+
+    Attributes
+    ----------
+    values : ndarray, shape (nz, ny, nx)
+    missing : ndarray of bool, of the same shape, or None
+    directions : ndarray of float64, shape (3, 3)
+        Row k is the step from one voxel to the next along axis k.
+    origin : tuple of float
+    notes : tuple of str
+        Empty if nothing was to be done.
+    """
+
+    values: NDArray[np.generic]
+    missing: NDArray[np.bool_] | None
+    directions: NDArray[np.float64]
+    origin: tuple[float, float, float]
+    notes: tuple[str, ...] = ()
+
+
+def upright(
+    values: NDArray[np.generic],
+    directions: NDArray[np.float64],
+    origin: tuple[float, float, float],
+) -> Upright:
+    """Shear a grid back whose slices are shifted against one another by the same step each.
+
+    Parameters
+    ----------
+    values : ndarray, shape (nz, ny, nx) or (nz, ny, nx, components)
+        Components are left as they are.
+    directions : ndarray of float64, shape (3, 3)
+    origin : tuple of float
+    """
+    x, y, z = directions
+    lengths = np.linalg.norm(directions, axis=1)
+    as_it_is = Upright(values, None, directions, origin)
+    if values.ndim != 3 or not np.isfinite(directions).all() or not (lengths > 0).all():
+        return as_it_is
+    if abs(x @ y) > SQUARE * lengths[0] * lengths[1]:
+        return as_it_is
+    shear = Shear(float(z @ x / lengths[0] ** 2), float(z @ y / lengths[1] ** 2))
+    tilt = np.hypot(shear.x * lengths[0], shear.y * lengths[1]) / lengths[2]
+    more = max(abs(shear.x), abs(shear.y)) * values.shape[0]
+    if not SQUARE < tilt < MOST_TILT or more > MOST_ROOM * max(values.shape[1:]):
+        return as_it_is
+    normal = np.cross(x, y) / (lengths[0] * lengths[1])
+    moved_values, missing, moved = sheared_back(values, None, shear)
+    first = np.array(origin) - moved[0] * x - moved[1] * y
+    note = (
+        f"The slices are shifted against one another by {np.degrees(np.arcsin(tilt)):.1f} degrees; "
+        "they are sheared back to where they were taken."
+    )
+    return Upright(
+        moved_values,
+        missing,
+        np.stack([x, y, (z @ normal) * normal]),
+        (float(first[0]), float(first[1]), float(first[2])),
+        (note,),
+    )
 
 
 def sheared_back(

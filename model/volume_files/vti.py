@@ -79,8 +79,14 @@ def _arrays(reader: Any, header: _Header) -> list[VtkArray]:
             header.attribute("Name", element): element
             for element in reversed(re.findall(r"<DataArray\b[^>]*>", part))
         }
+        texts = {
+            header.attribute("Name", element)
+            for element in re.findall(r"""<Array\b[^>]*type\s*=\s*["']String["'][^>]*>""", part)
+        }
         for number in range(selection.GetNumberOfArrays()):
             name = selection.GetArrayName(number) or ""
+            if name in texts:
+                continue
             element = elements.get(name, "") if isinstance(name, str) else ""
             kind = re.fullmatch(r"(U?Int|Float)(8|16|32|64)", header.attribute("type", element))
             components = header.attribute("NumberOfComponents", element)

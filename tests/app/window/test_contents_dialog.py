@@ -13,6 +13,7 @@ from window_fakes import make_volume
 from app.window.contents_dialog import ContentsDialog
 from app.window.main_window import MainWindow
 from app.window.properties_dialog import PropertiesDialog
+from model.errors import VolumeError
 from model.scene.file_facts import Content, FileFacts
 from model.scene.volume import Volume
 from model.volume_files.choice import Choice
@@ -96,6 +97,30 @@ def test_the_largest_is_shown_and_another_is_remembered(
     # It is not asked for again.
     assert window.opening._asking is None
     assert several == [None, Choice(channel="2"), Choice(channel="2")]
+
+
+def test_a_remembered_choice_that_is_gone_gives_way(
+    qtbot: QtBot,
+    window: MainWindow,
+    several: list[Choice | None],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    path = tmp_path / "cells.tif"
+    path.write_bytes(b"?")
+    with qtbot.waitSignal(window.workspace.volumeStarted):
+        window.opening.open_volume(path, Choice(channel="2"))
+
+    def refuse(path: Path, choice: Choice | None = None) -> Volume:
+        several.append(choice)
+        if choice is not None:
+            raise VolumeError(f"{path}: there is no channel '2'; there are 0, 1.")
+        return make_volume("other")
+
+    monkeypatch.setattr(window.workspace._opening, "_read_volume", refuse)
+    with qtbot.waitSignal(window.workspace.volumeStarted):
+        window.opening.open(path)
+    assert several == [Choice(channel="2"), Choice(channel="2"), None]
 
 
 def test_what_is_kept_is_not_asked_for_again(

@@ -150,6 +150,28 @@ def test_lossless_compressions(tmp_path, name, dtype):
     np.testing.assert_array_equal(read_volume(tmp_path).voxels, array)
 
 
+def test_a_lossy_compression_of_twelve_bits(tmp_path):
+    x = np.add.outer(np.arange(32), np.arange(48))
+    array = np.stack([(20 * x + 100 * z).astype(np.uint16) for z in range(4)])
+    tags = {"BitsStored": 12, "HighBit": 11, "syntax": "1.2.840.10008.1.2.4.51"}
+    for z, plane in enumerate(array):
+        encoded = [imagecodecs.jpeg8_encode(plane, level=98, bitspersample=12)]
+        own = {"ImagePositionPatient": [0, 0, z], "SOPInstanceUID": f"1.2.{z}"}
+        save(tmp_path / f"{z}.dcm", dataset(plane, encoded=encoded, **own, **tags))
+    np.testing.assert_allclose(read_volume(tmp_path).voxels, array, atol=20)
+
+
+def test_pixels_that_are_floats(tmp_path):
+    array = voxels("float32")
+    for z, plane in enumerate(array):
+        own = {"ImagePositionPatient": [0, 0, z], "SOPInstanceUID": f"1.2.{z}"}
+        ds = dataset(np.zeros(plane.shape, np.uint8), BitsStored=None, HighBit=None, **own)
+        del ds.PixelData, ds.PixelRepresentation
+        ds.BitsAllocated, ds.FloatPixelData = 32, plane.tobytes()
+        save(tmp_path / f"{z}.dcm", ds)
+    np.testing.assert_array_equal(read_volume(tmp_path).voxels, array)
+
+
 @pytest.mark.parametrize("syntax", [DeflatedExplicitVRLittleEndian, ExplicitVRBigEndian])
 def test_deflated_and_big_endian(tmp_path, syntax):
     array = voxels("int16")

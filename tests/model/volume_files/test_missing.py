@@ -95,6 +95,10 @@ def test_values_far_away(dtype, fills):
         lambda: body("int16", -1000, 3000),
         # Metal that the scanner's range cuts off.
         lambda: np.where(np.arange(24) > 21, np.int16(3071), body("int16", -1000, 1500)),
+        # A long tail that is cut off, as where metal saturates a detector.
+        lambda: np.minimum(
+            np.exp(np.random.default_rng(2).normal(0, 3.5, (24, 24, 24))), 60000
+        ).astype(np.uint16),
         # Labels, and two phases.
         lambda: np.random.default_rng(1).integers(0, 5, (24, 24, 24)).astype(np.int16) * 1000,
         lambda: np.where(body("float32") > 100, 1000.0, 0.0),

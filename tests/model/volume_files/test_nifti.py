@@ -139,6 +139,15 @@ def test_slices_that_are_called_times(tmp_path):
     assert "calls its images time steps" in said(volume)
 
 
+def test_an_offset_that_is_left_out(tmp_path):
+    path, array = tmp_path / "a.nii", voxels("int16")
+    nib.save(nib.Nifti1Image(fast_first(array), AFFINE), path)
+    content = bytearray(path.read_bytes())
+    content[108:112] = np.float32(0).tobytes()
+    path.write_bytes(content)
+    np.testing.assert_array_equal(read_volume(path).voxels, array)
+
+
 def test_a_pair_without_its_half(tmp_path):
     nib.save(nib.Nifti1Pair(fast_first(voxels("int16")), AFFINE), tmp_path / "a.img")
     (tmp_path / "a.hdr").unlink()

@@ -17,6 +17,7 @@ from volume_writers import (
     write_nrrd,
 )
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.vtkCommonCore import vtkStringArray
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkIOLegacy import vtkStructuredPointsWriter
 from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLImageDataWriter
@@ -138,6 +139,18 @@ def test_active_scalars_come_first_and_masks_last(tmp_path):
     np.testing.assert_array_equal(volume.voxels, 2 * ARRAY)
     assert [content.name for content in volume.file.contents] == ["b", "a", "mask"]
     np.testing.assert_array_equal(read_volume(path, choice=Choice(array="a")).voxels, ARRAY)
+
+
+def test_arrays_of_texts_are_left_out(tmp_path):
+    image = image_with([("density", ARRAY)])
+    names = vtkStringArray()
+    names.SetName("names")
+    for _ in range(ARRAY.size):
+        names.InsertNextValue("x")
+    image.GetPointData().AddArray(names)
+    volume = read_volume(written(tmp_path / "a.vti", image))
+    np.testing.assert_array_equal(volume.voxels, ARRAY)
+    assert volume.file.contents == ()
 
 
 def test_legacy_files_of_cells_and_several_arrays(tmp_path):
