@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -122,6 +124,7 @@ def _quantiles(
 def _outermost(distribution: Distribution, lo: float, hi: float) -> Range:
     """Smallest and largest voxel from `lo` to `hi`."""
     lowest, highest = np.inf, -np.inf
+    plane: NDArray[Any]
     for plane in distribution.planes():
         inside = plane[(plane >= lo) & (plane <= hi)]
         if inside.size:

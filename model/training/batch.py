@@ -63,7 +63,8 @@ def encode_batch(batch: SampleBatch, scene: Scene, opacity_size: int) -> Encoded
     """
     rgba = torch.from_numpy(np.ascontiguousarray(batch.rgba))
     # Left in the order of the pixels, channels last: to turn them over takes longer.
-    color, opacity = (part.float().div_(127.5).sub_(1) for part in rgba.split((3, 1), dim=-1))
+    parts = rgba[..., :3], rgba[..., 3:]
+    color, opacity = (part.float().div_(127.5).sub_(1) for part in parts)
     return EncodedBatch(
         EncodedInputs.stored(batch.inputs, scene),
         adaptive_avg_pool2d(opacity.permute(0, 3, 1, 2), opacity_size),

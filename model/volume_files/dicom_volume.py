@@ -230,8 +230,8 @@ def _by_number(frames: list[Frame]) -> _Order:
         notes = (said, *_gap_notes(along[order], steps, step))
         return _Order([frames[k] for k in order], step, notes)
     ordered = sorted(frames, key=lambda frame: frame.number)
-    note = "The slices give no position; they are ordered by number."
-    return _Order(ordered, frames[0].thickness, (note,))
+    said = "The slices give no position; they are ordered by number."
+    return _Order(ordered, frames[0].thickness, (said,))
 
 
 def _gap_notes(
