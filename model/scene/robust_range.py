@@ -124,8 +124,8 @@ def _quantiles(
 def _outermost(distribution: Distribution, lo: float, hi: float) -> Range:
     """Smallest and largest voxel from `lo` to `hi`."""
     lowest, highest = np.inf, -np.inf
-    plane: NDArray[Any]
-    for plane in distribution.planes():
+    for counted in distribution.planes():
+        plane: NDArray[Any] = counted
         inside = plane[(plane >= lo) & (plane <= hi)]
         if inside.size:
             lowest, highest = min(lowest, float(inside.min())), max(highest, float(inside.max()))
