@@ -140,5 +140,5 @@ def test_a_path_is_drawn_from_codes(
     qtbot.waitUntil(lambda: len(frames) > 2)
     work.path.cancel()
     first = frames[0]
-    code = work.session.space.codec.encode(first.tf.sample()[None])[0]
+    code = work.session.space.code_of(first.tf)
     assert first.image[0, 0, 0] == pytest.approx((code[0] + 1) / 2, abs=0.01)
