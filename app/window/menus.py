@@ -304,17 +304,21 @@ class Menus(QObject):
         cube = add_action(menu, "&Orientation cube", overlays.toggle_cube)
         legend = add_action(menu, "Colour l&egend", overlays.toggle_legend, "Ctrl+L")
         opacity = add_action(menu, "Opac&ity images", overlays.toggle_opacity, "O")
-        decoded = add_action(menu, "TF &decoded from its code", overlays.toggle_decoded_tf, "T")
-        decoded.setToolTip("What the model's codec makes of the TF, as the paper's networks do")
+        through_code = add_action(
+            menu, "TF &decoded from its code", overlays.toggle_decoded_tf, "T"
+        )
+        through_code.setToolTip(
+            "What the model's codec makes of the TF, as the paper's networks do"
+        )
 
         def show_overlays() -> None:
             cube.setChecked(overlays.has_cube)
             legend.setChecked(overlays.has_legend)
             opacity.setChecked(overlays.has_opacity)
-            decoded.setChecked(overlays.has_decoded_tf)
-            decoded.setEnabled(self._parts.workspace.decoded.fits)
+            through_code.setChecked(overlays.has_decoded_tf)
+            through_code.setEnabled(self._parts.workspace.decoded.fits)
 
-        for action in (cube, legend, opacity, decoded):
+        for action in (cube, legend, opacity, through_code):
             action.setCheckable(True)
         self._parts.workspace.modelChanged.connect(show_overlays)
         overlays.changed.connect(show_overlays)

@@ -10,6 +10,7 @@ import pytest
 from PySide6.QtGui import QAction
 from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
+from toy_codec import toy_space
 from window_fakes import FakeBuilders
 
 from app.engines.messages import GridRequest, HoverRequest, ThumbnailRequest
@@ -24,12 +25,14 @@ def window(
 ) -> MainWindow:
     """A window with the map of a model that draws codes, and its grid."""
     builders.draws_codes, builders.map_folder = True, tmp_path
+    space = toy_space(tmp_path, (100.0, 200.0), (100.0, 200.0))
+    codes = space.open_map().codes
+    space.keep_map(codes, 0.9 * codes)
     window = make_window()
     window.resize(1200, 800)
     window.browse.click()
     work = window.workspace.latent
     qtbot.waitUntil(lambda: work.pictures.grid is not None and work.session.overview is not None)
-    qtbot.waitUntil(lambda: not work.session.is_embedding, timeout=60_000)
     qtbot.waitUntil(lambda: work.pictures.grid is not None and bool(work.pictures.grid.images))
     return window
 
@@ -137,5 +140,5 @@ def test_a_path_is_drawn_from_codes(
     qtbot.waitUntil(lambda: len(frames) > 2)
     work.path.cancel()
     first = frames[0]
-    code = work.session.space.codec.encode(first.tf.sample()[None])[0]
+    code = work.session.space.code_of(first.tf)
     assert first.image[0, 0, 0] == pytest.approx((code[0] + 1) / 2, abs=0.01)
