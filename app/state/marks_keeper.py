@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,7 +77,7 @@ class MarksKeeper(QObject):
         places = tuple(self._known(named) for named in self._latent.places)
         self._note(places=places, place_count=self._latent.place_count)
 
-    def _note(self, **known: object) -> None:
+    def _note(self, **known: Any) -> None:
         before = self._preferences.volume(self._fingerprint)
         changes = {name: value for name, value in known.items() if value != getattr(before, name)}
         if self._fingerprint and changes:
