@@ -19,7 +19,7 @@ _STEPS = (Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_PageUp, Qt.Key.Key_PageDown
 class NumberEntry(QObject):
     """What is typed into a number box: taken, or refused with a reason until it is mended.
 
-    A refused number stays in the box, which has a red rim and the reason below it, wherever the
+    A refused number stays in the box, which has a red rim and the reason above it, wherever the
     focus goes; Escape brings the last number back.
 
     After Enter, all keys are the window's again, and those that type no number always are. So
@@ -129,7 +129,7 @@ class NumberEntry(QObject):
 
 
 class _Reason(QLabel):
-    """Says below a box why its number is refused, for as long as box and window are in sight."""
+    """Says above a box why its number is refused, for as long as box and window are in sight."""
 
     def __init__(self, box: QAbstractSpinBox, reason: str) -> None:
         super().__init__(reason, box, Qt.WindowType.ToolTip)
@@ -160,10 +160,11 @@ class _Reason(QLabel):
             return
         self.adjustSize()
         room = self._box.screen().availableGeometry()
-        below = self._box.mapToGlobal(QPoint(0, self._box.height() + 2))
-        x = max(min(below.x(), room.right() - self.width()), room.left())
-        above = below.y() - self._box.height() - 4 - self.height()
-        self.move(x, below.y() if below.y() + self.height() <= room.bottom() else above)
+        corner = self._box.mapToGlobal(QPoint(0, 0))
+        x = max(min(corner.x(), room.right() - self.width()), room.left())
+        # Above the box, as the next one to be filled in is mostly below.
+        above, below = corner.y() - 2 - self.height(), corner.y() + self._box.height() + 2
+        self.move(x, above if above >= room.top() else below)
         self.show()
 
 

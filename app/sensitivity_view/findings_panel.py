@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.controls import ElidedLabel, quiet_button
+from app.glosses import explain, gloss
 from app.sensitivity_view.add_button import AddButton
 from app.sensitivity_view.field_bar import FieldBar
 from app.sensitivity_view.held_button import HeldButton
@@ -240,6 +241,7 @@ class FindingsPanel(QWidget):
         grid.setHorizontalSpacing(4)
         grid.setColumnStretch(0, 1)
         for index, row in enumerate(self.rows):
+            explain(row)
             row.setMinimumHeight(tallest)
             grid.addWidget(row, index, 0)
             row_buttons = (
@@ -376,14 +378,16 @@ class FindingsPanel(QWidget):
         else:
             effect = self._effect(measured.brightness)
             if measured.rmse > MIXED * abs(measured.brightness):
-                effect += f" (±{measured.rmse:.2g})"
+                effect += f" ({gloss('±')}{measured.rmse:.2g})"
         self.rows[index].setToolTip(
             f"{self._text(interval.low)} to {self._text(interval.high)}: a mode of this opacity "
             "changes the region's pixels\nby so much (1 is from black to white), rendered and "
             "shown in the present brightness.\n(±): so much on the average where some become "
             f"brighter and others darker.\nThe curve, of faint edits, promises: {predicted}."
         )
-        return f"{index + 1}   {self._text(interval.value)}   {effect}"
+        text = f"{index + 1}   {self._text(interval.value)}   {effect}"
+        # Rich text would swallow the spaces.
+        return f"<span style='white-space: pre'>{text}</span>" if "<" in text else text
 
     def _effect(self, change: float) -> str:
         if self._sensitivity.choices.measure == "change":

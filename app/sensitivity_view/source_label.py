@@ -6,12 +6,20 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QLabel, QWidget
 
 from app import theme
+from app.glosses import explain, gloss, without_links
 from app.sensitivity_view.response_layer import EXACT, LEARNED
-from app.state.sensitivity_answers import SOURCE_NAMES, Agreement
+from app.state.sensitivity_answers import Agreement, Source
 from app.state.sensitivity_dispatcher import SensitivityDispatcher
 from app.state.sensitivity_state import SensitivityState
 from app.state.workspace import Workspace
 from model.sensitivity.trust import trust_word
+
+GLOSSES: dict[Source, str] = {
+    "exact": "Exact",
+    "differences": "By differences",
+    "learned": "Learned",
+}
+"""Terms of the glossary for the sources."""
 
 NOTABLE = 2.0
 """Factor between learned and exact responses from which it is said."""
@@ -44,13 +52,7 @@ class SourceLabel(QLabel):
         self.setProperty("role", "dim")
         self.setTextFormat(Qt.TextFormat.RichText)
         self.setWordWrap(True)
-        self.setToolTip(
-            "exact: the derivative of the ray caster's image.\n"
-            "by differences: images of slightly more and less opacity, as under global light an "
-            "edit also moves shadows; takes some seconds.\n"
-            "learned: the derivative of the model's image.\n"
-            "cosine: how far learned and exact curves agree in shape, 1 at best."
-        )
+        explain(self)
         for signal in (dispatcher.regionAnswered, dispatcher.fieldAnswered):
             signal.connect(self.refresh)
         state.choicesChanged.connect(lambda _choices: self.refresh())
@@ -58,6 +60,11 @@ class SourceLabel(QLabel):
         workspace.hintChanged.connect(self._take_hint)
         workspace.modelChanged.connect(self.refresh)
         self.refresh()
+
+    @property
+    def said(self) -> str:
+        """What is read in the line."""
+        return without_links(self.text())
 
     def _take_hint(self, hint: str) -> None:
         self._hint = hint
@@ -85,9 +92,9 @@ class SourceLabel(QLabel):
         exact, learned = dispatcher.exact_source, "learned"
         parts = []
         if exact in dispatcher.regions:
-            parts.append(f"<span style='color:{EXACT}'>■</span> {SOURCE_NAMES[exact]}")
+            parts.append(f"<span style='color:{EXACT}'>■</span> {gloss(GLOSSES[exact])}")
         if learned in dispatcher.regions:
-            parts.append(f"<span style='color:{LEARNED}'>■</span> learned")
+            parts.append(f"<span style='color:{LEARNED}'>■</span> {gloss('Learned')}")
             agreement = dispatcher.region_agreement
             if agreement is not None:
                 parts.append(self._agreement_text(agreement))
@@ -96,11 +103,12 @@ class SourceLabel(QLabel):
                 parts.append(
                     "agreement not measured"
                     if recorded is None
-                    else f"cosine on its test images {recorded:.2f}, {trust_word(recorded)}"
+                    else f"{gloss('Cosine')} on its test images {recorded:.2f}, "
+                    f"{trust_word(recorded)}"
                 )
             wanted = dispatcher.chooser.order(self._state.choices.measure, live=False)
             if "exact" in wanted and exact not in dispatcher.regions:
-                parts.append(f"{SOURCE_NAMES[exact]} …")
+                parts.append(f"{gloss(GLOSSES[exact])} …")
             if self._hint:
                 color = theme.WARNING
                 parts.append(f"<span style='color:{color}'>outside what it was trained on</span>")
@@ -109,7 +117,7 @@ class SourceLabel(QLabel):
         return " &nbsp; ".join(parts)
 
     def _agreement_text(self, found: Agreement) -> str:
-        words = [f"cosine {found.cosine:.2f}"]
+        words = [f"{gloss('Cosine')} {found.cosine:.2f}"]
         if not 1 / NOTABLE < found.strength < NOTABLE:
             words.append(f"{found.strength:.1f} times as strong")
         elif not self._hint:
@@ -122,7 +130,7 @@ class SourceLabel(QLabel):
         if self._state.choices.engine == "exact":
             return ""
         if self._hint and not self._dispatcher.learned_fits:
-            return "learned: not over this range"
+            return f"{gloss('Learned')}: not over this range"
         if self._dispatcher.learned_fits and not self._state.outline.is_in_square:
-            return "learned: not beside the model's image"
+            return f"{gloss('Learned')}: not beside the model's image"
         return ""

@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.controls import add_action
+from app.glosses import open_glossary
 from app.image_view.engine_pane import EnginePane
 from app.image_view.reference_bar import ReferenceBar
 from app.sensitivity_view.sensitivity_view import SensitivityView
@@ -414,6 +415,7 @@ class Menus(QObject):
 
     def _build_help(self, menu: QMenu) -> None:
         add_action(menu, "&Gestures", lambda: self._show_text("Gestures", GESTURES), "F1")
+        add_action(menu, "G&lossary", lambda: open_glossary(self._window))
         add_action(menu, "&About tfscope", lambda: self._show_text("About tfscope", ABOUT))
 
     def _show_text(self, title: str, text: str) -> None:

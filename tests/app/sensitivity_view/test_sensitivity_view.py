@@ -26,6 +26,7 @@ from app.engines.messages import (
     ValueVisibilityRequest,
     VisibilityRequest,
 )
+from app.glosses import without_links
 from app.image_view.image_canvas import ImageCanvas, to_qimage
 from app.sensitivity_view.held_button import CLICK_MS
 from app.state.sensitivity_answers import Agreement
@@ -104,7 +105,7 @@ def test_both_engines_answer_as_soon_as_a_volume_is_open(window: MainWindow) -> 
     for name in ("exact", "learned"):
         np.testing.assert_allclose(responses.curve(name), expected, rtol=1e-5, atol=1e-9)
     assert not responses.is_marked_stale
-    assert "cosine 1.00, good" in window.sensitivity.source.text()
+    assert "cosine 1.00, good" in window.sensitivity.source.said
     (interval,) = responses.intervals
     assert interval.value == pytest.approx(100 + 100 * 100 / 255)
     assert "1   139.2" in window.sensitivity.findings.rows[0].text()
@@ -113,10 +114,10 @@ def test_both_engines_answer_as_soon_as_a_volume_is_open(window: MainWindow) -> 
 def test_without_a_model_the_ray_caster_answers(qtbot: QtBot, make_window: WindowMaker) -> None:
     window = make_window(model=None)
     qtbot.waitUntil(lambda: "exact" in window.workspace.sensitivity.regions)
-    text = window.sensitivity.source.text()
+    text = window.sensitivity.source.said
     assert "exact" in text and "learned" not in text
     window.sensitivity_state.choose(engine="learned")
-    assert "no model of this volume" in window.sensitivity.source.text()
+    assert "no model of this volume" in window.sensitivity.source.said
     assert window.sensitivity.responses.curve("exact").size == 0
 
 
@@ -470,11 +471,11 @@ def test_an_error_is_said_and_forgotten(
     analyst = builders.analysts[-1]
     analyst.error = RenderError("Out of order; wait.")
     window.sensitivity_state.activate(None)
-    qtbot.waitUntil(lambda: "Out of order" in window.sensitivity.source.text())
+    qtbot.waitUntil(lambda: "Out of order" in window.sensitivity.source.said)
     assert window.sensitivity.responses.curve("exact").size == 0
     analyst.error = None
     window.sensitivity_state.activate(None)
-    qtbot.waitUntil(lambda: "Out of order" not in window.sensitivity.source.text())
+    qtbot.waitUntil(lambda: "Out of order" not in window.sensitivity.source.said)
     qtbot.waitUntil(lambda: window.sensitivity.responses.curve("exact").size == 256)
 
 
@@ -594,10 +595,10 @@ def test_a_click_on_what_if_lasts_until_the_next_one(qtbot: QtBot, window: MainW
 
 
 def test_outside_what_the_model_was_trained_on_is_marked(qtbot: QtBot, window: MainWindow) -> None:
-    assert "outside" not in window.sensitivity.source.text()
+    assert "outside" not in window.sensitivity.source.said
     window.state.set_view(replace(window.state.view, elevation=88.0))
     window.state.set_view(replace(window.state.view, roll=170.0))
-    assert "outside what it was trained on" in window.sensitivity.source.text()
+    assert "outside what it was trained on" in window.sensitivity.source.said
     window.sensitivity_state.pin(150.0)
     qtbot.waitUntil(lambda: "learned, outside" in window.sensitivity.learned.caption)
     assert "outside" not in window.sensitivity.exact.caption
@@ -734,7 +735,7 @@ def test_under_global_light_a_new_region_does_not_keep_the_old_answer(
     assert set(dispatcher.regions) == {"learned"}
     window.sensitivity_state.choose(engine="exact")
     qtbot.waitUntil(lambda: dispatcher.is_fresh(dispatcher.regions.get("differences")))
-    assert "by differences" in window.sensitivity.source.text()
+    assert "by differences" in window.sensitivity.source.said
 
 
 def test_a_generator_of_another_light_does_not_answer_alone(
@@ -751,9 +752,9 @@ def test_a_generator_of_another_light_does_not_answer_alone(
     label = window.sensitivity.source
     dispatcher.regions.pop("differences")
     label.refresh()
-    assert "test images" not in label.text()
-    assert "by differences …" in label.text()
-    assert "outside what it was trained on" in label.text()
+    assert "test images" not in label.said
+    assert "by differences …" in label.said
+    assert "outside what it was trained on" in label.said
 
 
 def test_differences_wait_for_the_references_image(
@@ -838,7 +839,7 @@ def test_the_best_edit_is_the_one_that_changes_most_in_truth(
     )
     assert findings.rows[0].text().endswith("darker -0.5")
     # Where brighter and darker pixels cancel, that is not all.
-    assert findings.rows[1].text().endswith("brighter +0.2 (±0.9)")
+    assert without_links(findings.rows[1].text()).endswith("brighter +0.2 (±0.9)")
 
 
 def test_changes_are_measured_in_the_brightness_that_is_shown(
@@ -885,7 +886,7 @@ def test_agreement_in_shape_alone_is_not_called_good(
 ) -> None:
     label = window.sensitivity.source
     label._take_hint(hint)
-    assert label._agreement_text(Agreement(1.0, learned)).endswith(said)
+    assert without_links(label._agreement_text(Agreement(1.0, learned))).endswith(said)
 
 
 def test_what_a_drag_no_longer_wants_is_not_measured(
@@ -1025,10 +1026,10 @@ def test_a_missing_answer_of_the_model_is_explained(qtbot: QtBot, window: MainWi
     state, label = window.sensitivity_state, window.sensitivity.source
     state.add_region(Outline.rectangle(-0.6, 0.2, 0.4, 0.4))
     state.finish_region()
-    qtbot.waitUntil(lambda: "learned: not beside the model's image" in label.text())
+    qtbot.waitUntil(lambda: "learned: not beside the model's image" in label.said)
     state.choose(engine="exact")
-    qtbot.waitUntil(lambda: "exact" in label.text())
-    assert "not beside" not in label.text()
+    qtbot.waitUntil(lambda: "exact" in label.said)
+    assert "not beside" not in label.said
 
 
 def test_a_button_that_is_grey_says_why(qtbot: QtBot, window: MainWindow) -> None:

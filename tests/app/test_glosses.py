@@ -1,0 +1,41 @@
+from __future__ import annotations
+
+import re
+
+import pytest
+from PySide6.QtWidgets import QLabel, QTextBrowser, QToolTip
+from pytestqt.qtbot import QtBot
+
+from app.glosses import GLOSSARY, SENTENCES, explain, gloss, open_glossary, without_links
+
+
+def test_every_term_is_in_the_glossary_and_has_one_sentence() -> None:
+    headings = re.findall(r"\*\*(.+?)\.\*\*", GLOSSARY.read_text(encoding="utf-8"))
+    assert set(SENTENCES) <= set(headings)
+    assert all(sentence.endswith(".") for sentence in SENTENCES.values())
+
+
+@pytest.mark.parametrize("term", SENTENCES)
+def test_a_term_says_what_it_means_and_leads_to_the_glossary(qtbot: QtBot, term: str) -> None:
+    label = QLabel(f"It is {gloss(term)}, 0.9")
+    qtbot.addWidget(label)
+    explain(label)
+    label.show()
+    assert without_links(label.text()) == f"It is {term.lower()}, 0.9"
+    label.linkHovered.emit(f"gloss:{term}")
+    assert SENTENCES[term] in QToolTip.text()
+    label.linkHovered.emit("")
+    label.linkActivated.emit(f"gloss:{term}")
+    (page,) = label.findChildren(QTextBrowser)
+    assert page.textCursor().selectedText() == f"{term}."
+    page.window().close()
+
+
+def test_the_whole_glossary_opens_at_its_top(qtbot: QtBot) -> None:
+    label = QLabel()
+    qtbot.addWidget(label)
+    dialog = open_glossary(label)
+    (page,) = dialog.findChildren(QTextBrowser)
+    assert page.toPlainText().startswith("Glossary")
+    assert page.verticalScrollBar().value() == 0
+    dialog.close()
