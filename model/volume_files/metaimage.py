@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError
-from model.scene.file_facts import FileFacts
+from model.scene.file_facts import Content, FileFacts
 from model.volume_files.anatomy import OPPOSITES, axis_labels, is_space
 from model.volume_files.blocks import Block, part_of, read_block
 from model.volume_files.checks import check_grid, damaged, file_beside, truncated, unsupported
@@ -102,7 +102,8 @@ def read_metaimage(path: Path, choice: Choice = LARGEST) -> Grid:
     check_grid(path, sizes[:3] if len(sizes) == 4 else sizes, dtype, channels[0])
 
     shape = tuple(sizes[::-1]) + ((channels[0],) if channels[0] > 1 else ())
-    block, listed = _block(header, shape, dtype), ()
+    block = _block(header, shape, dtype)
+    listed: tuple[Content, ...] = ()
     if len(sizes) == 4:
         names = [str(k) for k in range(max(sizes[3], 0))]
         time = chosen_index(path, "time", names, choice.time)

@@ -127,7 +127,8 @@ def read_nrrd(path: Path, choice: Choice = LARGEST) -> Grid:
         check_grid(path, dimensions, dtype, 1 if is_last else components)
         values = read_block(part_of(block, time) if is_last else block)
         if not is_last:
-            values = values.take(time, len(sizes) - 1 - component_axis)
+            values = np.take(values, [time], len(sizes) - 1 - component_axis)
+            values = values.reshape(dimensions[::-1])
     else:
         check_grid(path, dimensions, dtype, components)
         values = read_block(block)

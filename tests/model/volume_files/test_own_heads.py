@@ -225,6 +225,14 @@ def test_time_steps_are_no_components(tmp_path, kind, time, compressed):
     assert [content.kind for content in volume.file.contents] == ["time"] * len(array)
 
 
+def test_time_as_the_first_axis_of_a_nrrd(tmp_path):
+    array = np.moveaxis(TIMES, 0, -1)
+    fields = ["kinds: time domain domain domain", "encoding: raw"]
+    path = write_nrrd(tmp_path / "a.nrrd", array, *fields, data=array.tobytes())
+    volume = read_volume(path, choice=Choice(time="2"))
+    np.testing.assert_array_equal(volume.voxels, TIMES[2])
+
+
 def test_units_of_a_space(tmp_path):
     fields = [
         "space: LPS",
