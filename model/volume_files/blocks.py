@@ -6,7 +6,7 @@ import bz2
 import math
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, BinaryIO, Literal
 
@@ -56,6 +56,19 @@ class Block:
     def nbytes(self) -> int:
         """Bytes of the voxels, uncompressed."""
         return math.prod(self.shape) * self.dtype.itemsize
+
+
+def part_of(block: Block, number: int) -> Block:
+    """Return one entry of a block's slowest axis, as of one of several time steps."""
+    count, *shape = block.shape
+    part = replace(block, shape=tuple(shape))
+    before = number * part.nbytes
+    if block.encoding != "raw":
+        return replace(part, skip=block.skip + before, more=block.more or number < count - 1)
+    offset = block.offset
+    if offset < 0:
+        offset = max(block.path.stat().st_size - block.nbytes, 0)
+    return replace(part, offset=offset + before)
 
 
 def read_block(block: Block) -> NDArray[np.generic]:

@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError
-from model.scene.file_facts import FileFacts
+from model.scene.file_facts import Content, FileFacts
 from model.volume_files.anatomy import OPPOSITES, axis_labels, is_space
-from model.volume_files.blocks import Block, read_block
+from model.volume_files.blocks import Block, part_of, read_block
 from model.volume_files.checks import check_grid, damaged, file_beside, truncated, unsupported
-from model.volume_files.choice import LARGEST, Choice
+from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen_index, contents
 from model.volume_files.frame import (
     frame_notes,
     unit_directions,
@@ -83,7 +83,7 @@ class _Header:
 
 
 def read_metaimage(path: Path, choice: Choice = LARGEST) -> Grid:
-    """Read a MetaImage file; a fourth axis is read as components.
+    """Read a MetaImage file; a fourth axis is that of time steps, of which one is read.
 
     Raises
     ------
@@ -99,13 +99,17 @@ def read_metaimage(path: Path, choice: Choice = LARGEST) -> Grid:
     if len(channels) != 1:
         raise header.malformed("ElementNumberOfChannels")
     dtype = _dtype(header)
-    components = channels[0] * (sizes[3] if len(sizes) == 4 else 1)
-    check_grid(path, sizes[:3] if len(sizes) == 4 else sizes, dtype, components)
+    check_grid(path, sizes[:3] if len(sizes) == 4 else sizes, dtype, channels[0])
 
     shape = tuple(sizes[::-1]) + ((channels[0],) if channels[0] > 1 else ())
-    values = read_block(_block(header, shape, dtype))
+    block = _block(header, shape, dtype)
+    listed: tuple[Content, ...] = ()
     if len(sizes) == 4:
-        values = np.moveaxis(values, 0, -1).reshape(*sizes[2::-1], components)
+        names = [str(k) for k in range(max(sizes[3], 0))]
+        time = chosen_index(path, "time", names, choice.time)
+        listed = contents("time", names, sizes[:3], dtype, time)
+        block = part_of(block, time)
+    values = read_block(block)
     axes = len(sizes)
     steps = _leading(header.numbers(axes, "ElementSpacing", "ElementSize"), 3)
     spacing, notes = usable_spacing(steps)
@@ -124,13 +128,14 @@ def read_metaimage(path: Path, choice: Choice = LARGEST) -> Grid:
         values,
         spacing,
         place,
-        notes=mirror_notes + notes,
+        notes=choice_notes(listed) + mirror_notes + notes,
         axis_labels=labels,
         facts=FileFacts(
             "MetaImage",
             unit_name(header.first("DistanceUnits") or ""),
             unit,
             "LPS" if labels and unit else "",
+            listed,
         ),
     )
 

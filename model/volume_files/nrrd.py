@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError
-from model.scene.file_facts import FileFacts
+from model.scene.file_facts import Content, FileFacts
 from model.scene.volume import Triple
 from model.volume_files.anatomy import axis_labels, is_space
-from model.volume_files.blocks import Block, Encoding, read_block
+from model.volume_files.blocks import Block, Encoding, part_of, read_block
 from model.volume_files.checks import check_grid, damaged, file_beside, truncated, unsupported
-from model.volume_files.choice import LARGEST, Choice
+from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen_index, contents
 from model.volume_files.frame import (
     frame_notes,
     unit_directions,
@@ -98,9 +98,9 @@ class _Header:
 def read_nrrd(path: Path, choice: Choice = LARGEST) -> Grid:
     """Read a NRRD file.
 
-    Files with four axes are read as volumes with components. The component axis is
-    the one whose kind is not spatial or, without kinds, the first axis if it has
-    nine or fewer entries, and the last otherwise.
+    Files with four axes are read as volumes with components, or as one of several time steps.
+    The fourth axis is the one whose kind is not spatial or, without kinds, the first if it
+    has nine or fewer entries, and the last otherwise, which is that of time.
 
     Raises
     ------
@@ -116,11 +116,24 @@ def read_nrrd(path: Path, choice: Choice = LARGEST) -> Grid:
     grid_axes = [axis for axis in range(len(sizes)) if axis != component_axis]
     dtype = _dtype(header)
     components = 1 if component_axis is None else sizes[component_axis]
-    check_grid(path, [sizes[axis] for axis in grid_axes], dtype, components)
-
-    values = read_block(_block(header, sizes, dtype))
-    if component_axis is not None:
-        values = np.moveaxis(values, len(sizes) - 1 - component_axis, -1)
+    dimensions = [sizes[axis] for axis in grid_axes]
+    listed: tuple[Content, ...] = ()
+    block = _block(header, sizes, dtype)
+    if component_axis is not None and _is_time(header, sizes, component_axis):
+        names = [str(k) for k in range(max(components, 0))]
+        time = chosen_index(path, "time", names, choice.time)
+        listed = contents("time", names, dimensions, dtype, time)
+        is_last = component_axis == len(sizes) - 1
+        check_grid(path, dimensions, dtype, 1 if is_last else components)
+        values = read_block(part_of(block, time) if is_last else block)
+        if not is_last:
+            values = np.take(values, [time], len(sizes) - 1 - component_axis)
+            values = values.reshape(dimensions[::-1])
+    else:
+        check_grid(path, dimensions, dtype, components)
+        values = read_block(block)
+        if component_axis is not None:
+            values = np.moveaxis(values, len(sizes) - 1 - component_axis, -1)
     directions = _directions(header, grid_axes)
     space = _space(header)
     steps: list[float] | None = None
@@ -144,11 +157,11 @@ def read_nrrd(path: Path, choice: Choice = LARGEST) -> Grid:
         spacing,
         moved,
         header.fields.get("sampleunits", "").strip('"'),
-        mirror_notes + notes,
+        choice_notes(listed) + mirror_notes + notes,
         axis_labels(directions, space),
         missing=missing,
         facts=FileFacts(
-            "NRRD", _length_unit(header, grid_axes), unit_directions(directions), space
+            "NRRD", _length_unit(header, grid_axes), unit_directions(directions), space, listed
         ),
     )
 
@@ -216,6 +229,14 @@ def _component_axis(header: _Header, sizes: list[int]) -> int | None:
     if len(sizes) == 4:
         return 0 if sizes[0] <= MOST_UNNAMED_COMPONENTS else 3
     return None
+
+
+def _is_time(header: _Header, sizes: list[int], axis: int) -> bool:
+    """Whether the axis beside the three of space is that of time steps."""
+    kinds = header.fields.get("kinds", "").lower().split()
+    if len(kinds) == len(sizes):
+        return kinds[axis] == "time"
+    return axis == len(sizes) - 1
 
 
 def _block(header: _Header, sizes: list[int], dtype: np.dtype[np.generic]) -> Block:

@@ -78,7 +78,7 @@ def test_a_command_wins_over_a_file_of_its_name(
     [
         ("rendr", "'rendr' is neither a command (bench, codec, dataset"),
         ("none.nrrd", "nor a file or folder that is there"),
-        ("notes.txt", "notes.txt: files of this kind are not known here"),
+        ("notes.txt", "notes.txt: this is a table or text, which is not read here"),
         (f"{VOLUME} {VOLUME}", "cannot both be opened by --volume"),
         (f"{VOLUME} render --out x.png", "Options before 'render' are the window's"),
         ("--model scan", "there is no model here"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -202,6 +203,34 @@ def test_negative_spacings_minima_and_units_of_a_nrrd(tmp_path):
     np.testing.assert_array_equal(volume.voxels, voxels()[:, :, ::-1])
     assert (volume.spacing, volume.origin) == (SPACING, (7, -20, 30))
     assert volume.file.spacing_unit == "mm"
+
+
+TIMES = voxels("uint16", (4, 6, 5, 11))
+
+
+@pytest.mark.parametrize("compressed", [False, True])
+@pytest.mark.parametrize("time", [0, 2, 3])
+@pytest.mark.parametrize("kind", ["kinds: domain domain domain time", "# none", "mha"])
+def test_time_steps_are_no_components(tmp_path, kind, time, compressed):
+    array = TIMES if kind.startswith("kinds") else np.concatenate([TIMES, TIMES + 1, TIMES + 2])
+    data = zlib.compress(array.tobytes()) if compressed else array.tobytes()
+    if kind == "mha":
+        fields = [f"CompressedData = {compressed}"]
+        path = write_metaimage(tmp_path / "a.mha", array, *fields, data=data)
+    else:
+        encoding = f"encoding: {'gzip' if compressed else 'raw'}"
+        path = write_nrrd(tmp_path / "a.nrrd", array, encoding, kind, data=data)
+    volume = read_volume(path, choice=Choice(time=str(time)))
+    np.testing.assert_array_equal(volume.voxels, array[time])
+    assert [content.kind for content in volume.file.contents] == ["time"] * len(array)
+
+
+def test_time_as_the_first_axis_of_a_nrrd(tmp_path):
+    array = np.moveaxis(TIMES, 0, -1)
+    fields = ["kinds: time domain domain domain", "encoding: raw"]
+    path = write_nrrd(tmp_path / "a.nrrd", array, *fields, data=array.tobytes())
+    volume = read_volume(path, choice=Choice(time="2"))
+    np.testing.assert_array_equal(volume.voxels, TIMES[2])
 
 
 def test_units_of_a_space(tmp_path):
