@@ -25,18 +25,15 @@ from vtkmodules.vtkRenderingCore import (
     vtkLight,
     vtkRenderer,
     vtkRenderWindow,
-    vtkUniforms,
     vtkVolume,
     vtkVolumeProperty,
 )
 from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkOpenGLGPUVolumeRayCastMapper
 
 from model.errors import RenderError
-from model.rendering.gradient_noise import gradient_noise
 from model.rendering.opacity_correction import per_sample
 from model.rendering.raster import Raster
 from model.rendering.scalars import renderable_scalars
-from model.rendering.vtk_shading import NORMAL_CORRECTION, in_texture, solid_shading
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
@@ -47,6 +44,20 @@ from model.scene.volume import Volume
 
 AMBIENT, DIFFUSE, SPECULAR, SPECULAR_POWER = 0.4, 0.9, 0.2, 20.0
 """Coefficients of gradient shading in lit scenes."""
+
+NORMAL_CORRECTION = (
+    "in_textureToEye[0] * vec4(shading_gradient.xyz, 0.0)",
+    False,
+    "in_modelViewMatrix * in_volumeMatrix[0] * vec4(shading_gradient.xyz, 0.0)",
+    False,
+)
+"""Shader replacement that corrects surface normals.
+
+VTK scales normals by the volume's extents along the axes of the view; with this
+replacement they are only rotated. The items are the text to replace, whether to
+do so before VTK's own replacements, the new text, and whether to replace every
+occurrence.
+"""
 
 SCATTERING_BLEND, GLOBAL_REACH = 1.0, 0.5
 """Global lighting: equal parts of gradient shading and scattering, rays of half the volume."""
@@ -90,8 +101,6 @@ class VtkRenderer:
         self.sample_distance = sample_distance
         self._volume = volume
         self._crop: CropBox | None = None
-        # VTK's shaders compare lengths with constants: a voxel is 1 long, whatever the unit.
-        self._unit = volume.voxel_size
         self._scalars, tf_range = _texture_scalars(volume)
         texture_range = float(self._scalars.min()), float(self._scalars.max())
         self._table_range = _table_range(texture_range, tf_range)
@@ -120,17 +129,11 @@ class VtkRenderer:
                 *_table_mapping(texture_range, tf_range)
             )
         self._renderer.AutomaticLightCreationOff()
-        self._uniforms: vtkUniforms | None = None
         self._light = light or LightDirection()
         self._lamp = _camera_light()
         if lighting != "none":
             self._renderer.AddLight(self._lamp)
-            shader = actor.GetShaderProperty()
-            shader.AddFragmentShaderReplacement(*NORMAL_CORRECTION)
-            noise = gradient_noise(self._scalars, tf_range, volume.spacing)
-            scale = (texture_range[1] - texture_range[0]) / (tf_range[1] - tf_range[0])
-            shader.AddFragmentShaderReplacement(*solid_shading(noise, scale))
-            self._uniforms = shader.GetFragmentCustomUniforms()
+            actor.GetShaderProperty().AddFragmentShaderReplacement(*NORMAL_CORRECTION)
         if lighting == "global":
             self._mapper.SetVolumetricScatteringBlending(SCATTERING_BLEND)
             self._mapper.SetGlobalIlluminationReach(GLOBAL_REACH)
@@ -165,18 +168,14 @@ class VtkRenderer:
             TF_SAMPLES,
             inputs.color_tf.sample(scalar_range).ravel().tolist(),
         )
-        self._mapper.SetSampleDistance(distance)
+        step = distance * self._volume.voxel_size
+        self._mapper.SetSampleDistance(step)
         # VTK's own opacity correction ignores opacities below 1e-4, so it is made an identity.
-        self._properties.SetScalarOpacityUnitDistance(distance)
+        self._properties.SetScalarOpacityUnitDistance(step)
         raster = Raster.of(size)
         rows, columns = raster.rows, raster.columns
         self._point_camera(inputs.view, raster)
         self._show_part(inputs.crop)
-        if self._uniforms is not None:
-            low, high = in_texture(self._volume, inputs.crop or CropBox())
-            self._uniforms.SetUniform3f("shownLow", low)
-            self._uniforms.SetUniform3f("shownHigh", high)
-            self._uniforms.SetUniformf("stepInVoxels", distance)
         self._lamp.SetPosition(*(inputs.light or self._light).towards())
         self._window.SetSize(columns, rows)
         self._window.Render()
@@ -212,9 +211,9 @@ class VtkRenderer:
 
     def _point_camera(self, view: View, raster: Raster) -> None:
         _, up, back = view.basis()
-        radius = self._volume.radius / self._unit
+        radius = self._volume.radius
         distance = view.camera_distance(radius)
-        center = np.array(self._volume.extent) / (2 * self._unit)
+        center = np.array(self._volume.extent) / 2
         camera = self._renderer.GetActiveCamera()
         camera.SetFocalPoint(*center)
         camera.SetPosition(*(center + distance * back))
@@ -234,7 +233,7 @@ class VtkRenderer:
         self._mapper.RemoveAllClippingPlanes()
         if crop is None:
             return
-        extent = np.array(self._volume.extent) / self._unit
+        extent = np.array(self._volume.extent)
         for corner, sign in ((crop.low, 1.0), (crop.high, -1.0)):
             for axis, normal in enumerate(np.eye(3) * sign):
                 # A plane in a face of the volume would only cost time, and rounding.
@@ -302,14 +301,14 @@ def _hiding(volume: Volume) -> tuple[tuple[str, bool, str, bool], ...]:
 
 
 def _image_data(volume: Volume, scalars: NDArray[Any]) -> vtkImageData:
-    """Wrap the scalars in a vtkImageData without copying, lengths being in voxels.
+    """Wrap the scalars in a vtkImageData without copying.
 
     Its first voxel is at 0, wherever the volume's is: views look at the volume's centre, and
     far from 0 VTK's single-precision matrices lose the voxels.
     """
     image = vtkImageData()
     image.SetDimensions(*volume.dimensions)
-    image.SetSpacing(*(edge / volume.voxel_size for edge in volume.spacing))
+    image.SetSpacing(*volume.spacing)
     image.GetPointData().SetScalars(numpy_to_vtk(np.ascontiguousarray(scalars).reshape(-1)))
     return image
 

@@ -15,8 +15,7 @@ from torch import Tensor
 
 from model.networks.refined.coarse_cells import SHIFT, CoarseCells
 from model.networks.refined.coarse_kernels import ENTRIES, draw, pull_back, push_forward
-from model.networks.refined.coarse_volume import MEAN_STEPS, CoarseVolume
-from model.rendering.gradient_noise import gradient_noise
+from model.networks.refined.coarse_volume import CoarseVolume
 from model.rendering.raycast.camera import camera_array
 from model.rendering.raycast.illumination import Illumination, gradient_light
 from model.rendering.raycast.renderer import LARGEST_ERROR, ROWS_PER_TASK
@@ -86,8 +85,6 @@ class CoarseRenderer:
         self._lighting = lighting
         self._longest = int(2 * coarse.radius / self._step) + 2
         means = np.ascontiguousarray(coarse.means)
-        lit = lighting == "direct"
-        self._noise = gradient_noise(means, (0.0, MEAN_STEPS), coarse.spacing) if lit else 0.0
         self._means = means.reshape(-1)
         self._nodes = (256 * coarse.spreads.astype(np.uint16) ** 2 + means).reshape(-1)
         # All skipped samples of a ray together must stay below the largest error.
@@ -189,9 +186,7 @@ class CoarseRenderer:
         light = glow = None
         direction = shot.light or LightDirection()
         if self._lighting == "direct":
-            light = gradient_light(
-                shot.view, direction, self._coarse, self._step, MEAN_STEPS, self._noise
-            )
+            light = gradient_light(shot.view, direction, self._coarse)
         if self._illumination is not None:
             glow = self._illumination.grid(shot.view, direction, shot.opacities)
         return light, glow, camera_array(shot.view, self._coarse), self._step

@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.compilation import compiled, inlined
-from model.rendering.gradient_noise import EVEN, certain_gradient
 from model.rendering.opacity_correction import NEARLY_OPAQUE
 from model.rendering.raycast.shading import Light, LightGrid
 from model.rendering.raycast.trilinear import interpolate
@@ -55,53 +54,16 @@ def travel_direction(view: View, light: LightDirection) -> NDArray[np.float64]:
     return -np.array(light.towards()) @ view.basis()
 
 
-def gradient_light(
-    view: View,
-    light: LightDirection,
-    volume: Geometry,
-    step: float,
-    span: float = 1.0,
-    noise: float = 0.0,
-    crop: CropBox | None = None,
-) -> Light:
-    """Return the parameters of gradient shading for a view and its light.
-
-    Parameters
-    ----------
-    view : View
-    light : LightDirection
-    volume : Geometry
-    step : float
-        World distance between samples.
-    span : float
-        Width of the scalar range.
-    noise : float
-        See :func:`model.rendering.gradient_noise.gradient_noise`.
-    crop : CropBox, optional
-        Part of the volume that is shown; all of it by default.
-    """
-    crop = crop or CropBox()
-    # Lengths are relative to the volume, so that float32 holds their squares in any unit.
-    edges = np.array(volume.spacing)
-    unit = math.prod(volume.spacing) ** (1 / 3)
-    last = np.array(volume.dimensions) - 1
+def gradient_light(view: View, light: LightDirection, volume: Geometry) -> Light:
+    """Return the parameters of gradient shading for a view and its light."""
     return Light(
-        _triple(travel_direction(view, light)),
-        _triple(edges / unit),
-        _triple(unit / edges / span),
-        np.float32(certain_gradient(noise) ** -2),
-        _triple(np.array(crop.low) * last),
-        _triple(np.array(crop.high) * last),
-        np.float32(2 * volume.voxel_size / step),
-        np.float32(EVEN * DIFFUSE),
+        tuple(map(np.float32, travel_direction(view, light))),
+        tuple(map(np.float32, volume.spacing)),
+        tuple(np.float32(1 / s) for s in volume.spacing),
         np.float32(DIFFUSE),
         np.float32(SPECULAR),
         POWER,
     )
-
-
-def _triple(numbers: NDArray[np.float64]) -> tuple[np.float32, ...]:
-    return tuple(map(np.float32, numbers))
 
 
 class Illumination:

@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import RenderError
-from model.rendering.gradient_noise import gradient_noise
 from model.rendering.opacity_correction import least_transparency, per_sample_derivative
 from model.rendering.raster import Raster
 from model.rendering.raycast import cuda
@@ -147,9 +146,6 @@ class RaycastRenderer:
             np.float32(-beyond),
             np.float32(LEVELS - 1 + beyond),
         )
-        self._span = hi - lo
-        lit = lighting == "direct"
-        self._noise = gradient_noise(scalars, (lo, hi), volume.spacing) if lit else 0.0
         self.cells = MinMaxCells(scalars, bins, self._executor, hidden)
         self._opacities = lru_cache(maxsize=4)(self._opacities_of)
         self._distances = lru_cache(maxsize=4)(self._distances_of)
@@ -321,7 +317,7 @@ class RaycastRenderer:
             self._opacities(inputs.opacity_tf, distance),
             changes,
             color_table(inputs.color_tf, volume.scalar_range),
-            self._gradient_light(inputs, distance),
+            self._gradient_light(inputs),
             np.float32(least_transparency(distance)),
             self._camera(inputs, raster),
             distance * volume.voxel_size,
@@ -453,7 +449,7 @@ class RaycastRenderer:
         alphas = self._opacities(opacity_tf, distance)
         if not colored:
             return alphas, None, None, None
-        light, glow = self._gradient_light(inputs, distance) if lit else None, None
+        light, glow = self._gradient_light(inputs) if lit else None, None
         if self._illumination is not None and lit:
             direction = inputs.light or self._light
             opacities = opacity_tf.sample(scalar_range)
@@ -463,20 +459,11 @@ class RaycastRenderer:
     def _camera(self, inputs: SceneInputs, raster: Raster) -> NDArray[np.float64]:
         return camera_array(inputs.view, self._volume, raster, inputs.crop)
 
-    def _gradient_light(self, inputs: SceneInputs, distance: float) -> Light | None:
+    def _gradient_light(self, inputs: SceneInputs) -> Light | None:
         """Parameters of gradient shading; None but for direct light."""
         if self._lighting != "direct":
             return None
-        volume = self._volume
-        return gradient_light(
-            inputs.view,
-            inputs.light or self._light,
-            volume,
-            distance * volume.voxel_size,
-            self._span,
-            self._noise,
-            inputs.crop,
-        )
+        return gradient_light(inputs.view, inputs.light or self._light, self._volume)
 
     def _divide(self, count: int, task: Callable[[slice], object]) -> None:
         """Call a task on this renderer's threads for all parts of `count` windows."""
@@ -493,7 +480,7 @@ class RaycastRenderer:
             *self._voxels_and_cells(inputs.opacity_tf, distance),
             self._opacities(inputs.opacity_tf, distance),
             color_table(inputs.color_tf, volume.scalar_range),
-            self._gradient_light(inputs, distance),
+            self._gradient_light(inputs),
             np.float32(least_transparency(distance)),
             self._camera(inputs, raster),
             step,

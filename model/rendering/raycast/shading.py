@@ -12,17 +12,9 @@ from model.rendering.raycast.trilinear import interpolate_inside, locate
 
 ZERO, ONE, TWO = np.float32(0), np.float32(1), np.float32(2)
 
-FAR = np.float32(1e30)
-"""Steps to a face that a ray never meets."""
-
 
 class Light(NamedTuple):
     """Parameters of gradient shading by a distant white light, as in VTK.
-
-    Two things are added to it, since solid material has no surface of its own where it is cut
-    off, and gradients of noise are none. A sample within a voxel behind the face through which
-    its ray comes in is shaded by that face, and up to the next voxel by both. A gradient counts
-    by its size beside the noise's, and even light for the rest.
 
     Attributes
     ----------
@@ -31,16 +23,7 @@ class Light(NamedTuple):
     spacing : tuple of 3 float32
         Voxel spacing along x, y and z.
     slope : tuple of 3 float32
-        Factors that convert differences between voxels to the gradient, in scalar ranges per
-        voxel.
-    certain : float32
-        Inverse square of the gradient's length from which on it counts in full.
-    low, high : tuple of 3 float32
-        Faces of what is shown, in voxels.
-    reach : float32
-        Samples up to two voxels behind a face: those that it shades.
-    even : float32
-        Diffuse light on what has no surface.
+        Factors that convert differences between voxels to the gradient.
     diffuse, specular : float32
         Coefficients; like VTK, there is no ambient term for a distant light.
     power : int
@@ -50,11 +33,6 @@ class Light(NamedTuple):
     travel: Any
     spacing: Any
     slope: Any
-    certain: Any
-    low: Any
-    high: Any
-    reach: Any
-    even: Any
     diffuse: Any
     specular: Any
     power: Any
@@ -102,56 +80,10 @@ def reflect(voxels: Any, shape: Any, light: Any, ray: Any, k: Any) -> Any:
     )
     nx, ny, nz = nx * light.slope[0], ny * light.slope[1], nz * light.slope[2]
     square = nx * nx + ny * ny + nz * nz
-    diffuse, gloss = light.even, ZERO
-    if square > ZERO:
-        across, shine = _mirror(nx, ny, nz, ONE / math.sqrt(square), light, ray)
-        counts = min(square * light.certain, ONE)
-        counts *= counts
-        diffuse += counts * (across - diffuse)
-        gloss = counts * shine
-    if k + ONE < light.reach:
-        share, across, shine = _reflect_face(light, ray, k)
-        diffuse += share * (across - diffuse)
-        gloss += share * (shine - gloss)
-    return diffuse, gloss
-
-
-@inlined
-def _reflect_face(light: Any, ray: Any, k: Any) -> Any:
-    """Share by which the face that its ray enters shades sample k, and its light."""
-    x, y, z = _behind(light, ray, k, 0), _behind(light, ray, k, 1), _behind(light, ray, k, 2)
-    nearest = min(x, y, z)
-    # Negative for a ray that begins within the volume, at the near plane.
-    share = min(max(TWO - TWO * nearest / light.reach, ZERO), ONE)
-    # Inwards, as gradients of what is brighter than the space around it are.
-    fx = fy = fz = ZERO
-    if x == nearest:
-        fx = _sign(ray.step[0])
-    elif y == nearest:
-        fy = _sign(ray.step[1])
-    else:
-        fz = _sign(ray.step[2])
-    across, shine = _mirror(fx, fy, fz, ONE, light, ray)
-    return share, across, shine
-
-
-@inlined
-def _sign(number: Any) -> Any:
-    return ONE if number > ZERO else -ONE
-
-
-@inlined
-def _behind(light: Any, ray: Any, k: Any, axis: int) -> Any:
-    """Return how many steps sample k lies behind the face along an axis that its ray enters."""
-    if ray.step[axis] == ZERO:
-        return FAR
-    face = light.low[axis] if ray.step[axis] > ZERO else light.high[axis]
-    return (ray.start[axis] + k * ray.step[axis] - face) * ray.inverse[axis]
-
-
-@inlined
-def _mirror(nx: Any, ny: Any, nz: Any, inverse: Any, light: Any, ray: Any) -> Any:
-    """Diffuse factor and gloss of a surface, by its normal and the inverse of that's length."""
+    if not square > ZERO:
+        # A homogeneous region has no surface to reflect anything.
+        return ZERO, ZERO
+    inverse = ONE / math.sqrt(square)
     lx, ly, lz = light.travel
     across = (nx * lx + ny * ly + nz * lz) * inverse
     # Mirrored about the normal, as VTK does it: on the far side with the sign left out.
