@@ -30,11 +30,12 @@ from vtkmodules.vtkRenderingCore import (
 )
 from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkOpenGLGPUVolumeRayCastMapper
 
-from model.errors import RenderError
+from model.errors import CannotDrawError, RenderError
 from model.rendering.noise import noise_of
 from model.rendering.opacity_correction import per_sample
 from model.rendering.raster import Raster
 from model.rendering.scalars import renderable_scalars
+from model.rendering.vtk_errors import drawing_errors
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
@@ -91,8 +92,9 @@ class VtkRenderer:
 
     Raises
     ------
-    RenderError
-        When OpenGL is not available.
+    CannotDrawError
+        When OpenGL is not available; by :meth:`render`, when VTK reports that it could not draw,
+        such as a texture too large for the driver, or a shader that does not compile.
     """
 
     def __init__(
@@ -105,6 +107,7 @@ class VtkRenderer:
         self.sample_distance = sample_distance
         self._volume = volume
         self._crop: CropBox | None = None
+        self._failure = ""
         self._scalars, tf_range = _texture_scalars(volume)
         texture_range = float(self._scalars.min()), float(self._scalars.max())
         self._table_range = _table_range(texture_range, tf_range)
@@ -189,10 +192,16 @@ class VtkRenderer:
         self._point_camera(inputs.view, raster)
         self._show_part(inputs.crop)
         self._lamp.SetPosition(*(inputs.light or self._light).towards())
-        self._window.SetSize(columns, rows)
-        self._window.Render()
         pixels = vtkUnsignedCharArray()
-        self._window.GetRGBACharPixelData(0, 0, columns - 1, rows - 1, 0, pixels, 0)
+        self._check_failure()
+        with drawing_errors() as errors:
+            self._window.SetSize(columns, rows)
+            self._window.Render()
+            self._window.GetRGBACharPixelData(0, 0, columns - 1, rows - 1, 0, pixels, 0)
+        if errors:
+            # Kept: VTK says it once, and draws nothing without a word afterwards.
+            self._failure = errors[-1] if "ompile" in errors[-1] else errors[0]
+            self._check_failure()
         if pixels.GetNumberOfTuples() != rows * columns:
             raise RenderError(
                 f"VTK returned no image of {columns} x {rows} pixels; "
@@ -205,6 +214,13 @@ class VtkRenderer:
         """Release the OpenGL context; the renderer cannot be used afterwards."""
         self._renderer.RemoveAllViewProps()
         self._window.Finalize()
+
+    def _check_failure(self) -> None:
+        if self._failure:
+            raise CannotDrawError(
+                f"VTK cannot draw {self._volume.name} on this machine ('{self._failure}'); choose "
+                "the ray caster, crop or downsample the volume, or update the graphics driver."
+            )
 
     def _volume_property(self, lighting: Lighting) -> vtkVolumeProperty:
         properties = vtkVolumeProperty()
@@ -450,7 +466,7 @@ def _offscreen_window() -> vtkRenderWindow:
 
     Raises
     ------
-    RenderError
+    CannotDrawError
         When OpenGL is not available.
     """
     for name in ("vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow", "vtkRenderWindow"):
@@ -461,7 +477,7 @@ def _offscreen_window() -> vtkRenderWindow:
         window.SetAlphaBitPlanes(True)
         if window.SupportsOpenGL():
             return window
-    raise RenderError(
+    raise CannotDrawError(
         "VTK finds no OpenGL to draw with; on Debian or Ubuntu install it with "
         "'apt-get install libegl1 libgl1 libgl1-mesa-dri'."
     )
