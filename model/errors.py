@@ -55,6 +55,10 @@ class RenderError(TfscopeError):
     """The reference renderer cannot run on this machine or for this scene."""
 
 
+class CannotDrawError(RenderError):
+    """A renderer that works otherwise cannot draw this volume here; another one may."""
+
+
 class DatasetError(TfscopeError):
     """A sample store is missing, foreign, or made for another scene."""
 

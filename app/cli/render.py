@@ -192,11 +192,18 @@ def _render_volume(order: RenderOrder) -> _Rendered:
     tf, volume = choose_tf(order.tf, volume, chosen or scene is not None)
     if order.draws_missing:
         volume = volume.drawing_missing(True)
-    from model.rendering.renderer import open_renderer
+    from model.rendering.fallback import FallbackRenderer
+    from model.rendering.renderer import Renderer, open_renderer
 
     step = scene.sample_distance if scene else DEFAULT_SAMPLE_DISTANCE
     name = cast(RendererName, order.renderer)
-    renderer = open_renderer(name, volume, lighting, light, step, preintegrated=order.preintegrated)
+    renderer: Renderer
+    if name == "vtk" and not order.preintegrated:
+        renderer = FallbackRenderer(volume, lighting, light, step)
+    else:
+        renderer = open_renderer(
+            name, volume, lighting, light, step, preintegrated=order.preintegrated
+        )
     inputs = SceneInputs.of(order.view, tf, light=order.light, crop=order.crop)
     try:
         size = order.size or (scene.image_size if scene else DEFAULT_SIZE)
@@ -204,6 +211,9 @@ def _render_volume(order: RenderOrder) -> _Rendered:
     finally:
         renderer.close()
     by = {"vtk": "VTK", "raycast": "the ray caster"}[name]
+    if isinstance(renderer, FallbackRenderer) and renderer.reason:
+        warn(renderer.reason)
+        by = "the ray caster"
     if order.preintegrated:
         by += ", pre-integrated"
     return _Rendered(rgba, inputs, volume.name, lighting, order.light or light, by)

@@ -217,6 +217,7 @@ class EngineClient(QObject):
         self.fail(error)
 
     def _take_result(self, result: Result) -> None:
+        self.description = result.description or self.description
         if not self._takes_requests:
             return
         if not isinstance(result.request, ImageRequest):

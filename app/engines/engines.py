@@ -151,18 +151,23 @@ class RendererEngine:
     renderer : Renderer
     sample_distance : float
         Of final images, in voxels.
-    description : str
+    name : str
         Name of the renderer, for display.
     """
 
     scene = None
     draws_codes = False
 
-    def __init__(self, renderer: Renderer, sample_distance: float, description: str = "") -> None:
-        self.description = description
+    def __init__(self, renderer: Renderer, sample_distance: float, name: str = "") -> None:
+        self._name = name
         self._renderer = renderer
         self._sample_distance = sample_distance
         self._seconds_per_pixel = FIRST_GUESS_S
+
+    @property
+    def description(self) -> str:
+        """Name of the renderer; where another one had to draw, the sentence that says so."""
+        return getattr(self._renderer, "reason", "") or self._name
 
     def image(self, request: Request, is_wanted: Callable[[], bool] = always) -> Array:
         """Render at the request's quality, a band of rows after the other if that takes long."""
@@ -408,11 +413,16 @@ def _read_volume(path: Path, raw: RawLayout | None = None, choice: Choice | None
 
 
 def _reference_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
-    from model.rendering.renderer import open_renderer
+    place = volume, settings.lighting, settings.light, settings.sample_distance
+    renderer: Renderer
+    if settings.renderer == "vtk":
+        from model.rendering.fallback import FallbackRenderer
 
-    renderer = open_renderer(
-        settings.renderer, volume, settings.lighting, settings.light, settings.sample_distance
-    )
+        renderer = FallbackRenderer(*place)
+    else:
+        from model.rendering.renderer import open_renderer
+
+        renderer = open_renderer(settings.renderer, *place)
     return RendererEngine(renderer, settings.sample_distance, RENDERER_NAMES[settings.renderer])
 
 

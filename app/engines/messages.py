@@ -251,12 +251,15 @@ class Result:
         One sentence for the user.
     seconds : float
         Computation time.
+    description : str
+        The engine's, which may change as it falls back on another renderer; "" for as before.
     """
 
     request: Request
     value: NDArray[np.float32] | None
     error: str | None
     seconds: float
+    description: str = ""
 
 
 class SupersededError(Exception):

@@ -211,4 +211,4 @@ def _result(engine: Engine, request: Request, is_wanted: Callable[[], bool]) -> 
         return None
     except BaseException as exception:
         error = error_sentence(exception)
-    return Result(request, value, error, time.perf_counter() - start)
+    return Result(request, value, error, time.perf_counter() - start, engine.description)

@@ -30,10 +30,12 @@ from vtkmodules.vtkRenderingCore import (
 )
 from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkOpenGLGPUVolumeRayCastMapper
 
-from model.errors import RenderError
+from model.errors import CannotDrawError, RenderError
+from model.rendering.noise import noise_of
 from model.rendering.opacity_correction import per_sample
 from model.rendering.raster import Raster
 from model.rendering.scalars import renderable_scalars
+from model.rendering.vtk_errors import drawing_errors
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
@@ -58,6 +60,9 @@ replacement they are only rotated. The items are the text to replace, whether to
 do so before VTK's own replacements, the new text, and whether to replace every
 occurrence.
 """
+
+NOISE = 3.0
+"""Gradient, in standard deviations of the noise, at which its direction counts for a half."""
 
 SCATTERING_BLEND, GLOBAL_REACH = 1.0, 0.5
 """Global lighting: equal parts of gradient shading and scattering, rays of half the volume."""
@@ -87,8 +92,9 @@ class VtkRenderer:
 
     Raises
     ------
-    RenderError
-        When OpenGL is not available.
+    CannotDrawError
+        When OpenGL is not available; by :meth:`render`, when VTK reports that it could not draw,
+        such as a texture too large for the driver, or a shader that does not compile.
     """
 
     def __init__(
@@ -101,6 +107,7 @@ class VtkRenderer:
         self.sample_distance = sample_distance
         self._volume = volume
         self._crop: CropBox | None = None
+        self._failure = ""
         self._scalars, tf_range = _texture_scalars(volume)
         texture_range = float(self._scalars.min()), float(self._scalars.max())
         self._table_range = _table_range(texture_range, tf_range)
@@ -116,9 +123,13 @@ class VtkRenderer:
         self._renderer.SetBackgroundAlpha(0.0)
         self._properties = self._volume_property(lighting)
         actor = vtkVolume()
+        self._uniforms = actor.GetShaderProperty().GetFragmentCustomUniforms()
+        self._set_shown(CropBox())
         actor.SetMapper(self._mapper)
         actor.SetProperty(self._properties)
         self._renderer.AddVolume(actor)
+        for replacement in _whole_rays(volume):
+            actor.GetShaderProperty().AddFragmentShaderReplacement(*replacement)
         if volume.hidden is not None:
             self._mapper.SetMaskInput(_image_data(volume, (~volume.hidden).astype(np.uint8)))
             self._mapper.SetMaskTypeToBinary()
@@ -134,6 +145,10 @@ class VtkRenderer:
         if lighting != "none":
             self._renderer.AddLight(self._lamp)
             actor.GetShaderProperty().AddFragmentShaderReplacement(*NORMAL_CORRECTION)
+            noise = noise_of(self._scalars) / (texture_range[1] - texture_range[0])
+            actor.GetShaderProperty().AddFragmentShaderReplacement(
+                *_solid_lighting(volume, NOISE * noise)
+            )
         if lighting == "global":
             self._mapper.SetVolumetricScatteringBlending(SCATTERING_BLEND)
             self._mapper.SetGlobalIlluminationReach(GLOBAL_REACH)
@@ -168,7 +183,7 @@ class VtkRenderer:
             TF_SAMPLES,
             inputs.color_tf.sample(scalar_range).ravel().tolist(),
         )
-        step = distance * self._volume.voxel_size
+        step = distance
         self._mapper.SetSampleDistance(step)
         # VTK's own opacity correction ignores opacities below 1e-4, so it is made an identity.
         self._properties.SetScalarOpacityUnitDistance(step)
@@ -177,10 +192,16 @@ class VtkRenderer:
         self._point_camera(inputs.view, raster)
         self._show_part(inputs.crop)
         self._lamp.SetPosition(*(inputs.light or self._light).towards())
-        self._window.SetSize(columns, rows)
-        self._window.Render()
         pixels = vtkUnsignedCharArray()
-        self._window.GetRGBACharPixelData(0, 0, columns - 1, rows - 1, 0, pixels, 0)
+        self._check_failure()
+        with drawing_errors() as errors:
+            self._window.SetSize(columns, rows)
+            self._window.Render()
+            self._window.GetRGBACharPixelData(0, 0, columns - 1, rows - 1, 0, pixels, 0)
+        if errors:
+            # Kept: VTK says it once, and draws nothing without a word afterwards.
+            self._failure = errors[-1] if "ompile" in errors[-1] else errors[0]
+            self._check_failure()
         if pixels.GetNumberOfTuples() != rows * columns:
             raise RenderError(
                 f"VTK returned no image of {columns} x {rows} pixels; "
@@ -193,6 +214,13 @@ class VtkRenderer:
         """Release the OpenGL context; the renderer cannot be used afterwards."""
         self._renderer.RemoveAllViewProps()
         self._window.Finalize()
+
+    def _check_failure(self) -> None:
+        if self._failure:
+            raise CannotDrawError(
+                f"VTK cannot draw {self._volume.name} on this machine ('{self._failure}'); choose "
+                "the ray caster, crop or downsample the volume, or update the graphics driver."
+            )
 
     def _volume_property(self, lighting: Lighting) -> vtkVolumeProperty:
         properties = vtkVolumeProperty()
@@ -211,9 +239,9 @@ class VtkRenderer:
 
     def _point_camera(self, view: View, raster: Raster) -> None:
         _, up, back = view.basis()
-        radius = self._volume.radius
+        radius = self._volume.radius / self._volume.voxel_size
         distance = view.camera_distance(radius)
-        center = np.array(self._volume.extent) / 2
+        center = _extent(self._volume) / 2
         camera = self._renderer.GetActiveCamera()
         camera.SetFocalPoint(*center)
         camera.SetPosition(*(center + distance * back))
@@ -231,9 +259,10 @@ class VtkRenderer:
             return
         self._crop = crop
         self._mapper.RemoveAllClippingPlanes()
+        self._set_shown(crop or CropBox())
         if crop is None:
             return
-        extent = np.array(self._volume.extent)
+        extent = _extent(self._volume)
         for corner, sign in ((crop.low, 1.0), (crop.high, -1.0)):
             for axis, normal in enumerate(np.eye(3) * sign):
                 # A plane in a face of the volume would only cost time, and rounding.
@@ -242,6 +271,12 @@ class VtkRenderer:
                     plane.SetOrigin(*(np.array(corner) * extent))
                     plane.SetNormal(*normal)
                     self._mapper.AddClippingPlane(plane)
+
+    def _set_shown(self, crop: CropBox) -> None:
+        """Tell the shader where the faces of what is shown are, in voxels."""
+        last = np.array(self._volume.dimensions) - 1
+        self._uniforms.SetUniform3f("in_shownLow", tuple(np.array(crop.low) * last))
+        self._uniforms.SetUniform3f("in_shownHigh", tuple(np.array(crop.high) * last))
 
 
 def _texture_scalars(volume: Volume) -> tuple[NDArray[Any], Range]:
@@ -286,6 +321,52 @@ def _table_mapping(texture_range: Range, tf_range: Range) -> tuple[str, bool, st
     return "vec2(scalar.w, 0", False, mapped, True
 
 
+def _whole_rays(volume: Volume) -> tuple[tuple[str, bool, str, bool], ...]:
+    """Return shader replacements by which a ray's last step counts by the part of it inside.
+
+    VTK itself leaves the last step out or, where the ray is shorter than a step or ends at a
+    clipping plane, counts all of it: what is thinner than a step would be far too opaque.
+    """
+    begin = "while (!g_exit)\n  {"
+    count = "vec3({}.0, {}.0, {}.0)".format(*volume.dimensions)
+    behind = f"""
+    vec3 wholeStep = g_dataPos;
+    float insideStep = 1.0;
+    for (int axis = 0; axis < 3; axis++)
+    {{
+      float along = g_dirStep[axis] * {count}[axis];
+      float face = along > 0.0 ? in_shownHigh[axis] : in_shownLow[axis];
+      if (along != 0.0)
+      {{
+        float over = (g_dataPos[axis] * {count}[axis] - 0.5 - face) / along;
+        insideStep = min(insideStep, 1.0 - over);
+      }}
+    }}
+    insideStep = max(insideStep, 0.0);
+    g_dataPos -= (1.0 - insideStep) * g_dirStep;
+    """
+    opacity = "g_srcColor.a = computeOpacity(scalar);"
+    part = """
+      if (insideStep < 1.0)
+      {
+        float clear = max(1.0 - g_srcColor.a, 0.0);
+        g_srcColor.a = insideStep > 0.0 ? 1.0 - pow(clear, insideStep) : 0.0;
+      }
+    """
+    last, past = "(g_dataPos - in_tex{}[0])", "(g_dataPos - g_dirStep - in_tex{}[0])"
+    # Rays that enter less than a step before the end are clipped away otherwise.
+    start, entry = "startPosTex, in_texM", "startPosTex - g_rayJitter, {} + in_texM"
+    return (
+        (begin, False, begin + behind, True),
+        (opacity, False, opacity + part, True),
+        ("g_dataPos += g_dirStep;", False, "g_dataPos = wholeStep + g_dirStep;", True),
+        (last.format("Max"), False, past.format("Max"), True),
+        (last.format("Min"), False, past.format("Min"), True),
+        (f"({start}ax", False, f"({entry.format('vec3(1e-5)')}ax", True),
+        (f"({start}in", False, f"({entry.format('vec3(-1e-5)')}in", True),
+    )
+
+
 def _hiding(volume: Volume) -> tuple[tuple[str, bool, str, bool], ...]:
     """Return shader replacements by which samples whose nearest voxel is hidden are transparent.
 
@@ -300,6 +381,64 @@ def _hiding(volume: Volume) -> tuple[tuple[str, bool, str, bool], ...]:
     )
 
 
+def _solid_lighting(volume: Volume, noise: float) -> tuple[str, bool, str, bool]:
+    """Return a shader replacement that lights solid material, as the ray caster does.
+
+    See :func:`model.rendering.raycast.shading.reflect`: VTK itself leaves black what has no
+    gradient, and takes noise for surfaces.
+
+    Parameters
+    ----------
+    volume : Volume
+    noise : float
+        Difference of two voxels, as a part of the texture's range, at which the direction of the
+        gradient counts for a half.
+    """
+    count = "vec3({}.0, {}.0, {}.0)".format(*volume.dimensions)
+    before = "finalColor.xyz = in_ambient[lightingComponent] * ambient +"
+    # For one light, the lamp. A ratio first, as fourth powers of small numbers would be 0.
+    code = f"""
+  vec3 change = shading_gradient.xyz * in_cellSpacing[0];
+  float slope = length(change);
+  float ratio = slope > 0.0 ? {noise:.9e} / slope : 0.0;
+  float counts = slope > 0.0 ? 1.0 / (1.0 + ratio * ratio * ratio * ratio) : 0.0;
+  diffuse = counts > 0.0 ? mix(vec3(0.5), diffuse, counts) : vec3(0.5);
+  specular = counts > 0.0 ? counts * specular : vec3(0.0);
+  vec3 place = g_dataPos * {count} - 0.5;
+  vec3 deep = min(place - in_shownLow, in_shownHigh - place);
+  vec3 near = clamp(2.0 - 2.0 * deep, 0.0, 1.0);
+  float nearest = max(near.x, max(near.y, near.z));
+  if (nearest > 0.0)
+  {{
+    vec3 faceDiffuse = vec3(0.0);
+    vec3 faceSpecular = vec3(0.0);
+    for (int axis = 0; axis < 3; axis++)
+    {{
+      vec3 face = normalize((in_modelViewMatrix * in_volumeMatrix[0])[axis].xyz);
+      float across = dot(face, vertLightDirection);
+      float along = dot(-viewDirection, 2.0 * across * face - vertLightDirection);
+      faceDiffuse += near[axis] * abs(across);
+      if (along > 0.0)
+      {{
+        faceSpecular += near[axis] * pow(along, in_shininess[lightingComponent]);
+      }}
+    }}
+    float total = near.x + near.y + near.z;
+    diffuse = mix(diffuse, faceDiffuse / total, nearest);
+    specular = mix(specular, faceSpecular / total, nearest);
+  }}
+  """
+    return before, False, code + before, True
+
+
+def _extent(volume: Volume) -> NDArray[np.float64]:
+    """A volume's lengths along x, y and z in voxel sizes, in which VTK gets all lengths.
+
+    What it draws under global light depends on the unit of length otherwise.
+    """
+    return np.array(volume.extent) / volume.voxel_size
+
+
 def _image_data(volume: Volume, scalars: NDArray[Any]) -> vtkImageData:
     """Wrap the scalars in a vtkImageData without copying.
 
@@ -308,7 +447,7 @@ def _image_data(volume: Volume, scalars: NDArray[Any]) -> vtkImageData:
     """
     image = vtkImageData()
     image.SetDimensions(*volume.dimensions)
-    image.SetSpacing(*volume.spacing)
+    image.SetSpacing(*(np.array(volume.spacing) / volume.voxel_size))
     image.GetPointData().SetScalars(numpy_to_vtk(np.ascontiguousarray(scalars).reshape(-1)))
     return image
 
@@ -327,7 +466,7 @@ def _offscreen_window() -> vtkRenderWindow:
 
     Raises
     ------
-    RenderError
+    CannotDrawError
         When OpenGL is not available.
     """
     for name in ("vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow", "vtkRenderWindow"):
@@ -338,7 +477,7 @@ def _offscreen_window() -> vtkRenderWindow:
         window.SetAlphaBitPlanes(True)
         if window.SupportsOpenGL():
             return window
-    raise RenderError(
+    raise CannotDrawError(
         "VTK finds no OpenGL to draw with; on Debian or Ubuntu install it with "
         "'apt-get install libegl1 libgl1 libgl1-mesa-dri'."
     )

@@ -29,6 +29,11 @@ from model.scene.volume import Geometry
 DIFFUSE, SPECULAR, POWER = 0.9, 0.2, 20
 """Coefficients of gradient shading, equal to the reference renderer's."""
 
+NOISE = 3.0
+"""Gradient, in the noise's standard deviations, from which on a surface is rather seen than not.
+
+The difference of two voxels has 1.4 of them along each axis, less between voxels."""
+
 AMBIENT, DISTANT = 0.4, 0.65
 """Global lighting: unoccluded ambient light and distant light."""
 
@@ -54,8 +59,25 @@ def travel_direction(view: View, light: LightDirection) -> NDArray[np.float64]:
     return -np.array(light.towards()) @ view.basis()
 
 
-def gradient_light(view: View, light: LightDirection, volume: Geometry) -> Light:
-    """Return the parameters of gradient shading for a view and its light."""
+def gradient_light(
+    view: View,
+    light: LightDirection,
+    volume: Geometry,
+    crop: CropBox | None = None,
+    noise: float = 0.0,
+) -> Light:
+    """Return the parameters of gradient shading for a view and its light.
+
+    Parameters
+    ----------
+    view, light, volume
+    crop : CropBox, optional
+        Part of the volume that is shown; all of it by default.
+    noise : float
+        Standard deviation of the voxels' noise.
+    """
+    crop = crop or CropBox()
+    last = np.array(volume.dimensions) - 1
     return Light(
         tuple(map(np.float32, travel_direction(view, light))),
         tuple(map(np.float32, volume.spacing)),
@@ -63,6 +85,9 @@ def gradient_light(view: View, light: LightDirection, volume: Geometry) -> Light
         np.float32(DIFFUSE),
         np.float32(SPECULAR),
         POWER,
+        tuple(map(np.float32, np.array(crop.low) * last)),
+        tuple(map(np.float32, np.array(crop.high) * last)),
+        np.float32((NOISE * noise) ** 4),
     )
 
 

@@ -3,8 +3,8 @@
 Emission and absorption are composited front to back (paper, Eqs. 1 to 3).
 Positions are in voxels, with voxel (0, 0, 0) at the origin, x first. A ray is divided into
 steps from where it enters the volume, the last one ending at the exit and therefore shorter.
-A sample lies at the end of each step, where VTK has its own, and counts by the step's length;
-VTK leaves the last step out. Empty-space skipping does not change the sample positions.
+A sample lies at the end of each step, where VTK has its own, and counts by the step's length.
+Empty-space skipping does not change the sample positions.
 
 Arguments that a scene does not need are None: Numba compiles one version for each
 combination of argument types, without the unused code.

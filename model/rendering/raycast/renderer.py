@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import RenderError
+from model.rendering.noise import noise_of
 from model.rendering.opacity_correction import least_transparency, per_sample_derivative
 from model.rendering.raster import Raster
 from model.rendering.raycast import cuda
@@ -146,6 +147,7 @@ class RaycastRenderer:
             np.float32(-beyond),
             np.float32(LEVELS - 1 + beyond),
         )
+        self._noise = noise_of(scalars) if lighting == "direct" else 0.0
         self.cells = MinMaxCells(scalars, bins, self._executor, hidden)
         self._opacities = lru_cache(maxsize=4)(self._opacities_of)
         self._distances = lru_cache(maxsize=4)(self._distances_of)
@@ -463,7 +465,8 @@ class RaycastRenderer:
         """Parameters of gradient shading; None but for direct light."""
         if self._lighting != "direct":
             return None
-        return gradient_light(inputs.view, inputs.light or self._light, self._volume)
+        light = inputs.light or self._light
+        return gradient_light(inputs.view, light, self._volume, inputs.crop, self._noise)
 
     def _divide(self, count: int, task: Callable[[slice], object]) -> None:
         """Call a task on this renderer's threads for all parts of `count` windows."""

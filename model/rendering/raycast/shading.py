@@ -10,7 +10,7 @@ import numpy as np
 from model.compilation import inlined
 from model.rendering.raycast.trilinear import interpolate_inside, locate
 
-ZERO, ONE, TWO = np.float32(0), np.float32(1), np.float32(2)
+ZERO, HALF, ONE, TWO = np.float32(0), np.float32(0.5), np.float32(1), np.float32(2)
 
 
 class Light(NamedTuple):
@@ -28,6 +28,11 @@ class Light(NamedTuple):
         Coefficients; like VTK, there is no ambient term for a distant light.
     power : int
         Of the gloss; even.
+    low, high : tuple of 3 float32
+        Least and greatest corner of what is shown, in voxels: its faces are surfaces, too.
+    noise : float32
+        Fourth power of the gradient, in differences of voxels, at which its direction counts for
+        a half; 0 where every one counts.
     """
 
     travel: Any
@@ -36,6 +41,9 @@ class Light(NamedTuple):
     diffuse: Any
     specular: Any
     power: Any
+    low: Any
+    high: Any
+    noise: Any
 
 
 class LightGrid(NamedTuple):
@@ -70,19 +78,68 @@ def received(glow: Any, ray: Any, k: Any) -> Any:
 
 @inlined
 def reflect(voxels: Any, shape: Any, light: Any, ray: Any, k: Any) -> Any:
-    """Diffuse factor and white gloss of sample k; both sides of a surface are lit."""
-    nx, ny, nz = gradient(
-        voxels,
-        shape,
-        ray.start[0] + k * ray.step[0],
-        ray.start[1] + k * ray.step[1],
-        ray.start[2] + k * ray.step[2],
-    )
-    nx, ny, nz = nx * light.slope[0], ny * light.slope[1], nz * light.slope[2]
+    """Diffuse factor and white gloss of sample k; both sides of a surface are lit.
+
+    The gradient gives the normal, as far as it is more than noise: where it is not, the sample is
+    lit evenly. Within half a voxel of a face of what is shown, the face's normal counts instead,
+    and less and less up to a voxel.
+    """
+    x = ray.start[0] + k * ray.step[0]
+    y = ray.start[1] + k * ray.step[1]
+    z = ray.start[2] + k * ray.step[2]
+    nx, ny, nz = gradient(voxels, shape, x, y, z)
+    change = nx * nx + ny * ny + nz * nz
+    change *= change
+    diffuse, gloss = HALF * light.diffuse, ZERO
+    if change > ZERO:
+        nx, ny, nz = nx * light.slope[0], ny * light.slope[1], nz * light.slope[2]
+        diffuse, gloss = mirror(light, ray, nx, ny, nz)
+        if light.noise > ZERO:
+            share = change / (change + light.noise)
+            even = HALF * light.diffuse
+            diffuse = even + share * (diffuse - even)
+            gloss *= share
+    low, high = light.low, light.high
+    bx = min(x - low[0], high[0] - x)
+    by = min(y - low[1], high[1] - y)
+    bz = min(z - low[2], high[2] - z)
+    if min(bx, min(by, bz)) < ONE:
+        bx, by, bz = nearness(bx), nearness(by), nearness(bz)
+        lx, ly, lz = light.travel
+        vx, vy, vz = (
+            ray.step[0] * light.spacing[0],
+            ray.step[1] * light.spacing[1],
+            ray.step[2] * light.spacing[2],
+        )
+        total, share = bx + by + bz, max(bx, max(by, bz))
+        flat = (bx * abs(lx) + by * abs(ly) + bz * abs(lz)) * light.diffuse
+        # The light mirrored by a face has its component along the axis, and minus the others.
+        passing = lx * vx + ly * vy + lz * vz
+        length = vx * vx + vy * vy + vz * vz
+        shine = bx * highlight(TWO * lx * vx - passing, length, light.power)
+        shine += by * highlight(TWO * ly * vy - passing, length, light.power)
+        shine += bz * highlight(TWO * lz * vz - passing, length, light.power)
+        diffuse += share * (flat / total - diffuse)
+        gloss += share * (light.specular * shine / total - gloss)
+    return diffuse, gloss
+
+
+@inlined
+def nearness(depth: Any) -> Any:
+    """Return how much a face counts so many voxels behind it: 1 up to a half, 0 from one on."""
+    return min(max(TWO - TWO * depth, ZERO), ONE)
+
+
+@inlined
+def highlight(along: Any, square: Any, power: int) -> Any:
+    """Return a power of the cosine of two directions, from their product and squared lengths."""
+    return half_power(along * along / square, power) if along > ZERO else ZERO
+
+
+@inlined
+def mirror(light: Any, ray: Any, nx: Any, ny: Any, nz: Any) -> Any:
+    """Diffuse factor and white gloss of a surface with a normal, of any length above 0."""
     square = nx * nx + ny * ny + nz * nz
-    if not square > ZERO:
-        # A homogeneous region has no surface to reflect anything.
-        return ZERO, ZERO
     inverse = ONE / math.sqrt(square)
     lx, ly, lz = light.travel
     across = (nx * lx + ny * ly + nz * lz) * inverse

@@ -1,0 +1,108 @@
+"""What VTK cannot draw is noticed, and drawn by the ray caster."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from model.errors import CannotDrawError
+from model.rendering import fallback, vtk_renderer
+from model.rendering.fallback import FallbackRenderer
+from model.rendering.raycast.renderer import RaycastRenderer
+from model.rendering.vtk_renderer import VtkRenderer
+from model.scene.inputs import SceneInputs
+from model.scene.transfer_function import ColorTF, OpacityTF
+from model.scene.view import View
+from model.scene.volume import Volume
+
+RANGE = (0.0, 255.0)
+INPUTS = SceneInputs(
+    View(),
+    OpacityTF(RANGE, points=((0.0, 0.1), (255.0, 0.5))),
+    ColorTF(RANGE, ((0.0, 1.0, 0.2, 0.2), (255.0, 0.9, 0.8, 0.6))),
+)
+
+
+def make_volume(length: int = 12) -> Volume:
+    values = np.random.default_rng(0).integers(0, 256, (8, 8, length))
+    values[0, 0, :2] = 0, 255
+    spacing = (12 / length, 1.0, 1.0)
+    return Volume(values.astype(np.uint8), spacing, name="noise")
+
+
+def expected(volume: Volume) -> np.ndarray:
+    renderer = RaycastRenderer(volume)
+    image = renderer.render(INPUTS, 24)
+    renderer.close()
+    assert image[..., 3].max() > 0.1
+    return image
+
+
+def break_shader(renderer: VtkRenderer) -> None:
+    actor = renderer._renderer.GetVolumes().GetItemAsObject(0)
+    actor.GetShaderProperty().AddFragmentShaderReplacement("g_skip = false;", False, "no(;", True)
+
+
+# VTK prints what it reports, too.
+def test_a_volume_longer_than_the_drivers_textures(capfd: pytest.CaptureFixture[str]) -> None:
+    volume = make_volume(70_000)
+    vtk = VtkRenderer(volume)
+    for _ in range(2):
+        with pytest.raises(CannotDrawError, match="cannot draw noise on this machine"):
+            vtk.render(INPUTS, 24)
+    vtk.close()
+    both = FallbackRenderer(volume)
+    assert both.reason == ""
+    np.testing.assert_array_equal(both.render(INPUTS, 24), expected(volume))
+    assert "exture" in both.reason and both.reason.endswith("the ray caster draws instead.")
+    both.close()
+
+
+def test_a_shader_that_does_not_compile(capfd: pytest.CaptureFixture[str]) -> None:
+    vtk = VtkRenderer(make_volume())
+    break_shader(vtk)
+    with pytest.raises(CannotDrawError, match="compile"):
+        vtk.render(INPUTS, 24)
+    vtk.close()
+
+
+def test_it_may_fail_later_as_when_the_context_is_lost(
+    capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    volume = make_volume()
+    both = FallbackRenderer(volume)
+    by_vtk = both.render(INPUTS, 24)
+    assert both.reason == "" and by_vtk[..., 3].max() > 0.1
+    vtk = both._renderer
+    monkeypatch.setattr(vtk, "_failure", "the context was lost")
+    np.testing.assert_array_equal(both.render(INPUTS, 24), expected(volume))
+    assert "the context was lost" in both.reason
+    both.close()
+
+
+def test_without_opengl_the_ray_caster_draws(monkeypatch: pytest.MonkeyPatch) -> None:
+    def no_opengl() -> None:
+        raise CannotDrawError("VTK finds no OpenGL to draw with; install it.")
+
+    monkeypatch.setattr(vtk_renderer, "_offscreen_window", no_opengl)
+    volume = make_volume()
+    both = FallbackRenderer(volume)
+    assert both.reason.startswith("VTK finds no OpenGL")
+    np.testing.assert_array_equal(both.render(INPUTS, 24), expected(volume))
+    both.close()
+
+
+def test_an_error_of_the_ray_caster_is_not_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Failing:
+        def __init__(self, *_: object) -> None:
+            self.closed = False
+
+        def render(self, *_: object) -> None:
+            raise CannotDrawError("It is broken.")
+
+        def close(self) -> None:
+            self.closed = True
+
+    monkeypatch.setattr(fallback, "open_renderer", lambda *_: Failing())
+    with pytest.raises(CannotDrawError, match="broken"):
+        FallbackRenderer(make_volume()).render(INPUTS, 24)

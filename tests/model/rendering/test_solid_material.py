@@ -1,0 +1,192 @@
+"""Solid material is lit: its faces by their normals, its inside evenly, noise by neither."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from model.rendering.noise import noise_of
+from model.rendering.raycast.renderer import RaycastRenderer
+from model.rendering.renderer import open_renderer
+from model.rendering.vtk_renderer import VtkRenderer
+from model.scene.crop import CropBox
+from model.scene.inputs import SceneInputs
+from model.scene.light import LightDirection
+from model.scene.scene import RendererName
+from model.scene.transfer_function import ColorTF, OpacityTF
+from model.scene.view import View
+from model.scene.volume import Volume
+
+RANGE = (0.0, 200.0)
+WHITE = ColorTF(RANGE, ((0.0, 1.0, 1.0, 1.0), (200.0, 1.0, 1.0, 1.0)))
+SOLID = OpacityTF(RANGE, points=((0.0, 0.0), (80.0, 0.0), (120.0, 0.95), (200.0, 0.95)))
+HEADLIGHT = LightDirection(0.0, 0.0)
+LOWER = CropBox((0.0, 0.0, 0.0), (1.0, 1.0, 0.55))
+SIZE = 96
+EDGE = 48
+
+DIFFUSE, SPECULAR, POWER = 0.9, 0.2, 20
+"""Of both renderers."""
+
+
+def block(noise: float = 0.0) -> Volume:
+    """Material that fills its volume, but for one voxel."""
+    voxels = 150 + np.random.default_rng(4).normal(0, 1, (EDGE,) * 3) * noise
+    voxels[0, 0, 0], voxels[0, 0, 1] = 0.0, 200.0
+    return Volume(voxels.astype(np.float32))
+
+
+def ball(noise: float = 0.0) -> Volume:
+    z, y, x = np.mgrid[:EDGE, :EDGE, :EDGE] - (EDGE - 1) / 2
+    inside = np.clip(18.5 - np.sqrt(x * x + y * y + z * z), 0, 1)
+    voxels = 180 * inside + np.random.default_rng(4).normal(0, 1, inside.shape) * noise
+    return Volume(np.clip(np.rint(voxels), 0, 200).astype(np.uint8), (1.0, 1.0, 1.0)).over(RANGE)
+
+
+def render(
+    name: RendererName, volume: Volume, view: View, crop: CropBox | None = None, **options
+) -> NDArray[np.float32]:
+    renderer = open_renderer(name, volume, "direct", HEADLIGHT, **options)
+    try:
+        return renderer.render(SceneInputs(view, SOLID, WHITE, crop=crop), SIZE)
+    finally:
+        renderer.close()
+
+
+def face_light(view: View, row: int, column: int, normal: NDArray[np.float64]) -> float:
+    """Blinn's predecessor Phong, of a headlight on a face, at a pixel."""
+    right, up, back = view.basis()
+    tangent = np.tan(np.radians(15.0))
+    x, y = (2 * column + 1) / SIZE - 1, 1 - (2 * row + 1) / SIZE
+    ray = -back + tangent * (x * right + y * up)
+    ray /= np.linalg.norm(ray)
+    normal = normal if normal @ back > 0 else -normal
+    mirrored = 2 * (normal @ back) * normal - back
+    gloss = max(0.0, float(mirrored @ -ray)) ** POWER
+    return DIFFUSE * float(normal @ back) + SPECULAR * gloss
+
+
+@pytest.mark.parametrize("name", ["raycast", "vtk"])
+@pytest.mark.parametrize("noise", [0.0, 4.0])
+def test_a_cut_face_is_lit_by_its_normal(name: RendererName, noise: float) -> None:
+    view = View(azimuth=20.0, elevation=60.0)
+    for volume in (block(noise), ball(noise)):
+        found = render(name, volume, view, LOWER, sample_distance=0.05)
+        middle = found[SIZE // 2 - 3 : SIZE // 2 + 3, SIZE // 2 - 3 : SIZE // 2 + 3]
+        face = face_light(view, SIZE // 2, SIZE // 2, np.array([0.0, 0.0, 1.0]))
+        assert middle[..., 3].min() > 0.98
+        # By the face's normal down to half a voxel, less and less to a voxel, evenly below.
+        depth = np.linspace(0, 6, 6001)
+        share = np.clip(2 - 2 * depth, 0, 1)
+        clear = 0.05 ** (depth / view.basis()[2][2])
+        light = share * face + (1 - share) * DIFFUSE / 2
+        expected = np.sum(-np.diff(clear) * (light[1:] + light[:-1]) / 2)
+        assert middle[..., 0].mean() == pytest.approx(expected, abs=0.015)
+        assert middle[..., 0].std() < 0.03
+
+
+@pytest.mark.parametrize("name", ["raycast", "vtk"])
+def test_a_block_that_fills_its_volume_shows_three_faces(name: RendererName) -> None:
+    view = View(azimuth=30.0, elevation=35.0)
+    found = render(name, block(), view)
+    seen = found[..., 3] > 0.98
+    gray = found[seen][:, 0]
+    assert seen.mean() > 0.3 and gray.min() > 0.1
+    _, _, back = view.basis()
+    for axis, share in enumerate(np.abs(back)):
+        expected = DIFFUSE * share
+        near = np.abs(gray - expected) < 0.08
+        assert near.mean() > 0.1, f"no face along axis {axis}"
+
+
+def test_the_renderers_agree_on_solid_material() -> None:
+    for volume in (block(), block(4.0), ball(), ball(3.0)):
+        for crop in (None, LOWER, CropBox((0.2, 0.3, 0.1), (0.8, 0.9, 0.5))):
+            view = View(azimuth=-40.0, elevation=50.0)
+            ours, vtk = (render(name, volume, view, crop) for name in ("raycast", "vtk"))
+            assert np.sqrt(np.mean((ours - vtk) ** 2)) < 0.006
+            assert np.abs(ours - vtk).max() < 0.1
+
+
+def test_a_surface_keeps_its_gradient_beside_noise() -> None:
+    """Half a ball's surface, noisy and not, look alike; far from faces."""
+    view = View(azimuth=30.0, elevation=20.0)
+    clean, noisy = (render("raycast", ball(noise), view) for noise in (0.0, 2.0))
+    seen = clean[..., 3] > 0.98
+    assert np.sqrt(np.mean((clean - noisy)[seen] ** 2)) < 0.05
+    assert clean[seen][:, 0].std() > 0.15
+
+
+def test_derivatives_follow() -> None:
+    """Of lit solid material, cut through, beside differences of images."""
+    renderer = RaycastRenderer(block(3.0), "direct", HEADLIGHT, threads=1)
+    renderer.terminate_early = renderer.skip_empty = False
+    values = np.linspace(*RANGE, 256)
+    opacity = np.full(256, 0.05)
+    edit = 0.01 * np.exp(-(((values - 150) / 5) ** 2))
+
+    def inputs(step: float) -> SceneInputs:
+        points = tuple(zip(values.tolist(), (opacity + step * edit).tolist(), strict=True))
+        return SceneInputs(
+            View(azimuth=20.0, elevation=50.0), OpacityTF(RANGE, points=points), WHITE, crop=LOWER
+        )
+
+    size = 32
+    images = [renderer.render(inputs(step), size)[..., :3].astype(float) for step in (-0.5, 0.5)]
+    change = renderer.change(inputs(0), size, edit)
+    # Faint samples share their light in images, but not in derivatives.
+    error = np.abs(change - (images[1] - images[0])).max()
+    assert error < 0.05 * np.abs(change).max()
+    gradients, _ = renderer.differentiate(inputs(0), size, np.array([[0, size, 0, size]]))
+    image = renderer.render(inputs(0), size)[..., :3].astype(float)
+    assert gradients[0] @ edit == pytest.approx((image * change).sum(), rel=0.01)
+    renderer.close()
+
+
+@pytest.mark.parametrize("dtype", ["float32", "uint8", "int16"])
+@pytest.mark.parametrize("sigma", [0.0, 2.0, 7.0])
+def test_noise_is_that_of_the_material_not_of_the_air(dtype: str, sigma: float) -> None:
+    z, y, x = np.mgrid[:60, :60, :60] - 29.5
+    material = x * x + 2 * y * y + z * z < 22**2
+    random = np.random.default_rng(9).normal(0, sigma, material.shape)
+    voxels = np.where(material, 120 + 0.4 * x + random, 0.0)
+    rounded = np.rint(voxels) if dtype != "float32" else voxels
+    # Rounding is noise, too: its variance is 1/12.
+    expected = np.hypot(sigma, np.sqrt(1 / 12) if dtype != "float32" and sigma else 0)
+    assert noise_of(rounded.astype(dtype)) == pytest.approx(expected, rel=0.12, abs=0.35)
+
+
+def test_noise_of_smooth_and_of_small_volumes_is_none() -> None:
+    z, y, x = np.meshgrid(*[np.linspace(-1, 1, 40)] * 3, indexing="ij")
+    smooth = np.exp(-3 * (x * x + y * y + z * z)).astype(np.float32)
+    assert noise_of(smooth) < 1e-4
+    assert noise_of(np.arange(8.0).reshape(2, 2, 2)) == 0.0
+
+
+@pytest.mark.parametrize("flat", [1, 10, 100, 1000])
+@pytest.mark.parametrize("name", ["raycast", "vtk"])
+def test_what_is_thinner_than_a_step_is_as_opaque_as_its_length(
+    name: RendererName, flat: float
+) -> None:
+    voxels = np.full((5, 40, 40), 128, np.uint8)
+    voxels[0, 0, :2] = 0, 200
+    volume = Volume(voxels, (flat, flat, 1.0))
+    even = OpacityTF(RANGE, points=((0.0, 0.6), (200.0, 0.6)))
+    renderer = open_renderer(name, volume)
+    inputs = SceneInputs(View(azimuth=0.0, elevation=90.0), even, WHITE)
+    found = float(renderer.render(inputs, 64)[32, 32, 3])
+    renderer.close()
+    assert found == pytest.approx(1 - 0.4 ** (4 / volume.voxel_size), abs=0.003)
+
+
+@pytest.mark.parametrize("lighting", ["none", "direct", "global"])
+def test_vtks_picture_does_not_depend_on_the_unit_of_length(lighting) -> None:
+    voxels = ball().voxels
+    images = []
+    for unit in (1e-9, 1e-3, 1.0, 1e6):
+        renderer = VtkRenderer(Volume(voxels, (unit, unit, 2 * unit)).over(RANGE), lighting)
+        images.append(renderer.render(SceneInputs(View(), SOLID, WHITE, crop=LOWER), 48))
+        renderer.close()
+    for image in images[1:]:
+        assert np.abs(image - images[0]).max() <= 2 / 255
