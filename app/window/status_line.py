@@ -33,7 +33,8 @@ class StatusLine(QStatusBar):
         self._view = QLabel()
         self._view.setProperty("role", "dim")
         self._view.setToolTip(
-            "The view: azimuth / elevation / roll, the distance from the volume, and the pan"
+            "The view: where it is looked from, how far away (at 1 the whole volume is seen), and "
+            "by how many halves of the image's shorter side it is moved to the right and up"
         )
         self._view.setContentsMargins(0, 0, 14, 0)
         self.addWidget(self._news, 1)
@@ -72,9 +73,12 @@ class StatusLine(QStatusBar):
     def _show_view(self) -> None:
         view = self._state.view
         azimuth, elevation, roll = self._state.angles
-        text = f"{azimuth:.0f}° / {elevation:.0f}° / {roll:.0f}°   {view.distance:.2f}"
+        text = (
+            f"azimuth {azimuth:.0f}°   elevation {elevation:.0f}°   roll {roll:.0f}°   "
+            f"distance {view.distance:.2f}"
+        )
         # The sum makes 0 of -0.
         pan_x, pan_y = (round(pan, 2) + 0.0 for pan in (view.pan_x, view.pan_y))
         if pan_x or pan_y:
-            text += f"   {pan_x:+.2f}, {pan_y:+.2f}"
+            text += f"   pan {pan_x:+.2f}, {pan_y:+.2f}"
         self._view.setText(text)

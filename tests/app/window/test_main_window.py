@@ -74,7 +74,7 @@ def test_dragging_in_either_image_moves_both(
         for engine in (builders.generators[-1], builders.references[-1]):
             assert engine.requests[-1].inputs.view == window.state.view
             assert not engine.requests[-1].quality.live
-    assert window.status.view_text.startswith(f"{window.state.view.azimuth:.0f}° / ")
+    assert window.status.view_text.startswith(f"azimuth {window.state.view.azimuth:.0f}° ")
 
 
 def test_the_first_drag_frames_are_live_and_the_last_is_final(
