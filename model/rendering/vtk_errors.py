@@ -32,7 +32,9 @@ def drawing_errors() -> Iterator[list[str]]:
 
     note.CallDataType = "string0"  # type: ignore[attr-defined]
     window = vtkOutputWindow.GetInstance()
-    tag = window.AddObserver("ErrorEvent", note)
+    # VTK's annotations know events by number only.
+    events: Any = "ErrorEvent"
+    tag = window.AddObserver(events, note)
     try:
         yield found
     finally:

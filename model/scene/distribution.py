@@ -58,7 +58,7 @@ class Distribution:
         lowest, highest = self._ends
         return bool(lowest == highest)
 
-    def planes(self) -> Iterator[NDArray[np.generic]]:
+    def planes(self) -> Iterator[NDArray[Any]]:
         """Yield the voxels that count, those of one z at a time, in an array of any shape."""
         if self._missing is None:
             yield from self._voxels

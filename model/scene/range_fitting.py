@@ -15,7 +15,11 @@ from model.scene.transfer_function import (
 from model.scene.volume import Volume
 
 LEAST_OVERLAP = 4 / TF_SAMPLES
-"""Fraction of two ranges below which their common part is no use: 4 of the 256 samples."""
+"""Fraction of a TF's range below which its part in the volume is no use: 4 of the 256 samples."""
+
+LEAST_SHARE, LEAST_STEPS = 1 / 1024, 8
+"""Fraction of the volume's range, or steps of its whole numbers, that a TF must cover to be meant
+for them: 40 HU in a CT are, [0, 1] is not."""
 
 
 def fit_to_volume(transfer_function: TransferFunction, volume: Volume) -> TransferFunction:
@@ -23,9 +27,10 @@ def fit_to_volume(transfer_function: TransferFunction, volume: Volume) -> Transf
 
     A TF keeps its values and its range where these fit the volume: so a TF over a part of the
     values, or over those of another CT, shows the same tissue as where it was made. It fits if
-    its range has at least 1/64 of itself and of the other in common with the volume's scalar
-    range, its robust range or the range of its voxels. A TF that does not, such as one over
-    [0, 1] in a CT, is stretched to the volume's scalar range, as a relative TF is.
+    its range has at least 1/64 of itself in common with the volume's scalar range, its robust
+    range or the range of its voxels, and that is 1/1024 of these, or 8 steps of whole numbers.
+    A TF that does not, such as one over [0, 1] in a CT, is stretched to the volume's scalar
+    range, as a relative TF is.
 
     Parameters
     ----------
@@ -39,11 +44,11 @@ def fit_to_volume(transfer_function: TransferFunction, volume: Volume) -> Transf
     TransferFunction
         Its range is the one to show the volume over: :meth:`model.scene.volume.Volume.over`.
     """
-    own = transfer_function.scalar_range
+    own, step = transfer_function.scalar_range, volume.distribution.step
     if not transfer_function.is_relative and (
-        _overlap(own, volume.scalar_range)
-        or _overlap(own, volume.data_range)
-        or _overlap(own, robust_range(volume))
+        _overlap(own, volume.scalar_range, step)
+        or _overlap(own, volume.data_range, step)
+        or _overlap(own, robust_range(volume), step)
     ):
         return transfer_function
     return stretch_to_range(transfer_function, volume.scalar_range)
@@ -89,10 +94,13 @@ def opacity_over(opacity: OpacityTF, scalar_range: Range) -> OpacityTF:
     return OpacityTF(scalar_range, opacity.modes, points)
 
 
-def _overlap(own: Range, other: Range) -> bool:
-    """Whether two ranges have enough in common."""
+def _overlap(own: Range, other: Range, step: int | None) -> bool:
+    """Whether a TF's range has enough in common with one of a volume, of whole numbers or not."""
     common = min(own[1], other[1]) - max(own[0], other[0])
-    return common >= LEAST_OVERLAP * max(own[1] - own[0], other[1] - other[0])
+    least = LEAST_SHARE * (other[1] - other[0])
+    if step is not None:
+        least = min(least, LEAST_STEPS * step)
+    return common >= max(least, LEAST_OVERLAP * (own[1] - own[0])) and common > 0
 
 
 def _stop(color: ColorTF, value: float) -> tuple[float, float, float, float]:

@@ -100,3 +100,18 @@ def test_a_tf_from_before_an_outlier_was_ignored_keeps_its_meaning() -> None:
     volume = Volume(voxels)
     for own in [(-1023.0, 3071.0), (0.0, 100.0), (0.0, 1e30)]:
         assert range_of(over(*own), volume.over((2000.0, 2010.0))) == own
+
+
+@pytest.mark.parametrize("dtype", ["int16", "float32"])
+@pytest.mark.parametrize("own", [(0.0, 80.0), (20.0, 60.0), (10.0, 30.0)])
+def test_a_narrow_window_keeps_its_values(own: tuple[float, float], dtype: str) -> None:
+    """Of some tens of HU in a CT, or of units in 16 bits: the range that is shown."""
+    random = np.random.default_rng(3)
+    ct = Volume(random.integers(-1024, 2987, (20, 20, 20)).astype(dtype))
+    tf = TransferFunction(
+        OpacityTF(own, points=((own[0], 0.0), (own[1], 0.2))),
+        ColorTF(own, ((own[0], 0.0, 0.0, 1.0), (own[1], 1.0, 1.0, 1.0))),
+    )
+    assert fit_to_volume(tf, ct) == tf
+    wide = Volume(random.integers(0, 65536, (20, 20, 20)).astype(np.uint16))
+    assert fit_to_volume(tf, wide) == tf
