@@ -366,7 +366,10 @@ def test_places_are_named_played_and_kept(qtbot: QtBot, window: MainWindow, tmp_
     qtbot.waitUntil(lambda: frames[-1:] == [None])
     assert len(frames) == 50
     assert not window.browser.preview.is_shown
-    with qtbot.waitSignal(work.path.ended, check_params_cb=lambda text: "Saved" in text):
+    # A busy machine takes long to write a movie.
+    with qtbot.waitSignal(
+        work.path.ended, check_params_cb=lambda text: "Saved" in text, timeout=60_000
+    ):
         work.path.play(tmp_path / "path.gif")
     assert (tmp_path / "path.gif").stat().st_size > 1000
     window.browser.bar.renameRequested.emit(0)
