@@ -363,7 +363,7 @@ def test_places_are_named_played_and_kept(qtbot: QtBot, window: MainWindow, tmp_
     work.path.frameDrawn.connect(frames.append)
     window.browser.bar.playRequested.emit()
     assert window.browser.cancel.isVisible()
-    qtbot.waitUntil(lambda: frames[-1:] == [None])
+    qtbot.waitUntil(lambda: frames[-1:] == [None], timeout=60_000)
     assert len(frames) == 50
     assert not window.browser.preview.is_shown
     # A busy machine takes long to write a movie.
