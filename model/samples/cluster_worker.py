@@ -25,7 +25,7 @@ _kept = _Kept()
 
 
 def render_block(
-    data: tuple[Any, ...],
+    data: dict[str, Any],
     fingerprint: str,
     scene_json: dict[str, Any],
     seed: int,
@@ -36,8 +36,8 @@ def render_block(
 
     Parameters
     ----------
-    data : tuple
-        The fields of the volume, in order.
+    data : dict
+        The fields of the volume by name, but for its file's facts.
     fingerprint : str
         The volume's fingerprint, to compare volumes without reading their voxels.
     scene_json : dict
@@ -53,7 +53,7 @@ def render_block(
         _kept.made_for, _kept.renderer = None, None
         # Each thread renders its own blocks; Mesa's threads would compete with them.
         os.environ.setdefault("LP_NUM_THREADS", "1")
-        _kept.renderer = make_renderer(Volume(*data), scene)
+        _kept.renderer = make_renderer(Volume(**data), scene)
         _kept.made_for = scene, fingerprint
     return render_samples(_kept.renderer, scene, seed, split, block)
 

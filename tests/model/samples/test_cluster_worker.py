@@ -30,8 +30,8 @@ def nothing_kept() -> Iterator[None]:
 
 @pytest.fixture
 def data(volume: Volume) -> tuple[Any, ...]:
-    fields = (volume.scalars, volume.spacing, volume.origin, volume.name)
-    return fields, volume.fingerprint
+    names = ("voxels", "spacing", "origin", "name")
+    return {name: getattr(volume, name) for name in names}, volume.fingerprint
 
 
 def test_the_renderer_stays_until_the_scene_changes(
@@ -52,9 +52,11 @@ def test_the_renderer_stays_until_the_scene_changes(
 
 def test_another_volume_gets_no_renderer_of_the_first(data: tuple[Any, ...], scene: Scene) -> None:
     render_block(*data, scene.to_json(), 7, "train", range(1))
-    other = Volume(data[0][0][::-1])
+    other = Volume(data[0]["voxels"][::-1])
     with pytest.raises(DatasetError, match="is not the one"):
-        render_block((other.scalars,), other.fingerprint, scene.to_json(), 7, "train", range(1))
+        render_block(
+            {"voxels": other.voxels}, other.fingerprint, scene.to_json(), 7, "train", range(1)
+        )
 
 
 def test_each_thread_has_its_own(data: tuple[Any, ...], scene: Scene, store: SampleStore) -> None:
