@@ -359,7 +359,7 @@ def test_a_codec_is_measured(
 def test_a_study_writes_its_table_and_goes_on(
     raw_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    arguments = f"study l1-weight --volume {raw_file} --samples 16 --images 16 --count 4"
+    arguments = f"study l1-weight --volume {raw_file} --samples 16 --images 32 --count 4"
     arguments += f" --sensitivities 1 --workers 1 --device cpu --out {tmp_path}"
     assert run(arguments.split()) == 0
     first = (tmp_path / "l1-weight.json").read_text()
