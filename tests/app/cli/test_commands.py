@@ -359,21 +359,21 @@ def test_a_codec_is_measured(
 def test_a_study_writes_its_table_and_goes_on(
     raw_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    arguments = f"study l1-weight --volume {raw_file} --samples 16 --images 32 --count 4"
+    arguments = f"study l1-weight --volume {raw_file} --samples 32 --images 32 --count 4"
     arguments += f" --sensitivities 1 --workers 1 --device cpu --out {tmp_path}"
     assert run(arguments.split()) == 0
     first = (tmp_path / "l1-weight.json").read_text()
     table = (tmp_path / "l1-weight.md").read_text()
-    assert "| 450 | 16 |" in table
+    assert "| 450 | 32 |" in table
     assert "0.044 | 0.012 |" in table
-    assert "nearest of 16" in capsys.readouterr().out
+    assert "nearest of 32" in capsys.readouterr().out
     assert run(arguments.split()) == 0
     assert (tmp_path / "l1-weight.json").read_text() == first
     capsys.readouterr()
     assert run([*arguments.split(), "--set", "seed=1"]) == 2
     assert "options.seed 0, not 1" in one_line(capsys)
-    assert run([*arguments.split(), "--images", "24"]) == 2
-    assert "share 16 training images, not 24; give --images 16" in one_line(capsys)
+    assert run([*arguments.split(), "--images", "48"]) == 2
+    assert "share 32 training images, not 48; give --images 32" in one_line(capsys)
 
 
 def test_a_png_shows_the_image_on_black(raw_file: Path, tf_file: Path, tmp_path: Path) -> None:
