@@ -17,7 +17,7 @@ _STEPS = (Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_PageUp, Qt.Key.Key_PageDown
 
 
 class NumberEntry(QObject):
-    """What is typed into a number box: taken, or refused with a reason until it is mended.
+    """Text typed into a number box: taken, or refused with a reason until it is mended.
 
     A refused number stays in the box, which has a red rim and the reason above it, wherever the
     focus goes; Escape brings the last number back.

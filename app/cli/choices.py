@@ -44,7 +44,7 @@ class ScaleOption(StrEnum):
 
 
 class PictureOption(StrEnum):
-    """What of a latent code is drawn, for the command line."""
+    """Subject of a latent code's picture, for the command line."""
 
     CODE = "code"
     TF = "tf"

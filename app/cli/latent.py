@@ -37,14 +37,14 @@ PICTURES: dict[PictureOf, str] = {
     "code": "drawn from the latent codes",
     "tf": "drawn under the decoded TFs",
 }
-"""What pictures are of, for captions."""
+"""Subjects of pictures, for captions."""
 
 Images = NDArray[np.float32]
 
 
 @dataclass(frozen=True)
 class _Engine:
-    """What draws pictures of codes.
+    """Engine that draws pictures of codes.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What the ``paper`` command is asked."""
+"""Order of the ``paper`` command: its options as data."""
 
 from __future__ import annotations
 

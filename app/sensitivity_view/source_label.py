@@ -63,7 +63,7 @@ class SourceLabel(QLabel):
 
     @property
     def said(self) -> str:
-        """What is read in the line."""
+        """Text of the line as it is read."""
         return without_links(self.text())
 
     def _take_hint(self, hint: str) -> None:

@@ -45,7 +45,7 @@ class Brightness(QObject):
         super().__init__(parent)
         self._state = state
         self._before: tuple[float | None] | None = None
-        """What was chosen before a drag, in a tuple; None without a drag."""
+        """Choice before a drag, in a tuple; None without a drag."""
         self._preferences = preferences
         self._chosen: float | None = None
         self._usual: dict[EngineName, float] = {"exact": 1.0, "learned": 1.0}

@@ -177,7 +177,7 @@ class Preferences(QObject):
         self._store = store
         self._values = Remembered()
         self._base = self._values
-        """What was in the file when it was read or written last."""
+        """Content of the file when it was read or written last."""
         self._written: tuple[Remembered, Remembered] | None = None
         """What the last write was given, and what is in the file since."""
         self._writer = DelayedWriter(self._take, "preferences", self)

@@ -27,7 +27,7 @@ LEAST_MODE = 0.02
 """Opacity that a peak must stand out by to count as a mode."""
 
 PictureOf = Literal["code", "tf"]
-"""What of a latent code is drawn: the code itself, or the opacity TF that it decodes to."""
+"""Subject of a latent code's picture: the code itself, or the opacity TF that it decodes to."""
 
 Codes = NDArray[np.float32]
 Opacities = NDArray[np.float32]
