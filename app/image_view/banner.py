@@ -19,7 +19,7 @@ LINE_WIDTH = 480
 
 _STYLE = f"""
 QFrame#banner {{
-    background: {theme.PANEL}; border: 1px solid {theme.BORDER}; border-radius: 6px;
+    background: {theme.ON_IMAGE.panel}; border: 1px solid {theme.ON_IMAGE.line}; border-radius: 6px;
 }}
 """
 

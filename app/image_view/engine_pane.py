@@ -173,7 +173,7 @@ class EnginePane(QWidget):
             self.canvas.show_image(None)
             self.canvas.show_message(self.client.text or PREPARING)
         elif state is EngineState.FAILED:
-            self.canvas.show_message(self.client.text, theme.ERROR)
+            self.canvas.show_message(self.client.text, theme.ON_IMAGE.error)
         elif state is EngineState.SETTLED:
             # Nothing follows.
             self._detail.set_full_text(self.detail.removeprefix(FINER))
@@ -184,7 +184,7 @@ class EnginePane(QWidget):
             self._show(result, self.client.description)
             if self._refines or not result.request.quality.live:
                 self._detail.set_full_text(FINER + self.detail)
-                self._detail.setStyleSheet(f"color: {theme.ACCENT}")
+                self._detail.setStyleSheet(f"color: {theme.ON_IMAGE.change}")
 
     def _show_stand_in(self, stand_in: EngineClient, result: Result) -> None:
         wanted = isinstance(result.request, StandInRequest) and result.value is not None

@@ -67,7 +67,7 @@ class ImageCanvas(QWidget):
         self.setCursor(Qt.CursorShape.OpenHandCursor)
         self._image: QImage | None = None
         self._message = ""
-        self._message_color = theme.DIM_TEXT
+        self._message_color = theme.ON_IMAGE.dim
         self._hint = ""
         self._badge = ""
         self._cover: QImage | None = None
@@ -152,7 +152,7 @@ class ImageCanvas(QWidget):
         """Have something painted over the image whenever it is."""
         self._decorations.append(paint)
 
-    def show_message(self, text: str, color: str = theme.DIM_TEXT) -> None:
+    def show_message(self, text: str, color: str = theme.ON_IMAGE.dim) -> None:
         """Show a message over the image."""
         self._message = text
         self._message_color = color
@@ -204,7 +204,7 @@ class ImageCanvas(QWidget):
             gaps = self.width() - rect.width(), self.height() - rect.height()
             if max(gaps) > LEAST_GAP:
                 # Where a picture ends, the volume may be cut: that is to be seen.
-                painter.setPen(QPen(QColor(theme.BORDER), 1))
+                painter.setPen(QPen(QColor(theme.ON_IMAGE.line), 1))
                 painter.setBrush(Qt.BrushStyle.NoBrush)
                 painter.drawRect(rect.adjusted(0, 0, -1, -1))
             if not self._message:
@@ -220,7 +220,7 @@ class ImageCanvas(QWidget):
             column = text_rect.adjusted(text_rect.width() // 10, 0, -text_rect.width() // 10, 0)
             painter.drawText(column, Qt.AlignmentFlag.AlignCenter | flags, self._message)
         elif self._hint:
-            painter.setPen(QColor(theme.WARNING))
+            painter.setPen(QColor(theme.ON_IMAGE.attention))
             bottom = Qt.AlignmentFlag.AlignBottom | Qt.AlignmentFlag.AlignHCenter
             # Over the picture that it is about, not beside it.
             below = text_rect if self._image is None else self.image_rect & text_rect
@@ -234,9 +234,9 @@ class ImageCanvas(QWidget):
         ground = words.adjusted(-8, -4, 8, 4)
         ground.moveTopLeft(self.picture_rect.topLeft() + QPoint(_MARGIN, _MARGIN))
         painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(QColor(theme.PANEL))
+        painter.setBrush(QColor(theme.ON_IMAGE.panel))
         painter.drawRoundedRect(ground, 4, 4)
-        painter.setPen(QColor(theme.ACCENT))
+        painter.setPen(QColor(theme.ON_IMAGE.change))
         painter.drawText(ground, Qt.AlignmentFlag.AlignCenter, self._badge)
 
     def _image_rect(self, image: QImage) -> QRect:

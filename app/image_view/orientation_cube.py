@@ -184,10 +184,10 @@ class OrientationCube(QWidget):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         for face in self._faces:
             hovered = face.name == self._hovered
-            painter.setPen(QPen(QColor(theme.BACKGROUND), 1.2))
-            painter.setBrush(QColor(theme.ACCENT) if hovered else _shade(face.normal))
+            painter.setPen(QPen(QColor(theme.ON_IMAGE.window), 1.2))
+            painter.setBrush(QColor(theme.ON_IMAGE.change) if hovered else _shade(face.normal))
             painter.drawPolygon(face.polygon)
-        painter.setPen(QColor(theme.BACKGROUND))
+        painter.setPen(QColor(theme.ON_IMAGE.window))
         square = QRectF(0, 0, 100, 100)
         corners = QPolygonF(
             [square.topLeft(), square.topRight(), square.bottomRight(), square.bottomLeft()]
