@@ -23,10 +23,16 @@ class NumberBox(QDoubleSpinBox):
     What is no number, or not within the limits, stays there and says why.
 
     `valueChanged` is emitted only for changes by the user; see :meth:`show_value`.
+
+    Parameters
+    ----------
+    is_short : bool
+        Whether no zero is shown before the point, where room is scarce.
     """
 
-    def __init__(self, parent: QWidget | None = None) -> None:
+    def __init__(self, parent: QWidget | None = None, *, is_short: bool = False) -> None:
         super().__init__(parent)
+        self._is_short = is_short
         self._digits = 6
         self._meaning = ""
         self._limits: tuple[float, float] | None = None
@@ -77,7 +83,8 @@ class NumberBox(QDoubleSpinBox):
 
     def textFromValue(self, value: float) -> str:
         """Format a value with its relevant digits, and never as "-0"."""
-        return f"{value + 0.0:.{self._digits}g}"
+        text = f"{value + 0.0:.{self._digits}g}"
+        return text.removeprefix("0") if self._is_short and text.startswith("0.") else text
 
     def valueFromText(self, text: str) -> float:
         """Read a number; an unchanged text keeps the exact value."""

@@ -11,7 +11,6 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QMainWindow,
     QMessageBox,
-    QSplitter,
     QToolButton,
     QVBoxLayout,
     QWidget,
@@ -37,6 +36,7 @@ from app.state.transfer_function_store import TransferFunctionStore
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
 from app.tf_editor.decoded_layer import DecodedLayer
+from app.tf_editor.dock_splitter import DockSplitter
 from app.tf_editor.editor import TransferFunctionEditor
 from app.tf_editor.plot_memory import PlotMemory
 from app.window.crop_bar import CropBar
@@ -130,7 +130,7 @@ class MainWindow(QMainWindow):
         self.browse = QToolButton()
         self.status = StatusLine(self.state)
         self._offers = QHBoxLayout()
-        self._splitter = QSplitter(Qt.Orientation.Vertical)
+        self._splitter = DockSplitter(self._images_and_lines(), self.editor)
         self._lay_out()
         self.overlays = Overlays(
             (self.generator, self.reference), self.state, self.workspace.decoded, self.preferences
@@ -246,7 +246,7 @@ class MainWindow(QMainWindow):
             self._show_effect(True)
         if event.key() == Qt.Key.Key_W and not event.modifiers():
             if not event.isAutoRepeat():
-                self.sensitivity.findings.start_what_if()
+                self.sensitivity.what_if.start()
         elif not (event.key() == Qt.Key.Key_Escape and self.sensitivity.escape()):
             super().keyPressEvent(event)
 
@@ -255,7 +255,7 @@ class MainWindow(QMainWindow):
         if event.key() == Qt.Key.Key_Control:
             self._show_effect(False)
         if event.key() == Qt.Key.Key_W and not event.isAutoRepeat():
-            self.sensitivity.findings.end_what_if()
+            self.sensitivity.what_if.end()
         else:
             super().keyReleaseEvent(event)
 
@@ -268,7 +268,7 @@ class MainWindow(QMainWindow):
     def changeEvent(self, event: QEvent) -> None:
         """End what is held when another window takes the keys."""
         if event.type() == QEvent.Type.ActivationChange and not self.isActiveWindow():
-            self.sensitivity.findings.end_what_if()
+            self.sensitivity.what_if.end()
         super().changeEvent(event)
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
@@ -314,20 +314,11 @@ class MainWindow(QMainWindow):
         self.browse.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.browse.setToolTip("Show a map of the TFs, with a picture of each (Ctrl+B)")
         self.menuBar().setCornerWidget(self.browse)
-        splitter = self._splitter
-        splitter.setHandleWidth(12)
-        splitter.setChildrenCollapsible(False)
-        splitter.addWidget(self._images_and_lines())
-        splitter.addWidget(self.editor)
-        # The editor stays where it is when a line below the images appears or goes.
-        splitter.setStretchFactor(0, 1)
-        splitter.setStretchFactor(1, 0)
-        splitter.setSizes([530, 260])
         central = QWidget()
         column = QVBoxLayout(central)
         column.setContentsMargins(14, 8, 14, 4)
         column.setSpacing(8)
-        column.addWidget(splitter, 1)
+        column.addWidget(self._splitter, 1)
         self.setCentralWidget(central)
         self.setStatusBar(self.status)
         self.setWindowTitle("tfscope")

@@ -56,7 +56,7 @@ def test_both_images_show_the_same_request(make_window: WindowMaker) -> None:
     assert "16 × 16" in window.generator.detail
     assert window.windowTitle() == "ramp (4 × 5 × 6) – tfscope"
     assert window.editor.isEnabled()
-    assert window.editor.numbers.heading.text().endswith("of 3")
+    assert window.editor.card.heading.endswith("of 3")
 
 
 def test_dragging_in_either_image_moves_both(
@@ -217,6 +217,8 @@ def test_what_ends_something_is_never_where_a_training_is_begun(
     qtbot: QtBot, make_window: WindowMaker
 ) -> None:
     window = make_window(model=None)
+    # Below, controls over the reference fold onto one another.
+    window.resize(1240, 860)
     up, bar = window.up_axis_bar, window.training_bar
     ending: list[QRect] = []
     beginning: list[QRect] = []
