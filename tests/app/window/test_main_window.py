@@ -218,7 +218,7 @@ def test_what_ends_something_is_never_where_a_training_is_begun(
 ) -> None:
     window = make_window(model=None)
     # Below, controls over the reference fold onto one another.
-    window.resize(1240, 860)
+    window.resize(1440, 860)
     up, bar = window.up_axis_bar, window.training_bar
     ending: list[QRect] = []
     beginning: list[QRect] = []
