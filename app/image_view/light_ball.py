@@ -12,7 +12,7 @@ from app import theme
 from app.state.viewer_state import ViewerState
 from model.scene.light import LightDirection, LightRange
 
-DIAMETER = 30
+DIAMETER = 20
 
 REACH = 60.0
 """Pixels that a drag moves the light by the ball's radius."""
@@ -65,6 +65,7 @@ class LightBall(QWidget):
         self._moved = False
         self.setFixedSize(QSize(DIAMETER, DIAMETER))
         self.setCursor(Qt.CursorShape.CrossCursor)
+        self.setAccessibleName("Light direction")
         # What stands beside it keeps its place.
         policy = self.sizePolicy()
         policy.setRetainSizeWhenHidden(True)

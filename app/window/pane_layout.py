@@ -7,6 +7,8 @@ from typing import Literal
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QSplitter, QWidget
 
+from app.image_view.engine_pane import EnginePane
+
 Shown = Literal["both", "generator", "reference"]
 """Images that the user wants to see, as far as they are there."""
 
@@ -19,20 +21,24 @@ class PaneLayout(QSplitter):
 
     Parameters
     ----------
-    browser, generator, reference : QWidget
+    browser : QWidget
+    generator, reference : EnginePane
     """
 
     imagesShown = Signal(bool, bool)
     """Emitted with whether the generator's image is in sight, and the reference."""
     wanted = Signal(str)
     """Emitted with the new choice of images."""
+    arranged = Signal()
+    """Emitted when an image has come, gone or changed its side."""
 
-    def __init__(self, browser: QWidget, generator: QWidget, reference: QWidget) -> None:
+    def __init__(self, browser: QWidget, generator: EnginePane, reference: EnginePane) -> None:
         super().__init__(Qt.Orientation.Horizontal)
         self._browser, self._generator, self._reference = browser, generator, reference
         self._shown: Shown = "both"
         self._has_model = self._browsing = False
-        self.setHandleWidth(12)
+        # Images touch: Qt takes the mouse some pixels beside the line, too.
+        self.setHandleWidth(1)
         self.setChildrenCollapsible(False)
         for widget, stretch in ((browser, 2), (generator, 1), (reference, 1)):
             self.addWidget(widget)
@@ -50,9 +56,28 @@ class PaneLayout(QSplitter):
         return self.indexOf(self._reference) == 0
 
     @property
-    def is_reference_alone(self) -> bool:
-        """Whether nothing stands beside the reference."""
-        return self._browser.isHidden() and self._generator.isHidden()
+    def images(self) -> list[EnginePane]:
+        """Panes of the images that are there, from left to right."""
+        panes = (self._generator, self._reference)
+        there = [pane for pane in panes if not pane.isHidden()]
+        return sorted(there, key=self.indexOf)
+
+    @property
+    def is_browsing(self) -> bool:
+        """Whether the latent browser is in the generator's place."""
+        return self._browsing
+
+    @property
+    def can_compare(self) -> bool:
+        """Whether there are two images to show."""
+        return self._has_model and not self._browsing
+
+    def toggle_compare(self) -> None:
+        """Show the left image alone, or both."""
+        if len(self.images) > 1:
+            self.show_images("generator" if self.images[0] is self._generator else "reference")
+        else:
+            self.show_images("both")
 
     def show_images(self, shown: Shown) -> None:
         """Show both images, or one of them alone."""
@@ -75,6 +100,7 @@ class PaneLayout(QSplitter):
     def swap(self) -> None:
         """Put the reference on the other side."""
         self.insertWidget(2 if self.is_swapped else 0, self._reference)
+        self.arranged.emit()
 
     def _update(self) -> None:
         generator = self._has_model and not self._browsing and self._shown != "reference"
@@ -84,3 +110,4 @@ class PaneLayout(QSplitter):
         self._generator.setVisible(generator)
         self._reference.setVisible(not alone)
         self.imagesShown.emit(generator, not alone)
+        self.arranged.emit()

@@ -302,7 +302,9 @@ def test_thumbnails_come_when_one_is_close(
     gaps = np.abs(places[:, None] - places).max(axis=2) + 1e3 * np.eye(len(wanted))
     assert gaps.min() >= 52
     # Over a thumbnail the mouse means its sample alone.
-    sample = wanted[0]
+    seen = QRectF(map_view.rect())
+    at = dict(zip(wanted, map_view.frame.pixels(latent_map.places[wanted]), strict=True))
+    sample = next(s for s in wanted if seen.contains(QPointF(*at[s])))
     move(qtbot, map_view, tuple(latent_map.places[sample].tolist()))
     qtbot.waitUntil(lambda: window.latent_state.hover_sample == sample)
     assert any(isinstance(r, ThumbnailRequest) for r in builders.analysts[-1].others)
