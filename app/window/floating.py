@@ -42,7 +42,7 @@ class Floating(QObject):
         self._add("top", widget)
 
     def add_bottom(self, widget: QWidget) -> None:
-        """Have a widget float at the bottom, above those that are there."""
+        """Have a widget float at the bottom, beside those that are there, or above them."""
         self._add("bottom", widget)
 
     def set_middle_of(self, widget: QWidget | None) -> None:
@@ -53,7 +53,7 @@ class Floating(QObject):
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Follow the area's size, and the sizes of what floats."""
         resized = event.type() == QEvent.Type.Resize and watched is self._area
-        if resized or (event.type() in _PLACES and watched is not self._area):
+        if resized or event.type() in _PLACES:
             self._place()
         return False
 
@@ -73,15 +73,27 @@ class Floating(QObject):
             size = self._size_of(widget, area)
             widget.setGeometry((area.width() - size.width()) // 2, y, size.width(), size.height())
             y += size.height() + GAP
-        middle = self._middle().center().x()
+        sizes = {widget: self._size_of(widget, area) for widget in self._shown("bottom")}
+        in_row = sum(size.width() + GAP for size in sizes.values()) - GAP
+        rows = [sizes] if in_row <= area.width() - 2 * SIDE else [{w: s} for w, s in sizes.items()]
         y = area.height() - BOTTOM
-        for widget in self._shown("bottom"):
-            size = self._size_of(widget, area)
-            left = min(max(middle - size.width() // 2, SIDE), area.width() - SIDE - size.width())
+        for row in rows:
+            y = self._place_row(row, y) - GAP
+
+    def _place_row(self, row: dict[QWidget, QSize], bottom: int) -> int:
+        """Place widgets beside each other, and return their upper edge."""
+        width = sum(size.width() + GAP for size in row.values()) - GAP
+        room, around = self._area.width() - SIDE - width, self._middle()
+        middle = around.left() + (around.width() - width) // 2
+        left = max(min(max(middle, SIDE), room), 0)
+        top = bottom
+        for widget, size in row.items():
             # On a low screen it may lie over the captions, but not beyond the area.
-            top = max(y - size.height(), 0)
-            widget.setGeometry(max(left, 0), top, size.width(), size.height())
-            y = top - GAP
+            upper = max(bottom - size.height(), 0)
+            widget.setGeometry(left, upper, size.width(), size.height())
+            left += size.width() + GAP
+            top = min(top, upper)
+        return top
 
     def _shown(self, column: str) -> list[QWidget]:
         widgets = [widget for widget in self._columns[column] if not widget.isHidden()]
