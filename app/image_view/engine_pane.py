@@ -86,12 +86,13 @@ class EnginePane(QWidget):
         self._facts = self._who = self._light = ""
         self._note = self._note_tip = self._hint = self._tip = ""
         self._speed = ""
+        self._name = title
+        self._cover = ("", "", "")
         self._is_late = self._is_finer_next = False
         self.canvas = ImageCanvas(self)
         self.caption = CaptionButton(on_image=True)
         self.caption.setParent(self.canvas)
         self.caption.move(PLACE, PLACE)
-        self.caption.set_title(title)
         self._lateness = Lateness(client, self)
         self._lateness.changed.connect(self._note_lateness)
         layout = QVBoxLayout(self)
@@ -132,14 +133,18 @@ class EnginePane(QWidget):
 
     def set_title(self, title: str, tip: str = "") -> None:
         """Name who draws the pane's images; the tooltip tells more."""
-        self.caption.set_title(title)
-        self._tip = tip
+        self._name, self._tip = title, tip
+        self._show_status()
+
+    def name_cover(self, title: str, detail: str = "", tip: str = "") -> None:
+        """Have the caption name the picture that covers the image; empty for the image again."""
+        self._cover = (title, detail, tip) if title else ("", "", "")
         self._show_status()
 
     @property
     def title(self) -> str:
-        """Title of the pane."""
-        return self.caption.title
+        """Title of the pane's own images."""
+        return self._name
 
     @property
     def status(self) -> str:
@@ -212,9 +217,15 @@ class EnginePane(QWidget):
 
     def _show_status(self) -> None:
         """Say in the caption how true the image is, and draw how far it has got."""
-        text, tone = self._status()
+        title, text, tip = self._cover
+        tone: Tone = "dim"
+        lines = tip.splitlines()
+        if not title:
+            title = self._name
+            text, tone = self._status()
+            lines = [self._tip, self._hint, self._note_tip if self._note else "", self._facts]
+        self.caption.set_title(title)
         self.caption.set_detail(text, tone)
-        lines = [self._tip, self._hint, self._note_tip if self._note else "", self._facts]
         # As rich text it is wrapped.
         tip = "<br>".join(html.escape(line).replace("\n", " ") for line in lines if line)
         self.caption.setToolTip(f"<qt>{tip}</qt>" if tip else "")

@@ -5,9 +5,14 @@ from __future__ import annotations
 from typing import Literal
 
 from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QSplitter, QWidget
 
 from app.image_view.engine_pane import EnginePane
+from app.latent_browser.latent_browser import LatentBrowser
+
+LEAST_IMAGE = 220
+"""Width of the image beside the latent browser: its squares give way."""
 
 Shown = Literal["both", "generator", "reference"]
 """Images that the user wants to see, as far as they are there."""
@@ -21,7 +26,7 @@ class PaneLayout(QSplitter):
 
     Parameters
     ----------
-    browser : QWidget
+    browser : LatentBrowser
     generator, reference : EnginePane
     """
 
@@ -32,11 +37,13 @@ class PaneLayout(QSplitter):
     arranged = Signal()
     """Emitted when an image has come, gone or changed its side."""
 
-    def __init__(self, browser: QWidget, generator: EnginePane, reference: EnginePane) -> None:
+    def __init__(
+        self, browser: LatentBrowser, generator: EnginePane, reference: EnginePane
+    ) -> None:
         super().__init__(Qt.Orientation.Horizontal)
         self._browser, self._generator, self._reference = browser, generator, reference
         self._shown: Shown = "both"
-        self._has_model = self._browsing = False
+        self._has_model = self._browsing = self._was_browsing = False
         # Images touch: Qt takes the mouse some pixels beside the line, too.
         self.setHandleWidth(1)
         self.setChildrenCollapsible(False)
@@ -97,6 +104,11 @@ class PaneLayout(QSplitter):
             self._browsing = browsing
             self._update()
 
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Keep the latent browser's squares as high as the images."""
+        super().resizeEvent(event)
+        self._fit_browser()
+
     def swap(self) -> None:
         """Put the reference on the other side."""
         self.insertWidget(2 if self.is_swapped else 0, self._reference)
@@ -109,5 +121,23 @@ class PaneLayout(QSplitter):
         self._browser.setVisible(self._browsing)
         self._generator.setVisible(generator)
         self._reference.setVisible(not alone)
+        self._fit_browser()
         self.imagesShown.emit(generator, not alone)
         self.arranged.emit()
+
+    def _fit_browser(self) -> None:
+        """Make the browser as wide as its squares are at this height, beside an image."""
+        if not self._browsing:
+            if self._was_browsing:
+                self.setSizes([1000 * (widget is not self._browser) for widget in self._in_order()])
+            self._was_browsing = False
+            return
+        self._was_browsing = True
+        width = self.width() - self.handleWidth()
+        browser = min(self._browser.width_for(self.height()), max(width - LEAST_IMAGE, 0))
+        widths = {self._browser: browser, self._reference: width - browser}
+        self.setSizes([widths.get(widget, 0) for widget in self._in_order()])
+
+    def _in_order(self) -> list[QWidget]:
+        parts: list[QWidget] = [self._browser, self._generator, self._reference]
+        return sorted(parts, key=self.indexOf)

@@ -54,7 +54,7 @@ def test_the_grid_draws_the_mean_codes_in_one_batch(
     # The fake's images are as bright as the first number of their code.
     brightness = [image[0, 0, 0] for image in grid.images.values()]
     assert brightness == pytest.approx((means[:, 0] + 1) / 2, abs=1e-6)
-    assert "from codes" in window.browser.status.text()
+    assert "from codes" in window.browser.facts
 
 
 def test_hovering_draws_the_interpolated_code_and_shows_the_decoded_tf(
