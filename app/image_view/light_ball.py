@@ -128,7 +128,9 @@ class LightBall(QWidget):
         middle, radius = QPointF(DIAMETER / 2, DIAMETER / 2), DIAMETER / 2 - 1
         spot = middle + QPointF(right, -up) * (0.85 * radius)
         shade = QRadialGradient(middle, radius, spot)
-        shade.setColorAt(0.0, QColor(theme.TEXT if self.isEnabled() else theme.FAINT_TEXT))
+        # A lit ball looks alike in both themes.
+        lit = theme.ON_IMAGE.text if self.isEnabled() else theme.ON_IMAGE.disabled
+        shade.setColorAt(0.0, QColor(lit))
         shade.setColorAt(1.0, QColor(theme.CANVAS))
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)

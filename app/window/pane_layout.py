@@ -6,7 +6,7 @@ from typing import Literal
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import QSplitter, QWidget
+from PySide6.QtWidgets import QApplication, QSplitter, QWidget
 
 from app.image_view.engine_pane import EnginePane
 from app.latent_browser.latent_browser import LatentBrowser
@@ -118,10 +118,15 @@ class PaneLayout(QSplitter):
         generator = self._has_model and not self._browsing and self._shown != "reference"
         # One image is always there.
         alone = self._shown == "generator" and generator
+        focus = QApplication.focusWidget()
+        had = [pane for pane in self.images if focus is not None and pane.isAncestorOf(focus)]
         self._browser.setVisible(self._browsing)
         self._generator.setVisible(generator)
         self._reference.setVisible(not alone)
         self._fit_browser()
+        if had and had[0].isHidden():
+            # Else a number's box would have the keys of the image that is gone.
+            self.images[0].canvas.setFocus()
         self.imagesShown.emit(generator, not alone)
         self.arranged.emit()
 
