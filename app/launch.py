@@ -127,7 +127,7 @@ def _show_as_asked(window: MainWindow, start: WindowStart) -> None:
         state.set_view(start.view)
     if start.crop is not None:
         state.set_crop(start.crop)
-        window.crop_bar.set_shown(True)
+        window.crop_card.set_shown(True)
     if start.light is not None and state.light is not None:
         workspace.reference.place_light(start.light)
     elif start.light is not None:

@@ -27,11 +27,11 @@ from model.scene.axes import AXES, axis_direction
 from model.scene.orientation import STANDARD_VIEWS, faces
 from model.scene.view import View
 
-SIZE = 72
-PLACE = 10
+SIZE = 64
+PLACE = 6
 """Distance in pixels to the parent's corner."""
 
-HALF_EDGE = 19.0
+HALF_EDGE = 17.0
 EYE = 6.0
 """Distance of the eye that sees the cube, in halves of its edge."""
 

@@ -51,6 +51,7 @@ class Overlays(QObject):
         self._preferences = preferences
         self.units = ""
         self._cubes = [OrientationCube(state, canvas) for canvas in canvases]
+        self._right = canvases[-1]
         self.insets = [OpacityInset(pane) for pane in panes]
         for canvas in canvases:
             canvas.add_decoration(partial(self._paint, canvas))
@@ -77,6 +78,13 @@ class Overlays(QObject):
     def has_decoded_tf(self) -> bool:
         """Whether the decoded TF is shown, where there is one."""
         return bool(self._preferences.value("decoded_tf"))
+
+    def lie_over(self, canvas: ImageCanvas) -> None:
+        """Show cube and legend over one canvas: the rightmost that is there."""
+        self._right = canvas
+        self._show_cubes()
+        for each in self._canvases:
+            each.update()
 
     def toggle_opacity(self) -> None:
         """Show opacity images, or hide them."""
@@ -108,9 +116,9 @@ class Overlays(QObject):
             inset.set_shown(self.has_opacity)
 
     def _show_cubes(self) -> None:
-        for cube in self._cubes:
-            cube.setVisible(self.has_cube)
+        for canvas, cube in zip(self._canvases, self._cubes, strict=True):
+            cube.setVisible(self.has_cube and canvas is self._right)
 
     def _paint(self, canvas: ImageCanvas, painter: QPainter, _square: QRect) -> None:
-        if self.has_legend:
+        if self.has_legend and canvas is self._right:
             paint_legend(painter, canvas.picture_rect, self._state.transfer_function, self.units)
