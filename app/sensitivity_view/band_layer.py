@@ -34,8 +34,10 @@ class BandTag(QFrame):
         self.add = AddButton("the values that are kept")
         self.release = IconButton("close", "Let the values go", "Esc")
         self._row = row = QHBoxLayout(self)
-        row.setContentsMargins(8, 0, 8, 0)
+        row.setContentsMargins(8, 0, 4, 0)
         row.setSpacing(4)
+        for button in (self.add, self.release):
+            button.setFixedHeight(TAG_HEIGHT - 4)
         for part in (self.text, self.add, self.release):
             row.addWidget(part)
         self.hide()

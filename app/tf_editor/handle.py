@@ -74,6 +74,11 @@ class DragHandle(QGraphicsObject):
         return self._selected
 
     @property
+    def is_mark(self) -> bool:
+        """True for a mark on a curve; False for a line."""
+        return self._shape != "line"
+
+    @property
     def is_hovered(self) -> bool:
         """True while the mouse is over the handle."""
         return self._hovered

@@ -30,6 +30,9 @@ BESIDE_PIN = 8
 ROOM = 3
 """Least distance from the plot's edges and from flags, in pixels."""
 
+SHIFTS = 0, -14, 14, -24, 24
+"""By how much it may stand higher or lower than its handle, in pixels."""
+
 VALUE_MEANING = "Scalar value (F2)"
 WIDTH_MEANING = "Distance from the mean at which the opacity has fallen to 37 %"
 OPACITY_MEANING = (
@@ -258,18 +261,29 @@ class ModeCard(QFrame):
             for flag in self._area.flags
             if not flag.isHidden()
         ]
+        handles = [box for box in self._area.handle_boxes() if not box.contains(at)]
         lowest = plot.bottom() + 1 - size.height()
-        heights = [at.y() - size.height() // 2, *(flag.bottom() + 1 for flag in flags)]
-        lefts = [at.x() + beside, at.x() - beside - size.width()]
-        inside = [x for x in lefts if plot.left() <= x <= plot.right() + 1 - size.width()]
-        # In a plot hardly wider than the card, beside the handle is nowhere.
-        lefts = inside or [min(max(lefts[0], plot.left()), plot.right() + 1 - size.width())]
-        corners = [QPoint(x, min(max(y, plot.top()), lowest)) for y in heights for x in lefts]
+        rightmost = plot.right() + 1 - size.width()
+        middle = at.y() - size.height() // 2
+        beside_it = (at.x() + beside, at.x() - beside - size.width())
+        lefts = [x for x in beside_it if plot.left() <= x <= rightmost]
+        beside_flags = [flag.bottom() + 1 for flag in flags]
+        corners = [
+            QPoint(x, min(max(y, plot.top()), lowest))
+            for x in lefts
+            for y in (*(middle + shift for shift in SHIFTS), *beside_flags)
+        ]
+        # Above or below it, where there is no room beside it, or others are in the way.
+        x = min(max(at.x() - size.width() // 2, plot.left()), rightmost)
+        for y in (at.y() - beside - size.height(), at.y() + beside):
+            if plot.top() <= y <= lowest:
+                corners.append(QPoint(x, y))
 
-        def cost(corner: QPoint) -> tuple[bool, int]:
+        def cost(corner: QPoint) -> tuple[bool, int, int]:
             box = QRect(corner, size)
             covers = any(box.intersects(flag) for flag in flags)
-            return covers, abs(box.center().y() - at.y())
+            hidden = sum(box.intersects(handle) for handle in handles)
+            return covers, hidden, abs(box.center().y() - at.y())
 
         return min(corners, key=cost)
 

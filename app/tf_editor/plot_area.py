@@ -11,6 +11,7 @@ from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, QRect, Qt, Signal
 from PySide6.QtWidgets import QGraphicsItem, QLabel, QWidget
 
 from app import theme
+from app.tf_editor.handle import DragHandle
 from app.tf_editor.histogram import HistogramLayer
 from app.tf_editor.opacity_scale import OpacityScale
 from app.tf_editor.plot_labels import PlotLabels, Side
@@ -134,6 +135,15 @@ class PlotArea(QObject):
         """Return where a place of one of the plots is, in pixels of the widget."""
         at = self.widget.mapFromScene(plot.mapViewToScene(QPointF(place, height)))
         return QPoint(at.x(), at.y())
+
+    def handle_boxes(self) -> list[QRect]:
+        """Return where the handles in sight are, in pixels of the widget."""
+        boxes = []
+        for item in self.opacity.childGroup.childItems():
+            if isinstance(item, DragHandle) and item.isVisible() and item.is_mark:
+                center = self.widget.mapFromScene(item.scenePos())
+                boxes.append(QRect(center.x() - 7, center.y() - 7, 14, 14))
+        return boxes
 
     def add_flag(self, flag: QWidget) -> None:
         """Put a widget over the plot, which nothing else shall cover."""

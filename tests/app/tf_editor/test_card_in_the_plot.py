@@ -84,6 +84,21 @@ def test_the_card_is_at_its_handle_in_the_plot_and_over_no_flag(
     assert not any(box.intersects(flag.geometry()) for flag in flags)
 
 
+def test_the_card_hides_no_other_handle(make_editor: EditorMaker, state: ViewerState) -> None:
+    editor = make_editor(amplitude=0.24)
+    modes = tuple(
+        GaussianMode(mean, 8.0, height)
+        for mean, height in ((150.0, 0.2), (168.0, 0.24), (186.0, 0.2))
+    )
+    tf = state.transfer_function
+    state.commit(replace(tf, opacity=OpacityTF((100.0, 200.0), modes=modes)), "edit")
+    editor.selection.select("opacity", 1)
+    box, plot = editor.card.geometry(), plot_of(editor)
+    handles = [editor.area.widget.mapFromScene(h.scenePos()) for h in editor.opacity.peaks]
+    assert plot.contains(box) and distance(box, handles[1]) <= 30
+    assert not any(box.contains(handle) for handle in handles)
+
+
 def test_a_pins_card_is_above_it(make_editor: EditorMaker) -> None:
     editor = make_editor()
     for index in range(3):
