@@ -20,6 +20,9 @@ def short(number: float, digits: int = 2, *, signed: bool = False) -> str:
         Whether a positive number has its sign, too.
     """
     size = abs(number)
+    if SMALLEST <= size < 1:
+        # A fifth decimal would be longer, and say nothing.
+        size = round(size, 4)
     text = f"{size:.{digits}g}" if size < 10**digits else f"{size:.0f}"
     if 0 < size < SMALLEST or size >= LARGEST:
         digit, _, power = f"{size:.{digits - 1}e}".partition("e")

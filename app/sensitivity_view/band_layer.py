@@ -19,7 +19,7 @@ from app.tf_editor.plot_area import PlotArea
 from model.scene.tf_perturbation import edit_over
 from model.scene.value_text import value_text
 
-TAG_HEIGHT = 24
+TAG_HEIGHT = 26
 
 
 class BandTag(QFrame):
@@ -37,7 +37,7 @@ class BandTag(QFrame):
         row.setContentsMargins(8, 0, 4, 0)
         row.setSpacing(4)
         for button in (self.add, self.release):
-            button.setFixedHeight(TAG_HEIGHT - 4)
+            button.setFixedHeight(TAG_HEIGHT - 2)
         for part in (self.text, self.add, self.release):
             row.addWidget(part)
         self.hide()

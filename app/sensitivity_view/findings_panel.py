@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import QEvent, Qt, Signal
 from PySide6.QtWidgets import (
     QFrame,
     QHBoxLayout,
@@ -110,9 +110,14 @@ class FindingsPanel(QFrame):
         self.rename = IconButton("rename", "Rename the region")
         self.close_button = IconButton("close", "Close", "Esc")
         self.adds = [AddButton("this value") for _ in range(ROWS)]
-        self.raises = [_row_button("▲", "Raise the opacity of these values") for _ in range(ROWS)]
-        self.lowers = [_row_button("▼", "Lower the opacity of these values") for _ in range(ROWS)]
-        self.isolates = [_row_button("Only", "Show these values alone") for _ in range(ROWS)]
+        self.raises, self.lowers, self.isolates = (
+            [_row_button(text, width, tip) for _ in range(ROWS)]
+            for text, width, tip in (
+                ("▲", 24, "Raise the opacity of these values"),
+                ("▼", 24, "Lower the opacity of these values"),
+                ("Only", 40, "Show these values alone"),
+            )
+        )
         trios = zip(self.raises, self.lowers, self.isolates, strict=True)
         self.value_rows = [PanelRow((0, 40), trio) for trio in trios]
         self.edit_rows = [PanelRow((44, 50, 0), (add,)) for add in self.adds]
@@ -162,6 +167,11 @@ class FindingsPanel(QFrame):
             target.insertWidget(1 if is_low else 0, self._what_if.button)
         self.edits_heading.setText("Edits" if is_low else "Edits that show most")
         self._show_open()
+
+    def leaveEvent(self, event: QEvent) -> None:
+        """List what shows by now, once nobody is about to click a row again."""
+        super().leaveEvent(event)
+        self.values.hold(False)
 
     def _show_open(self) -> None:
         if self.isHidden() == self.is_open:
@@ -329,6 +339,7 @@ class FindingsPanel(QFrame):
     def _emphasize(self, index: int, how: str, _checked: bool = False) -> None:
         if index >= len(self.values.found):
             return
+        self.values.hold(True)
         tf, found = self._state.transfer_function, self.values.found[index]
         functions: dict[str, Callable[[OpacityTF, float, float], OpacityTF]] = {
             "raise": raise_value,
@@ -387,8 +398,9 @@ class FindingsPanel(QFrame):
         return short(change, signed=True), "brighter" if change > 0 else "darker"
 
 
-def _row_button(text: str, tip: str) -> QToolButton:
+def _row_button(text: str, width: int, tip: str) -> QToolButton:
     button = text_button(text, tip)
+    button.setFixedWidth(width)
     button.setProperty("role", "chip")
     # After a click, keys such as W are the window's again.
     button.setFocusPolicy(Qt.FocusPolicy.TabFocus)

@@ -44,6 +44,7 @@ class ListedValues(QObject):
         self._dispatcher = dispatcher
         self._count = count
         self._place: ImageRegion | None = None
+        self._holds = False
         self.found: tuple[Contribution, ...] = ()
         dispatcher.pickAnswered.connect(self._find)
         dispatcher.visibilityAnswered.connect(self._find)
@@ -55,6 +56,15 @@ class ListedValues(QObject):
         """Whether they are of the present image."""
         answer = self._answer
         return answer is not None and answer.is_of(self._state.inputs)
+
+    def hold(self, holds: bool) -> None:
+        """Keep values in their order, and those that no longer show, or list what shows now.
+
+        Whoever clicks the same button twice means the same value.
+        """
+        if holds != self._holds:
+            self._holds = holds
+            self._find()
 
     def leave(self) -> bool:
         """List the region's values again; return False if they are."""
@@ -77,8 +87,7 @@ class ListedValues(QObject):
             self.found = ()
         else:
             scalar_range, place = self._state.scalar_range, answer.request.regions[0]
-            # Whoever clicks the same button twice means the same value.
-            before = self.found if place == self._place else ()
+            before = self.found if self._holds and place == self._place else ()
             found = contributions(answer.value[0], scalar_range)
             self._place, self.found = place, follow(before, found, scalar_range)[: self._count]
         self.changed.emit()

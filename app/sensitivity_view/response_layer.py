@@ -21,6 +21,7 @@ from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from app.tf_editor.plot_area import PlotArea
 from model.scene.transfer_function import TF_SAMPLES, Range
+from model.scene.value_text import value_text
 from model.sensitivity.display import FLOOR, SMALL_EDIT
 from model.sensitivity.intervals import Interval, promising_intervals
 
@@ -122,6 +123,19 @@ class ResponseLayer(QObject):
         """Return the responses shown as a curve, "exact" or "learned"; empty if hidden."""
         curve = self._curves[name]
         return np.asarray(curve.yData if curve.isVisible() and curve.yData is not None else [])
+
+    def table(self) -> tuple[list[str], list[list[str]]]:
+        """Return headings and rows of the curves that are drawn, a row for each scalar value."""
+        scalar_range = self._state.scalar_range
+        names = list(self._shown)
+        columns = ["Value", *(f"Change per .01, {name}" for name in names)]
+        curves = [self._shown[name][0] for name in names]
+        values = np.linspace(*scalar_range, TF_SAMPLES)
+        rows = [
+            [value_text(value, scalar_range), *(short(float(c[i]), 3, signed=True) for c in curves)]
+            for i, value in enumerate(values)
+        ]
+        return columns, rows
 
     def refresh(self) -> None:
         """Draw the newest responses."""

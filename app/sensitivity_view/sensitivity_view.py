@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject
 from PySide6.QtGui import QKeySequence, QShortcut
+from PySide6.QtWidgets import QWidget
 
 from app.image_view.engine_pane import EnginePane
 from app.sensitivity_view.band_layer import BandLayer
@@ -18,6 +20,7 @@ from app.sensitivity_view.measured_edits import MeasuredEdits
 from app.sensitivity_view.plot_mouse import PlotMouse
 from app.sensitivity_view.region_layer import RegionLayer
 from app.sensitivity_view.response_layer import ResponseLayer
+from app.sensitivity_view.responses_table import ResponsesTable
 from app.sensitivity_view.source_label import SourceLabel
 from app.sensitivity_view.visible_layer import VisibleLayer
 from app.sensitivity_view.what_if import WhatIfQuestion
@@ -93,6 +96,7 @@ class SensitivityView(QObject):
         editor.add_to_header(self.chips)
         editor.add_beside(self.findings)
         self._connect()
+        self._order_focus()
         self._fold()
 
     def _connect(self) -> None:
@@ -102,6 +106,7 @@ class SensitivityView(QObject):
             asked_for.connect(lambda: findings.set_open(True))
         sensitivity.placeChanged.connect(self._follow_place)
         self.chips.panel.clicked.connect(findings.set_open)
+        self.chips.tableRequested.connect(self.show_table)
         QShortcut(QKeySequence("F8"), self._editor, self.chips.panel.click)
         findings.openChanged.connect(lambda _open: self._fold())
         findings.renameRequested.connect(self.chips.ask_name)
@@ -113,9 +118,33 @@ class SensitivityView(QObject):
         self.what_if.shown.connect(self._show_what_if)
         self.what_if.ended.connect(self._end_what_if)
 
+    def show_table(self) -> ResponsesTable:
+        """List the curve's numbers."""
+        columns, rows = self.responses.table()
+        title = f"Change: {self._sensitivity.region_name}"
+        dialog = ResponsesTable(title, columns, rows, self._editor)
+        dialog.open()
+        return dialog
+
+    def _order_focus(self) -> None:
+        """Let Tab go from the header to the plot, its flags and its card, and to the panel."""
+        chips, findings, area = self.chips, self.findings, self._editor.area
+        rows = zip(findings.raises, findings.lowers, findings.isolates, strict=True)
+        order: list[QWidget] = [
+            *self._editor.header_controls,
+            chips.region, chips.change, chips.more, chips.visible, chips.voxels, chips.panel,
+            area.widget, *self.responses.flags, *self._editor.card.controls,
+            self.band.tag.add, self.band.tag.release,
+            findings.rename, findings.close_button, *(each for row in rows for each in row),
+            findings.height_box, *findings.adds, self.what_if.button,
+        ]  # fmt: skip
+        for one, other in pairwise(order):
+            QWidget.setTabOrder(one, other)
+
     def _fold(self) -> None:
-        editor, is_open = self._editor, self.findings.is_open
+        editor = self._editor
         self.findings.fold(editor.width(), editor.height())
+        is_open = self.findings.is_open
         self.chips.fold(editor.width(), is_open)
         self.chips.panel.setChecked(is_open)
 

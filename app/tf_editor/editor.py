@@ -137,7 +137,10 @@ class TransferFunctionEditor(QFrame):
         self._header.setContentsMargins(8, 0, 8, 0)
         self._header.setSpacing(4)
         menu = self.menu
-        for button in (menu.presets_button, menu.colors_button, self.add_button, menu.button):
+        self.header_controls: list[QWidget] = [
+            menu.presets_button, menu.colors_button, self.add_button, menu.button,
+        ]  # fmt: skip
+        for button in self.header_controls:
             self._header.addWidget(button)
         self._header.addStretch()
         plots = QVBoxLayout()

@@ -75,7 +75,7 @@ class ModeCard(QFrame):
         self.value, self.width_box, self.height_box = (NumberBox(is_short=True) for _ in range(3))
         self._captions: dict[QWidget, QLabel] = {}
         self.color_button = QToolButton()
-        self.color_button.setFixedSize(18, 18)
+        self.color_button.setFixedSize(24, 24)
         self.color_button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.color_button.setToolTip("Colour at this value")
         self.color_button.setAccessibleName("Colour")
@@ -100,6 +100,11 @@ class ModeCard(QFrame):
     def fields(self) -> tuple[NumberBox, ...]:
         """The number fields, in the order of Tab."""
         return self.value, self.width_box, self.height_box
+
+    @property
+    def controls(self) -> tuple[QWidget, ...]:
+        """All that takes the focus, in the order of Tab."""
+        return *self.fields, self.color_button, self.remove_button
 
     def _lay_out(self) -> None:
         self._row = row = QHBoxLayout(self)
@@ -167,6 +172,15 @@ class ModeCard(QFrame):
             self.remove_button.setEnabled(False)
         self.setAccessibleName(self.heading)
         self.setToolTip(self.heading)
+        numbers = [
+            f"{box.accessibleName().lower()} {box.text()}"
+            for box in self.fields
+            if not box.isHidden()
+        ]
+        is_any = self._selection.selected is not None
+        self._area.widget.setAccessibleDescription(
+            ", ".join([self.heading, *numbers]) if is_any else self.heading
+        )
         self.place()
 
     def _show_opacity_handle(self, opacity: OpacityTF, index: int) -> None:
@@ -200,7 +214,7 @@ class ModeCard(QFrame):
     def _show_color(self, rgb: tuple[float, ...]) -> None:
         red, green, blue = (round(255 * part) for part in rgb)
         self.color_button.setStyleSheet(
-            f"background: rgb({red}, {green}, {blue}); border: 1px solid {theme.BORDER};"
+            f"background: rgb({red}, {green}, {blue}); border: 3px solid {theme.FIELD};"
         )
 
     def _set_value(self, limits: tuple[float, float], value: float) -> None:

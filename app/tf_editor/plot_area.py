@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, QRect, Qt, Signal
-from PySide6.QtWidgets import QGraphicsItem, QLabel, QWidget
+from PySide6.QtGui import QHelpEvent
+from PySide6.QtWidgets import QGraphicsItem, QLabel, QToolTip, QWidget
 
 from app import theme
 from app.tf_editor.handle import DragHandle
@@ -109,7 +110,8 @@ class PlotArea(QObject):
         """Widgets over the plot that nothing else may cover."""
         self.opacity.sigResized.connect(lambda *_: self._fit_heights())
         self.widget.scene().sigMouseClicked.connect(self._clicked)
-        self.widget.installEventFilter(self)
+        for watched in (self.widget, self.widget.viewport()):
+            watched.installEventFilter(self)
         self._recolor()
 
     @property
@@ -125,11 +127,26 @@ class PlotArea(QObject):
             self.widget.mapFromScene(box.topLeft()), self.widget.mapFromScene(box.bottomRight())
         )
 
-    def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
-        """Take the colours of another theme."""
-        if event.type() == QEvent.Type.PaletteChange:
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Take the colours of another theme, and say how many voxels a bar stands for."""
+        kind = event.type()
+        if kind == QEvent.Type.PaletteChange and watched is self.widget:
             self._recolor()
+        elif kind == QEvent.Type.ToolTip and watched is self.widget.viewport():
+            where = cast(QHelpEvent, event)
+            said = self._said_at(where.pos())
+            if said:
+                QToolTip.showText(where.globalPos(), said, self.widget)
+                return True
         return False
+
+    def _said_at(self, point: QPoint) -> str:
+        """What there is to say of the histogram's bar at a pixel; empty over a handle."""
+        is_free = not any(isinstance(item, DragHandle) for item in self.widget.items(point))
+        if not (is_free and self.rect.contains(point) and self.histogram.is_shown):
+            return ""
+        place = float(self.opacity.mapSceneToView(self.widget.mapToScene(point)).x())
+        return self.histogram.said_at(self.axis.value(place))
 
     def pixel(self, plot: Any, place: float, height: float) -> QPoint:
         """Return where a place of one of the plots is, in pixels of the widget."""
