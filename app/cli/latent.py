@@ -94,7 +94,9 @@ def save_latent(order: LatentOrder) -> None:
     if order.model is not None:
         space = LatentSpace.of_model(order.model)
     else:
-        space = LatentSpace.shipped(volume.scalar_range, default_scalar_window(volume))
+        space = LatentSpace.shipped(
+            volume.scalar_range, default_scalar_window(volume), volume.scale
+        )
     map_ = _final(space, space.open_map(order.samples))
     colors = default_transfer_function(volume)
     if order.tf is not None:

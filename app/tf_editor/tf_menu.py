@@ -24,7 +24,7 @@ from app.tf_editor.unit_axis import ScalarAxis
 from model.scene.color_maps import COLOR_MAPS, color_tf_of_map, map_colors, reversed_colors
 from model.scene.tf_fitting import fitted_curve, fitted_modes
 from model.scene.tf_presets import Preset
-from model.scene.transfer_function import TF_SAMPLES, OpacityTF, Range, TransferFunction
+from model.scene.transfer_function import TF_SAMPLES, Range, TransferFunction
 
 SWATCH = QSize(30, 14)
 
@@ -174,7 +174,7 @@ class TransferFunctionMenu(QObject):
         opacity = self._state.transfer_function.opacity
         values = np.linspace(*opacity.scalar_range, TF_SAMPLES)
         samples = zip(values.tolist(), opacity(values).tolist(), strict=True)
-        curve = fitted_curve(OpacityTF(opacity.scalar_range, points=tuple(samples)))
+        curve = fitted_curve(replace(opacity, modes=(), points=tuple(samples)))
         self._change(lambda tf: replace(tf, opacity=curve), "as free curve")
 
     def to_modes(self) -> None:
@@ -185,8 +185,11 @@ class TransferFunctionMenu(QObject):
     def start_curve(self) -> None:
         """Begin with a free curve of no opacity: one undo step."""
         lo, hi = self._state.scalar_range
-        curve = OpacityTF((lo, hi), points=((lo, 0.0), (hi, 0.0)))
-        self._change(lambda tf: replace(tf, opacity=curve), "new curve")
+        points = (lo, 0.0), (hi, 0.0)
+        self._change(
+            lambda tf: replace(tf, opacity=replace(tf.opacity, modes=(), points=points)),
+            "new curve",
+        )
 
     def type_range(self) -> None:
         """Open the popup with the two numbers of the range."""

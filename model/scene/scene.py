@@ -15,6 +15,7 @@ from model.json_files import MalformedError, build
 from model.scene.axes import DEFAULT_UP
 from model.scene.light import LightDirection, LightRange
 from model.scene.transfer_function import TF_SAMPLES, Range
+from model.scene.value_scale import ValueScale
 from model.scene.view import ViewRange
 from model.scene.volume import Triple, Volume
 
@@ -43,11 +44,11 @@ class Scene:
     volume_fingerprint : str
         :attr:`model.scene.volume.Volume.fingerprint` of the volume.
     scalar_range : tuple of float
-        Range over which TFs lie, in the volume's own units:
+        Range over which TFs lie, on the scale:
         :attr:`model.scene.volume.Volume.scalar_range`. Voxels may lie beyond it; they look as
         those at its ends do.
     scalar_window : tuple of float
-        Range of the means of random opacity modes, in the data's units.
+        Range of the means of random opacity modes, on the scale.
     image_size : int
         Width and height of the colour image in pixels, 16 to 4096.
     lighting : {"none", "direct", "global"}
@@ -68,6 +69,8 @@ class Scene:
         Voxels along x, y and z. Scenes of earlier versions lack them.
     tf_family : {"paper", "drawn"}
         Random TFs of the scene, see :mod:`model.scene.random_tfs`.
+    scale : {"linear", "log"}
+        Scale of the volume, of both ranges and of TFs.
 
     Raises
     ------
@@ -89,6 +92,7 @@ class Scene:
     proportions: Triple = (1.0, 1.0, 1.0)
     dimensions: tuple[int, int, int] | None = None
     tf_family: TFFamily = "drawn"
+    scale: ValueScale = "linear"
 
     def __post_init__(self) -> None:
         lo, hi = self.scalar_range
@@ -192,6 +196,7 @@ class Scene:
             proportions=volume.proportions,
             dimensions=volume.dimensions,
             tf_family=tf_family,
+            scale=volume.scale,
         )
 
     def to_json(self) -> dict[str, Any]:
