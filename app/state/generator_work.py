@@ -16,7 +16,7 @@ from model.networks.card import recorded_agreement
 from model.networks.recorded_errors import worth_of
 from model.scene.inputs import SceneInputs, outside_range
 from model.scene.scene import Lighting, Scene
-from model.scene.value_scale import ValueScale, values_at
+from model.scene.value_scale import SCALE_NAMES, values_at
 
 LIGHTS: dict[Lighting, str] = {
     "none": "no light",
@@ -27,11 +27,6 @@ LIGHTS: dict[Lighting, str] = {
 NO_VOLUME = "Waiting for a volume: open one with File > Open volume."
 
 NO_MODEL = "No model of this volume yet."
-
-SCALED: dict[ValueScale, str] = {
-    "linear": "the values as they are",
-    "log": "the logarithm of the values",
-}
 
 LOADING = "Loading the model …"
 
@@ -158,8 +153,8 @@ class GeneratorWork(QObject):
             )
         elif self.scene is not None and opened is not None and not _is_alike(self.scene, opened):
             self._client.pause(
-                f"This model was trained on {SCALED[self.scene.scale]}, and the volume is shown by "
-                f"{SCALED[opened.volume.scale]}; TF > Logarithmic scale changes that."
+                f"This model was trained over {SCALE_NAMES[self.scene.scale]}; here TFs lie over "
+                f"{SCALE_NAMES[opened.volume.scale]}; TF > Axis > Logarithmic scale changes that."
             )
         else:
             self._client.resume()
@@ -183,7 +178,7 @@ class GeneratorWork(QObject):
                 f"Trained with {LIGHTS[scene.lighting]}; the reference has {LIGHTS[drawn]}"
             )
         if inputs.opacity_tf.scale != scene.scale:
-            hints.append(f"Trained on {SCALED[scene.scale]}")
+            hints.append(f"Trained on {SCALE_NAMES[scene.scale]}")
         elif inputs.opacity_tf.scalar_range != scene.scalar_range:
             trained, present = (
                 "{:.5g} to {:.5g}".format(*values_at(places, scene.scale))

@@ -22,6 +22,7 @@ from app.tf_editor.selection import Selection
 from app.tf_editor.tf_menu import TransferFunctionMenu
 from model.scene import tf_editing as edits
 from model.scene.transfer_function import Range
+from model.scene.value_scale import ValueScale
 
 SMALL_RANGE = 0.2
 """Share of all values below which a range is hard to edit while all of them are shown."""
@@ -88,6 +89,7 @@ class TransferFunctionEditor(QFrame):
         edges: NDArray[np.float64],
         data_range: Range,
         units: str,
+        scale: ValueScale = "linear",
     ) -> None:
         """Show a volume's histogram and allow editing.
 
@@ -101,8 +103,10 @@ class TransferFunctionEditor(QFrame):
             Smallest and largest voxel; the TF's range may be wider or narrower.
         units : str
             Unit of the scalars; may be empty.
+        scale : {"linear", "log"}
+            Scale of edges and range.
         """
-        self.area.set_data(counts, edges, data_range, units)
+        self.area.set_data(counts, edges, data_range, units, scale)
         self.menu.presets.units = units
         # The volume's TF follows.
         self._is_new = True

@@ -15,7 +15,7 @@ from model.json_files import MalformedError, build
 from model.scene.axes import DEFAULT_UP
 from model.scene.light import LightDirection, LightRange
 from model.scene.transfer_function import TF_SAMPLES, Range
-from model.scene.value_scale import ValueScale
+from model.scene.value_scale import ValueScale, place_of
 from model.scene.view import ViewRange
 from model.scene.volume import Triple, Volume
 
@@ -169,7 +169,7 @@ class Scene:
         ----------
         volume : Volume
         scalar_window : tuple of float, or None
-            None for :func:`default_scalar_window`.
+            In the data's units; None for :func:`default_scalar_window`.
         movable_light : bool
             Whether the light's direction varies, over all of :class:`LightRange`.
         up : str
@@ -186,7 +186,9 @@ class Scene:
             volume_name=volume.name,
             volume_fingerprint=volume.fingerprint,
             scalar_range=volume.scalar_range,
-            scalar_window=scalar_window or default_scalar_window(volume),
+            scalar_window=default_scalar_window(volume)
+            if scalar_window is None
+            else _on_scale(scalar_window, volume),
             image_size=image_size,
             lighting=lighting,
             light=None if lighting == "none" else LightDirection(),
@@ -216,6 +218,17 @@ class Scene:
             return build(cls, data, exact=True)
         except MalformedError as error:
             raise TfscopeError(f"The scene is malformed near {error}.") from error
+
+
+def _on_scale(scalar_window: Range, volume: Volume) -> Range:
+    """Convert a scalar window in the data's units to a volume's scale."""
+    low, high = scalar_window
+    if volume.scale == "log" and low <= 0:
+        raise TfscopeError(
+            f"The scalar window from {low:g} begins where there is no logarithm; "
+            "give one above zero."
+        )
+    return place_of(low, volume.scale), place_of(high, volume.scale)
 
 
 def scatters(renderer: RendererName, lighting: Lighting) -> bool:

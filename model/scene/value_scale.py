@@ -18,6 +18,18 @@ from model.scene.distribution import Distribution
 ValueScale = Literal["linear", "log"]
 """Values as they are, or their decimal logarithm."""
 
+SCALE_NAMES: dict[ValueScale, str] = {
+    "linear": "the values as they are",
+    "log": "the logarithm of the values",
+}
+"""What lies along the axis, for sentences."""
+
+LOGARITHM_OFFER = (
+    "nearly all values lie in the lowest hundredth of their range, and a logarithmic scale would "
+    "tell them apart"
+)
+"""Why a logarithmic scale is offered; see :func:`suits_logarithm`."""
+
 SMALL_PART = 0.01
 """Part of the range, from its lower end, in which nearly all values must lie for the offer."""
 
@@ -107,3 +119,42 @@ def suits_logarithm(distribution: Distribution) -> bool:
     in_part = counts[values <= max(lo, 0.0) + SMALL_PART * (hi - max(lo, 0.0))].sum()
     small, large = (values[np.searchsorted(upto, share)] for share in (0.01, 0.99))
     return bool(in_part >= MOST * counts.sum() and large >= LEAST_RATIO * small)
+
+
+def logarithmic_ticks(places: tuple[float, float], count: int = 6) -> list[tuple[float, str]]:
+    """Choose round values to label between two places on a logarithmic scale.
+
+    Powers of ten where there are three of them, also 2 and 5 times these where there are three,
+    else values that are evenly spaced.
+
+    Parameters
+    ----------
+    places : tuple of float
+        The lower and the upper end, as logarithms.
+    count : int
+        Approximate number of ticks.
+
+    Returns
+    -------
+    list of (place, text)
+        Places from 0 at the lower end to 1 at the upper one, and the values there as text.
+    """
+    lo, hi = places
+    powers = np.arange(math.ceil(lo - 1e-9), math.floor(hi + 1e-9) + 1)
+    if len(powers) >= 3:
+        every = -(-len(powers) // count)
+        values = [10.0 ** float(power) for power in powers if power % every == 0]
+    else:
+        tens = range(math.floor(lo) - 1, math.ceil(hi) + 1)
+        values = [factor * 10.0**power for power in tens for factor in (1, 2, 5)]
+    found = [((math.log10(value) - lo) / (hi - lo), f"{value:g}") for value in values]
+    found = [tick for tick in found if -1e-9 <= tick[0] <= 1 + 1e-9]
+    if len(found) >= 3:
+        return found
+    first, last = values_at(places, "log")
+    rough = (last - first) / count
+    power = 10.0 ** math.floor(math.log10(rough))
+    step = next(power * factor for factor in (1, 2, 5, 10) if power * factor >= 0.999 * rough)
+    digits = max(6, 3 + math.floor(math.log10(last / step)))
+    marks = step * np.arange(math.ceil(first / step - 1e-9), math.floor(last / step + 1e-9) + 1)
+    return [((math.log10(mark) - lo) / (hi - lo), f"{mark:.{digits}g}") for mark in marks]
