@@ -112,6 +112,20 @@ class TransferFunctionEditor(QFrame):
         self._is_new = True
         self.setEnabled(True)
 
+    def set_scale(
+        self,
+        counts: NDArray[np.int64],
+        edges: NDArray[np.float64],
+        data_range: Range,
+        units: str,
+        scale: ValueScale,
+    ) -> None:
+        """Show the same volume on another scale; see :meth:`set_data`."""
+        self.set_data(counts, edges, data_range, units, scale)
+        if self._state.scale == scale:
+            # No TF follows: this one, of an undone edit, was there before.
+            self._show_new()
+
     def show_range(self, fill: bool = False) -> None:
         """Show all values, or those around the TF's range where it is a small part of them.
 
@@ -120,7 +134,7 @@ class TransferFunctionEditor(QFrame):
         fill : bool
             Whether to show those around the range in any case.
         """
-        self.area.include(self._state.scalar_range)
+        self.area.include(self._state.scalar_range, self._state.scale)
         axis = self.area.axis.showing(self.area.axis.full)
         low, high = axis.places(self._state.scalar_range)
         if fill or high - low < SMALL_RANGE:
@@ -167,7 +181,7 @@ class TransferFunctionEditor(QFrame):
 
     def _connect(self) -> None:
         self._state.transferFunctionChangeFinished.connect(
-            lambda tf: self.area.include(tf.scalar_range)
+            lambda tf: self.area.include(tf.scalar_range, tf.scale)
         )
         self.area.opacityClicked.connect(self.selection.clear)
         self.area.opacityDoubleClicked.connect(self.opacity.add)

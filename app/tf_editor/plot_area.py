@@ -142,8 +142,10 @@ class PlotArea(QObject):
             self._draw(item)
         self.axisChanged.emit()
 
-    def include(self, scalar_range: Range) -> None:
-        """Let a TF's range be made visible, as well as the volume's values."""
+    def include(self, scalar_range: Range, scale: ValueScale) -> None:
+        """Let a TF's range be made visible, as well as the volume's values on the same scale."""
+        if scale != self.axis.labels:
+            return
         lo = min(self.data_range[0], scalar_range[0])
         hi = max(self.data_range[1], scalar_range[1])
         if (lo, hi) != self.axis.full:

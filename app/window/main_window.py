@@ -437,7 +437,7 @@ class MainWindow(QMainWindow):
 
     def _show_scale(self, opened: OpenedVolume) -> None:
         volume = opened.volume
-        self.editor.set_data(
+        self.editor.set_scale(
             opened.counts, opened.edges, volume.data_range, volume.units, volume.scale
         )
 
@@ -452,4 +452,6 @@ class MainWindow(QMainWindow):
         for handles in self.crop_handles:
             handles.set_volume(volume.dimensions)
         self.plot_memory.start(opened)
-        self._show_scale(opened)
+        self.editor.set_data(
+            opened.counts, opened.edges, volume.data_range, volume.units, volume.scale
+        )

@@ -143,10 +143,10 @@ def logarithmic_ticks(places: tuple[float, float], count: int = 6) -> list[tuple
     powers = np.arange(math.ceil(lo - 1e-9), math.floor(hi + 1e-9) + 1)
     if len(powers) >= 3:
         every = -(-len(powers) // count)
-        values = [10.0 ** float(power) for power in powers if power % every == 0]
+        values = [value_at(float(power), "log") for power in powers if power % every == 0]
     else:
         tens = range(math.floor(lo) - 1, math.ceil(hi) + 1)
-        values = [factor * 10.0**power for power in tens for factor in (1, 2, 5)]
+        values = [factor * value_at(power, "log") for power in tens for factor in (1, 2, 5)]
     found = [((math.log10(value) - lo) / (hi - lo), f"{value:g}") for value in values]
     found = [tick for tick in found if -1e-9 <= tick[0] <= 1 + 1e-9]
     if len(found) >= 3:
