@@ -221,6 +221,8 @@ class MainWindow(QMainWindow):
         self.workspace.sensitivity.trials.set_brightness(self.brightness)
         self.workspace.rangeChanged.connect(self._show_range)
         self.workspace.scaleChanged.connect(self._show_scale)
+        # A band kept over the plot would be one of other values.
+        self.workspace.scaleChanged.connect(lambda _opened: self.sensitivity_state.unpin())
         self.editor.menu.scale_wanted.connect(self.workspace.show_on_scale)
         # Errors of an earlier file no longer apply.
         self.workspace.volumeRead.connect(self.notice.clear)

@@ -52,8 +52,10 @@ def test_one_click_shows_the_logarithm(
     window = make_window("halo", model=None)
     assert "lowest hundredth" in window.notice.text
     before = window.state.transfer_function
+    window.sensitivity_state.pin(50.0)
     click(qtbot, window)
     assert not offer(window)
+    assert window.sensitivity_state.band is None
     volume = shown(window)
     np.testing.assert_allclose(volume.voxels, np.log10(VALUES), atol=1e-6)
     assert builders.drawn[-1].scale == "log"
