@@ -149,6 +149,14 @@ def train(
             "(default: the preset's)",
         ),
     ] = None,
+    color_attention: Annotated[
+        bool,
+        typer.Option(
+            "--color-attention",
+            help="A variant of the paper's networks: pixels look their colours up in the colour "
+            "TF, by an attention over scalar values.",
+        ),
+    ] = False,
     settings: Annotated[
         list[str] | None,
         typer.Option(
@@ -262,6 +270,7 @@ def train(
         store=store,
         preset=str(preset),
         architecture=choices.architecture_name(architecture),
+        color_attention=color_attention,
         faithful=faithful,
         settings=changes,
         minutes=choices.minutes_of(minutes, samples, 5.0 if only_codec else 60.0),
