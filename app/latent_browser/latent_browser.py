@@ -399,7 +399,7 @@ class LatentBrowser(QWidget):
         named, present = self._latent.places[index], self._state.transfer_function
         if named.tf.scale != present.scale:
             self.news.emit(
-                f"{named.name} was named on the other scale; TF > Axis > Logarithmic scale has that."
+                f"{named.name} was named on the other scale, by TF > Axis > Logarithmic scale."
             )
             return
         self._work.search.cancel()
