@@ -22,6 +22,7 @@ from model.scene.crop import CropBox
 from model.scene.default_tf import default_transfer_function
 from model.scene.inputs import SceneInputs, outside_range
 from model.scene.light import LightDirection
+from model.scene.narrow_part import narrow_part
 from model.scene.range_fitting import fit_to_range, fit_to_volume
 from model.scene.scene import Lighting, RendererName, Scene
 from model.scene.tf_perturbation import with_opacity
@@ -156,10 +157,16 @@ def choose_tf(
     if path is None:
         return default_transfer_function(volume), volume
     if keeps_range:
-        return load_fitted(path, volume.scalar_range), volume
-    tf = TransferFunction.load(path)
-    fitted = _noticed(path, tf, fit_to_volume(tf, volume))
-    return fitted, volume.over(fitted.scalar_range)
+        fitted = load_fitted(path, volume.scalar_range)
+    else:
+        tf = TransferFunction.load(path)
+        fitted = _noticed(path, tf, fit_to_volume(tf, volume))
+        volume = volume.over(fitted.scalar_range)
+    narrow = narrow_part(fitted.opacity)
+    if narrow is not None:
+        low, high = narrow.remedy
+        warn(f"{path}: {narrow.sentence.rstrip('.')}; give --range {low:.10g},{high:.10g}.")
+    return fitted, volume
 
 
 def _noticed(path: Path, tf: TransferFunction, fitted: TransferFunction) -> TransferFunction:
