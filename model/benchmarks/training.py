@@ -37,7 +37,7 @@ class TrainingRow:
         Whether ``train`` uses these settings on this machine.
     batch_size : int
     seconds : float
-        Median time per step.
+        Time per step: the median of steps alone, the mean of a run's.
     speedup : float
         Speedup over the first settings of that stage, per sample.
     rendered : bool
@@ -122,10 +122,10 @@ def compare_batches(
             asked = replace(options, **{name: changed})
             rest = size, asked, scene, device, way, name
             for rendered in (False, True):
-                durations = step_seconds(*rest)
                 if rendered:
-                    durations = _seconds_of_a_run(volume, *rest)
-                seconds = _median(durations, steps) / batch_size
+                    seconds = _seconds_of_a_run(volume, *rest, steps=steps) / batch_size
+                else:
+                    seconds = _median(step_seconds(*rest), steps) / batch_size
                 first = first or seconds
                 yield TrainingRow(
                     name, way, True, batch_size, seconds * batch_size, first / seconds, rendered
@@ -140,18 +140,27 @@ def _seconds_of_a_run(
     device: torch.device,
     execution: Execution,
     name: str,
-) -> Iterator[float]:
-    """Yield the seconds from step to step of a run, with its samples and their encoding."""
+    steps: int,
+) -> float:
+    """Mean seconds of a run's steps, with their samples and their encoding.
+
+    A run renders a few hundred samples beforehand. The time begins once these are there,
+    and it is a mean, as a block of samples is rendered every few steps only.
+    """
     stage = Schedule(size, options, scene, device, execution).stages[name]
     source = StreamSource(volume, scene, options.seed)
     try:
         samples = source.batches(0, stage.stage.batch_size, options.seed, 0, stage.image_size)
+
+        def go_on(count: int) -> None:
+            for batch in islice(samples, count):
+                stage.step(encode_batch(batch, scene, size.opacity_size).to(device), LATE)
+
+        go_on(WARM_UP_STEPS)
+        source.wait_until_ahead()
         before = time.perf_counter()
-        for batch in samples:
-            stage.step(encode_batch(batch, scene, size.opacity_size).to(device), LATE)
-            now = time.perf_counter()
-            yield now - before
-            before = now
+        go_on(steps)
+        return (time.perf_counter() - before) / steps
     finally:
         source.close()
 

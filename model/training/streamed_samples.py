@@ -132,6 +132,11 @@ class StreamSource(SampleSource):
         finally:
             ring.close()
 
+    def wait_until_ahead(self) -> None:
+        """Wait until as many samples are rendered beforehand as there is room for."""
+        if self._ring is not None:
+            self._ring.wait_until_full()
+
     def check(self, batch_size: int) -> None:
         """Do nothing: the supply of samples is unlimited."""
 
@@ -202,6 +207,22 @@ class _Ring:
             self._wanted = newest
             self._changed.notify_all()
             self._changed.wait_for(lambda: self._error or self._complete >= newest)
+            if self._error is not None:
+                raise self._error
+
+    def wait_until_full(self) -> None:
+        """Wait until all blocks that may be rendered ahead are finished, or none ever will be.
+
+        Raises the error of a rendering thread, if one has failed.
+        """
+        with self._changed:
+            self._changed.wait_for(
+                lambda: (
+                    self._error
+                    or self._closed
+                    or self._complete >= self._wanted + AHEAD_BLOCKS * BLOCK
+                )
+            )
             if self._error is not None:
                 raise self._error
 
