@@ -34,13 +34,13 @@ class ElidedLabel(QLabel):
 
     def __init__(self) -> None:
         super().__init__()
-        self.full_text = ""
+        self.full_text = self.remark = ""
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.setTextFormat(Qt.TextFormat.PlainText)
 
-    def set_full_text(self, text: str) -> None:
-        """Set the sentences."""
-        self.full_text = text
+    def set_full_text(self, text: str, remark: str = "") -> None:
+        """Set the sentences, and one that is in the tooltip only."""
+        self.full_text, self.remark = text, remark
         self._cut()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -62,7 +62,10 @@ class ElidedLabel(QLabel):
                 break
             shown = f"{rest}.{MORE}"
         self.setText(shown)
-        self.setToolTip(self.full_text if shown != self.full_text else "")
+        cut = self.full_text if shown != self.full_text else ""
+        # As rich text it is wrapped.
+        tip = "<br>".join(html.escape(text) for text in (cut, self.remark) if text)
+        self.setToolTip(f"<qt>{tip}</qt>" if self.remark else cut)
 
 
 def list_box() -> QComboBox:

@@ -63,8 +63,8 @@ def window(
         choices.ReferenceOption | None,
         typer.Option(
             "--renderer",
-            help="Of the reference image; auto: the fast one while anything moves, VTK at rest. "
-            "(default: as last time)",
+            help="Of the reference image; auto: the ray caster while anything moves, and where no "
+            "graphics card draws, VTK otherwise. (default: as last time)",
         ),
     ] = None,
     scalar_range: options.ScalarRange = None,

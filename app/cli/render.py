@@ -22,11 +22,12 @@ from model.scene.crop import CropBox
 from model.scene.default_tf import default_transfer_function
 from model.scene.inputs import SceneInputs, outside_range
 from model.scene.light import LightDirection
+from model.scene.narrow_part import narrow_part
 from model.scene.range_fitting import fit_to_range, fit_to_volume
 from model.scene.scene import Lighting, RendererName, Scene
 from model.scene.tf_perturbation import with_opacity
 from model.scene.transfer_function import Range, TransferFunction
-from model.scene.value_scale import SCALE_NAMES, ValueScale
+from model.scene.value_scale import SCALE_NAMES, ValueScale, values_at
 from model.scene.view import View
 from model.scene.volume import Volume
 from model.volume_files.source import VolumeSource, volume_of
@@ -172,10 +173,16 @@ def choose_tf(
     if path is None:
         return default_transfer_function(volume), volume
     if keeps_range:
-        return load_fitted(path, volume.scalar_range, volume.scale), volume
-    tf = TransferFunction.load(path)
-    fitted = _noticed(path, tf, fit_to_volume(tf, volume))
-    return fitted, volume.over(fitted.scalar_range, fitted.scale)
+        fitted = load_fitted(path, volume.scalar_range, volume.scale)
+    else:
+        tf = TransferFunction.load(path)
+        fitted = _noticed(path, tf, fit_to_volume(tf, volume))
+        volume = volume.over(fitted.scalar_range, fitted.scale)
+    narrow = narrow_part(fitted.opacity)
+    if narrow is not None:
+        low, high = values_at(narrow.remedy, narrow.scale)
+        warn(f"{path}: {narrow.sentence.rstrip('.')}; give --range {low:.10g},{high:.10g}.")
+    return fitted, volume
 
 
 def _noticed(path: Path, tf: TransferFunction, fitted: TransferFunction) -> TransferFunction:

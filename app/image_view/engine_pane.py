@@ -176,14 +176,14 @@ class EnginePane(QWidget):
             self.canvas.show_message(self.client.text, theme.ERROR)
         elif state is EngineState.SETTLED:
             # Nothing follows.
-            self._detail.set_full_text(self.detail.removeprefix(FINER))
+            self._detail.set_full_text(self.detail.removeprefix(FINER), self.client.remark)
             self._detail.setStyleSheet("")
 
     def _show_result(self, result: Result) -> None:
         if isinstance(result.request, ImageRequest) and result.value is not None:
             self._show(result, self.client.description)
             if self._refines or not result.request.quality.live:
-                self._detail.set_full_text(FINER + self.detail)
+                self._detail.set_full_text(FINER + self.detail, self.client.remark)
                 self._detail.setStyleSheet(f"color: {theme.ACCENT}")
 
     def _show_stand_in(self, stand_in: EngineClient, result: Result) -> None:
@@ -210,7 +210,7 @@ class EnginePane(QWidget):
         # Models draw the whole volume, and a hint says so.
         cropped = "cropped" if request.inputs.crop and self.engine == "exact" else ""
         facts = [cropped, by, f"{width} × {height}", f"{1000 * result.seconds:.0f} ms"]
-        self._detail.set_full_text("   ".join(fact for fact in facts if fact))
+        self._detail.set_full_text("   ".join(filter(None, facts)), self.client.remark)
         if self.width() > WIDE:
             # Once there, the room for a longer caption stays: nothing slides back and forth.
             needed = self._detail.fontMetrics().horizontalAdvance(self.detail + FINER) + 4

@@ -47,6 +47,7 @@ from app.window.image_error import ImageError
 from app.window.light_notice import LightNotice
 from app.window.logarithm_offer import LogarithmOffer
 from app.window.menus import Menus, WindowParts
+from app.window.narrow_notice import NarrowNotice
 from app.window.notice_bar import NoticeBar
 from app.window.overlays import Overlays
 from app.window.pane_layout import PaneLayout
@@ -170,6 +171,7 @@ class MainWindow(QMainWindow):
         presets = self.editor.menu.presets
         PresetPictures(presets, self.state, analyst, reference, self.brightness)
         self.logarithm_offer = LogarithmOffer(self.state, self.workspace, self.notice, self)
+        NarrowNotice(self.state, self.notice, self.editor.range.set_range, self)
         self.light_notice = LightNotice(self.reference, self.workspace.reference)
         self.emptiness = [
             EmptinessNotice(pane, self.state, self.workspace)

@@ -164,3 +164,24 @@ def test_a_replaced_engine_delivers_nothing_any_more(qtbot: QtBot, pane: EngineP
     qtbot.waitUntil(lambda: slow.closed)
     qtbot.waitUntil(lambda: pane.client._retired == [])
     assert red(pane) == 2
+
+
+def test_the_captions_tooltip_says_why_another_renderer_draws(
+    qtbot: QtBot, pane: EnginePane
+) -> None:
+    engine = FakeEngine(description="ray caster")
+    engine.remark, engine.by_raycast = "No graphics card draws here.", True
+    pane.client.start(lambda: engine, "Loading …")
+    pane.resize(900, 400)
+    pane.show()
+    with qtbot.waitSignal(pane.client.settled):
+        pane.client.submit(make_request(7))
+    assert pane.client.by_raycast
+    assert pane.detail.startswith("ray caster")
+    assert "No graphics card" not in pane.detail
+    assert "No graphics card draws here." in pane._detail.toolTip()
+    # The engine of another choice says nothing.
+    pane.client.start(FakeEngine, "Loading …")
+    with qtbot.waitSignal(pane.client.settled):
+        pane.client.submit(make_request(8))
+    assert not pane.client.by_raycast and pane._detail.toolTip() == ""
