@@ -18,7 +18,7 @@ from volume_writers import (
     write_nrrd,
 )
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
-from vtkmodules.vtkCommonCore import vtkStringArray
+from vtkmodules.vtkCommonCore import vtkBitArray, vtkStringArray
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkIOLegacy import vtkStructuredPointsWriter
 from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLImageDataWriter
@@ -308,3 +308,31 @@ def test_a_vti_that_its_direction_mirrors(tmp_path):
     point = [0.0, 0.0, 0.0]
     image.TransformIndexToPhysicalPoint(0, 0, len(ARRAY) - 1, point)
     assert volume.origin == pytest.approx(tuple(point))
+
+
+def test_a_vti_without_arrays_spacing_or_whole_bytes_says_so(tmp_path):
+    path = tmp_path / "a.vti"
+    writer = vtkXMLImageDataWriter()
+    writer.SetFileName(str(path))
+    writer.SetDataModeToAscii()
+    image = vtk_image(ARRAY)
+    writer.SetInputData(image)
+    writer.Write()
+    spacing = " ".join(f"{step:g}" for step in image.GetSpacing())
+    assert f'Spacing="{spacing}"' in path.read_text()
+    path.write_text(path.read_text().replace(f'Spacing="{spacing}"', ""))
+    assert "no voxel spacing" in said(read_volume(path))
+    bits = vtkBitArray()
+    bits.SetName("bits")
+    bits.SetNumberOfValues(ARRAY.size)
+    bits.FillComponent(0, 1)
+    image.GetPointData().SetScalars(bits)
+    writer.Write()
+    with pytest.raises(VolumeError, match="array of bits"):
+        read_volume(path)
+    empty = vtkImageData()
+    empty.SetDimensions(5, 5, 5)
+    writer.SetInputData(empty)
+    writer.Write()
+    with pytest.raises(VolumeError, match="holds no values"):
+        read_volume(path)
