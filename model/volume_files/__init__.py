@@ -19,7 +19,7 @@ from model.volume_files.compact import read_compact
 from model.volume_files.description import describe
 from model.volume_files.dicom import SUFFIXES as DICOM_SUFFIXES
 from model.volume_files.dicom import dicom_slices, read_dicom
-from model.volume_files.dicom_file import is_dicom
+from model.volume_files.dicom_file import has_preamble, is_dicom
 from model.volume_files.finish import Component, component_of, make_volume
 from model.volume_files.foreign import (
     folder_advice,
@@ -138,6 +138,11 @@ def _read_grid(path: Path, raw: RawLayout | None, choice: Choice) -> Grid:
         grid = _READERS[by_content](path, choice)
         note = f"By its content this is a file of the kind '{by_content}', and it is read as one."
         return replace(grid, notes=(note, *grid.notes))
+    if suffix in _READERS and has_preamble(path):
+        grid = read_dicom([path], path, choice)
+        return replace(
+            grid, notes=("By its content this is a DICOM file, and it is read as one.", *grid.notes)
+        )
     if suffix in _READERS:
         return _READERS[suffix](path, choice)
     if suffix in DICOM_SUFFIXES or is_dicom(path):
