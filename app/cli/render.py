@@ -16,8 +16,8 @@ from app.cli.render_order import Drawer, RenderOrder
 from app.cli.render_outputs import write_array, write_figure, write_turntable
 from model.errors import RenderError
 from model.generator.catalog import model_for, shipped_models
-from model.movie_file import SUFFIXES
 from model.networks.card import load_card
+from model.rendering.movie_file import SUFFIXES
 from model.rendering.raster import Raster
 from model.scene.default_tf import default_transfer_function
 from model.scene.inputs import SceneInputs, outside_range

@@ -17,8 +17,8 @@ from app.cli.outputs import make_room_for
 from app.cli.render_order import Drawer, RenderOrder
 from model.errors import RenderError, reason
 from model.files import writing
-from model.movie_file import write_movie
 from model.rendering.brightness import usual_brightness
+from model.rendering.movie_file import write_movie
 from model.rendering.scale_bar import DEPTH_TEXT, Scale
 from model.scene.axes import DEFAULT_UP
 from model.scene.thinned_volume import ThinnedVolume

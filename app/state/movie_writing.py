@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
 from app.engines.background import BackgroundCall
-from model.movie_file import write_movie
+from model.rendering.movie_file import write_movie
 
 Picture = NDArray[np.uint8]
 

@@ -20,7 +20,7 @@ from app.window.movie_dialog import MovieChoice, MovieDialog, MovieKind
 from app.window.picture_dialog import PictureChoice
 from app.window.shown_images import ShownImages
 from model.errors import LatentError, RenderError
-from model.movie_file import SUFFIXES
+from model.rendering.movie_file import SUFFIXES
 from model.rendering.raster import Raster
 from model.scene.inputs import SceneInputs
 from model.scene.turntable import turntable

@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from model.errors import RenderError
-from model.movie_file import write_movie
+from model.rendering.movie_file import write_movie
 
 
 # imageio leaves its reader's pipes to the garbage collection.
