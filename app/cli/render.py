@@ -27,6 +27,7 @@ from model.scene.range_fitting import fit_to_range, fit_to_volume
 from model.scene.scene import RendererName, Scene
 from model.scene.tf_perturbation import with_opacity
 from model.scene.transfer_function import Range, TransferFunction
+from model.scene.value_scale import SCALE_NAMES, ValueScale, values_at
 from model.scene.view import View
 from model.scene.volume import Volume
 from model.volume_files.source import volume_of
@@ -34,7 +35,9 @@ from model.volume_files.source import volume_of
 DEFAULT_SIZE = 256
 DEFAULT_SAMPLE_DISTANCE = 0.5
 
-MODEL_RANGE = "A model draws over the range that it was trained on; leave --range out."
+MODEL_RANGE = (
+    "A model draws over the range and scale that it was trained on; leave --range and --scale out."
+)
 
 
 def render_to_file(order: RenderOrder) -> None:
@@ -60,9 +63,22 @@ def render_to_file(order: RenderOrder) -> None:
         drawer.close()
 
 
-def load_fitted(path: Path, scalar_range: Range) -> TransferFunction:
-    """Load a TF; fit one made for another range to this range, and print a notice."""
+def load_fitted(path: Path, scalar_range: Range, scale: ValueScale) -> TransferFunction:
+    """Load a TF; fit one made for another range to this range, and print a notice.
+
+    Raises
+    ------
+    RenderError
+        When the TF is over another scale.
+    """
     tf = TransferFunction.load(path)
+    if tf.is_relative:
+        tf = tf.on_scale(scale)
+    if tf.scale != scale:
+        raise RenderError(
+            f"{path}: this TF lies over {SCALE_NAMES[tf.scale]}, and here TFs lie over "
+            f"{SCALE_NAMES[scale]}; give one that was made on the same scale."
+        )
     return _noticed(path, tf, fit_to_range(tf, scalar_range))
 
 
@@ -76,20 +92,20 @@ def choose_tf(
     path : Path or None
     volume : Volume
     keeps_range : bool
-        Whether the volume's range was chosen, so that the TF is fitted to it; otherwise the
-        file's range is taken where it fits the volume.
+        Whether the volume's range or scale was chosen, so that the TF is fitted to it; otherwise
+        the file's range is taken where it fits the volume, and its scale.
     """
     if path is None:
         return default_transfer_function(volume), volume
     if keeps_range:
-        fitted = load_fitted(path, volume.scalar_range)
+        fitted = load_fitted(path, volume.scalar_range, volume.scale)
     else:
         tf = TransferFunction.load(path)
         fitted = _noticed(path, tf, fit_to_volume(tf, volume))
-        volume = volume.over(fitted.scalar_range)
+        volume = volume.over(fitted.scalar_range, fitted.scale)
     narrow = narrow_part(fitted.opacity)
     if narrow is not None:
-        low, high = narrow.remedy
+        low, high = values_at(narrow.remedy, narrow.scale)
         warn(f"{path}: {narrow.sentence.rstrip('.')}; give --range {low:.10g},{high:.10g}.")
     return fitted, volume
 
@@ -97,7 +113,7 @@ def choose_tf(
 def _noticed(path: Path, tf: TransferFunction, fitted: TransferFunction) -> TransferFunction:
     """Print a notice where a TF was fitted, unless it has no range of its own."""
     if not tf.is_relative and tf.scalar_range != fitted.scalar_range:
-        made, here = (range_text(r) for r in (tf.scalar_range, fitted.scalar_range))
+        made, here = (range_text(each.scalar_range, each.scale) for each in (tf, fitted))
         console.print(f"{path}: made for the scalar range {made} and fitted to {here}.")
     return fitted
 
@@ -119,7 +135,7 @@ def _volume_drawer(order: RenderOrder) -> Drawer:
         light = scene.light if scene else None
     if order.light is not None and lighting == "none":
         raise RenderError("An unlit image has no light to be moved.", lighting="direct")
-    chosen = order.volume.scalar_range is not None
+    chosen = order.volume.is_placed
     volume = order.volume.read() if scene is None or chosen else volume_of(scene, order.volume)
     tf, volume = choose_tf(order.tf, volume, chosen or scene is not None)
     if order.draws_missing:
@@ -162,7 +178,7 @@ def _volume_drawer(order: RenderOrder) -> Drawer:
 def _generator_drawer(order: RenderOrder) -> Drawer:
     if order.preintegrated:
         raise RenderError("Pre-integration is the ray caster's; give --renderer raycast.")
-    if order.volume.scalar_range is not None:
+    if order.volume.is_placed:
         raise RenderError(MODEL_RANGE)
     folder = order.model or model_folder(None, order.volume.read())
     scene = load_card(folder).scene
@@ -178,7 +194,7 @@ def _generator_drawer(order: RenderOrder) -> Drawer:
     if not order.tf or order.legend or order.scale_bar or order.out.suffix.lower() in SUFFIXES:
         volume = volume_of(scene, order.volume)
     if order.tf or volume is None:
-        tf = load_fitted(cast(Path, order.tf), scene.scalar_range)
+        tf = load_fitted(cast(Path, order.tf), scene.scalar_range, scene.scale)
     else:
         tf = default_transfer_function(volume)
     inputs = SceneInputs.of(order.view, tf, light=order.light, crop=order.crop)

@@ -98,7 +98,7 @@ class Drawer:
             "View": view_text(self.inputs.view),
             "Lighting": self.lighting,
             "Renderer": self.drawn_by(),
-            "Scalar range": range_text(tf.scalar_range),
+            "Scalar range": range_text(tf.scalar_range, tf.scale),
             "Transfer function": json.dumps(tf.to_json()),
         }
         if self.light is not None:

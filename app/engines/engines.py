@@ -40,6 +40,7 @@ from model.scene.light import LightDirection
 from model.scene.scene import Lighting, RendererName, Scene
 from model.scene.tf_perturbation import edit_over, edits_within
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, Range
+from model.scene.value_scale import ValueScale
 from model.scene.view import View
 from model.scene.volume import Volume
 
@@ -143,7 +144,7 @@ class Builders:
     reference: Callable[[Volume, ReferenceSettings], Engine]
     generator: Callable[[Path, GeneratorSettings], Engine]
     analyst: Callable[[Volume, ReferenceSettings], Engine]
-    latent_space: Callable[[Range, Range, Path | None], LatentSpace]
+    latent_space: Callable[[Range, Range, ValueScale, Path | None], LatentSpace]
     is_compiled: Callable[[], bool] = always
 
 
@@ -459,7 +460,7 @@ def _some_inputs(volume: Volume) -> SceneInputs:
     lo, hi = volume.scalar_range
     mode = GaussianMode((lo + hi) / 2, (hi - lo) / 4, 0.5)
     colors = ColorTF((lo, hi), ((lo, 0.0, 0.0, 0.0), (hi, 1.0, 1.0, 1.0)))
-    return SceneInputs(View(), OpacityTF((lo, hi), (mode,)), colors)
+    return SceneInputs(View(), OpacityTF((lo, hi), (mode,), scale=volume.scale), colors)
 
 
 def _generator_engine(folder: Path, settings: GeneratorSettings) -> Engine:
@@ -470,12 +471,14 @@ def _generator_engine(folder: Path, settings: GeneratorSettings) -> Engine:
     )
 
 
-def _latent_space(scalar_range: Range, window: Range, model: Path | None) -> LatentSpace:
+def _latent_space(
+    scalar_range: Range, window: Range, scale: ValueScale, model: Path | None
+) -> LatentSpace:
     from model.latent.latent_space import LatentSpace
 
     if model is not None:
         return LatentSpace.of_model(model)
-    return LatentSpace.shipped(scalar_range, window)
+    return LatentSpace.shipped(scalar_range, window, scale)
 
 
 REAL_BUILDERS = Builders(

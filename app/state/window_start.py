@@ -11,6 +11,7 @@ from model.scene.crop import CropBox
 from model.scene.light import LightDirection
 from model.scene.range_choice import RangeChoice
 from model.scene.scene import Lighting
+from model.scene.value_scale import ValueScale
 from model.scene.view import View
 from model.volume_files.choice import Choice
 
@@ -33,6 +34,8 @@ class WindowStart:
     renderer : {"auto", "vtk", "raycast"} or None
     scalar_range : RangeChoice or None
         Range over which TFs lie.
+    scale : {"linear", "log"} or None
+        Scale of the scalar axis.
     crop : CropBox or None
         Part of the volume that is shown.
     choice : Choice or None
@@ -54,6 +57,7 @@ class WindowStart:
     light: LightDirection | None = None
     renderer: Drawing | None = None
     scalar_range: RangeChoice | None = None
+    scale: ValueScale | None = None
     crop: CropBox | None = None
     size: tuple[int, int] | None = None
     choice: Choice | None = None

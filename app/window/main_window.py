@@ -46,6 +46,7 @@ from app.window.file_dialogs import FileDialogs
 from app.window.file_opening import FileOpening
 from app.window.image_error import ImageError
 from app.window.light_notice import LightNotice
+from app.window.logarithm_offer import LogarithmOffer
 from app.window.menus import Menus, WindowParts
 from app.window.movie_saving import MovieSaving
 from app.window.narrow_notice import NarrowNotice
@@ -178,6 +179,7 @@ class MainWindow(QMainWindow):
         )
         presets = self.editor.menu.presets
         PresetPictures(presets, self.state, analyst, reference, self.brightness)
+        self.logarithm_offer = LogarithmOffer(self.state, self.workspace, self.notice, self)
         NarrowNotice(self.state, self.notice, self.editor.range.set_range, self)
         self.light_notice = LightNotice(self.reference, self.workspace.reference)
         self.emptiness = [
@@ -230,6 +232,10 @@ class MainWindow(QMainWindow):
         self.workspace.latent.path.brightness = self.brightness.of
         self.workspace.sensitivity.trials.set_brightness(self.brightness)
         self.workspace.rangeChanged.connect(self._show_range)
+        self.workspace.scaleChanged.connect(self._show_scale)
+        # A band kept over the plot would be one of other values.
+        self.workspace.scaleChanged.connect(lambda _opened: self.sensitivity_state.unpin())
+        self.editor.menu.scale_wanted.connect(self.workspace.show_on_scale)
         # Errors of an earlier file no longer apply.
         self.workspace.volumeRead.connect(self.notice.clear)
         self.workspace.volumeStarted.connect(self.editor.select_strongest)
@@ -435,6 +441,7 @@ class MainWindow(QMainWindow):
             opened.path,
             lighting=TRAINED_LIGHT[self.workspace.reference.settings.lighting],
             scalar_range=opened.volume.scalar_range,
+            scale=opened.volume.scale,
             raw_layout=known.raw_layout,
             up=self.state.up_axis,
             choice=Choice.parse(known.choice),
@@ -443,6 +450,12 @@ class MainWindow(QMainWindow):
     def _show_range(self, opened: OpenedVolume) -> None:
         self.editor.area.histogram.set_data(opened.counts, opened.edges)
         self.editor.area.set_axis(self.editor.area.axis)
+
+    def _show_scale(self, opened: OpenedVolume) -> None:
+        volume = opened.volume
+        self.editor.set_scale(
+            opened.counts, opened.edges, volume.data_range, volume.units, volume.scale
+        )
 
     def _show_volume(self, opened: OpenedVolume) -> None:
         volume = opened.volume
@@ -455,4 +468,6 @@ class MainWindow(QMainWindow):
         for handles in self.crop_handles:
             handles.set_volume(volume.dimensions)
         self.plot_memory.start(opened)
-        self.editor.set_data(opened.counts, opened.edges, volume.data_range, volume.units)
+        self.editor.set_data(
+            opened.counts, opened.edges, volume.data_range, volume.units, volume.scale
+        )

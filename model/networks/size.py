@@ -36,6 +36,10 @@ class NetworkSize:
         the tiled codes; small networks then learn colours very slowly.
     deep_codec : bool
         Whether the latent decoder has two hidden layers instead of the paper's one.
+    color_attention : bool
+        Whether pixels look their colours up in the colour TF
+        (:mod:`model.networks.paper.color_attention`), which the paper's network has as a
+        code only.
 
     Raises
     ------
@@ -50,6 +54,7 @@ class NetworkSize:
     nodes: int = 1_610_000
     modulation: bool = False
     deep_codec: bool = False
+    color_attention: bool = False
     architecture: Architecture = "paper"
 
     def __post_init__(self) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.scene.transfer_function import TF_SAMPLES, OpacityTF, Range
+from model.scene.value_scale import ValueScale
 from model.scene.value_text import range_text
 
 LEAST_RISE = 0.05
@@ -42,16 +43,19 @@ class NarrowPart:
         The TF's range.
     remedy : tuple of float
         A range that shows the narrow part as it is.
+    scale : {"linear", "log"}
+        Scale that all these lie on.
     """
 
     values: Range
     scalar_range: Range
     remedy: Range
+    scale: ValueScale
 
     @property
     def sentence(self) -> str:
         """What is wrong, in one sentence."""
-        shown = range_text(self.scalar_range, self.scalar_range)
+        shown = range_text(self.scalar_range, self.scalar_range, self.scale)
         return (
             f"What the TF has at {self._text(self.values)} is narrower than {TF_SAMPLES} steps "
             f"over {shown} can hold: it is drawn wider, or not at all."
@@ -64,7 +68,8 @@ class NarrowPart:
 
     def _text(self, values: Range) -> str:
         low, high = self.remedy
-        return range_text(values, (low, low + TF_SAMPLES * (high - low) / ROUND_STEPS))
+        steps = (low, low + TF_SAMPLES * (high - low) / ROUND_STEPS)
+        return range_text(values, steps, self.scale)
 
 
 def narrow_part(opacity: OpacityTF) -> NarrowPart | None:
@@ -87,7 +92,8 @@ def narrow_part(opacity: OpacityTF) -> NarrowPart | None:
     lowest, highest = opacity.scalar_range
     shown = _shown(opacity)
     remedy = _around(shown if _holds(shown, first[2]) else (low, high), opacity.scalar_range)
-    return NarrowPart((max(low, lowest), min(high, highest)), opacity.scalar_range, remedy)
+    values = (max(low, lowest), min(high, highest))
+    return NarrowPart(values, opacity.scalar_range, remedy, opacity.scale)
 
 
 def _of_modes(opacity: OpacityTF) -> Iterator[tuple[float, float, float]]:

@@ -1,9 +1,10 @@
 """Opacity and colour transfer functions (TFs), and the file format of a pair.
 
-All scalar values are in the data's own units. For a renderer or a network a
-TF is sampled at 256 values spread evenly over the volume's scalar range, both
-ends included (the paper's t_o and t_c, section 4). Only in files, values may be
-fractions of whatever range a volume has.
+All scalar values are in the data's own units, or their logarithms on a
+logarithmic scale. For a renderer or a network a TF is sampled at 256 values
+spread evenly over the volume's scalar range, both ends included (the paper's
+t_o and t_c, section 4). Only in files, values may be fractions of whatever
+range a volume has.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -22,6 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 from model.errors import TransferFunctionError, reason
 from model.files import write_atomically
 from model.json_files import MalformedError, build, read_json
+from model.scene.value_scale import ValueScale
 
 TF_SAMPLES = 256
 """Resolution at which TFs are sampled, the paper's n_t."""
@@ -77,6 +79,8 @@ class OpacityTF:
     points : tuple of (value, opacity)
         A free curve, linear between the points and constant outside them;
         used instead of modes if not empty.
+    scale : {"linear", "log"}
+        Scale of all its values and widths, see :mod:`model.scene.value_scale`.
 
     Raises
     ------
@@ -88,6 +92,7 @@ class OpacityTF:
     scalar_range: Range
     modes: tuple[GaussianMode, ...] = ()
     points: tuple[Point, ...] = ()
+    scale: ValueScale = "linear"
 
     def __post_init__(self) -> None:
         check_range(self.scalar_range)
@@ -225,6 +230,15 @@ class TransferFunction:
         """Scalar range of both TFs."""
         return self.opacity.scalar_range
 
+    @property
+    def scale(self) -> ValueScale:
+        """Scale of the values of both TFs."""
+        return self.opacity.scale
+
+    def on_scale(self, scale: ValueScale) -> TransferFunction:
+        """Return a TF of the same numbers, taken for places on another scale."""
+        return replace(self, opacity=replace(self.opacity, scale=scale))
+
     def to_json(self) -> dict[str, Any]:
         """Return the file's content as plain data."""
         if self.opacity.points:
@@ -232,8 +246,10 @@ class TransferFunction:
         else:
             opacity = {"modes": [dict(vars(m)) for m in self.opacity.modes]}
         scalar_range = {} if self.is_relative else {"range": list(self.scalar_range)}
+        scale = {} if self.scale == "linear" else {"scale": self.scale}
         return {
             "tfscope_tf": FILE_VERSION,
+            **scale,
             **scalar_range,
             "opacity": opacity,
             "color": {"stops": [list(s) for s in self.color.stops]},
@@ -263,7 +279,9 @@ class TransferFunction:
                 "color stops [value, r, g, b], and range [lo, hi] unless the values are fractions."
             ) from error
         scalar_range = content.range or (0.0, 1.0)
-        opacity = OpacityTF(scalar_range, content.opacity.modes, content.opacity.points)
+        opacity = OpacityTF(
+            scalar_range, content.opacity.modes, content.opacity.points, content.scale
+        )
         return cls(opacity, ColorTF(scalar_range, content.color.stops), content.range is None)
 
     def save(self, path: Path) -> None:
@@ -313,12 +331,16 @@ class _ColorContent:
 
 @dataclass(frozen=True)
 class _Content:
-    """Content of a TF file; without a range, values are fractions of one."""
+    """Content of a TF file; without a range, values are fractions of one.
+
+    On the scale "log" all values and widths are decimal logarithms.
+    """
 
     tfscope_tf: int
     opacity: _OpacityContent
     color: _ColorContent
     range: Range | None = None
+    scale: ValueScale = "linear"
 
 
 def check_range(scalar_range: Range) -> None:

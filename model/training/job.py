@@ -40,6 +40,9 @@ class TrainingJob:
         Name of a network size, see :data:`model.training.options.PRESETS`.
     architecture : str or None
         Architecture to use instead of the preset's.
+    color_attention : bool
+        Whether the paper's networks look colours up in the colour TF, see
+        :class:`model.networks.size.NetworkSize`.
     faithful : bool
         Whether to use the paper's recipe without additions.
     settings : tuple of str
@@ -72,6 +75,7 @@ class TrainingJob:
     store: Path | None = None
     preset: str = "compact"
     architecture: Architecture | None = None
+    color_attention: bool = False
     faithful: bool = False
     settings: tuple[str, ...] = ()
     minutes: float | None = None
@@ -102,6 +106,7 @@ class TrainingJob:
             "window": self.window is not None,
             "up axis": self.up != "",
             "range": self.volume.scalar_range is not None,
+            "scale": self.volume.scale is not None,
             "reuse": self.reuse is not None,
             "renderer": self.renderer != "raycast",
             "workers": self.workers is not None,
@@ -127,6 +132,12 @@ class TrainingJob:
         _ = self.budget, self.options
         if self.faithful and self.architecture not in (None, "paper"):
             raise TrainingError("The paper's recipe is for its networks; leave the other one out.")
+        if self.color_attention and (self.faithful or self.size.architecture != "paper"):
+            raise TrainingError(
+                "Colours are looked up in a variant of the paper's networks, which the paper's own "
+                "recipe does not have; choose that architecture, without the whole recipe.",
+                architecture="paper",
+            )
 
     def _check_values(self) -> None:
         """Refuse values of a wrong kind or outside their limits: a job may come from a file."""
@@ -136,7 +147,7 @@ class TrainingJob:
                 raise TrainingError(f"The {name} is {number!r}; give a whole number from {least}.")
         if self.reuse is not None and not (type(self.reuse) in (int, float) and self.reuse >= 1):
             raise TrainingError(f"The reuse is {self.reuse!r}; give a number from 1.")
-        for name in ("faithful", "movable_light", "resume"):
+        for name in ("color_attention", "faithful", "movable_light", "resume"):
             if not isinstance(getattr(self, name), bool):
                 raise TrainingError(f"The job's '{name}' must be true or false.")
         choices: dict[str, tuple[Any, tuple[Any, ...]]] = {
@@ -157,7 +168,8 @@ class TrainingJob:
     def size(self) -> NetworkSize:
         """Size of the networks; without additions to the paper's if `faithful`."""
         if not self.faithful:
-            return preset_size(self.preset, self.architecture)
+            size = preset_size(self.preset, self.architecture)
+            return replace(size, color_attention=self.color_attention)
         size = preset_size(self.preset, "paper")
         return replace(size, modulation=False, deep_codec=False)
 

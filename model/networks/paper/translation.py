@@ -25,6 +25,7 @@ from model.networks.blocks import (
     score_head,
 )
 from model.networks.encoding import EncodedInputs
+from model.networks.paper.color_attention import BINS, ColorAttention, color_table
 from model.networks.size import NetworkSize
 from model.scene.view import VIEW_PARAMETERS
 
@@ -104,6 +105,7 @@ class TranslationGenerator(nn.Module):
             ResidualBlock(a + skip, b, doubles=True)
             for a, skip, b in zip([ascending[0], *outputs[:-1]], skips, outputs, strict=True)
         )
+        self.attention = ColorAttention(size, c(64)) if size.color_attention else None
         doublings = int(math.log2(size.image_size // size.opacity_size))
         last = c(64) if doublings < 2 else c(32)
         self.paint = _painter(c(64), last, doublings)
@@ -136,10 +138,18 @@ class TranslationGenerator(nn.Module):
         -------
         Tensor, shape (N, 3, S, S), in [-1, 1]
         """
-        return self.decode(self.view(conditions), latent, self.color_tf(color_tf), opacity)
+        return self.decode(self.view(conditions), latent, self.encode_color(color_tf), opacity)
+
+    def encode_color(self, color_tf: Tensor) -> Tensor:
+        """Codes of colour TFs (N, 3, 256), with the colours that the attention mixes, if any."""
+        code: Tensor = self.color_tf(color_tf)
+        return concatenate(code, color_table(color_tf)) if self.attention is not None else code
 
     def decode(self, view: Tensor, latent: Tensor, color: Tensor, opacity: Tensor) -> Tensor:
-        """Generate from codes of conditions and colour TFs, each (N, channels)."""
+        """Generate from codes of conditions, (N, channels), and of colour TFs."""
+        table = None
+        if self.attention is not None:
+            color, table = color.tensor_split([color.shape[1] - 3 * BINS], dim=1)
         encodings = [opacity]
         for halve in self.encoder:
             encodings.append(halve(encodings[-1]))
@@ -149,6 +159,8 @@ class TranslationGenerator(nn.Module):
         for i, double in enumerate(self.decoder):
             x = double(x if i == 0 else concatenate(x, encodings[-1 - i]))
             x = self._modulate(i, x, codes)
+        if self.attention is not None:
+            x = self.attention(x, latent, table)
         image: Tensor = self.color(self.paint(x))
         return image
 

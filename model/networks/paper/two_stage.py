@@ -57,7 +57,7 @@ class TwoStageGenerator(GeneratorNetwork):
             self.opacity.encode_view(conditions),
             view,
             latent,
-            self.translation.color_tf(color_tf),
+            self.translation.encode_color(color_tf),
         )
 
     def decode(self, *features: Tensor) -> tuple[Tensor, Tensor]:

@@ -27,6 +27,7 @@ FULL = TrainingJob(
     volume=VolumeSource(Path("v.raw"), "4x5x6_uint8", "magnitude"),
     preset="draft",
     architecture="paper",
+    color_attention=True,
     settings=("joint.batch_size=4", "l1_weight=50"),
     minutes=1.5,
     lighting="global",
@@ -84,7 +85,12 @@ def test_a_file_that_is_no_job_is_refused(content: str, message: str, tmp_path: 
         ({"settings": ("nonsense=1",)}, "no 'nonsense'"),
         ({"lighting": "none"}, "no light that could be moved"),
         ({"start": Path("runs/a")}, "write over the model"),
-        ({"faithful": True, "architecture": "refined"}, "paper's recipe"),
+        (
+            {"faithful": True, "architecture": "refined", "color_attention": False},
+            "paper's recipe",
+        ),
+        ({"faithful": True}, "a variant"),
+        ({"architecture": "refined"}, "a variant"),
         ({"store": Path("s.zarr")}, "lighting and movable light and window and reuse"),
     ],
 )
