@@ -64,8 +64,8 @@ class ImageError(QObject):
         workspace.modelChanged.connect(self._forget)
 
     @property
-    def is_shown(self) -> bool:
-        """Whether the difference is to be seen, wherever both images are there."""
+    def is_wanted(self) -> bool:
+        """Whether the difference is shown where there is one."""
         return self._is_wanted
 
     def _take(self, name: str, inputs: SceneInputs, image: Image) -> None:

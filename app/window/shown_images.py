@@ -78,6 +78,6 @@ class ShownImages:
         seen = [name for name, pane in self.panes.items() if pane.isVisible()]
         if "generator" not in seen:
             return "reference"
-        if self._error.is_shown:
+        if self._error.is_wanted:
             return "difference"
         return "both" if "reference" in seen else "generator"
