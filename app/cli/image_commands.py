@@ -88,8 +88,9 @@ def render(
         typer.Option(
             "--out",
             metavar="OUT",
-            help="OUT.png on black, or OUT.npy: float32 RGBA (H, W, 4).",
-            callback=values.output(".png", ".npy"),
+            help="OUT.png, OUT.mp4 or OUT.gif: a full turn about the up axis, or OUT.npy: float32 "
+            "RGBA (H, W, 4).",
+            callback=values.output(".png", ".mp4", ".gif", ".npy"),
         ),
     ],
     renderer: Annotated[
@@ -124,9 +125,34 @@ def render(
         ),
     ] = None,
     size: Annotated[
-        int | None,
-        typer.Option("--size", min=16, max=4096, help="Pixels. (default: the model's, or 256)"),
+        str | None,
+        typer.Option("--size", metavar="N or WxH", help="Pixels. (default: the model's, or 256)"),
     ] = None,
+    background: Annotated[
+        str,
+        typer.Option(
+            "--background",
+            metavar="COLOUR",
+            help="Of a picture or movie: black, white, transparent or #rrggbb.",
+        ),
+    ] = "black",
+    legend: Annotated[
+        bool, typer.Option("--legend", help="Paint the colour legend into a picture or movie.")
+    ] = False,
+    scale_bar: Annotated[
+        bool,
+        typer.Option(
+            "--scale-bar",
+            help="Paint a scale bar. Its length holds in the plane through the middle of what is "
+            "shown.",
+        ),
+    ] = False,
+    seconds: Annotated[
+        float, typer.Option("--seconds", min=0.5, max=600, help="Length of a movie.")
+    ] = 8.0,
+    rate: Annotated[
+        int, typer.Option("--rate", min=1, max=60, help="Pictures a second of a movie.")
+    ] = 25,
     brightness: Annotated[
         float | None,
         typer.Option(
@@ -154,8 +180,9 @@ def render(
     backend: options.BackendName = choices.BackendOption.EAGER,
     precision: options.PrecisionName = choices.PrecisionOption.FLOAT32,
 ) -> None:
-    """Render one image to a file."""
-    from app.cli.render import RenderOrder, render_to_file
+    """Render one image, or a movie of a full turn, to a file."""
+    from app.cli.render import render_to_file
+    from app.cli.render_order import RenderOrder
 
     render_to_file(
         RenderOrder(
@@ -169,7 +196,12 @@ def render(
             lighting=lighting,
             light=light,
             crop=crop,
-            size=size,
+            size=values.pixels(size),
+            background=values.background(background),
+            legend=legend,
+            scale_bar=scale_bar,
+            seconds=seconds,
+            rate=rate,
             brightness=brightness,
             draws_missing=missing,
             preintegrated=preintegrated,
