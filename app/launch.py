@@ -116,7 +116,7 @@ def _open(window: MainWindow, start: WindowStart) -> None:
     workspace.volumeStarted.connect(
         partial(_show_as_asked, window, start), Qt.ConnectionType.SingleShotConnection
     )
-    window.opening.start_with(start.volume, start.scalar_range, start.choice)
+    window.opening.start_with(start.volume, start.scalar_range, start.choice, start.scale)
     if start.model is not None:
         workspace.open_model(start.model)
 

@@ -56,6 +56,7 @@ def render(
     time: options.TimeName = None,
     channel: options.ChannelName = None,
     scalar_range: options.ScalarRange = None,
+    scale: options.ScaleName = None,
     model: options.ModelFolder = None,
     view: options.ViewNumbers = values.HOME_VIEW,
     tf: options.TFFile = None,
@@ -112,7 +113,7 @@ def render(
         RenderOrder(
             renderer=str(renderer),
             volume=values.source(
-                volume, raw, component, scalar_range, series, array, time, channel
+                volume, raw, component, scalar_range, series, array, time, channel, scale
             ),
             model=model,
             view=view,
@@ -152,6 +153,7 @@ def sensitivity(
     time: options.TimeName = None,
     channel: options.ChannelName = None,
     scalar_range: options.ScalarRange = None,
+    scale: options.ScaleName = None,
     engine: Annotated[
         choices.SensitivityEngine | None,
         typer.Option(
@@ -201,14 +203,14 @@ def sensitivity(
             "change, also where the picture is black.",
         ),
     ] = choices.MeasureOption.SIGNED,
-    scale: Annotated[
-        choices.ScaleOption,
+    field_scale: Annotated[
+        choices.FieldScaleOption,
         typer.Option(
-            "--scale",
+            "--field-scale",
             help="Of a value's figure. own: colours by its field; global: by the fields of all "
             "values, and opacity by its own, as in the paper.",
         ),
-    ] = choices.ScaleOption.OWN,
+    ] = choices.FieldScaleOption.OWN,
     device: options.DeviceName = choices.Device.AUTO,
 ) -> None:
     """Find where in the TF an edit changes a region, or where in the image an edit shows."""
@@ -217,7 +219,7 @@ def sensitivity(
     save_sensitivity(
         SensitivityOrder(
             volume=values.source(
-                volume, raw, component, scalar_range, series, array, time, channel
+                volume, raw, component, scalar_range, series, array, time, channel, scale
             ),
             model=model,
             engine=None if engine is None else cast(EngineName, str(engine)),
@@ -233,6 +235,6 @@ def sensitivity(
             lighting=lighting,
             device=str(device),
             out=out,
-            by_all_values=scale is choices.ScaleOption.GLOBAL,
+            by_all_values=field_scale is choices.FieldScaleOption.GLOBAL,
         )
     )

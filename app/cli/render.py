@@ -22,10 +22,12 @@ from model.scene.crop import CropBox
 from model.scene.default_tf import default_transfer_function
 from model.scene.inputs import SceneInputs, outside_range
 from model.scene.light import LightDirection
+from model.scene.narrow_part import narrow_part
 from model.scene.range_fitting import fit_to_range, fit_to_volume
 from model.scene.scene import Lighting, RendererName, Scene
 from model.scene.tf_perturbation import with_opacity
 from model.scene.transfer_function import Range, TransferFunction
+from model.scene.value_scale import SCALE_NAMES, ValueScale, values_at
 from model.scene.view import View
 from model.scene.volume import Volume
 from model.volume_files.source import VolumeSource, volume_of
@@ -33,7 +35,9 @@ from model.volume_files.source import VolumeSource, volume_of
 DEFAULT_SIZE = 256
 DEFAULT_SAMPLE_DISTANCE = 0.5
 
-MODEL_RANGE = "A model draws over the range that it was trained on; leave --range out."
+MODEL_RANGE = (
+    "A model draws over the range and scale that it was trained on; leave --range and --scale out."
+)
 
 
 @dataclass(frozen=True)
@@ -91,7 +95,7 @@ class _Rendered:
             "View": view_text(self.inputs.view),
             "Lighting": self.lighting,
             "Renderer": self.renderer,
-            "Scalar range": range_text(tf.scalar_range),
+            "Scalar range": range_text(tf.scalar_range, tf.scale),
             "Transfer function": json.dumps(tf.to_json()),
         }
         if self.light is not None:
@@ -134,9 +138,22 @@ def render_to_file(order: RenderOrder) -> None:
         save_picture(order.out, colors, facts)
 
 
-def load_fitted(path: Path, scalar_range: Range) -> TransferFunction:
-    """Load a TF; fit one made for another range to this range, and print a notice."""
+def load_fitted(path: Path, scalar_range: Range, scale: ValueScale) -> TransferFunction:
+    """Load a TF; fit one made for another range to this range, and print a notice.
+
+    Raises
+    ------
+    RenderError
+        When the TF is over another scale.
+    """
     tf = TransferFunction.load(path)
+    if tf.is_relative:
+        tf = tf.on_scale(scale)
+    if tf.scale != scale:
+        raise RenderError(
+            f"{path}: this TF lies over {SCALE_NAMES[tf.scale]}, and here TFs lie over "
+            f"{SCALE_NAMES[scale]}; give one that was made on the same scale."
+        )
     return _noticed(path, tf, fit_to_range(tf, scalar_range))
 
 
@@ -150,22 +167,28 @@ def choose_tf(
     path : Path or None
     volume : Volume
     keeps_range : bool
-        Whether the volume's range was chosen, so that the TF is fitted to it; otherwise the
-        file's range is taken where it fits the volume.
+        Whether the volume's range or scale was chosen, so that the TF is fitted to it; otherwise
+        the file's range is taken where it fits the volume, and its scale.
     """
     if path is None:
         return default_transfer_function(volume), volume
     if keeps_range:
-        return load_fitted(path, volume.scalar_range), volume
-    tf = TransferFunction.load(path)
-    fitted = _noticed(path, tf, fit_to_volume(tf, volume))
-    return fitted, volume.over(fitted.scalar_range)
+        fitted = load_fitted(path, volume.scalar_range, volume.scale)
+    else:
+        tf = TransferFunction.load(path)
+        fitted = _noticed(path, tf, fit_to_volume(tf, volume))
+        volume = volume.over(fitted.scalar_range, fitted.scale)
+    narrow = narrow_part(fitted.opacity)
+    if narrow is not None:
+        low, high = values_at(narrow.remedy, narrow.scale)
+        warn(f"{path}: {narrow.sentence.rstrip('.')}; give --range {low:.10g},{high:.10g}.")
+    return fitted, volume
 
 
 def _noticed(path: Path, tf: TransferFunction, fitted: TransferFunction) -> TransferFunction:
     """Print a notice where a TF was fitted, unless it has no range of its own."""
     if not tf.is_relative and tf.scalar_range != fitted.scalar_range:
-        made, here = (range_text(r) for r in (tf.scalar_range, fitted.scalar_range))
+        made, here = (range_text(each.scalar_range, each.scale) for each in (tf, fitted))
         console.print(f"{path}: made for the scalar range {made} and fitted to {here}.")
     return fitted
 
@@ -187,7 +210,7 @@ def _render_volume(order: RenderOrder) -> _Rendered:
         light = scene.light if scene else None
     if order.light is not None and lighting == "none":
         raise RenderError("An unlit image has no light to be moved.", lighting="direct")
-    chosen = order.volume.scalar_range is not None
+    chosen = order.volume.is_placed
     volume = order.volume.read() if scene is None or chosen else volume_of(scene, order.volume)
     tf, volume = choose_tf(order.tf, volume, chosen or scene is not None)
     if order.draws_missing:
@@ -222,7 +245,7 @@ def _render_volume(order: RenderOrder) -> _Rendered:
 def _render_generator(order: RenderOrder) -> _Rendered:
     if order.preintegrated:
         raise RenderError("Pre-integration is the ray caster's; give --renderer raycast.")
-    if order.volume.scalar_range is not None:
+    if order.volume.is_placed:
         raise RenderError(MODEL_RANGE)
     folder = order.model or model_folder(None, order.volume.read())
     scene = load_card(folder).scene
@@ -235,7 +258,7 @@ def _render_generator(order: RenderOrder) -> _Rendered:
         kind = "without light" if scene.light is None else "with a fixed light"
         raise RenderError(f"The model was trained {kind}: it cannot follow another direction.")
     if order.tf:
-        tf = load_fitted(order.tf, scene.scalar_range)
+        tf = load_fitted(order.tf, scene.scalar_range, scene.scale)
     else:
         tf = default_transfer_function(volume_of(scene, order.volume))
     inputs = SceneInputs.of(order.view, tf, light=order.light, crop=order.crop)

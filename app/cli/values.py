@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from pathlib import Path
 
+from app.cli import choices
 from app.cli.outputs import check_output, check_output_folder
 from model.errors import DatasetError, TfscopeError, VolumeError
 from model.networks.card import read_header
@@ -155,9 +156,12 @@ def source(
     array: str | None = None,
     time: str | None = None,
     channel: str | None = None,
+    scale: choices.ScaleOption | None = None,
 ) -> VolumeSource:
     """Return the source of a volume, checked as far as that goes without reading it."""
-    found = VolumeSource(path, raw, component, scalar_range, series, array, time, channel)
+    found = VolumeSource(
+        path, raw, component, scalar_range, series, array, time, channel, choices.scale(scale)
+    )
     found.check()
     return found
 

@@ -223,7 +223,8 @@ class EnginePane(QWidget):
         if not title:
             title = self._name
             text, tone = self._status()
-            lines = [self._tip, self._hint, self._note_tip if self._note else "", self._facts]
+            note = self._note_tip if self._note else ""
+            lines = [self._tip, self._hint, note, self._facts, self.client.remark]
         self.caption.set_title(title)
         self.caption.set_detail(text, tone)
         # As rich text it is wrapped.

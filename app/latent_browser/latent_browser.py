@@ -408,6 +408,11 @@ class LatentBrowser(QWidget):
     def _take_named(self, index: int) -> None:
         """Make a named TF the present one, exactly as it was named."""
         named, present = self._latent.places[index], self._state.transfer_function
+        if named.tf.scale != present.scale:
+            self.news.emit(
+                f"{named.name} was named on the other scale, by TF > Axis > Logarithmic scale."
+            )
+            return
         self._work.search.cancel()
         opacity = opacity_over(named.tf, self._state.scalar_range)
         self._work.session.remember_place(opacity, named.place)

@@ -227,7 +227,7 @@ class FieldCover(QObject):
         else:
             colored = overlay(image, field, self._scale, "visible")
         self._bar = "visible"
-        values = range_text(answer.request.values, self._state.scalar_range)
+        values = range_text(answer.request.values, self._state.scalar_range, self._state.scale)
         self._caption = f"{self._scale:.2g}: part of a pixel that shows {values}{self._way_back}"
         self._pane.canvas.show_cover(_picture(colored))
 

@@ -365,7 +365,7 @@ class FindingsPanel(QWidget):
             self.whatIfShown.emit(answer)
 
     def _text(self, value: float) -> str:
-        return value_text(value, self._state.scalar_range)
+        return value_text(value, self._state.scalar_range, self._state.scale)
 
     def _interval_text(self, index: int) -> str:
         interval = self._layer.intervals[index]
@@ -397,7 +397,7 @@ class FindingsPanel(QWidget):
     def _found_text(self, index: int) -> str:
         found = self.values.found[index]
         self.rows[index].setToolTip("Share of what is visible there")
-        reach = range_text(found.reach, self._state.scalar_range)
+        reach = range_text(found.reach, self._state.scalar_range, self._state.scale)
         return f"{reach}   {100 * found.share:.0f} %"
 
 

@@ -343,7 +343,9 @@ class ResponseLayer(QObject):
             item.setVisible(band is not None and choices.shown)
         if band is not None:
             places = [self._area.axis.place(value) for value in band.values]
-            one, other = (value_text(v, self._state.scalar_range) for v in band.values)
+            one, other = (
+                value_text(v, self._state.scalar_range, self._state.scale) for v in band.values
+            )
             text = one if one == other else f"{one} to {other}"
             self._value.setText(f"edit at {text}" if band.effect else text)
             self._band.setBrush(_brush(BAND if band.effect else VISIBLE, 110))

@@ -56,13 +56,13 @@ class VisibleLabel(QLabel):
         if answer.request.regions[0] != outline:
             # Another region's answer is on its way.
             return
-        scalar_range = answer.request.inputs.opacity_tf.scalar_range
+        opacity = answer.request.inputs.opacity_tf
+        scalar_range = opacity.scalar_range
         found = contributions(answer.value[0], scalar_range)
         values = ", ".join(
-            f"{range_text(each.reach, scalar_range)} ({100 * each.share:.0f} %)".replace(
-                " ", JOINED
-            )
+            f"{text} ({100 * each.share:.0f} %)".replace(" ", JOINED)
             for each in found
+            for text in [range_text(each.reach, scalar_range, opacity.scale)]
         )
         text = f"visible: {values}" if found else "visible: nothing, it is black"
         self.setText(f"<span style='color:{VISIBLE}'>■</span> {text}")

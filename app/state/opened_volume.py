@@ -14,6 +14,7 @@ from model.scene.robust_range import robust_range
 from model.scene.scene import default_scalar_window
 from model.scene.thinned_volume import ThinnedVolume
 from model.scene.transfer_function import Range, TransferFunction
+from model.scene.value_scale import ValueScale
 from model.scene.volume import Volume
 
 
@@ -30,7 +31,7 @@ class OpenedVolume:
         Histogram of all voxels. Bins are equally wide over the volume's scalar range, and
         wider beyond it where outliers lie far out: where bins are compared, divide by widths.
     edges : ndarray of float64, shape (n + 1,)
-        Where the bins end, in the data's own units; from the smallest to the largest voxel.
+        Where the bins end, on the volume's scale; from the smallest to the largest voxel.
     fingerprint : str
     default : TransferFunction
         Over the volume's scalar range.
@@ -57,15 +58,26 @@ class OpenedVolume:
         shown = ThinnedVolume.of(volume).shown_points(default.opacity)
         return cls(path, volume, counts, edges, volume.fingerprint, default, window, shown)
 
-    def over(self, scalar_range: Range) -> OpenedVolume:
-        """Return the same volume over another scalar range, with what follows from it.
+    def over(self, scalar_range: Range, scale: ValueScale | None = None) -> OpenedVolume:
+        """Return the same volume over another range and scale, with what follows from them.
 
         Raises
         ------
         VolumeError
             When the volume cannot be shown over the range.
         """
-        return OpenedVolume.of(self.path, self.volume.over(scalar_range))
+        return OpenedVolume.of(self.path, self.volume.over(scalar_range, scale))
+
+    def on_scale(self, scale: ValueScale) -> OpenedVolume:
+        """Return the same volume over its robust range on another scale.
+
+        Raises
+        ------
+        VolumeError
+            When the volume cannot be shown on it.
+        """
+        volume = self.volume.on_scale(scale)
+        return OpenedVolume.of(self.path, volume.over(robust_range(volume)))
 
     def drawing_missing(self, drawn: bool) -> OpenedVolume:
         """Return the same volume with its missing voxels drawn, or not."""

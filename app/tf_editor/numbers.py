@@ -16,8 +16,12 @@ from app.tf_editor.number_box import NumberBox
 from app.tf_editor.selection import Selection
 from model.scene import tf_editing as edits
 from model.scene.transfer_function import ColorTF, OpacityTF
+from model.scene.value_scale import ValueScale
 
 PANEL_WIDTH = 216
+
+WIDTHS: dict[ValueScale, str] = {"linear": "Width", "log": "Decades"}
+"""Name of a mode's width; on a logarithmic scale it counts powers of ten."""
 
 WIDTH_MEANING = "Distance from the mean at which the opacity has fallen to 37 %"
 OPACITY_MEANING = (
@@ -57,6 +61,7 @@ class NumbersPanel(QWidget):
         self.add_button = QPushButton("Add mode")
         self.remove_button = QPushButton("Remove")
         self._form = QFormLayout()
+        self._width_label = QLabel()
         self._lay_out()
         self.value.valueChanged.connect(self._value_typed)
         self.width_box.valueChanged.connect(self._width_typed)
@@ -79,7 +84,8 @@ class NumbersPanel(QWidget):
             ("Opacity", self.height_box),
             ("Colour", self.color_button),
         ):
-            label = QLabel(text)
+            label = self._width_label if field is self.width_box else QLabel()
+            label.setText(text)
             label.setProperty("role", "dim")
             label.setToolTip(MEANINGS.get(text, ""))
             label.setMinimumSize(64, self.value.sizeHint().height())
@@ -128,6 +134,7 @@ class NumbersPanel(QWidget):
         else:
             self.width_box.set_limits(opacity.bin_width, hi - lo)
             self.width_box.show_value(opacity.modes[index].width)
+            self._width_label.setText(WIDTHS[opacity.scale])
             self._show_rows(self.value, self.width_box, self.height_box)
         self.remove_button.setEnabled(edits.can_remove_opacity_handle(opacity, index))
 
@@ -148,9 +155,9 @@ class NumbersPanel(QWidget):
         # An end is fixed.
         self.value.setEnabled(limits[0] < limits[1])
         if self.value.isEnabled():
-            self.value.set_limits(*limits)
+            self.value.set_limits(*limits, self._state.scale)
         else:
-            self.value.set_limits(*self._state.scalar_range)
+            self.value.set_limits(*self._state.scalar_range, self._state.scale)
         self.value.show_value(value)
 
     def _show_rows(self, *shown: QWidget) -> None:

@@ -15,6 +15,7 @@ from app.tf_editor.histogram import HistogramLayer
 from app.tf_editor.opacity_scale import OpacityScale
 from app.tf_editor.unit_axis import ScalarAxis
 from model.scene.transfer_function import Range
+from model.scene.value_scale import ValueScale
 
 STRIP_HEIGHT = 44
 AXIS_WIDTH = 52
@@ -115,12 +116,14 @@ class PlotArea(QObject):
         edges: NDArray[np.float64],
         data_range: Range,
         units: str,
+        scale: ValueScale = "linear",
     ) -> None:
         """Show a volume's histogram and all of its values; see the editor's method."""
         self.data_range = data_range
         self.histogram.set_data(counts, edges)
-        self._values.setLabel(f"Scalar value ({units})" if units else "Scalar value")
-        self.set_axis(ScalarAxis.over(data_range, logarithmic=self.axis.scale != "linear"))
+        title = "Scalar value, logarithmic" if scale == "log" else "Scalar value"
+        self._values.setLabel(f"{title} ({units})" if units else title)
+        self.set_axis(ScalarAxis.over(data_range, self.axis.scale != "linear", scale))
 
     def set_axis(self, axis: ScalarAxis) -> None:
         """Show other values, or on another scale."""
@@ -139,13 +142,15 @@ class PlotArea(QObject):
             self._draw(item)
         self.axisChanged.emit()
 
-    def include(self, scalar_range: Range) -> None:
-        """Let a TF's range be made visible, as well as the volume's values."""
+    def include(self, scalar_range: Range, scale: ValueScale) -> None:
+        """Let a TF's range be made visible, as well as the volume's values on the same scale."""
+        if scale != self.axis.labels:
+            return
         lo = min(self.data_range[0], scalar_range[0])
         hi = max(self.data_range[1], scalar_range[1])
         if (lo, hi) != self.axis.full:
             everything = self.axis.visible == self.axis.full
-            axis = ScalarAxis.over((lo, hi), logarithmic=self.axis.scale != "linear")
+            axis = ScalarAxis.over((lo, hi), self.axis.scale != "linear", self.axis.labels)
             self.set_axis(axis if everything else axis.showing(self.axis.visible))
 
     def draw(

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from model.scene.transfer_function import Range
+from model.scene.value_scale import ValueScale, logarithmic_ticks
 
 _ROUND_STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)
 _BEND_SHARE = 1e-3
@@ -43,19 +44,25 @@ class ScalarAxis:
     scale : {"linear", "log", "symlog"}
         "log" where all of `full` is above zero; "symlog" is logarithmic on both sides of
         zero and linear near it. Both are an inverse hyperbolic sine.
+    labels : {"linear", "log"}
+        The volume's scale. Values that are logarithms already are spread evenly, and labelled
+        by what they are logarithms of.
     """
 
     visible: Range
     full: Range
     scale: Scale = "linear"
+    labels: ValueScale = "linear"
 
     @classmethod
-    def over(cls, full: Range, logarithmic: bool = False) -> ScalarAxis:
+    def over(
+        cls, full: Range, logarithmic: bool = False, labels: ValueScale = "linear"
+    ) -> ScalarAxis:
         """Return an axis that shows all of a range."""
         scale: Scale = "linear"
-        if logarithmic:
+        if logarithmic and labels == "linear":
             scale = "log" if full[0] > 0 else "symlog"
-        return cls(full, full, scale)
+        return cls(full, full, scale, labels)
 
     def showing(self, visible: Range) -> ScalarAxis:
         """Return an axis of the same scale that shows other values, moved to lie within `full`."""
@@ -119,7 +126,7 @@ class ScalarAxis:
         list of (place, text)
         """
         if self.scale == "linear":
-            return ticks(self.visible, count)
+            return ticks(self.visible, count, self.labels)
         chosen = self._decades()
         if len(chosen) < 3:
             return [(self.place(float(text)), text) for _, text in ticks(self.visible, count)]
@@ -172,20 +179,27 @@ def bend_for(scalar_range: Range) -> float:
     return largest * _BEND_SHARE
 
 
-def ticks(scalar_range: Range, count: int = 6) -> list[tuple[float, str]]:
-    """Choose round values within a range, evenly spaced.
+def ticks(
+    scalar_range: Range, count: int = 6, scale: ValueScale = "linear"
+) -> list[tuple[float, str]]:
+    """Choose round values within a range, evenly spaced but for a logarithmic scale.
 
     Parameters
     ----------
     scalar_range : tuple of float
+        On the scale.
     count : int
         Approximate number of ticks.
+    scale : {"linear", "log"}
+        See :func:`model.scene.value_scale.logarithmic_ticks`.
 
     Returns
     -------
     list of (place, text)
         Places on a linear axis, 0..1, and their values as text.
     """
+    if scale == "log":
+        return logarithmic_ticks(scalar_range, count)
     lo, hi = scalar_range
     rough = (hi - lo) / count
     power = 10.0 ** math.floor(math.log10(rough))

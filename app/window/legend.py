@@ -76,7 +76,7 @@ def paint_legend(
     font.setPixelSize(text)
     metrics = QFontMetricsF(font)
     length = MOST_HEIGHT * rect.height()
-    marks = ticks(tf.scalar_range, max(min(int(length / (2.2 * text)), 6), 1))
+    marks = ticks(tf.scalar_range, max(min(int(length / (2.2 * text)), 6), 1), tf.scale)
     widest = max((metrics.horizontalAdvance(label) for _, label in marks), default=0.0)
     margin, gap = 1.2 * text, 0.4 * text
     strip, curve = 0.9 * text, 2.2 * text

@@ -50,7 +50,9 @@ from app.window.focus_areas import FocusAreas
 from app.window.image_error import ImageError
 from app.window.key_hints import KeyHints
 from app.window.light_notice import LightNotice
+from app.window.logarithm_offer import LogarithmOffer
 from app.window.menus import Menus, WindowParts
+from app.window.narrow_notice import NarrowNotice
 from app.window.notices import Notices
 from app.window.overlays import Overlays
 from app.window.pane_layout import PaneLayout
@@ -176,6 +178,8 @@ class MainWindow(QMainWindow):
         )
         presets = self.editor.menu.presets
         PresetPictures(presets, self.state, analyst, reference, self.brightness)
+        self.logarithm_offer = LogarithmOffer(self.state, self.workspace, self.notice, self)
+        NarrowNotice(self.state, self.notice, self.editor.range.set_range, self)
         LightNotice(self.workspace.reference, self.notice)
         for pane in (self.generator, self.reference):
             EmptinessNotice(pane, self.state, self.workspace, self.notice)
@@ -242,6 +246,10 @@ class MainWindow(QMainWindow):
         self.workspace.latent.path.brightness = self.brightness.of
         self.workspace.sensitivity.trials.set_brightness(self.brightness)
         self.workspace.rangeChanged.connect(self._show_range)
+        self.workspace.scaleChanged.connect(self._show_scale)
+        # A band kept over the plot would be one of other values.
+        self.workspace.scaleChanged.connect(lambda _opened: self.sensitivity_state.unpin())
+        self.editor.menu.scale_wanted.connect(self.workspace.show_on_scale)
         # Errors of an earlier file no longer apply.
         self.workspace.volumeRead.connect(self.notice.clear)
         self.workspace.volumeStarted.connect(self.editor.select_strongest)
@@ -451,6 +459,7 @@ class MainWindow(QMainWindow):
             opened.path,
             lighting=TRAINED_LIGHT[self.workspace.reference.settings.lighting],
             scalar_range=opened.volume.scalar_range,
+            scale=opened.volume.scale,
             raw_layout=known.raw_layout,
             up=self.state.up_axis,
             choice=Choice.parse(known.choice),
@@ -459,6 +468,12 @@ class MainWindow(QMainWindow):
     def _show_range(self, opened: OpenedVolume) -> None:
         self.editor.area.histogram.set_data(opened.counts, opened.edges)
         self.editor.area.set_axis(self.editor.area.axis)
+
+    def _show_scale(self, opened: OpenedVolume) -> None:
+        volume = opened.volume
+        self.editor.set_scale(
+            opened.counts, opened.edges, volume.data_range, volume.units, volume.scale
+        )
 
     def _show_volume(self, opened: OpenedVolume) -> None:
         volume = opened.volume
@@ -473,4 +488,6 @@ class MainWindow(QMainWindow):
         for handles in self.crop_handles:
             handles.set_volume(volume.dimensions)
         self.plot_memory.start(opened)
-        self.editor.set_data(opened.counts, opened.edges, volume.data_range, volume.units)
+        self.editor.set_data(
+            opened.counts, opened.edges, volume.data_range, volume.units, volume.scale
+        )
