@@ -75,6 +75,9 @@ def run_window(
     store = TransferFunctionStore.of_user() if screenshot is None else None
     preferences = Preferences(PreferencesStore.of_user() if screenshot is None else None)
     apply_theme(application, preferences.value("theme"))
+    application.styleHints().colorSchemeChanged.connect(
+        lambda _scheme: apply_theme(application, preferences.value("theme"))
+    )
     window = MainWindow(builders, store, settings, preferences)
     if start.size is not None:
         window.resize(*start.size)

@@ -227,6 +227,7 @@ class EnginePane(QWidget):
             lines = [self._tip, self._hint, note, self._facts, self.client.remark]
         self.caption.set_title(title)
         self.caption.set_detail(text, tone)
+        self.canvas.setAccessibleName(self.caption.accessibleName())
         # As rich text it is wrapped.
         tip = "<br>".join(html.escape(line).replace("\n", " ") for line in lines if line)
         self.caption.setToolTip(f"<qt>{tip}</qt>" if tip else "")

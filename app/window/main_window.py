@@ -96,6 +96,7 @@ class MainWindow(QMainWindow):
     ) -> None:
         super().__init__()
         self.preferences = preferences or Preferences(None, self)
+        self._alt_alone = False
         self.state = ViewerState(self)
         self.sensitivity_state = SensitivityState(self)
         self.latent_state = LatentState(self)
@@ -272,7 +273,11 @@ class MainWindow(QMainWindow):
         return [client.error for client in clients if client.error]
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Show what an edit would change while Ctrl or W is held; end what goes on by Escape."""
+        """Show what an edit would change while Ctrl or W is held; end what goes on by Escape.
+
+        Alt alone opens the menus where they are folded; a menu bar knows that key itself.
+        """
+        self._alt_alone = event.key() == Qt.Key.Key_Alt
         if event.key() == Qt.Key.Key_Control:
             self._show_effect(True)
         if event.key() == Qt.Key.Key_W and not event.modifiers():
@@ -285,6 +290,8 @@ class MainWindow(QMainWindow):
         """Show the images again, or where the value under the mouse is visible."""
         if event.key() == Qt.Key.Key_Control:
             self._show_effect(False)
+        if event.key() == Qt.Key.Key_Alt and self._alt_alone and self.top_bar.is_folded:
+            self.top_bar.open_menus()
         if event.key() == Qt.Key.Key_W and not event.isAutoRepeat():
             self.sensitivity.findings.end_what_if()
         else:

@@ -268,6 +268,37 @@ def test_keys_of_folded_menus_still_work(qtbot: QtBot, make_window: WindowMaker)
     assert titles == ["&File", "&Edit", "&View", "&Region", "&Help"]
 
 
+def test_alt_alone_opens_the_folded_menus(
+    make_window: WindowMaker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    window = make_window()
+    opened: list[bool] = []
+    monkeypatch.setattr(window.top_bar, "open_menus", lambda: opened.append(True))
+    window.top_bar._fold(True)
+    QTest.keyPress(window, Qt.Key.Key_Alt)
+    QTest.keyClick(window, Qt.Key.Key_F7, Qt.KeyboardModifier.AltModifier)
+    QTest.keyRelease(window, Qt.Key.Key_Alt)
+    assert not opened
+    QTest.keyPress(window, Qt.Key.Key_Alt)
+    QTest.keyRelease(window, Qt.Key.Key_Alt)
+    assert opened == [True]
+
+
+def test_the_legend_is_on_the_rightmost_image_alone(make_window: WindowMaker) -> None:
+    window = make_window()
+    canvases = [pane.canvas for pane in (window.generator, window.reference)]
+    before = [canvas.grab().toImage() for canvas in canvases]
+    action(window, "Ctrl+L").trigger()
+    after = [canvas.grab().toImage() for canvas in canvases]
+    assert after[0] == before[0] and after[1] != before[1]
+
+
+def test_an_image_is_named_with_its_state(make_window: WindowMaker) -> None:
+    window = make_window()
+    window.generator.set_note("error .004")
+    assert window.generator.canvas.accessibleName() == "Generator, error .004"
+
+
 @pytest.mark.parametrize(
     ("size", "square", "image"),
     # Heights of the images in windows of 900, 640 and 720 pixels, with an editor of 35 %.
