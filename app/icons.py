@@ -143,7 +143,8 @@ class IconButton(QToolButton):
         )
         self.setFixedHeight(BUTTON)
         if text:
-            self.setMinimumWidth(BUTTON)
+            # As wide as its words: a least width of its own would be less.
+            self.setMinimumWidth(0)
             self.setMaximumWidth(16777215)
         else:
             self.setFixedWidth(BUTTON)

@@ -75,6 +75,9 @@ def run_window(
     store = TransferFunctionStore.of_user() if screenshot is None else None
     preferences = Preferences(PreferencesStore.of_user() if screenshot is None else None)
     apply_theme(application, preferences.value("theme"))
+    application.styleHints().colorSchemeChanged.connect(
+        lambda _scheme: apply_theme(application, preferences.value("theme"))
+    )
     window = MainWindow(builders, store, settings, preferences)
     if start.size is not None:
         window.resize(*start.size)
@@ -116,7 +119,7 @@ def _open(window: MainWindow, start: WindowStart) -> None:
     workspace.volumeStarted.connect(
         partial(_show_as_asked, window, start), Qt.ConnectionType.SingleShotConnection
     )
-    window.opening.start_with(start.volume, start.scalar_range, start.choice)
+    window.opening.start_with(start.volume, start.scalar_range, start.choice, start.scale)
     if start.model is not None:
         workspace.open_model(start.model)
 

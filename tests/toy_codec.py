@@ -12,6 +12,7 @@ from model.latent.latent_map import LatentMap
 from model.latent.latent_space import LatentSpace
 from model.latent.tf_frame import TFFrame
 from model.scene.transfer_function import Range
+from model.scene.value_scale import ValueScale
 from model.training.codec_training import UNIT_SCENE
 
 BINS = np.arange(256)
@@ -42,5 +43,7 @@ class ToySpace(LatentSpace):
         return super().open_map(count)
 
 
-def toy_space(folder: Path, scalar_range: Range, window: Range) -> ToySpace:
-    return ToySpace(ToyCodec(), TFFrame(scalar_range, window), UNIT_SCENE, "toy", (folder,))
+def toy_space(
+    folder: Path, scalar_range: Range, window: Range, scale: ValueScale = "linear"
+) -> ToySpace:
+    return ToySpace(ToyCodec(), TFFrame(scalar_range, window, scale), UNIT_SCENE, "toy", (folder,))

@@ -89,7 +89,9 @@ def _measure(
         assert model is not None
         space = LatentSpace.of_model(model)
     else:
-        space = LatentSpace.shipped(volume.scalar_range, default_scalar_window(volume))
+        space = LatentSpace.shipped(
+            volume.scalar_range, default_scalar_window(volume), volume.scale
+        )
     map_ = space.open_map()
     inputs = SceneInputs.of(view, default_transfer_function(volume))
     scene = Scene.of(volume, size)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from model.scene.transfer_function import Range
+from model.scene.value_scale import ValueScale, values_at
 from model.scene.view import View
 
 
@@ -16,9 +17,10 @@ def view_text(view: View) -> str:
     return ",".join(f"{number:g}" for number in numbers)
 
 
-def range_text(scalar_range: Range) -> str:
-    """Format a range of scalar values."""
-    return "{:.6g} to {:.6g}".format(*scalar_range)
+def range_text(scalar_range: Range, scale: ValueScale) -> str:
+    """Format a range of places on a scale in the data's units, and say if it is no linear one."""
+    low, high = values_at(scalar_range, scale)
+    return f"{low:.6g} to {high:.6g}{', logarithmic' if scale == 'log' else ''}"
 
 
 def tf_text(path: Path | None) -> str:

@@ -6,6 +6,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, cast
 
 from model.scene.scene import Lighting, RendererName, TFFamily
+from model.scene.value_scale import ValueScale
 
 if TYPE_CHECKING:
     from model.latent.codes import PictureOf
@@ -19,6 +20,13 @@ class LightingOption(StrEnum):
     NONE = "none"
     DIRECT = "direct"
     GLOBAL = "global"
+
+
+class ScaleOption(StrEnum):
+    """The scales of the scalar axis, for the command line."""
+
+    LINEAR = "linear"
+    LOG = "log"
 
 
 class SensitivityEngine(StrEnum):
@@ -36,7 +44,7 @@ class MeasureOption(StrEnum):
     CHANGE = "change"
 
 
-class ScaleOption(StrEnum):
+class FieldScaleOption(StrEnum):
     """Colour scales of a value's field, for the command line."""
 
     OWN = "own"
@@ -182,6 +190,11 @@ def architecture_name(option: ArchitectureOption | None) -> Architecture | None:
 def lighting(option: LightingOption) -> Lighting:
     """Return the lighting of an option."""
     return cast(Lighting, str(option))
+
+
+def scale(option: ScaleOption | None) -> ValueScale | None:
+    """Return the scale of an option; None stays None."""
+    return None if option is None else cast(ValueScale, str(option))
 
 
 def measure(option: MeasureOption) -> Measure:

@@ -26,6 +26,7 @@ application = typer.Typer(
 application.add_typer(bench, name="bench")
 for command in (
     image_commands.info,
+    image_commands.compact,
     image_commands.render,
     image_commands.sensitivity,
     latent,
@@ -63,11 +64,12 @@ def window(
         choices.ReferenceOption | None,
         typer.Option(
             "--renderer",
-            help="Of the reference image; auto: the fast one while anything moves, VTK at rest. "
-            "(default: as last time)",
+            help="Of the reference image; auto: the ray caster while anything moves, and where no "
+            "graphics card draws, VTK otherwise. (default: as last time)",
         ),
     ] = None,
     scalar_range: options.ScalarRange = None,
+    scale: options.ScaleName = None,
     series: options.SeriesName = None,
     array: options.ArrayName = None,
     time: options.TimeName = None,
@@ -108,6 +110,7 @@ def window(
             light=light,
             renderer=None if renderer is None else renderer.value,
             scalar_range=None if scalar_range is None else RangeChoice.parse(scalar_range),
+            scale=choices.scale(scale),
             crop=crop,
             size=values.window_size(size),
             choice=choice if choice.text else None,

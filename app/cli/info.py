@@ -10,6 +10,7 @@ from app.cli.console import print_facts
 from model.networks.card import MODEL_FILE, ModelCard, verdict_of
 from model.networks.recorded_errors import errors_by_kind
 from model.scene.robust_range import robust_range
+from model.scene.value_scale import LOGARITHM_OFFER, SCALE_NAMES, suits_logarithm, values_at
 from model.volume_files.description import as_data, describe
 from model.volume_files.source import VolumeSource
 
@@ -36,14 +37,21 @@ def print_info(source: VolumeSource, as_json: bool = False) -> None:
             print_facts(str(path), rows)
         return
     volume = source.read_whole()
-    shown = robust_range(volume)
+    shown, is_offered = robust_range(volume), suits_logarithm(volume.distribution)
     if as_json:
-        data = {"path": str(path), **as_data(volume), "shown_range": list(shown)}
+        data = {
+            "path": str(path),
+            **as_data(volume),
+            "shown_range": list(shown),
+            "suits_logarithm": is_offered,
+        }
         print(json.dumps(data, indent=1))
         return
     rows = describe(volume)
     if shown != volume.data_range:
-        rows.append(("shown over", f"{range_text(shown)}, without outliers"))
+        rows.append(("shown over", f"{range_text(shown, volume.scale)}, without outliers"))
+    if is_offered:
+        rows.append(("scale", f"{LOGARITHM_OFFER} (--scale log)"))
     print_facts(str(path), rows)
 
 
@@ -51,8 +59,12 @@ def _card_rows(card: ModelCard, verdict: str) -> list[tuple[str, str]]:
     scene, size, training = card.scene, card.size, card.training
     rows = [
         ("volume", scene.volume_name),
-        ("scalar range", "{:.10g} to {:.10g}".format(*scene.scalar_range)),
-        ("scalar window", "{:.10g} to {:.10g}".format(*scene.scalar_window)),
+        ("scalar range", "{:.10g} to {:.10g}".format(*values_at(scene.scalar_range, scene.scale))),
+        (
+            "scalar window",
+            "{:.10g} to {:.10g}".format(*values_at(scene.scalar_window, scene.scale)),
+        ),
+        *([("scale", f"over {SCALE_NAMES[scene.scale]}")] if scene.scale != "linear" else []),
         (
             "random TFs",
             {"paper": "the paper's mixtures", "drawn": "as people draw them"}[scene.tf_family],

@@ -94,11 +94,13 @@ def save_latent(order: LatentOrder) -> None:
     if order.model is not None:
         space = LatentSpace.of_model(order.model)
     else:
-        space = LatentSpace.shipped(volume.scalar_range, default_scalar_window(volume))
+        space = LatentSpace.shipped(
+            volume.scalar_range, default_scalar_window(volume), volume.scale
+        )
     map_ = _final(space, space.open_map(order.samples))
     colors = default_transfer_function(volume)
     if order.tf is not None:
-        colors = load_fitted(order.tf, volume.scalar_range)
+        colors = load_fitted(order.tf, volume.scalar_range, volume.scale)
     inputs = SceneInputs.of(order.view, colors)
     engine = _engine(order, volume, space, inputs)
     try:
@@ -108,7 +110,7 @@ def save_latent(order: LatentOrder) -> None:
         if order.at is not None:
             found = found.beside(_at(space, map_, order.at, engine))
         elif order.near is not None:
-            tf = load_fitted(order.near, volume.scalar_range)
+            tf = load_fitted(order.near, volume.scalar_range, volume.scale)
             found = _near(space, map_, tf.opacity, engine)
     finally:
         engine.close()
@@ -296,7 +298,7 @@ def _explanation(order: LatentOrder, volume: Volume, of: PictureOf) -> str:
             f"pictures {PICTURES[of]}, colours of the {tf_text(order.tf)}, lighting {lighting}"
         )
     units = f" {volume.units}" if volume.units else ""
-    facts.append(f"TFs over {range_text(volume.scalar_range)}{units}")
+    facts.append(f"TFs over {range_text(volume.scalar_range, volume.scale)}{units}")
     return "; ".join(facts) + "."
 
 

@@ -30,6 +30,7 @@ def latent(
     time: options.TimeName = None,
     channel: options.ChannelName = None,
     scalar_range: options.ScalarRange = None,
+    scale: options.ScaleName = None,
     model: Annotated[
         Path | None,
         typer.Option(
@@ -88,7 +89,7 @@ def latent(
 ) -> None:
     """Map opacity TFs by their latent codes, and draw what its parts show."""
     order = LatentOrder(
-        values.source(volume, raw, component, scalar_range, series, array, time, channel),
+        values.source(volume, raw, component, scalar_range, series, array, time, channel, scale),
         model,
         samples,
         cast(Brush | None, values.numbers(grid, 4, "--grid")),

@@ -45,9 +45,10 @@ class LatentOrder:
             raise LatentError(
                 "Give --near alone: beside --grid and --at it would be a second place."
             )
-        if self.model is not None and self.volume.scalar_range is not None:
+        if self.model is not None and self.volume.is_placed:
             raise LatentError(
-                "A model draws over the range that it was trained on; leave --range out."
+                "A model draws over the range and scale that it was trained on; leave --range and "
+                "--scale out."
             )
         if self.model is None and self.picture == "code":
             raise LatentError(

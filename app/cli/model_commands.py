@@ -35,6 +35,7 @@ def dataset(
     time: options.TimeName = None,
     channel: options.ChannelName = None,
     scalar_range: options.ScalarRange = None,
+    scale: options.ScaleName = None,
     size: Annotated[
         int, typer.Option("--size", min=16, max=4096, help="Width and height in pixels.")
     ] = 256,
@@ -63,7 +64,9 @@ def dataset(
     """Render random samples into a store; run it again to go on or to add more."""
     from app.cli.dataset import SceneOptions, make_dataset
 
-    source = values.source(volume, raw, component, scalar_range, series, array, time, channel)
+    source = values.source(
+        volume, raw, component, scalar_range, series, array, time, channel, scale
+    )
     scene = SceneOptions(
         size,
         choices.lighting(lighting),
@@ -103,6 +106,7 @@ def train(
     time: options.TimeName = None,
     channel: options.ChannelName = None,
     scalar_range: options.ScalarRange = None,
+    scale: options.ScaleName = None,
     store: options.StoreFolder = None,
     minutes: Annotated[float | None, typer.Option("--minutes", help="Budget in minutes.")] = None,
     samples: Annotated[
@@ -260,7 +264,9 @@ def train(
             reuse = max(1.0, epochs)
     asked = TrainingJob(
         out=out,
-        volume=values.source(volume, raw, component, scalar_range, series, array, time, channel),
+        volume=values.source(
+            volume, raw, component, scalar_range, series, array, time, channel, scale
+        ),
         store=store,
         preset=str(preset),
         architecture=choices.architecture_name(architecture),
@@ -385,6 +391,7 @@ def study(
     time: options.TimeName = None,
     channel: options.ChannelName = None,
     scalar_range: options.ScalarRange = None,
+    scale: options.ScaleName = None,
     preset: Annotated[
         choices.Preset, typer.Option("--preset", help="Size of all networks.")
     ] = choices.Preset.DRAFT,
@@ -425,7 +432,9 @@ def study(
 
     job = TrainingJob(
         out=out,
-        volume=values.source(volume, raw, component, scalar_range, series, array, time, channel),
+        volume=values.source(
+            volume, raw, component, scalar_range, series, array, time, channel, scale
+        ),
         preset=str(preset),
         architecture="paper",
         faithful=faithful,

@@ -82,6 +82,14 @@ ScalarRange = Annotated[
         callback=values.scalar_range,
     ),
 ]
+ScaleName = Annotated[
+    choices.ScaleOption | None,
+    typer.Option(
+        "--scale",
+        help="Scale of the scalar axis: values as they are, or their logarithm. "
+        "(default: that of --tf, or linear)",
+    ),
+]
 ModelFolder = Annotated[
     Path | None,
     typer.Option("--model", help="Folder of a trained model.", callback=values.model),

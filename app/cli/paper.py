@@ -136,7 +136,7 @@ class _Maker:
     def _inputs(self) -> SceneInputs:
         scene = self._subject.generator.scene
         if self._order.tf is not None:
-            tf = load_fitted(self._order.tf, scene.scalar_range)
+            tf = load_fitted(self._order.tf, scene.scalar_range, scene.scale)
         else:
             tf = default_transfer_function(self._subject.volume)
         return SceneInputs.of(self._order.view, tf)

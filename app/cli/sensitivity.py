@@ -29,6 +29,7 @@ from model.scene.region import Region
 from model.scene.scene import Lighting, default_scalar_window
 from model.scene.tf_perturbation import EDIT_WIDTH, edit_around, response_to_edits
 from model.scene.transfer_function import TF_SAMPLES, TransferFunction
+from model.scene.value_scale import place_of, values_at
 from model.scene.view import View
 from model.scene.volume import Volume
 from model.sensitivity.global_scale import global_scale
@@ -119,14 +120,14 @@ def save_sensitivity(order: SensitivityOrder) -> None:
             "A model has the light that it was trained with; leave --lighting out, or give "
             "--engine exact."
         )
-    chosen = order.volume.scalar_range is not None
+    chosen = order.volume.is_placed
     if chosen and engine != "exact":
         raise RenderError(MODEL_RANGE)
     volume = order.volume.read()
     folder = order.model if engine == "exact" else model_folder(order.model, volume)
     scene = None if folder is None else load_card(folder).scene
     if scene is not None and scene.volume_fingerprint == volume.fingerprint and not chosen:
-        volume, chosen = volume.over(scene.scalar_range), True
+        volume, chosen = volume.over(scene.scalar_range, scene.scale), True
     tf, volume = choose_tf(order.tf, volume, chosen)
     question = _question(order, volume, tf)
     ways: dict[EngineName, Callable[[SensitivityOrder, Volume, _Question], _Answer]] = {
@@ -160,14 +161,18 @@ def _check_question(order: SensitivityOrder) -> None:
 
 def _question(order: SensitivityOrder, volume: Volume, tf: TransferFunction) -> _Question:
     lo, hi = volume.scalar_range
-    if order.value is not None and not lo <= order.value <= hi:
+    low, high = values_at(volume.scalar_range, volume.scale)
+    if order.value is not None and not low <= order.value <= high:
         raise RenderError(
-            f"The value {order.value:g} is outside the volume's range; give {lo:g} to {hi:g}."
+            f"The value {order.value:g} is outside the volume's range; give {low:g} to {high:g}."
         )
     width = EDIT_WIDTH if order.width is None else order.width / (hi - lo) * (TF_SAMPLES - 1)
     edit, kind = None, "region"
     if order.value is not None:
-        edit, kind = edit_around(order.value, volume.scalar_range, width), "value"
+        edit, kind = (
+            edit_around(place_of(order.value, volume.scale), volume.scalar_range, width),
+            "value",
+        )
     elif order.block is not None:
         kind = "blocks"
     return _Question(
@@ -203,7 +208,7 @@ def _by_renderer(order: SensitivityOrder, volume: Volume, asked: _Question) -> _
         if order.by_all_values and not renderer.is_differentiable:
             raise RenderError(
                 "Under global light there are no fields of all values to colour by; give "
-                "--scale own, or another --lighting."
+                "--field-scale own, or another --lighting."
             )
         blocks = None
         if order.by_all_values:
@@ -295,6 +300,7 @@ def _result(
         else int(asked.pixels(size).mask(size).sum()),
         edit=asked.edit,
         colors=asked.inputs.color_tf.sample(volume.scalar_range),
+        scale=volume.scale,
         whole_scale=None
         if answer.blocks is None
         else global_scale(answer.blocks, _block(size) ** 2, asked.width),
@@ -307,12 +313,12 @@ def _edges(region: Region) -> str:
 
 def _caption(order: SensitivityOrder, volume: Volume, answer: _Answer) -> str:
     """Return what the image shows, for below the title of a figure."""
-    size = len(answer.image)
+    size, units = len(answer.image), f" {volume.units}" if volume.units else ""
     facts = [
         volume.name,
         f"view {view_text(order.view)}",
         tf_text(order.tf),
-        f"range {range_text(volume.scalar_range)}{f' {volume.units}' if volume.units else ''}",
+        f"range {range_text(volume.scalar_range, volume.scale)}{units}",
         f"lighting {answer.lighting}",
         f"{size} x {size} pixels",
     ]

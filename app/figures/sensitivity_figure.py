@@ -95,6 +95,7 @@ def _save_curve(path: Path, result: SensitivityResult, caption: str, region: Reg
         responses=shown,
         response_label=f"{MEASURE_NAMES[result.measure]} / +.01",
         window=result.in_window if is_cut else None,
+        scale=result.scale,
     )
     add_tf_plot(layout, 1, 1, plot)
     _share_width(layout, 2, 3)
@@ -139,6 +140,7 @@ def _save_field(path: Path, result: SensitivityResult, caption: str) -> None:
             result.colors,
             result.axis_label,
             band=result.edit / result.edit.max(),
+            scale=result.scale,
         )
         add_tf_plot(layout, 2, 0, plot, columns=3).setMaximumHeight(BAND_HEIGHT)
     for column in range(2):
@@ -161,6 +163,7 @@ def _edits(result: SensitivityResult) -> str:
         return "edits of single samples of the TF"
     lo, hi = result.scalar_range
     units = f" {result.units}" if result.units else ""
+    units = units if result.scale == "linear" else " decades"
     width = result.width / (TF_SAMPLES - 1) * (hi - lo)
     return f"edits of standard deviation {width:.3g}{units}"
 

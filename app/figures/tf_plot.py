@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from app.figures.plots import INK, label_axis
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import TF_SAMPLES, GaussianMode, Range
+from model.scene.value_scale import ValueScale, logarithmic_ticks
 
 OPACITY_COLOR = 0, 114, 178
 SENSITIVITY_COLOR = 200, 30, 30
@@ -54,6 +55,8 @@ class TFPlot:
         Weights in [0, 1] of the values whose field is shown, drawn as a red area.
     mode : GaussianMode or None
         A mode that is to be added, dashed.
+    scale : {"linear", "log"}
+        Scale of the values.
     """
 
     title: str
@@ -66,6 +69,7 @@ class TFPlot:
     window: NDArray[np.bool_] | None = None
     band: NDArray[np.floating] | None = None
     mode: GaussianMode | None = None
+    scale: ValueScale = "linear"
 
     @classmethod
     def of(cls, title: str, inputs: SceneInputs, units: str = "", **others: Any) -> TFPlot:
@@ -77,6 +81,7 @@ class TFPlot:
             inputs.opacity_tf.sample(scalar_range),
             inputs.color_tf.sample(scalar_range),
             f"scalar value{f' ({units})' if units else ''}",
+            scale=inputs.opacity_tf.scale,
             **others,
         )
 
@@ -114,6 +119,9 @@ def add_tf_plot(
         strip = pg.ImageItem(levels, axisOrder="row-major", levels=(0, 255))
         strip.setRect(lo, lowest - STRIP, hi - lo, STRIP)
         plot.addItem(strip)
+    if content.scale == "log":
+        ticks = logarithmic_ticks(content.scalar_range)
+        plot.getAxis("bottom").setTicks([[(lo + at * (hi - lo), text) for at, text in ticks]])
     plot.setXRange(lo, hi, padding=0)
     plot.setYRange(lowest - STRIP, ROOM, padding=0)
     return plot

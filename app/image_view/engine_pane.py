@@ -223,9 +223,11 @@ class EnginePane(QWidget):
         if not title:
             title = self._name
             text, tone = self._status()
-            lines = [self._tip, self._hint, self._note_tip if self._note else "", self._facts]
+            note = self._note_tip if self._note else ""
+            lines = [self._tip, self._hint, note, self._facts, self.client.remark]
         self.caption.set_title(title)
         self.caption.set_detail(text, tone)
+        self.canvas.setAccessibleName(self.caption.accessibleName())
         # As rich text it is wrapped.
         tip = "<br>".join(html.escape(line).replace("\n", " ") for line in lines if line)
         self.caption.setToolTip(f"<qt>{tip}</qt>" if tip else "")

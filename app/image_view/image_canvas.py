@@ -189,12 +189,14 @@ class ImageCanvas(QWidget):
                 is_square = self._cover.width() == self._cover.height()
                 painter.drawImage(self.image_rect if is_square else rect, self._cover)
             painter.setOpacity(1.0)
-            gaps = self.width() - rect.width(), self.height() - rect.height()
-            if max(gaps) > LEAST_GAP:
-                # Where a picture ends, the volume may be cut: that is to be seen.
-                painter.setPen(QPen(QColor(theme.ON_IMAGE.line), 1))
-                painter.setBrush(Qt.BrushStyle.NoBrush)
-                painter.drawRect(rect.adjusted(0, 0, -1, -1))
+            # Where a picture ends, the volume may be cut: that is to be seen.
+            painter.setPen(QPen(QColor(theme.ON_IMAGE.line), 1))
+            if self.width() - rect.width() > LEAST_GAP:
+                painter.drawLine(rect.topLeft(), rect.bottomLeft())
+                painter.drawLine(rect.topRight(), rect.bottomRight())
+            if self.height() - rect.height() > LEAST_GAP:
+                painter.drawLine(rect.topLeft(), rect.topRight())
+                painter.drawLine(rect.bottomLeft(), rect.bottomRight())
             if not self._message:
                 for paint in self._decorations:
                     painter.save()

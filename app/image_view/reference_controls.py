@@ -50,7 +50,7 @@ SIZES = {
 }
 
 DRAWINGS = {
-    "auto": "Ray caster while moving, VTK at rest",
+    "auto": "Automatic: ray caster while moving; at rest VTK, if a graphics card draws it",
     "vtk": "VTK alone",
     "raycast": "Ray caster alone",
 }

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from app.state.latent_state import LatentState
 from model.scene.transfer_function import Range
+from model.scene.value_scale import values_at
 
 if TYPE_CHECKING:
     from app.state.latent_session import LatentSession
@@ -78,8 +79,10 @@ def shades_of(
     low, high = (0.0, 1.0)
     if known.any():
         low, high = (float(v) for v in np.quantile(values[known], [0.01, 0.99]))
+    told = np.array([low, high])
     if choices.coloring == "value":
         low, high = session.space.frame.window if session.space else scalar_range
+        told = values_at((low, high), session.space.frame.scale if session.space else "linear")
     share = np.clip((np.nan_to_num(values) - low) / max(high - low, 1e-12), 0, 1)
     table = lookup_table()
     colors = table[(share * (len(table) - 1)).astype(np.int64)]
@@ -90,7 +93,7 @@ def shades_of(
     wanted = np.ones(count, dtype=bool) if session.wanted is None else session.wanted
     colors[~wanted] = HIDDEN
     order = np.lexsort((np.arange(count), 2 * wanted + shown))
-    legend = Legend(title, number.format(low), number.format(high))
+    legend = Legend(title, *(number.format(end) for end in told))
     return Shades(colors, order, legend, wanted)
 
 

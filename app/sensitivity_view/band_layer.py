@@ -124,7 +124,7 @@ class BandLayer(QObject):
     def _show_tag(self, place: float) -> None:
         band, scalar_range = self._sensitivity.band, self._state.scalar_range
         assert band is not None
-        one, other = (value_text(value, scalar_range) for value in band.values)
+        one, other = (value_text(v, scalar_range, self._state.scale) for v in band.values)
         text = one if one == other else f"{one} to {other}"
         if band.effect:
             text = f"edit at {text}"

@@ -246,7 +246,7 @@ class FieldCover(QObject):
             colored = _with_contours(image, field, self._scale, "visible")
         else:
             colored = overlay(image, field, self._scale, "visible")
-        values = range_text(answer.request.values, self._state.scalar_range)
+        values = range_text(answer.request.values, self._state.scalar_range, self._state.scale)
         self._caption = f"{self._scale:.2g}: part of a pixel that shows {values}{self._way_back}"
         self._show(colored, "visible", "of the pixel")
 

@@ -351,7 +351,7 @@ class FindingsPanel(QFrame):
 
     def _show_value(self, index: int) -> None:
         found = self.values.found[index]
-        reach = range_text(found.reach, self._state.scalar_range)
+        reach = range_text(found.reach, self._state.scalar_range, self._state.scale)
         texts = (reach, f"{100 * found.share:.0f} %")
         tip = "These values, and their share of what is visible there"
         self.value_rows[index].say(texts, tip, share=found.share)
@@ -364,9 +364,11 @@ class FindingsPanel(QFrame):
 
     def _show_edit(self, index: int) -> tuple[str, str]:
         """Fill a row, and return the edit's effect as a number and as words."""
-        interval, scalar_range = self._layer.intervals[index], self._state.scalar_range
-        value = value_text(interval.value, scalar_range)
-        low, high = (value_text(end, scalar_range) for end in (interval.low, interval.high))
+        interval, state = self._layer.intervals[index], self._state
+        value, low, high = (
+            value_text(each, state.scalar_range, state.scale)
+            for each in (interval.value, interval.low, interval.high)
+        )
         number, word = self._effect(interval.predicted(self._sensitivity.choices.height))
         tip = (
             f"{low} to {high}: a mode of this opacity changes the region's pixels\nby so much (1 "

@@ -132,7 +132,10 @@ class ResponseLayer(QObject):
         curves = [self._shown[name][0] for name in names]
         values = np.linspace(*scalar_range, TF_SAMPLES)
         rows = [
-            [value_text(value, scalar_range), *(short(float(c[i]), 3, signed=True) for c in curves)]
+            [
+                value_text(value, scalar_range, self._state.scale),
+                *(short(float(c[i]), 3, signed=True) for c in curves),
+            ]
             for i, value in enumerate(values)
         ]
         return columns, rows

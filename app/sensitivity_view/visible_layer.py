@@ -85,7 +85,8 @@ class VisibleLayer(QObject):
         self._curve.setVisible(is_shown)
         self._peaks = []
         if answer is not None and is_shown:
-            scalar_range = answer.request.inputs.opacity_tf.scalar_range
+            opacity = answer.request.inputs.opacity_tf
+            scalar_range = opacity.scalar_range
             part = answer.value[0].astype(np.float64)
             heights = HEIGHT * part / max(float(part.max()), 1e-9)
             self._area.draw(self._curve, heights, scalar_range)
@@ -94,7 +95,8 @@ class VisibleLayer(QObject):
             named = [one for one in found if one.share >= NAMED_FROM]
             self._peaks = [(one.value, float(np.interp(one.value, bins, heights))) for one in named]
             texts = [
-                f"{value_text(one.value, scalar_range)} · {100 * one.share:.0f} %" for one in named
+                f"{value_text(one.value, scalar_range, opacity.scale)} · {100 * one.share:.0f} %"
+                for one in named
             ]
             while len(self._labels) < len(texts):
                 self._labels.append(self._new_label())

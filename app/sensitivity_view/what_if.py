@@ -80,7 +80,7 @@ class WhatIfQuestion(QObject):
     @property
     def value_text(self) -> str:
         """The value at which an edit was tried."""
-        return value_text(self._tried, self._state.scalar_range)
+        return value_text(self._tried, self._state.scalar_range, self._state.scale)
 
     def enable(self) -> None:
         """Enable the button if there is something to ask; if not, it says what is missing."""

@@ -9,6 +9,7 @@ from app.engines.messages import ImageRequest, Quality, Request, Result, StandIn
 from app.state.pace import LIVE_SECONDS, Pace
 from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
+from model.scene.value_scale import ValueScale
 
 NO_MODEL_SIZE = 512
 """Size of the reference image until its pane's is known, in pixels."""
@@ -75,6 +76,9 @@ class Dispatcher(QObject):
         that are lit at 2 voxels lie in the dark at half a voxel.
     hidden : set of EngineClient
         Clients whose images nobody sees: they are asked for none.
+    scale : {"linear", "log"}
+        Scale of the volume that the reference draws. Nothing is asked for under a TF of another
+        one, which is there for a moment until the volume follows it.
     """
 
     def __init__(
@@ -91,6 +95,7 @@ class Dispatcher(QObject):
         self.may_stand_in = False
         self.begins_coarse = False
         self.hidden: set[EngineClient] = set()
+        self.scale: ValueScale = "linear"
         self._state = state
         self._generator, self._reference, self._stand_in = generator, reference, stand_in
         self._pace = Pace()
@@ -133,7 +138,9 @@ class Dispatcher(QObject):
             return
         expected = self._pace.expected(AT_REST, _size(raster))
         is_slow = expected is None or expected > SOON_SECONDS
-        if is_slow and (self._stands_in() or (self.may_stand_in and self._reference.is_held)):
+        # Where the ray caster draws in VTK's place, it would draw the same twice.
+        stands_in = self._stands_in() and not self._reference.by_raycast
+        if is_slow and (stands_in or (self.may_stand_in and self._reference.is_held)):
             sharp = self._stand_in_raster
             self._submit(self._stand_in, StandInRequest, Quality(sharp.shorter, raster=sharp))
             if sharp.width >= raster.width and self._takes_not_too_long(self.raster):
@@ -178,7 +185,7 @@ class Dispatcher(QObject):
             self._submit(self._reference, ImageRequest, self._live(ImageRequest))
 
     def _submit(self, client: EngineClient, kind: type[Request], quality: Quality) -> None:
-        if client not in self.hidden:
+        if client not in self.hidden and self._state.scale == self.scale:
             client.submit(kind(self._sequence, self._state.inputs, quality))
 
     def _stands_in(self) -> bool:

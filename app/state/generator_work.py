@@ -16,6 +16,7 @@ from model.networks.card import recorded_agreement
 from model.networks.recorded_errors import worth_of
 from model.scene.inputs import SceneInputs, outside_range
 from model.scene.scene import Lighting, Scene
+from model.scene.value_scale import SCALE_NAMES, values_at
 
 LIGHTS: dict[Lighting, str] = {
     "none": "no light",
@@ -126,7 +127,8 @@ class GeneratorWork(QObject):
         scene = self.scene_for(opened)
         if scene is None or opened is None or self.scene is None:
             return None
-        return scene if scene.scalar_range == opened.volume.scalar_range else None
+        shown = opened.volume.scalar_range, opened.volume.scale
+        return scene if (scene.scalar_range, scene.scale) == shown else None
 
     def match(self, opened: OpenedVolume | None, is_reading: bool) -> None:
         """Pause the generator unless it was trained on the open volume.
@@ -149,6 +151,11 @@ class GeneratorWork(QObject):
                 f"This model was trained on '{self.scene.volume_name}', not on this volume; "
                 "open that volume, or a model trained on this one."
             )
+        elif self.scene is not None and opened is not None and not _is_alike(self.scene, opened):
+            self._client.pause(
+                f"This model was trained over {SCALE_NAMES[self.scene.scale]}; here TFs lie over "
+                f"{SCALE_NAMES[opened.volume.scale]}; TF > Axis > Logarithmic scale changes that."
+            )
         else:
             self._client.resume()
 
@@ -170,10 +177,12 @@ class GeneratorWork(QObject):
             hints.append(
                 f"Trained with {LIGHTS[scene.lighting]}; the reference has {LIGHTS[drawn]}"
             )
-        if inputs.opacity_tf.scalar_range != scene.scalar_range:
+        if inputs.opacity_tf.scale != scene.scale:
+            hints.append(f"Trained on {SCALE_NAMES[scene.scale]}")
+        elif inputs.opacity_tf.scalar_range != scene.scalar_range:
             trained, present = (
-                f"{lo:.5g} to {hi:.5g}"
-                for lo, hi in (scene.scalar_range, inputs.opacity_tf.scalar_range)
+                "{:.5g} to {:.5g}".format(*values_at(places, scene.scale))
+                for places in (scene.scalar_range, inputs.opacity_tf.scalar_range)
             )
             hints.append(f"Trained with TFs over {trained}; this one is over {present}")
         return ". ".join(filter(None, hints))
@@ -186,3 +195,8 @@ class GeneratorWork(QObject):
     def _take(self, ready: EngineReady) -> None:
         self.scene, self.draws_codes = ready.scene, ready.draws_codes
         self.ready.emit()
+
+
+def _is_alike(scene: Scene, opened: OpenedVolume) -> bool:
+    """Whether a volume is on the scale of a scene."""
+    return scene.scale == opened.volume.scale

@@ -517,4 +517,4 @@ def _pop(asked: dict[int, Asked], sequence: int) -> Asked | None:
 
 def look_of(inputs: SceneInputs) -> SceneInputs:
     """Inputs that pictures of the map depend on besides their own opacity TF."""
-    return replace(inputs, opacity_tf=OpacityTF(inputs.opacity_tf.scalar_range))
+    return replace(inputs, opacity_tf=replace(inputs.opacity_tf, modes=(), points=()))

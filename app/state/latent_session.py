@@ -17,6 +17,7 @@ from app.state.viewer_state import ViewerState
 from model.errors import LatentError
 from model.latent.interpolation import inside_polygon
 from model.scene.transfer_function import OpacityTF, Range
+from model.scene.value_scale import ValueScale
 from model.scene.view import View
 from model.scene.volume import Volume
 
@@ -26,8 +27,8 @@ if TYPE_CHECKING:
     from model.latent.latent_space import LatentSpace
     from model.latent.opacity_overview import Overview
 
-OpenSpace = Callable[[Range, Range, Path | None], "LatentSpace"]
-"""Opens the space for a scalar range and a window of it, or that of a model's folder."""
+OpenSpace = Callable[[Range, Range, ValueScale, Path | None], "LatentSpace"]
+"""Opens the space for a scalar range, a window of it and their scale, or a model folder's."""
 
 
 class LatentSession(QObject):
@@ -267,7 +268,14 @@ class LatentSession(QObject):
         self.problem.emit("")
         folder = self._model if self._latent.choices.codec == "model" else None
         self._opening.ask(
-            partial(_open, self._open_space, self._volume.scalar_range, self._window, folder)
+            partial(
+                _open,
+                self._open_space,
+                self._volume.scalar_range,
+                self._window,
+                self._volume.scale,
+                folder,
+            )
         )
 
     def _take_space(self, opened: Any) -> None:
@@ -350,9 +358,13 @@ class LatentSession(QObject):
 
 
 def _open(
-    open_space: OpenSpace, scalar_range: Range, window: Range, folder: Path | None
+    open_space: OpenSpace,
+    scalar_range: Range,
+    window: Range,
+    scale: ValueScale,
+    folder: Path | None,
 ) -> tuple[LatentSpace, LatentMap]:
-    space = open_space(scalar_range, window, folder)
+    space = open_space(scalar_range, window, scale, folder)
     return space, space.open_map()
 
 

@@ -10,10 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.scene.default_tf import default_transfer_function
+from model.scene.first_picture import first_picture
 from model.scene.robust_range import robust_range
 from model.scene.scene import default_scalar_window
 from model.scene.thinned_volume import ThinnedVolume
 from model.scene.transfer_function import Range, TransferFunction
+from model.scene.value_scale import ValueScale
 from model.scene.volume import Volume
 
 
@@ -30,7 +32,7 @@ class OpenedVolume:
         Histogram of all voxels. Bins are equally wide over the volume's scalar range, and
         wider beyond it where outliers lie far out: where bins are compared, divide by widths.
     edges : ndarray of float64, shape (n + 1,)
-        Where the bins end, in the data's own units; from the smallest to the largest voxel.
+        Where the bins end, on the volume's scale; from the smallest to the largest voxel.
     fingerprint : str
     default : TransferFunction
         Over the volume's scalar range.
@@ -50,22 +52,36 @@ class OpenedVolume:
     shown: NDArray[np.float64]
 
     @classmethod
-    def of(cls, path: Path, volume: Volume) -> OpenedVolume:
+    def of(
+        cls, path: Path, volume: Volume, default: TransferFunction | None = None
+    ) -> OpenedVolume:
         """Compute the derived data over the volume's scalar range; may take a second."""
         counts, edges = volume.histogram(256, beyond=True)
-        default, window = default_transfer_function(volume), default_scalar_window(volume)
+        default = default or default_transfer_function(volume)
+        window = default_scalar_window(volume)
         shown = ThinnedVolume.of(volume).shown_points(default.opacity)
         return cls(path, volume, counts, edges, volume.fingerprint, default, window, shown)
 
-    def over(self, scalar_range: Range) -> OpenedVolume:
-        """Return the same volume over another scalar range, with what follows from it.
+    def over(self, scalar_range: Range, scale: ValueScale | None = None) -> OpenedVolume:
+        """Return the same volume over another range and scale, with what follows from them.
 
         Raises
         ------
         VolumeError
             When the volume cannot be shown over the range.
         """
-        return OpenedVolume.of(self.path, self.volume.over(scalar_range))
+        return OpenedVolume.of(self.path, self.volume.over(scalar_range, scale))
+
+    def on_scale(self, scale: ValueScale) -> OpenedVolume:
+        """Return the same volume over its robust range on another scale.
+
+        Raises
+        ------
+        VolumeError
+            When the volume cannot be shown on it.
+        """
+        volume = self.volume.on_scale(scale)
+        return OpenedVolume.of(self.path, volume.over(robust_range(volume)))
 
     def drawing_missing(self, drawn: bool) -> OpenedVolume:
         """Return the same volume with its missing voxels drawn, or not."""
@@ -81,4 +97,4 @@ def open_volume(path: Path, read_volume: Callable[[Path], Volume]) -> OpenedVolu
         When the file holds no usable volume.
     """
     volume = read_volume(path)
-    return OpenedVolume.of(path, volume.over(robust_range(volume)))
+    return OpenedVolume.of(path, *first_picture(volume.over(robust_range(volume))))

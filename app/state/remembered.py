@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Literal
 
+from app.engines.engines import Drawing
 from app.state.value_checks import (
     Checks,
     base64_text,
@@ -21,7 +22,7 @@ from app.state.value_checks import (
 )
 from model.errors import TfscopeError
 from model.scene.crop import CropBox
-from model.scene.scene import Lighting, RendererName
+from model.scene.scene import Lighting
 from model.scene.transfer_function import TransferFunction
 from model.scene.view import View
 
@@ -39,9 +40,6 @@ MOST_MARKS, MOST_POINTS = 1000, 100_000
 
 LightingChoice = Literal["auto"] | Lighting
 """A lighting of the reference image, or the one that suits model and machine."""
-
-Drawing = Literal["auto"] | RendererName
-"""A renderer of the reference image, or the one that suits what is going on."""
 
 ReferenceSize = Literal["generator"] | int | None
 """As many pixels as the generator's image, a number of pixels, or as many as the pane has."""
@@ -168,8 +166,9 @@ class Remembered:
     trackball : bool
         Whether dragging turns views freely.
     colors_follow_modes : bool
-    legend, cube, opacity_images : bool
-        Whether images have a colour legend, an orientation cube, and the opacity image.
+    legend, scale_bar, cube, opacity_images : bool
+        Whether images have a colour legend, a scale bar, an orientation cube, and the opacity
+        image.
     decoded_tf : bool
         Whether what a model's codec makes of the TF is drawn over it.
     last_folder : str
@@ -198,6 +197,7 @@ class Remembered:
     trackball: bool = False
     colors_follow_modes: bool = True
     legend: bool = False
+    scale_bar: bool = False
     cube: bool = True
     opacity_images: bool = False
     decoded_tf: bool = False
@@ -366,6 +366,7 @@ _CHECKS: Checks = {
     "trackball": _flag,
     "colors_follow_modes": _flag,
     "legend": _flag,
+    "scale_bar": _flag,
     "cube": _flag,
     "opacity_images": _flag,
     "decoded_tf": _flag,

@@ -11,6 +11,7 @@ from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from model.rendering.raster import middle_square
 from model.scene.tf_perturbation import edit_over
+from model.scene.value_scale import values_at
 from model.sensitivity.result import SensitivityResult
 
 
@@ -49,6 +50,7 @@ def shown_result(
         "scalar_range": state.scalar_range,
         "scalar_window": dispatcher.window,
         "units": units,
+        "scale": state.scale,
         "opacity": state.transfer_function.opacity.sample(),
         "colors": state.transfer_function.color.sample(),
         "image": image,
@@ -61,9 +63,8 @@ def shown_result(
             return None
         common["image"] = at_size_of(answer.value, image)
         unit = f" {units}" if units else ""
-        values = (
-            f"{band.low:.5g}" if band.low == band.high else f"{band.low:.5g} to {band.high:.5g}"
-        )
+        low, high = values_at(band.values, state.scale)
+        values = f"{low:.5g}" if low == high else f"{low:.5g} to {high:.5g}"
         return SensitivityResult(
             kind="value",
             measure=sensitivity.choices.measure,

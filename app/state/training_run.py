@@ -19,6 +19,7 @@ from app.state.training_clock import MINUTES, TrainingClock
 from model.errors import TrainingError
 from model.scene.scene import Lighting
 from model.scene.transfer_function import Range
+from model.scene.value_scale import ValueScale, values_at
 from model.training.stopping import ask_to_stop
 from model.volume_files.choice import LARGEST, Choice
 from model.volume_files.finish import readable_name
@@ -96,6 +97,7 @@ class TrainingRun(QObject):
         preset: str = "compact",
         lighting: Lighting = "none",
         scalar_range: Range | None = None,
+        scale: ValueScale = "linear",
         raw_layout: str = "",
         up: str = "",
         choice: Choice = LARGEST,
@@ -115,7 +117,8 @@ class TrainingRun(QObject):
         lighting : {"none", "direct", "global"}
             The model can follow the light's direction.
         scalar_range : tuple of float, or None
-            Range that the TFs lie over; None for the volume's.
+            Range that the TFs lie over, on the scale; None for the volume's.
+        scale : {"linear", "log"}
         raw_layout : str
             Layout of a headerless file, see :meth:`RawLayout.parse`; empty for none.
         up : str
@@ -130,9 +133,11 @@ class TrainingRun(QObject):
         if lighting != "none":
             order.append("--movable-light")
         if scalar_range is not None:
-            lo, hi = scalar_range
+            lo, hi = values_at(scalar_range, scale)
             # One word, as it may begin with a minus.
             order.append(f"--range={float(lo)!r},{float(hi)!r}")
+        if scale != "linear":
+            order += ["--scale", scale]
         if raw_layout:
             order += ["--raw", raw_layout]
         # One word each, as a name may begin with a minus.

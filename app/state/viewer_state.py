@@ -20,6 +20,7 @@ from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
 from model.scene.range_fitting import fit_to_range
 from model.scene.transfer_function import ColorTF, OpacityTF, Range, TransferFunction
+from model.scene.value_scale import ValueScale
 
 __all__ = ["EMPTY_TF", "HOME_VIEW", "ViewerState"]
 
@@ -105,6 +106,11 @@ class ViewerState(ViewNavigation):
     def scalar_range(self) -> Range:
         """The volume's scalar range, in its own units."""
         return self._transfer_function.scalar_range
+
+    @property
+    def scale(self) -> ValueScale:
+        """Scale of the TF's values."""
+        return self._transfer_function.scale
 
     @property
     def live(self) -> bool:
@@ -193,7 +199,9 @@ class ViewerState(ViewNavigation):
         self._before_drag = None
         self.undo_stack.clear()
         self._default = default
-        first = fit_to_range(current or default, default.scalar_range)
+        if current is None or current.scale != default.scale:
+            current = default
+        first = fit_to_range(current, default.scalar_range)
         # Emitted even for an equal TF, as the volume is new.
         self._transfer_function = first
         self.transferFunctionChanged.emit(first)
@@ -281,6 +289,10 @@ class ViewerState(ViewNavigation):
     def default_transfer_function(self) -> TransferFunction:
         """TF that :meth:`reset_transfer_function` returns to."""
         return self._default
+
+    def set_default(self, default: TransferFunction) -> None:
+        """Have another default TF, as the same volume is on another scale."""
+        self._default = default
 
     def reset_transfer_function(self) -> None:
         """Restore the volume's default TF, as an edit that can be undone."""

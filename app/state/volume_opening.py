@@ -13,6 +13,7 @@ from app.engines.background import BackgroundCall
 from app.state.opened_volume import OpenedVolume, open_volume
 from model.errors import VolumeError
 from model.scene.transfer_function import Range
+from model.scene.value_scale import ValueScale
 from model.scene.volume import Volume
 from model.volume_files.choice import Choice
 from model.volume_files.raw import RawLayout
@@ -72,10 +73,21 @@ class VolumeOpening(QObject):
         self._start(partial(open_volume, path, read), taken, failed)
 
     def show_over(
-        self, opened: OpenedVolume, scalar_range: Range, taken: Taker, failed: Refusal
+        self,
+        opened: OpenedVolume,
+        scalar_range: Range,
+        scale: ValueScale,
+        taken: Taker,
+        failed: Refusal,
     ) -> None:
-        """Compute what an opened volume is over another scalar range; as :meth:`read`."""
-        self._start(partial(opened.over, scalar_range), taken, failed)
+        """Compute what an opened volume is over another range and scale; as :meth:`read`."""
+        self._start(partial(opened.over, scalar_range, scale), taken, failed)
+
+    def show_on_scale(
+        self, opened: OpenedVolume, scale: ValueScale, taken: Taker, failed: Refusal
+    ) -> None:
+        """Compute what an opened volume is on another scale; as :meth:`read`."""
+        self._start(partial(opened.on_scale, scale), taken, failed)
 
     def draw_missing(
         self, opened: OpenedVolume, drawn: bool, taken: Taker, failed: Refusal

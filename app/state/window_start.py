@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
+from app.engines.engines import Drawing
 from model.errors import TfscopeError
 from model.scene.crop import CropBox
 from model.scene.light import LightDirection
 from model.scene.range_choice import RangeChoice
 from model.scene.scene import Lighting
+from model.scene.value_scale import ValueScale
 from model.scene.view import View
 from model.volume_files.choice import Choice
-
-ReferenceChoice = Literal["auto", "vtk", "raycast"]
-"""Renderer of the reference: one of the two, or each where it is better."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +34,8 @@ class WindowStart:
     renderer : {"auto", "vtk", "raycast"} or None
     scalar_range : RangeChoice or None
         Range over which TFs lie.
+    scale : {"linear", "log"} or None
+        Scale of the scalar axis.
     crop : CropBox or None
         Part of the volume that is shown.
     choice : Choice or None
@@ -55,8 +55,9 @@ class WindowStart:
     view: View | None = None
     lighting: Lighting | None = None
     light: LightDirection | None = None
-    renderer: ReferenceChoice | None = None
+    renderer: Drawing | None = None
     scalar_range: RangeChoice | None = None
+    scale: ValueScale | None = None
     crop: CropBox | None = None
     size: tuple[int, int] | None = None
     choice: Choice | None = None

@@ -30,9 +30,11 @@ from app.state.viewer_state import ViewerState
 from app.state.volume_opening import VolumeOpening
 from model.errors import TfscopeError
 from model.scene.range_choice import RangeChoice
-from model.scene.range_fitting import fit_to_range, fit_to_volume, range_of
+from model.scene.range_fitting import fit_to_range, fit_to_volume
+from model.scene.robust_range import robust_range
 from model.scene.scene import Lighting
 from model.scene.transfer_function import Range, TransferFunction
+from model.scene.value_scale import ValueScale
 from model.volume_files.choice import Choice
 from model.volume_files.raw import RawLayout
 
@@ -73,6 +75,8 @@ class Workspace(QObject):
     """Emitted when the TF of an opened volume is set."""
     rangeChanged = Signal(object)
     """Emitted with the :class:`OpenedVolume` when it is over another scalar range."""
+    scaleChanged = Signal(object)
+    """Emitted with the :class:`OpenedVolume` when it is on another scale, before its TF is."""
     problem = Signal(str)
     """Emitted with an error sentence for the notice bar."""
     news = Signal(str)
@@ -121,6 +125,7 @@ class Workspace(QObject):
         self._ranging = VolumeOpening(builders.read_volume, self)
         self._opened: OpenedVolume | None = None
         self._first_range: RangeChoice | None = None
+        self._first_scale: ValueScale | None = None
         self.sensitivity.chooser.is_outside = lambda: bool(self._hint())
         self.sensitivity.is_drawing = self._draws_reference
         self.sensitivity.is_starting = lambda: self._order.is_under_way
@@ -188,6 +193,7 @@ class Workspace(QObject):
         path: Path,
         raw: RawLayout | None = None,
         first_range: RangeChoice | None = None,
+        first_scale: ValueScale | None = None,
         choice: Choice | None = None,
         is_remembered: bool = False,
     ) -> None:
@@ -200,6 +206,8 @@ class Workspace(QObject):
             Of a file without a header; None for the one in its name.
         first_range : RangeChoice or None
             Scalar range to show it over; None for its model's, its last one, or a robust one.
+        first_scale : {"linear", "log"} or None
+            Scale to show it on; None for its model's or its last one.
         choice : Choice or None
             What to read of a file that holds several volumes; None for the largest.
         is_remembered : bool
@@ -209,7 +217,7 @@ class Workspace(QObject):
             self._clients[1].wait(f"Reading {path.name} …")
         else:
             self.news.emit(f"Reading {path.name} …")
-        self._first_range = first_range
+        self._first_range, self._first_scale = first_range, first_scale
         self._opening.read(path, raw, self._volume_read, self._volume_failed, choice, is_remembered)
 
     def open_model(self, folder: Path | None) -> None:
@@ -226,12 +234,16 @@ class Workspace(QObject):
         where that fits the volume.
         """
         if self._opened is None:
-            return fit_to_range(transfer_function, self._state.scalar_range)
-        scene = self._model.fitting_scene(self._opened)
-        if scene is not None:
-            return fit_to_range(transfer_function, scene.scalar_range)
-        if self._first_range is not None:
-            return fit_to_range(transfer_function, self._opened.volume.scalar_range)
+            same = transfer_function.on_scale(self._state.scale)
+            return fit_to_range(same, self._state.scalar_range)
+        volume, scene = self._opened.volume, self._model.fitting_scene(self._opened)
+        if transfer_function.is_relative:
+            transfer_function = transfer_function.on_scale(volume.scale)
+        if transfer_function.scale == volume.scale:
+            if scene is not None:
+                return fit_to_range(transfer_function, scene.scalar_range)
+            if self._first_range is not None:
+                return fit_to_range(transfer_function, volume.scalar_range)
         return fit_to_volume(transfer_function, self._opened.volume)
 
     def show_images(self, generator: bool, reference: bool) -> None:
@@ -258,6 +270,11 @@ class Workspace(QObject):
         if self._opened is not None and self.has_missing and drawn != self.draws_missing:
             self._ranging.draw_missing(self._opened, drawn, self._range_taken, self._volume_failed)
 
+    def show_on_scale(self, scale: ValueScale) -> None:
+        """Show the open volume on another scale, under its default TF: one undo step."""
+        if self._opened is not None and scale != self._opened.volume.scale:
+            self._ranging.show_on_scale(self._opened, scale, self._range_taken, self._volume_failed)
+
     def stop(self) -> None:
         """Ask all threads to end; returns at once."""
         self._order.stop()
@@ -281,11 +298,11 @@ class Workspace(QObject):
         kept = self._keeper.load(opened.fingerprint)
         show = partial(self._volume_opened, kept)
         try:
-            wanted = self._wanted_range(opened, kept)
+            wanted, scale = self._wanted_range(opened, kept)
         except TfscopeError as error:
             self.problem.emit(str(error))
-            wanted = opened.volume.scalar_range
-        if wanted == opened.volume.scalar_range:
+            wanted, scale = opened.volume.scalar_range, opened.volume.scale
+        if (wanted, scale) == (opened.volume.scalar_range, opened.volume.scale):
             show(opened)
             return
 
@@ -293,19 +310,34 @@ class Workspace(QObject):
             show(opened)
             self.problem.emit(text)
 
-        self._opening.show_over(opened, wanted, show, show_as_read)
+        self._opening.show_over(opened, wanted, scale, show, show_as_read)
 
-    def _wanted_range(self, opened: OpenedVolume, kept: TransferFunction | None) -> Range:
-        """Range to show a volume over at first."""
+    def _wanted_range(
+        self, opened: OpenedVolume, kept: TransferFunction | None
+    ) -> tuple[Range, ValueScale]:
+        """Range to show a volume over at first, and on which scale.
+
+        The scale of the TF that is kept of it comes before that of a model.
+        """
+        volume = opened.volume
+        if self._first_scale is not None and self._first_scale != volume.scale:
+            volume = volume.on_scale(self._first_scale)
+            volume = volume.over(robust_range(volume))
         if self._first_range is not None:
-            return self._first_range.of(opened.volume)
+            return self._first_range.of(volume), volume.scale
+        if self._first_scale is not None:
+            return volume.scalar_range, volume.scale
         folder = self._model_for(opened)
         scene = self._model.scene if folder == self._model.folder else None
         if scene is None and folder is not None:
             scene = self.library.scene_of(folder)
-        if scene is not None and scene.volume_fingerprint == opened.fingerprint:
-            return scene.scalar_range
-        return opened.volume.scalar_range if kept is None else range_of(kept, opened.volume)
+        belongs = scene is not None and scene.volume_fingerprint == opened.fingerprint
+        if scene is not None and belongs and (kept is None or kept.scale == scene.scale):
+            return scene.scalar_range, scene.scale
+        if kept is None:
+            return volume.scalar_range, volume.scale
+        fitted = fit_to_volume(kept, volume)
+        return fitted.scalar_range, fitted.scale
 
     def _model_for(self, opened: OpenedVolume) -> Path | None:
         """Model to show with a volume: the open one, or one that is known to be of it.
@@ -343,6 +375,7 @@ class Workspace(QObject):
             RESTORED if kept is not None else "",
         ]
         self.news.emit(" ".join(filter(None, notes)))
+        self._dispatcher.scale = opened.volume.scale
         volume, (view, crop) = opened.volume, self._looks.start(opened.fingerprint)
         up = self._preferences.volume(opened.fingerprint).up_axis or volume.up
         self._state.start_view(
@@ -365,18 +398,29 @@ class Workspace(QObject):
             self._report_settled()
 
     def _follow_range(self, transfer_function: TransferFunction) -> None:
-        """Show the volume over the TF's range once that has been changed."""
-        wanted, opened = transfer_function.scalar_range, self._opened
+        """Show the volume over the TF's range and scale once these have been changed."""
+        wanted, scale, opened = (
+            transfer_function.scalar_range,
+            transfer_function.scale,
+            self._opened,
+        )
         if opened is None:
             return
         self._ranging.abandon()
-        if wanted != opened.volume.scalar_range:
-            self._ranging.show_over(opened, wanted, self._range_taken, self._volume_failed)
+        if (wanted, scale) != (opened.volume.scalar_range, opened.volume.scale):
+            self._ranging.show_over(opened, wanted, scale, self._range_taken, self._volume_failed)
 
     def _range_taken(self, opened: OpenedVolume) -> None:
+        is_rescaled = self._opened is None or self._opened.volume.scale != opened.volume.scale
         self._opened = opened
+        self._dispatcher.scale = opened.volume.scale
         self.latent.session.start_volume(opened.volume, opened.window)
         self.reference.start(opened.volume, self._model.scene_for(self._opened))
+        if is_rescaled:
+            self._state.set_default(opened.default)
+            self.scaleChanged.emit(opened)
+            if self._state.scale != opened.volume.scale:
+                self._state.commit(opened.default, f"{opened.volume.scale} scale")
         self._follow_scene()
         self.rangeChanged.emit(opened)
         self._dispatcher.send()
@@ -386,7 +430,8 @@ class Workspace(QObject):
         self._follow_scene()
         self._note_model()
         scene, tf = self._model.scene_for(self._opened), self._state.transfer_function
-        if scene is not None and tf.scalar_range != scene.scalar_range:
+        is_alike = scene is not None and tf.scale == scene.scale
+        if scene is not None and is_alike and tf.scalar_range != scene.scalar_range:
             self._state.commit(fit_to_range(tf, scene.scalar_range), "range of the model")
         self._dispatcher.send(generator_only=before == self._dispatcher.raster)
 

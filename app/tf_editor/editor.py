@@ -24,6 +24,7 @@ from app.tf_editor.selection import Selection
 from app.tf_editor.tf_menu import TransferFunctionMenu
 from model.scene import tf_editing as edits
 from model.scene.transfer_function import Range
+from model.scene.value_scale import ValueScale
 
 SMALL_RANGE = 0.2
 """Share of all values below which a range is hard to edit while all of them are shown."""
@@ -82,6 +83,7 @@ class TransferFunctionEditor(QFrame):
         edges: NDArray[np.float64],
         data_range: Range,
         units: str,
+        scale: ValueScale = "linear",
     ) -> None:
         """Show a volume's histogram and allow editing.
 
@@ -95,12 +97,28 @@ class TransferFunctionEditor(QFrame):
             Smallest and largest voxel; the TF's range may be wider or narrower.
         units : str
             Unit of the scalars; may be empty.
+        scale : {"linear", "log"}
+            Scale of edges and range.
         """
-        self.area.set_data(counts, edges, data_range, units)
+        self.area.set_data(counts, edges, data_range, units, scale)
         self.menu.presets.units = units
         # The volume's TF follows.
         self._is_new = True
         self.setEnabled(True)
+
+    def set_scale(
+        self,
+        counts: NDArray[np.int64],
+        edges: NDArray[np.float64],
+        data_range: Range,
+        units: str,
+        scale: ValueScale,
+    ) -> None:
+        """Show the same volume on another scale; see :meth:`set_data`."""
+        self.set_data(counts, edges, data_range, units, scale)
+        if self._state.scale == scale:
+            # No TF follows: this one, of an undone edit, was there before.
+            self._show_new()
 
     def show_range(self, fill: bool = False) -> None:
         """Show all values, or those around the TF's range where it is a small part of them.
@@ -110,7 +128,7 @@ class TransferFunctionEditor(QFrame):
         fill : bool
             Whether to show those around the range in any case.
         """
-        self.area.include(self._state.scalar_range)
+        self.area.include(self._state.scalar_range, self._state.scale)
         axis = self.area.axis.showing(self.area.axis.full)
         low, high = axis.places(self._state.scalar_range)
         if fill or high - low < SMALL_RANGE:
@@ -175,7 +193,7 @@ class TransferFunctionEditor(QFrame):
 
     def _connect(self) -> None:
         self._state.transferFunctionChangeFinished.connect(
-            lambda tf: self.area.include(tf.scalar_range)
+            lambda tf: self.area.include(tf.scalar_range, tf.scale)
         )
         self.area.opacityClicked.connect(self.selection.clear)
         self.area.opacityDoubleClicked.connect(self.opacity.add)

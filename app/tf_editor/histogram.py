@@ -12,6 +12,7 @@ from PySide6.QtGui import QColor
 from app import theme
 from app.tf_editor.unit_axis import ScalarAxis
 from model.scene.transfer_function import Range
+from model.scene.value_scale import ValueScale, values_at
 
 _BEYOND = 0.015
 """How far the outermost bins may reach out of the plot: whole-number bins do, by half of one."""
@@ -63,12 +64,12 @@ class HistogramLayer:
         """Take the colours of the theme in use."""
         self._curve.setBrush(QColor(theme.VOXELS))
 
-    def said_at(self, value: float) -> str:
+    def said_at(self, value: float, scale: ValueScale) -> str:
         """Return the number of voxels in the bin of a value, in words; empty outside of all."""
         index = int(np.searchsorted(self._edges, value, side="right")) - 1
         if not 0 <= index < len(self._counts):
             return ""
-        low, high = self._edges[index : index + 2]
+        low, high = values_at(self._edges[index : index + 2], scale)
         count = int(self._counts[index])
         return f"{count:,} {'voxel' if count == 1 else 'voxels'} of {low:.5g} to {high:.5g}"
 

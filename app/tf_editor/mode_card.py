@@ -19,6 +19,7 @@ from app.tf_editor.plot_area import PlotArea
 from app.tf_editor.selection import Selection
 from model.scene import tf_editing as edits
 from model.scene.transfer_function import ColorTF, OpacityTF
+from model.scene.value_scale import ValueScale
 
 HEIGHT = 28
 BESIDE = 18
@@ -34,6 +35,9 @@ SHIFTS = 0, -14, 14, -24, 24
 """By how much it may stand higher or lower than its handle, in pixels."""
 
 VALUE_MEANING = "Scalar value (F2)"
+WIDTHS: dict[ValueScale, str] = {"linear": "width", "log": "decades"}
+"""Name of a mode's width; on a logarithmic scale it counts powers of ten."""
+
 WIDTH_MEANING = "Distance from the mean at which the opacity has fallen to 37 %"
 OPACITY_MEANING = (
     "Part of the light that is lost over one voxel length: 0 is transparent, 1 is opaque"
@@ -198,6 +202,8 @@ class ModeCard(QFrame):
         else:
             self.width_box.set_limits(opacity.bin_width, hi - lo)
             self.width_box.show_value(opacity.modes[index].width)
+            self._captions[self.width_box].setText(WIDTHS[opacity.scale])
+            self.width_box.setAccessibleName(WIDTHS[opacity.scale].capitalize())
             self._show_fields(self.value, self.width_box, self.height_box)
         self.remove_button.setEnabled(edits.can_remove_opacity_handle(opacity, index))
 
@@ -221,9 +227,9 @@ class ModeCard(QFrame):
         # An end is fixed.
         self.value.setEnabled(limits[0] < limits[1])
         if self.value.isEnabled():
-            self.value.set_limits(*limits)
+            self.value.set_limits(*limits, self._state.scale)
         else:
-            self.value.set_limits(*self._state.scalar_range)
+            self.value.set_limits(*self._state.scalar_range, self._state.scale)
         self.value.show_value(value)
 
     def _show_fields(self, *shown: NumberBox) -> None:

@@ -16,6 +16,7 @@ from PySide6.QtWidgets import QGraphicsPathItem
 from app import theme
 from app.state.viewer_state import ViewerState
 from app.tf_editor.handle import DragHandle
+from app.tf_editor.mode_card import WIDTHS
 from app.tf_editor.moves import HandleMoves, handle_name
 from app.tf_editor.plot_area import PlotArea
 from app.tf_editor.popup import pop_up
@@ -23,6 +24,7 @@ from app.tf_editor.selection import Selection
 from app.tf_editor.unit_axis import ScalarAxis
 from model.scene import tf_editing as edits
 from model.scene.transfer_function import OpacityTF, TransferFunction
+from model.scene.value_scale import value_at
 
 _FLANK = math.exp(-1.0)
 """Height of a mode one width away from its mean, as a fraction of its amplitude."""
@@ -180,7 +182,8 @@ class OpacityLayer(QObject):
         area = self._area
         self._moves.drag("opacity", index, area.axis.value(place), area.scale.opacity(height))
         x, y = edits.opacity_handles(self._state.transfer_function.opacity)[index]
-        text = f"{x:.5g}   opacity {y:.3f}" if y >= 0.1 else f"{x:.5g}   opacity {y:.2g}"
+        value = value_at(x, self._state.scale)
+        text = f"{value:.5g}   opacity {y:.3f}" if y >= 0.1 else f"{value:.5g}   opacity {y:.2g}"
         area.show_readout(self._view, x, area.scale.height(y), text)
 
     def _drag_flank(self, place: float) -> None:
@@ -193,7 +196,9 @@ class OpacityLayer(QObject):
         self._state.preview(replace(tf, opacity=opacity))
         mode = opacity.modes[index]
         height = self._area.scale.height(mode.amplitude)
-        self._area.show_readout(self._view, mode.mean, height, f"width {mode.width:.4g}")
+        self._area.show_readout(
+            self._view, mode.mean, height, f"{WIDTHS[self._state.scale]} {mode.width:.4g}"
+        )
 
     def _finish_drag(self) -> None:
         self._moves.finish(f"drag {handle_name(self._state.transfer_function.opacity)}")

@@ -18,6 +18,7 @@ from app.tf_editor.opacity_scale import OpacityScale
 from app.tf_editor.plot_labels import PlotLabels, Side
 from app.tf_editor.unit_axis import ScalarAxis
 from model.scene.transfer_function import Range
+from model.scene.value_scale import ValueScale
 
 LEFT_MARGIN, RIGHT_MARGIN, TOP_MARGIN = 36, 44, 8
 """Room beside the plots for their numbers, and above them, in pixels."""
@@ -146,7 +147,7 @@ class PlotArea(QObject):
         if not (is_free and self.rect.contains(point) and self.histogram.is_shown):
             return ""
         place = float(self.opacity.mapSceneToView(self.widget.mapToScene(point)).x())
-        return self.histogram.said_at(self.axis.value(place))
+        return self.histogram.said_at(self.axis.value(place), self.axis.labels)
 
     def pixel(self, plot: Any, place: float, height: float) -> QPoint:
         """Return where a place of one of the plots is, in pixels of the widget."""
@@ -200,7 +201,7 @@ class PlotArea(QObject):
             line.setVisible(number < len(ticks))
 
     def _label_values(self) -> None:
-        self._values.set_labels(self.axis.labels(self._units), theme.DIM_TEXT)
+        self._values.set_labels(self.axis.marks(self._units), theme.DIM_TEXT)
 
     def set_data(
         self,
@@ -208,13 +209,15 @@ class PlotArea(QObject):
         edges: NDArray[np.float64],
         data_range: Range,
         units: str,
+        scale: ValueScale = "linear",
     ) -> None:
         """Show a volume's histogram and all of its values; see the editor's method."""
         self.data_range = data_range
         self.histogram.set_data(counts, edges)
         self._units = units
-        self._values.setToolTip(f"Scalar value ({units})" if units else "Scalar value")
-        self.set_axis(ScalarAxis.over(data_range, logarithmic=self.axis.scale != "linear"))
+        title = "Scalar value, logarithmic" if scale == "log" else "Scalar value"
+        self._values.setToolTip(f"{title} ({units})" if units else title)
+        self.set_axis(ScalarAxis.over(data_range, self.axis.scale != "linear", scale))
 
     def set_axis(self, axis: ScalarAxis) -> None:
         """Show other values, or on another scale."""
@@ -233,13 +236,15 @@ class PlotArea(QObject):
             self._draw(item)
         self.axisChanged.emit()
 
-    def include(self, scalar_range: Range) -> None:
-        """Let a TF's range be made visible, as well as the volume's values."""
+    def include(self, scalar_range: Range, scale: ValueScale) -> None:
+        """Let a TF's range be made visible, as well as the volume's values on the same scale."""
+        if scale != self.axis.labels:
+            return
         lo = min(self.data_range[0], scalar_range[0])
         hi = max(self.data_range[1], scalar_range[1])
         if (lo, hi) != self.axis.full:
             everything = self.axis.visible == self.axis.full
-            axis = ScalarAxis.over((lo, hi), logarithmic=self.axis.scale != "linear")
+            axis = ScalarAxis.over((lo, hi), self.axis.scale != "linear", self.axis.labels)
             self.set_axis(axis if everything else axis.showing(self.axis.visible))
 
     def draw(

@@ -38,7 +38,9 @@ class PlotMemory(QObject):
             return
         self._area.set_scale(OpacityScale(known.opacity_scale == "logarithmic"))
         self._area.set_axis(
-            ScalarAxis.over(self._area.axis.full, known.value_scale == "logarithmic")
+            ScalarAxis.over(
+                self._area.axis.full, known.value_scale == "logarithmic", opened.volume.scale
+            )
         )
 
     def settle(self) -> None:

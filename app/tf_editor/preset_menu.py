@@ -62,7 +62,9 @@ class PresetMenu(QMenu):
             # Like the others it leaves the range as it is.
             fit_to_range(self._state.default_transfer_function, scalar_range),
         )
-        others = presets(scalar_range, histogram.counts, histogram.edges, self.units)
+        others = presets(
+            scalar_range, histogram.counts, histogram.edges, self.units, self._state.scale
+        )
         return default, *sorted(others, key=lambda preset: -self._worth.get(preset.name, 0.0))
 
     @property

@@ -15,6 +15,7 @@ from app.tf_editor.handle import DragHandle
 from app.tf_editor.plot_area import PlotArea
 from model.scene.range_fitting import fit_to_range, stretch_to_range
 from model.scene.transfer_function import Range, TransferFunction
+from model.scene.value_scale import values_at
 
 LEAST_DISTANCE = 0.004
 """Smallest distance between the lines after a drag, as a fraction of the plot's width."""
@@ -179,7 +180,8 @@ class RangeLayer(QObject):
         )
         self._state.preview(changed)
         how = "cut" if self._cuts else "Ctrl: cut"
-        text = f"range {scalar_range[0]:.4g} to {scalar_range[1]:.4g}   {how}"
+        low, high = values_at(scalar_range, self._state.scale)
+        text = f"range {low:.4g} to {high:.4g}   {how}"
         self._area.show_readout(self._area.opacity, value, 0.8, text)
 
     def _finish(self) -> None:

@@ -9,6 +9,7 @@ from app.state.viewer_state import ViewerState
 from app.tf_editor.number_box import NumberBox
 from app.tf_editor.range_layer import RangeLayer
 from model.scene.transfer_function import Range
+from model.scene.value_scale import values_at
 
 _LEAST_SHARE = 1e-6
 """Smallest range that can be typed, as a fraction of the volume's."""
@@ -45,7 +46,8 @@ class RangePopup(QFrame):
     def open_at(self, point: QPoint, data_range: Range) -> None:
         """Open at a point of the screen, for a volume with these values."""
         self._data_range = data_range
-        self._hint.setText(f"Values of the volume: {data_range[0]:.5g} to {data_range[1]:.5g}")
+        low, high = values_at(data_range, self._state.scale)
+        self._hint.setText(f"Values of the volume: {low:.5g} to {high:.5g}")
         self._refresh()
         self.move(point)
         self.show()
@@ -60,8 +62,9 @@ class RangePopup(QFrame):
         span = last - first
         least = _LEAST_SHARE * (self._data_range[1] - self._data_range[0])
         # A range wider than the data is allowed, as for TFs that several volumes share.
-        self.low.set_limits(first - span, max(hi - least, lo))
-        self.high.set_limits(min(lo + least, hi), last + span)
+        scale = self._state.scale
+        self.low.set_limits(first - span, max(hi - least, lo), scale)
+        self.high.set_limits(min(lo + least, hi), last + span, scale)
         self.low.show_value(lo)
         self.high.show_value(hi)
 

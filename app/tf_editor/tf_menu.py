@@ -26,7 +26,7 @@ from app.tf_editor.unit_axis import ScalarAxis
 from model.scene.color_maps import COLOR_MAPS, color_tf_of_map, map_colors, reversed_colors
 from model.scene.tf_fitting import fitted_curve, fitted_modes
 from model.scene.tf_presets import Preset
-from model.scene.transfer_function import TF_SAMPLES, OpacityTF, Range, TransferFunction
+from model.scene.transfer_function import TF_SAMPLES, Range, TransferFunction
 
 SWATCH = QSize(30, 14)
 
@@ -73,6 +73,8 @@ class TransferFunctionMenu(QObject):
     """Emitted when all values are to be visible."""
     replaced = Signal()
     """Emitted when another TF has replaced the present one, with other handles."""
+    scale_wanted = Signal(str)
+    """Emitted with the scale that the volume is to be shown on."""
     range_shown = Signal(bool)
     """Emitted when the range is to be visible, and True if it is to fill the plots."""
 
@@ -154,7 +156,14 @@ class TransferFunctionMenu(QObject):
             "Ctrl and the wheel zoom the axis, a drag with the middle button pans it"
         )
         add_action(menu, "Show range", partial(self.range_shown.emit, True))
-        self._logarithmic = menu.addAction("Logarithmic values")
+        self._scale = menu.addAction("Logarithmic scale")
+        self._scale.setCheckable(True)
+        self._scale.setToolTip(
+            "TF, histogram and sensitivities lie over the logarithm of the values: each of the\n"
+            "TF's 256 steps is the same factor. Zero and below look as the lowest value does"
+        )
+        self._scale.toggled.connect(lambda on: self.scale_wanted.emit("log" if on else "linear"))
+        self._logarithmic = menu.addAction("Logarithmic plot")
         self._logarithmic.setCheckable(True)
         self._logarithmic.setToolTip("How values are spread over the plot; pictures stay the same")
         self._logarithmic.toggled.connect(self.set_logarithmic)
@@ -167,6 +176,7 @@ class TransferFunctionMenu(QObject):
     def _show_scales(self) -> None:
         """Check the scales that the plot has, which may be another volume's by now."""
         shown = (
+            (self._scale, self._area.axis.labels == "log"),
             (self._logarithmic, self._area.axis.scale != "linear"),
             (self._fine, self._area.scale.logarithmic),
         )
@@ -175,9 +185,14 @@ class TransferFunctionMenu(QObject):
                 action.setChecked(checked)
 
     def _refresh(self) -> None:
+        # What was wanted may have been refused.
+        self._show_scales()
         opacity = self._state.transfer_function.opacity
         self._as_curve.setEnabled(not opacity.points)
         self._as_modes.setEnabled(bool(opacity.points))
+        is_log = self._area.axis.labels == "log"
+        self._scale.setEnabled(is_log or self._area.data_range[1] > 0)
+        self._logarithmic.setEnabled(not is_log)
 
     def _fill_colors(self) -> None:
         if not self.colors_menu.isEmpty():
@@ -205,7 +220,7 @@ class TransferFunctionMenu(QObject):
         opacity = self._state.transfer_function.opacity
         values = np.linspace(*opacity.scalar_range, TF_SAMPLES)
         samples = zip(values.tolist(), opacity(values).tolist(), strict=True)
-        curve = fitted_curve(OpacityTF(opacity.scalar_range, points=tuple(samples)))
+        curve = fitted_curve(replace(opacity, modes=(), points=tuple(samples)))
         self._change(lambda tf: replace(tf, opacity=curve), "as free curve")
 
     def to_modes(self) -> None:
@@ -216,8 +231,11 @@ class TransferFunctionMenu(QObject):
     def start_curve(self) -> None:
         """Begin with a free curve of no opacity: one undo step."""
         lo, hi = self._state.scalar_range
-        curve = OpacityTF((lo, hi), points=((lo, 0.0), (hi, 0.0)))
-        self._change(lambda tf: replace(tf, opacity=curve), "new curve")
+        points = (lo, 0.0), (hi, 0.0)
+        self._change(
+            lambda tf: replace(tf, opacity=replace(tf.opacity, modes=(), points=points)),
+            "new curve",
+        )
 
     def type_range(self) -> None:
         """Open the popup with the two numbers of the range."""
@@ -235,7 +253,9 @@ class TransferFunctionMenu(QObject):
 
     def set_logarithmic(self, logarithmic: bool) -> None:
         """Spread the values over the plot by their logarithm, or evenly."""
-        self._area.set_axis(ScalarAxis.over(self._area.axis.full, logarithmic=logarithmic))
+        self._area.set_axis(
+            ScalarAxis.over(self._area.axis.full, logarithmic, self._area.axis.labels)
+        )
 
     def _set_range(self, scalar_range: Range) -> None:
         self._layer.set_range(scalar_range)

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from app.typed_numbers import MINUS
 from model.scene.transfer_function import Range
+from model.scene.value_scale import ValueScale, logarithmic_ticks, values_at
 
 _ROUND_STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)
 _BEND_SHARE = 1e-3
@@ -44,19 +45,25 @@ class ScalarAxis:
     scale : {"linear", "log", "symlog"}
         "log" where all of `full` is above zero; "symlog" is logarithmic on both sides of
         zero and linear near it. Both are an inverse hyperbolic sine.
+    labels : {"linear", "log"}
+        The volume's scale. Values that are logarithms already are spread evenly, and labelled
+        by what they are logarithms of.
     """
 
     visible: Range
     full: Range
     scale: Scale = "linear"
+    labels: ValueScale = "linear"
 
     @classmethod
-    def over(cls, full: Range, logarithmic: bool = False) -> ScalarAxis:
+    def over(
+        cls, full: Range, logarithmic: bool = False, labels: ValueScale = "linear"
+    ) -> ScalarAxis:
         """Return an axis that shows all of a range."""
         scale: Scale = "linear"
-        if logarithmic:
+        if logarithmic and labels == "linear":
             scale = "log" if full[0] > 0 else "symlog"
-        return cls(full, full, scale)
+        return cls(full, full, scale, labels)
 
     def showing(self, visible: Range) -> ScalarAxis:
         """Return an axis of the same scale that shows other values, moved to lie within `full`."""
@@ -120,14 +127,14 @@ class ScalarAxis:
         list of (place, text)
         """
         if self.scale == "linear":
-            return ticks(self.visible, count)
+            return ticks(self.visible, count, self.labels)
         chosen = self._decades()
         if len(chosen) < 3:
             return [(self.place(float(text)), text) for _, text in ticks(self.visible, count)]
         return chosen
 
-    def labels(self, unit: str = "") -> list[tuple[float, str]]:
-        """Label both ends of what is visible, and round values between them.
+    def marks(self, unit: str = "") -> list[tuple[float, str]]:
+        """Return both ends of what is visible, and round values between them, with their texts.
 
         Parameters
         ----------
@@ -139,11 +146,14 @@ class ScalarAxis:
         list of (place, text)
             In order; the ends, which say what is shown, come first and last.
         """
-        lo, hi = self.visible
+        lo, hi = values_at(self.visible, self.labels).tolist()
         # To some ten-thousandth of what is visible: more digits would only be noise.
         step = 10.0 ** math.floor(math.log10((hi - lo) / 10_000))
         digits = max(6, 4 + math.floor(math.log10(max(abs(lo), abs(hi)) / (hi - lo))))
-        ends = [_text(round(end / step) * step, digits) for end in (lo, hi)]
+        if self.labels == "log":
+            ends = [_text(end, 4) for end in (lo, hi)]
+        else:
+            ends = [_text(round(end / step) * step, digits) for end in (lo, hi)]
         inner = [(at, text) for at, text in self.ticks(9) if 0 < at < 1]
         found = [(0.0, ends[0]), *inner, (1.0, f"{ends[1]} {unit}".rstrip())]
         return [(at, text.replace("-", MINUS)) for at, text in found]
@@ -195,20 +205,27 @@ def bend_for(scalar_range: Range) -> float:
     return largest * _BEND_SHARE
 
 
-def ticks(scalar_range: Range, count: int = 6) -> list[tuple[float, str]]:
-    """Choose round values within a range, evenly spaced.
+def ticks(
+    scalar_range: Range, count: int = 6, scale: ValueScale = "linear"
+) -> list[tuple[float, str]]:
+    """Choose round values within a range, evenly spaced but for a logarithmic scale.
 
     Parameters
     ----------
     scalar_range : tuple of float
+        On the scale.
     count : int
         Approximate number of ticks.
+    scale : {"linear", "log"}
+        See :func:`model.scene.value_scale.logarithmic_ticks`.
 
     Returns
     -------
     list of (place, text)
         Places on a linear axis, 0..1, and their values as text.
     """
+    if scale == "log":
+        return logarithmic_ticks(scalar_range, count)
     lo, hi = scalar_range
     rough = (hi - lo) / count
     power = 10.0 ** math.floor(math.log10(rough))

@@ -21,6 +21,7 @@ from model.errors import TransferFunctionError, VolumeError
 from model.networks.card import MODEL_FILE
 from model.scene.range_choice import RangeChoice
 from model.scene.transfer_function import TransferFunction
+from model.scene.value_scale import ValueScale, values_at
 from model.volume_files import SUFFIXES
 from model.volume_files.choice import Choice
 from model.volume_files.raw import RawLayout
@@ -95,13 +96,21 @@ class FileOpening(QObject):
             self.open_transfer_function(path)
 
     def start_with(
-        self, path: Path, scalar_range: RangeChoice | None, choice: Choice | None
+        self,
+        path: Path,
+        scalar_range: RangeChoice | None,
+        choice: Choice | None,
+        scale: ValueScale | None = None,
     ) -> None:
         """Open the volume that the window begins with; see :meth:`open_volume`."""
         known = self._known_choice(path) if choice is None else choice
         self._choice = None if known is None else (path, known)
         self._workspace.open_volume(
-            path, first_range=scalar_range, choice=known, is_remembered=choice is None
+            path,
+            first_range=scalar_range,
+            first_scale=scale,
+            choice=known,
+            is_remembered=choice is None,
         )
 
     def open_volume(self, path: Path, choice: Choice | None = None) -> None:
@@ -172,7 +181,7 @@ class FileOpening(QObject):
         self._state.commit(fitted, f"open {path.name}")
         self._preferences.note_transfer_function(path)
         same = fitted.scalar_range == loaded.scalar_range
-        lo, hi = fitted.scalar_range
+        lo, hi = values_at(fitted.scalar_range, fitted.scale)
         change = "" if same else f"; it was fitted to the values from {lo:.5g} to {hi:.5g}"
         self.news.emit(f"Opened {path.name}{change}.")
 

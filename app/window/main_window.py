@@ -44,6 +44,7 @@ from app.tf_editor.editor import TransferFunctionEditor
 from app.tf_editor.plot_memory import PlotMemory
 from app.window.crop_card import CropCard
 from app.window.emptiness_notice import EmptinessNotice
+from app.window.figure import Subject
 from app.window.file_dialogs import FileDialogs
 from app.window.file_opening import FileOpening
 from app.window.floating import Floating
@@ -51,12 +52,16 @@ from app.window.focus_areas import FocusAreas
 from app.window.image_error import ImageError
 from app.window.key_hints import KeyHints
 from app.window.light_notice import LightNotice
+from app.window.logarithm_offer import LogarithmOffer
 from app.window.menus import Menus, WindowParts
+from app.window.movie_saving import MovieSaving
+from app.window.narrow_notice import NarrowNotice
 from app.window.notices import Notices
 from app.window.overlays import Overlays
 from app.window.pane_layout import PaneLayout
 from app.window.picture_saving import PictureSaving
 from app.window.preset_pictures import PresetPictures
+from app.window.shown_images import ShownImages
 from app.window.status_line import StatusLine
 from app.window.tool_strip import ToolStrip
 from app.window.top_bar import TopBar
@@ -65,6 +70,7 @@ from app.window.up_axis_card import UpAxisCard
 from app.window.up_axis_question import UpAxisQuestion
 from app.window.window_memory import WindowMemory
 from app.window.window_place import LARGEST, first_size
+from model.rendering.scale_bar import Scale
 from model.volume_files.choice import Choice
 
 PAPER_TITLE = "Paper's networks"
@@ -95,6 +101,7 @@ class MainWindow(QMainWindow):
     ) -> None:
         super().__init__()
         self.preferences = preferences or Preferences(None, self)
+        self._alt_alone = False
         self.state = ViewerState(self)
         self.sensitivity_state = SensitivityState(self)
         self.latent_state = LatentState(self)
@@ -165,7 +172,12 @@ class MainWindow(QMainWindow):
         ]
         self.opening = FileOpening(self, self.state, self.workspace, self.preferences, self.notice)
         self.files = FileDialogs(self, self.state, self.opening, self.preferences)
-        self.pictures = PictureSaving(self, self.state, self.files, self.brightness)
+        shown = ShownImages(
+            self.generator, self.reference, self.overlays, self.image_error, self.brightness
+        )
+        self.pictures = PictureSaving(self, self.state, self.files, shown)
+        self.movies = MovieSaving(self, self.state, self.files, shown, self.workspace.latent.path)
+        self.browser.movieRequested.connect(self.movies.save_path)
         self._question = UpAxisQuestion(
             self.up_axis_card,
             self.state,
@@ -177,6 +189,8 @@ class MainWindow(QMainWindow):
         )
         presets = self.editor.menu.presets
         PresetPictures(presets, self.state, analyst, reference, self.brightness)
+        self.logarithm_offer = LogarithmOffer(self.state, self.workspace, self.notice, self)
+        NarrowNotice(self.state, self.notice, self.editor.range.set_range, self)
         LightNotice(self.workspace.reference, self.notice)
         for pane in (self.generator, self.reference):
             EmptinessNotice(pane, self.state, self.workspace, self.notice)
@@ -184,6 +198,7 @@ class MainWindow(QMainWindow):
             opening=self.opening,
             files=self.files,
             pictures=self.pictures,
+            movies=self.movies,
             state=self.state,
             workspace=self.workspace,
             preferences=self.preferences,
@@ -243,13 +258,17 @@ class MainWindow(QMainWindow):
         self.workspace.latent.path.brightness = self.brightness.of
         self.workspace.sensitivity.trials.set_brightness(self.brightness)
         self.workspace.rangeChanged.connect(self._show_range)
+        self.workspace.scaleChanged.connect(self._show_scale)
+        # A band kept over the plot would be one of other values.
+        self.workspace.scaleChanged.connect(lambda _opened: self.sensitivity_state.unpin())
+        self.editor.menu.scale_wanted.connect(self.workspace.show_on_scale)
         # Errors of an earlier file no longer apply.
         self.workspace.volumeRead.connect(self.notice.clear)
         self.workspace.volumeStarted.connect(self.editor.select_strongest)
         self.workspace.volumeStarted.connect(self.plot_memory.settle)
         self.workspace.hintChanged.connect(self.generator.set_hint)
         for source in (
-            self.workspace, self.opening, self.files, self.pictures, self.browser,
+            self.workspace, self.opening, self.files, self.pictures, self.movies, self.browser,
         ):  # fmt: skip
             source.problem.connect(partial(self._tell, source))
             source.news.connect(self.status.tell)
@@ -265,7 +284,11 @@ class MainWindow(QMainWindow):
         return [client.error for client in clients if client.error]
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Show what an edit would change while Ctrl or W is held; end what goes on by Escape."""
+        """Show what an edit would change while Ctrl or W is held; end what goes on by Escape.
+
+        Alt alone opens the menus where they are folded; a menu bar knows that key itself.
+        """
+        self._alt_alone = event.key() == Qt.Key.Key_Alt
         if event.key() == Qt.Key.Key_Control:
             self._show_effect(True)
         if event.key() == Qt.Key.Key_W and not event.modifiers():
@@ -278,6 +301,8 @@ class MainWindow(QMainWindow):
         """Show the images again, or where the value under the mouse is visible."""
         if event.key() == Qt.Key.Key_Control:
             self._show_effect(False)
+        if event.key() == Qt.Key.Key_Alt and self._alt_alone and self.top_bar.is_folded:
+            self.top_bar.open_menus()
         if event.key() == Qt.Key.Key_W and not event.isAutoRepeat():
             self.sensitivity.what_if.end()
         else:
@@ -328,11 +353,13 @@ class MainWindow(QMainWindow):
         if self.training.is_running and self.isVisible() and not self._may_stop_training():
             event.ignore()
             return
+        self.movies.cancel()
         self.workspace.stop()
         self.training.cancel()
         self._memory.note()
         self.hide()
         self.workspace.join()
+        self.movies.join()
         self.training.join()
         self.preferences.finish()
         event.accept()
@@ -443,6 +470,7 @@ class MainWindow(QMainWindow):
             opened.path,
             lighting=TRAINED_LIGHT[self.workspace.reference.settings.lighting],
             scalar_range=opened.volume.scalar_range,
+            scale=opened.volume.scale,
             raw_layout=known.raw_layout,
             up=self.state.up_axis,
             choice=Choice.parse(known.choice),
@@ -452,6 +480,12 @@ class MainWindow(QMainWindow):
         self.editor.area.histogram.set_data(opened.counts, opened.edges)
         self.editor.area.set_axis(self.editor.area.axis)
 
+    def _show_scale(self, opened: OpenedVolume) -> None:
+        volume = opened.volume
+        self.editor.set_scale(
+            opened.counts, opened.edges, volume.data_range, volume.units, volume.scale
+        )
+
     def _show_volume(self, opened: OpenedVolume) -> None:
         volume = opened.volume
         shape = " × ".join(str(n) for n in volume.dimensions)
@@ -459,10 +493,12 @@ class MainWindow(QMainWindow):
         self.top_bar.volume.set_title(volume.name)
         self.top_bar.volume.set_detail(shape)
         self.browser.set_units(volume.units)
-        self.pictures.units = self.overlays.units = volume.units
+        self.overlays.subject = Subject(volume.units, Scale.of(volume, opened.shown))
         self.files.volume_name = volume.name
         self.crop_card.set_volume(volume.dimensions)
         for handles in self.crop_handles:
             handles.set_volume(volume.dimensions)
         self.plot_memory.start(opened)
-        self.editor.set_data(opened.counts, opened.edges, volume.data_range, volume.units)
+        self.editor.set_data(
+            opened.counts, opened.edges, volume.data_range, volume.units, volume.scale
+        )

@@ -10,7 +10,7 @@ from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QApplication, QFrame, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from app import theme
-from app.controls import Action, action_button
+from app.controls import Action, action_button, announce
 from app.icons import IconButton
 
 WIDTH = 480
@@ -91,6 +91,7 @@ class Notices(QWidget):
         for old in self._lines[MOST_KEPT:]:
             self._remove(old)
         self._show()
+        announce(self, text, at_once=tone == "error")
 
     def clear(self, key: str = "") -> None:
         """Remove the notice with a key; without one, remove all."""

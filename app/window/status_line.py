@@ -10,7 +10,7 @@ from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QLabel, QStackedWidget, QStatusBar
 
 from app import theme
-from app.controls import ElidedLabel
+from app.controls import ElidedLabel, announce
 from app.state.viewer_state import ViewerState
 
 HEIGHT = 24
@@ -91,6 +91,8 @@ class StatusLine(QStatusBar):
         self._news.set_full_text(text)
         self._left.setCurrentWidget(self._news if text else self._keys)
         self._rest.stop()
+        if text:
+            announce(self, text)
         if text and not text.endswith(PENDING):
             self._rest.start()
 

@@ -18,6 +18,7 @@ from model.latent.tf_frame import TFFrame
 from model.samples.sampling import draw_opacity_tfs
 from model.scene.scene import Scene
 from model.scene.transfer_function import OpacityTF, Range
+from model.scene.value_scale import ValueScale
 from model.training.codec_training import UNIT_SCENE
 
 KNOWN_TFS = 4000
@@ -49,15 +50,19 @@ class LatentSpace:
     folders: tuple[Path, ...]
 
     @classmethod
-    def shipped(cls, scalar_range: Range, window: Range) -> LatentSpace:
+    def shipped(
+        cls, scalar_range: Range, window: Range, scale: ValueScale = "linear"
+    ) -> LatentSpace:
         """Return the shipped codec's, stretched to a volume's window of interesting values."""
-        return cls.of_codec(SHIPPED_CODEC, scalar_range, window)
+        return cls.of_codec(SHIPPED_CODEC, scalar_range, window, scale)
 
     @classmethod
-    def of_codec(cls, folder: Path, scalar_range: Range, window: Range) -> LatentSpace:
+    def of_codec(
+        cls, folder: Path, scalar_range: Range, window: Range, scale: ValueScale = "linear"
+    ) -> LatentSpace:
         """Return that of a codec folder, stretched to a window."""
         card, network = load_codec(folder)
-        frame = TFFrame(scalar_range, window)
+        frame = TFFrame(scalar_range, window, scale)
         return cls(TFCodec(network), frame, UNIT_SCENE, card.digest, (folder, _cache(card.digest)))
 
     @classmethod
@@ -68,7 +73,7 @@ class LatentSpace:
 
         card, network = load_model(folder)
         digest = str(read_header(folder).get("sha256", ""))
-        frame = TFFrame(card.scene.scalar_range, card.scene.scalar_range)
+        frame = TFFrame(card.scene.scalar_range, card.scene.scalar_range, card.scene.scale)
         return cls(TFCodec(network.codec), frame, card.scene, digest, (folder, _cache(digest)))
 
     def tf_of(self, code: Codes) -> OpacityTF:

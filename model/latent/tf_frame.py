@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.scene.transfer_function import TF_SAMPLES, OpacityTF, Range, check_range
+from model.scene.value_scale import ValueScale
 
 
 @dataclass(frozen=True)
@@ -20,9 +21,11 @@ class TFFrame:
     Attributes
     ----------
     scalar_range : tuple of float
-        The volume's lowest and highest value, in its own units.
+        The volume's lowest and highest value, on the scale.
     window : tuple of float
         Values of the TF's first and last sample; inside the scalar range.
+    scale : {"linear", "log"}
+        Scale of the TFs.
 
     Raises
     ------
@@ -32,6 +35,7 @@ class TFFrame:
 
     scalar_range: Range
     window: Range
+    scale: ValueScale = "linear"
 
     def __post_init__(self) -> None:
         check_range(self.window)
@@ -42,7 +46,7 @@ class TFFrame:
         points = [*zip(values.tolist(), np.clip(opacities, 0, 1).tolist(), strict=True)]
         if self.window[0] > self.scalar_range[0]:
             points.insert(0, (points[0][0], 0.0))
-        return OpacityTF(self.scalar_range, points=tuple(points))
+        return OpacityTF(self.scalar_range, points=tuple(points), scale=self.scale)
 
     def opacities(self, opacity_tf: OpacityTF) -> NDArray[np.float32]:
         """Opacities (256,) of a TF over the window; what lies outside it is lost."""

@@ -37,7 +37,7 @@ def render_block(
     Parameters
     ----------
     data : dict
-        The fields of the volume by name, but for its file's facts.
+        The fields of the volume by name, but for its file's facts and itself on a linear scale.
     fingerprint : str
         The volume's fingerprint, to compare volumes without reading their voxels.
     scene_json : dict

@@ -114,7 +114,11 @@ class _Run:
         self._client = client
         self._order = (volume.fingerprint, store.scene.to_json(), store.seed)
         # Plain data only, which needs no tfscope to be unpickled; no image shows the file's facts.
-        self._data = {f.name: getattr(volume, f.name) for f in fields(volume) if f.name != "file"}
+        self._data = {
+            f.name: getattr(volume, f.name)
+            for f in fields(volume)
+            if f.name not in ("file", "stored")
+        }
         self._volume: Future | None = None
         self._waiting = waiting
         self._running: dict[str, _Task] = {}

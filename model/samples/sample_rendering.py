@@ -19,6 +19,7 @@ from model.samples.sample_store import SPLITS, SampleBatch, SampleStore
 from model.samples.sampling import Split, draw_sample
 from model.scene.inputs import store_inputs
 from model.scene.scene import Scene
+from model.scene.value_scale import SCALE_NAMES
 from model.scene.volume import Volume
 
 
@@ -78,11 +79,16 @@ def make_renderer(
 
 
 def check_volume(volume: Volume, scene: Scene) -> None:
-    """Raise :class:`DatasetError` unless the volume is the scene's."""
+    """Raise :class:`DatasetError` unless the volume is the scene's, on its scale."""
     if volume.fingerprint != scene.volume_fingerprint:
         raise DatasetError(
             f"The volume '{volume.name}' is not the one that the scene was made for "
             f"('{scene.volume_name}'); open that volume, or make a new data set."
+        )
+    if volume.scale != scene.scale:
+        raise DatasetError(
+            f"The scene lies over {SCALE_NAMES[scene.scale]}, the volume over "
+            f"{SCALE_NAMES[volume.scale]}; choose the other scale, or make a new data set."
         )
 
 

@@ -74,7 +74,7 @@ def default_transfer_function(volume: Volume) -> TransferFunction:
         GaussianMode(mean, wide, _amplitude(base, _share(counts, centers, mean, wide)))
         for mean, wide, base in zip(means, (width, width, widest), MODE_AMPLITUDES, strict=True)
     )
-    opacity = _raised(OpacityTF((lo, hi), modes), ThinnedVolume.of(volume))
+    opacity = _raised(OpacityTF((lo, hi), modes, scale=volume.scale), ThinnedVolume.of(volume))
     colors = (END_COLORS[0], *MODE_COLORS, END_COLORS[1])
     stops = tuple((value, *color) for value, color in zip((lo, *means, hi), colors, strict=True))
     return TransferFunction(opacity, ColorTF((lo, hi), stops))
@@ -122,4 +122,4 @@ def _times(opacity: OpacityTF, factor: float) -> OpacityTF:
         replace(m, amplitude=round(min(1 - (1 - m.amplitude) ** factor, MOST_AMPLITUDE), 3))
         for m in opacity.modes
     )
-    return OpacityTF(opacity.scalar_range, modes)
+    return replace(opacity, modes=modes)

@@ -94,14 +94,15 @@ def opacity_tf_of(kind: OpacityKind, rng: np.random.Generator, scene: Scene) -> 
         faint = _modes(rng, scene)
         factor = 0.01 * rng.uniform() / max(mode.amplitude for mode in faint.modes)
         modes = (GaussianMode(m.mean, m.width, m.amplitude * factor) for m in faint.modes)
-        return OpacityTF(scene.scalar_range, tuple(modes))
+        return OpacityTF(scene.scalar_range, tuple(modes), scale=scene.scale)
     if kind == "empty":
-        return OpacityTF(scene.scalar_range)
+        return OpacityTF(scene.scalar_range, scale=scene.scale)
     lo, hi = scene.scalar_range
     points = sorted(_POINTS[kind](rng, scene))
     return OpacityTF(
         scene.scalar_range,
         points=tuple((float(np.clip(value, lo, hi)), float(opacity)) for value, opacity in points),
+        scale=scene.scale,
     )
 
 
@@ -153,7 +154,7 @@ def _modes(rng: np.random.Generator, scene: Scene) -> OpacityTF:
         GaussianMode(float(m), float(w), float(a))
         for m, w, a in zip(means, widths, amplitudes, strict=True)
     )
-    return OpacityTF(scene.scalar_range, modes)
+    return OpacityTF(scene.scalar_range, modes, scale=scene.scale)
 
 
 Points = list[tuple[float, float]]

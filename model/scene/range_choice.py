@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from model.errors import TfscopeError
+from model.errors import TfscopeError, VolumeError
 from model.scene.robust_range import percentile_range
 from model.scene.transfer_function import Range
+from model.scene.value_scale import place_of
 from model.scene.volume import Volume
 
 
@@ -64,13 +65,19 @@ class RangeChoice:
         return cls(low, high, are_percentiles)
 
     def of(self, volume: Volume) -> Range:
-        """Return the range in a volume's own units.
+        """Return the range on a volume's scale.
 
         Raises
         ------
         VolumeError
-            When the percentiles are the same value.
+            When the percentiles are the same value, or a value has no logarithm that the volume's
+            scale needs.
         """
         if self.are_percentiles:
             return percentile_range(volume, self.low, self.high)
-        return self.low, self.high
+        if volume.scale == "log" and self.low <= 0:
+            raise VolumeError(
+                f"{volume.name}: the scalar range from {self.low:g} begins where there is no "
+                "logarithm; give one above zero, or the linear scale."
+            )
+        return place_of(self.low, volume.scale), place_of(self.high, volume.scale)

@@ -12,6 +12,7 @@ from model.scene.transfer_function import (
     Range,
     TransferFunction,
 )
+from model.scene.value_scale import place_of
 from model.scene.volume import Volume
 
 LEAST_OVERLAP = 4 / TF_SAMPLES
@@ -26,7 +27,8 @@ def fit_to_volume(transfer_function: TransferFunction, volume: Volume) -> Transf
     """Convert a TF made for any volume to the one that shows it in another volume.
 
     A TF keeps its values and its range where these fit the volume: so a TF over a part of the
-    values, or over those of another CT, shows the same tissue as where it was made. It fits if
+    values, or over those of another CT, shows the same tissue as where it was made. It keeps its
+    scale, too: the volume is to be shown on that. It fits if
     its range has at least 1/64 of itself in common with the volume's scalar range, its robust
     range or the range of its voxels, and that is 1/1024 of these, or 8 steps of whole numbers.
     A TF that does not, such as one over [0, 1] in a CT, is stretched to the volume's scalar
@@ -42,10 +44,24 @@ def fit_to_volume(transfer_function: TransferFunction, volume: Volume) -> Transf
     Returns
     -------
     TransferFunction
-        Its range is the one to show the volume over: :meth:`model.scene.volume.Volume.over`.
+        Its range and scale are those to show the volume over:
+        :meth:`model.scene.volume.Volume.over`.
+
+    Raises
+    ------
+    VolumeError
+        When the TF is over logarithms, which the volume's values do not have.
     """
+    if transfer_function.is_relative:
+        return stretch_to_range(transfer_function.on_scale(volume.scale), volume.scalar_range)
+    if transfer_function.scale != volume.scale:
+        if _overlaps_logarithms(transfer_function, volume):
+            # Known without computing these, which takes time.
+            return transfer_function
+        volume = volume.on_scale(transfer_function.scale)
+        volume = volume.over(robust_range(volume))
     own, step = transfer_function.scalar_range, volume.distribution.step
-    if not transfer_function.is_relative and (
+    if (
         _overlap(own, volume.scalar_range, step)
         or _overlap(own, volume.data_range, step)
         or _overlap(own, robust_range(volume), step)
@@ -66,7 +82,7 @@ def fit_to_range(transfer_function: TransferFunction, scalar_range: Range) -> Tr
     shows the same tissue in another. Only if the TF is relative, or the two ranges are
     disjoint, is the TF mapped linearly from its range to the new one. Colour stops, and the
     points of a free curve, are cut or extended to span the range exactly; inside it the TF is
-    unchanged.
+    unchanged. The scale remains the TF's.
     """
     lo, hi = scalar_range
     own_lo, own_hi = transfer_function.scalar_range
@@ -91,7 +107,16 @@ def opacity_over(opacity: OpacityTF, scalar_range: Range) -> OpacityTF:
     if points:
         inside = tuple(p for p in points if lo < p[0] < hi)
         points = ((lo, float(opacity(lo))), *inside, (hi, float(opacity(hi))))
-    return OpacityTF(scalar_range, opacity.modes, points)
+    return replace(opacity, scalar_range=scalar_range, points=points)
+
+
+def _overlaps_logarithms(transfer_function: TransferFunction, volume: Volume) -> bool:
+    """Whether a TF over logarithms has enough in common with the positive values of a volume."""
+    lo, hi = volume.linear.data_range
+    if transfer_function.scale != "log" or hi <= 0:
+        return False
+    own = transfer_function.scalar_range
+    return _overlap(own, (place_of(lo, "log") if lo > 0 else own[0], place_of(hi, "log")), None)
 
 
 def _overlap(own: Range, other: Range, step: int | None) -> bool:
@@ -123,4 +148,5 @@ def stretch_to_range(transfer_function: TransferFunction, scalar_range: Range) -
     modes = tuple(replace(m, mean=moved(m.mean), width=m.width * scale) for m in opacity.modes)
     points = tuple((moved(v), a) for v, a in opacity.points)
     stops = tuple((moved(v), r, g, b) for v, r, g, b in color.stops)
-    return TransferFunction(OpacityTF(scalar_range, modes, points), ColorTF(scalar_range, stops))
+    moved_opacity = replace(opacity, scalar_range=scalar_range, modes=modes, points=points)
+    return TransferFunction(moved_opacity, ColorTF(scalar_range, stops))

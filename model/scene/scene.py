@@ -15,6 +15,7 @@ from model.json_files import MalformedError, build
 from model.scene.axes import DEFAULT_UP
 from model.scene.light import LightDirection, LightRange
 from model.scene.transfer_function import TF_SAMPLES, Range
+from model.scene.value_scale import ValueScale, place_of
 from model.scene.view import ViewRange
 from model.scene.volume import Triple, Volume
 
@@ -43,11 +44,11 @@ class Scene:
     volume_fingerprint : str
         :attr:`model.scene.volume.Volume.fingerprint` of the volume.
     scalar_range : tuple of float
-        Range over which TFs lie, in the volume's own units:
+        Range over which TFs lie, on the scale:
         :attr:`model.scene.volume.Volume.scalar_range`. Voxels may lie beyond it; they look as
         those at its ends do.
     scalar_window : tuple of float
-        Range of the means of random opacity modes, in the data's units.
+        Range of the means of random opacity modes, on the scale.
     image_size : int
         Width and height of the colour image in pixels, 16 to 4096.
     lighting : {"none", "direct", "global"}
@@ -68,6 +69,8 @@ class Scene:
         Voxels along x, y and z. Scenes of earlier versions lack them.
     tf_family : {"paper", "drawn"}
         Random TFs of the scene, see :mod:`model.scene.random_tfs`.
+    scale : {"linear", "log"}
+        Scale of the volume, of both ranges and of TFs.
 
     Raises
     ------
@@ -89,6 +92,7 @@ class Scene:
     proportions: Triple = (1.0, 1.0, 1.0)
     dimensions: tuple[int, int, int] | None = None
     tf_family: TFFamily = "drawn"
+    scale: ValueScale = "linear"
 
     def __post_init__(self) -> None:
         lo, hi = self.scalar_range
@@ -165,7 +169,7 @@ class Scene:
         ----------
         volume : Volume
         scalar_window : tuple of float, or None
-            None for :func:`default_scalar_window`.
+            In the data's units; None for :func:`default_scalar_window`.
         movable_light : bool
             Whether the light's direction varies, over all of :class:`LightRange`.
         up : str
@@ -182,7 +186,9 @@ class Scene:
             volume_name=volume.name,
             volume_fingerprint=volume.fingerprint,
             scalar_range=volume.scalar_range,
-            scalar_window=scalar_window or default_scalar_window(volume),
+            scalar_window=default_scalar_window(volume)
+            if scalar_window is None
+            else _on_scale(scalar_window, volume),
             image_size=image_size,
             lighting=lighting,
             light=None if lighting == "none" else LightDirection(),
@@ -192,6 +198,7 @@ class Scene:
             proportions=volume.proportions,
             dimensions=volume.dimensions,
             tf_family=tf_family,
+            scale=volume.scale,
         )
 
     def to_json(self) -> dict[str, Any]:
@@ -211,6 +218,17 @@ class Scene:
             return build(cls, data, exact=True)
         except MalformedError as error:
             raise TfscopeError(f"The scene is malformed near {error}.") from error
+
+
+def _on_scale(scalar_window: Range, volume: Volume) -> Range:
+    """Convert a scalar window in the data's units to a volume's scale."""
+    low, high = scalar_window
+    if volume.scale == "log" and low <= 0:
+        raise TfscopeError(
+            f"The scalar window from {low:g} begins where there is no logarithm; "
+            "give one above zero."
+        )
+    return place_of(low, volume.scale), place_of(high, volume.scale)
 
 
 def scatters(renderer: RendererName, lighting: Lighting) -> bool:

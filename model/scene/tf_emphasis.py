@@ -180,21 +180,21 @@ def isolate_value(
             for mode in opacity.modes
             if low - width <= mode.mean - mode.width and mode.mean + mode.width <= high + width
         )
-        kept, values = OpacityTF(opacity.scalar_range, inside), np.linspace(low, high, BETWEEN)
+        kept, values = replace(opacity, modes=inside), np.linspace(low, high, BETWEEN)
         # Others may add to the opacity there.
         if inside and np.abs(kept(values) - opacity(values)).max() < LEAST_RAISE / 10:
             return kept
-        return OpacityTF(opacity.scalar_range, points=_between(opacity, reach, width))
+        return replace(opacity, modes=(), points=_between(opacity, reach, width))
     near = [
         mode
         for mode in opacity.modes
         if abs(mode.mean - value) <= max(mode.width, math.sqrt(2) * width)
     ]
     if near:
-        alone = [OpacityTF(opacity.scalar_range, (mode,)) for mode in near]
+        alone = [replace(opacity, modes=(mode,)) for mode in near]
         return max(alone, key=lambda one: float(one(np.array([value]))[0]))
     mode = GaussianMode(value, math.sqrt(2) * width, max(now, LEAST_RAISE))
-    return OpacityTF(opacity.scalar_range, (mode,))
+    return replace(opacity, modes=(mode,), points=())
 
 
 def _between(opacity: OpacityTF, reach: Range, width: float) -> tuple[tuple[float, float], ...]:

@@ -5,6 +5,7 @@ Both have as many handles as a user can move; how far they are from the samples 
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -56,7 +57,7 @@ def fitted_curve(opacity: OpacityTF, largest_error: float = CURVE_ERROR) -> Opac
             kept.add(middle)
             open_parts += [(first, middle), (middle, last)]
     points = tuple(opacity.points[index] for index in sorted(kept))
-    return OpacityTF(opacity.scalar_range, points=points)
+    return replace(opacity, points=points)
 
 
 def fitted_modes(opacity: OpacityTF, most: int = MAX_MODES) -> OpacityTF:
@@ -103,12 +104,13 @@ def fitted_modes(opacity: OpacityTF, most: int = MAX_MODES) -> OpacityTF:
         modes = better[better[:, 2] >= LEAST_AMPLITUDE / 2]
     lo, hi = opacity.scalar_range
     unit = (hi - lo) / (TF_SAMPLES - 1)
-    return OpacityTF(
-        opacity.scalar_range,
-        tuple(
+    return replace(
+        opacity,
+        modes=tuple(
             GaussianMode(lo + unit * mean, unit * width, amplitude)
             for mean, width, amplitude in sorted(modes.tolist())
         ),
+        points=(),
     )
 
 

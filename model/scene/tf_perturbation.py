@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.scene.inputs import SceneInputs
-from model.scene.transfer_function import TF_SAMPLES, OpacityTF, Range
+from model.scene.transfer_function import TF_SAMPLES, Range
 
 EDIT_WIDTH = 6.0
 """Standard deviation of edits, in bins of the TF.
@@ -143,7 +143,7 @@ def with_opacity(inputs: SceneInputs, opacity: NDArray[np.floating]) -> SceneInp
     scalar_range = inputs.opacity_tf.scalar_range
     values = np.linspace(*scalar_range, TF_SAMPLES).tolist()
     points = tuple(zip(values, np.clip(opacity, 0, 1).tolist(), strict=True))
-    return replace(inputs, opacity_tf=OpacityTF(scalar_range, points=points))
+    return replace(inputs, opacity_tf=replace(inputs.opacity_tf, modes=(), points=points))
 
 
 def _bin(value: float, scalar_range: Range) -> int:

@@ -20,6 +20,7 @@ from model.scene.transfer_function import (
     Range,
     TransferFunction,
 )
+from model.scene.value_scale import ValueScale
 
 LOW_HU, HIGH_HU = -500.0, 500.0
 """A range that reaches beyond both is taken for HU: air is at -1000, dense bone above 1000."""
@@ -168,6 +169,7 @@ def presets(
     counts: NDArray[np.int64],
     edges: NDArray[np.float64],
     units: str = "",
+    scale: ValueScale = "linear",
 ) -> list[Preset]:
     """Return TFs to begin with over a volume's scalar range.
 
@@ -181,9 +183,11 @@ def presets(
         Increasing.
     units : str
         Unit of the scalars; "HU" says that values are Hounsfield units.
+    scale : {"linear", "log"}
+        Scale of range and edges; on a logarithmic one no value is taken for HU.
     """
     marks = _landmarks(counts, edges)
-    is_hu = looks_like_hu((float(edges[0]), float(edges[-1])), units)
+    is_hu = scale == "linear" and looks_like_hu((float(edges[0]), float(edges[-1])), units)
     # In a CT of other values, these are usually HU on another scale.
     slope = (marks.tissue - marks.peak) / (TISSUE_HU - AIR_HU)
     bone = min(marks.peak + slope * (BONE_HU - AIR_HU), max(marks.highest, marks.tissue + slope))
@@ -202,12 +206,12 @@ def presets(
         return marks.peak + value * (marks.dense - marks.peak)
 
     return [
-        *(Preset(r.name, r.explanation, _tf(r, scalar_range, of_hu)) for r in _CT),
-        *(Preset(r.name, r.explanation, _tf(r, scalar_range, placed)) for r in _OTHERS),
+        *(Preset(r.name, r.explanation, _tf(r, scalar_range, scale, of_hu)) for r in _CT),
+        *(Preset(r.name, r.explanation, _tf(r, scalar_range, scale, placed)) for r in _OTHERS),
         Preset(
             _DENSE_PARTS.name,
             _DENSE_PARTS.explanation,
-            _tf(_DENSE_PARTS, scalar_range, of_dense),
+            _tf(_DENSE_PARTS, scalar_range, scale, of_dense),
         ),
     ]
 
@@ -282,7 +286,7 @@ def _landmarks(counts: NDArray[np.int64], edges: NDArray[np.float64]) -> _Landma
 
 
 def _tf(
-    recipe: _Recipe, scalar_range: Range, value_of: Callable[[float], float]
+    recipe: _Recipe, scalar_range: Range, scale: ValueScale, value_of: Callable[[float], float]
 ) -> TransferFunction:
     """Return a recipe over a scalar range."""
     lo, hi = scalar_range
@@ -290,6 +294,6 @@ def _tf(
     stops = tuple((value_of(place), r, g, b) for place, r, g, b in recipe.stops)
     own = points[0][0], points[-1][0]
     # Curve and stops are constant beyond their ends, and may reach beyond the range.
-    opacity = OpacityTF((min(lo, own[0]), max(hi, own[1])), points=points)
+    opacity = OpacityTF((min(lo, own[0]), max(hi, own[1])), points=points, scale=scale)
     color = ColorTF(opacity.scalar_range, stops)
     return fit_to_range(TransferFunction(opacity, color), scalar_range)

@@ -1,9 +1,10 @@
 """Opacity and colour transfer functions (TFs), and the file format of a pair.
 
-All scalar values are in the data's own units. For a renderer or a network a
-TF is sampled at 256 values spread evenly over the volume's scalar range, both
-ends included (the paper's t_o and t_c, section 4). Only in files, values may be
-fractions of whatever range a volume has.
+All scalar values are in the data's own units, or their logarithms on a
+logarithmic scale. For a renderer or a network a TF is sampled at 256 values
+spread evenly over the volume's scalar range, both ends included (the paper's
+t_o and t_c, section 4). Only in files, values may be fractions of whatever
+range a volume has.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 from model.errors import TransferFunctionError, reason
 from model.files import write_atomically
 from model.json_files import MalformedError, build, read_json
+from model.scene.value_scale import ValueScale
 
 TF_SAMPLES = 256
 """Resolution at which TFs are sampled, the paper's n_t."""
@@ -72,10 +74,13 @@ class OpacityTF:
         The range the TF was made for, lowest first.
     modes : tuple of GaussianMode
         Opacity is ``min(1, sum of the modes)``. Modes narrower than one bin
-        (1/256 of the range) are widened to a bin, so that sampling misses none.
+        (1/256 of the range) are drawn one bin wide, so that sampling misses none; over a
+        narrower range they are what they are.
     points : tuple of (value, opacity)
         A free curve, linear between the points and constant outside them;
         used instead of modes if not empty.
+    scale : {"linear", "log"}
+        Scale of all its values and widths, see :mod:`model.scene.value_scale`.
 
     Raises
     ------
@@ -87,6 +92,7 @@ class OpacityTF:
     scalar_range: Range
     modes: tuple[GaussianMode, ...] = ()
     points: tuple[Point, ...] = ()
+    scale: ValueScale = "linear"
 
     def __post_init__(self) -> None:
         check_range(self.scalar_range)
@@ -100,15 +106,10 @@ class OpacityTF:
                 raise TransferFunctionError(
                     f"The opacity {opacity:g} at value {value:g} is outside 0 to 1."
                 )
-        bin_width = self.bin_width
-        widened = tuple(
-            m if m.width >= bin_width else replace(m, width=bin_width) for m in self.modes
-        )
-        object.__setattr__(self, "modes", widened)
 
     @property
     def bin_width(self) -> float:
-        """Width of one of the 256 bins of the scalar range, the least width of modes."""
+        """Width of one of the 256 bins of the scalar range, the least that modes are drawn with."""
         return (self.scalar_range[1] - self.scalar_range[0]) / TF_SAMPLES
 
     def __call__(self, values: ArrayLike) -> NDArray[np.float64]:
@@ -119,7 +120,8 @@ class OpacityTF:
             return np.asarray(np.interp(s, xs, ys))
         total = np.zeros_like(s)
         for mode in self.modes:
-            total += mode.amplitude * np.exp(-(((s - mode.mean) / mode.width) ** 2))
+            width = max(mode.width, self.bin_width)
+            total += mode.amplitude * np.exp(-(((s - mode.mean) / width) ** 2))
         return np.minimum(total, 1.0)
 
     def sample(
@@ -228,6 +230,15 @@ class TransferFunction:
         """Scalar range of both TFs."""
         return self.opacity.scalar_range
 
+    @property
+    def scale(self) -> ValueScale:
+        """Scale of the values of both TFs."""
+        return self.opacity.scale
+
+    def on_scale(self, scale: ValueScale) -> TransferFunction:
+        """Return a TF of the same numbers, taken for places on another scale."""
+        return replace(self, opacity=replace(self.opacity, scale=scale))
+
     def to_json(self) -> dict[str, Any]:
         """Return the file's content as plain data."""
         if self.opacity.points:
@@ -235,8 +246,10 @@ class TransferFunction:
         else:
             opacity = {"modes": [dict(vars(m)) for m in self.opacity.modes]}
         scalar_range = {} if self.is_relative else {"range": list(self.scalar_range)}
+        scale = {} if self.scale == "linear" else {"scale": self.scale}
         return {
             "tfscope_tf": FILE_VERSION,
+            **scale,
             **scalar_range,
             "opacity": opacity,
             "color": {"stops": [list(s) for s in self.color.stops]},
@@ -266,7 +279,9 @@ class TransferFunction:
                 "color stops [value, r, g, b], and range [lo, hi] unless the values are fractions."
             ) from error
         scalar_range = content.range or (0.0, 1.0)
-        opacity = OpacityTF(scalar_range, content.opacity.modes, content.opacity.points)
+        opacity = OpacityTF(
+            scalar_range, content.opacity.modes, content.opacity.points, content.scale
+        )
         return cls(opacity, ColorTF(scalar_range, content.color.stops), content.range is None)
 
     def save(self, path: Path) -> None:
@@ -316,12 +331,16 @@ class _ColorContent:
 
 @dataclass(frozen=True)
 class _Content:
-    """Content of a TF file; without a range, values are fractions of one."""
+    """Content of a TF file; without a range, values are fractions of one.
+
+    On the scale "log" all values and widths are decimal logarithms.
+    """
 
     tfscope_tf: int
     opacity: _OpacityContent
     color: _ColorContent
     range: Range | None = None
+    scale: ValueScale = "linear"
 
 
 def check_range(scalar_range: Range) -> None:

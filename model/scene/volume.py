@@ -1,4 +1,8 @@
-"""The volume: a scalar field on a regular grid, and quantities derived from it."""
+"""The volume: a scalar field on a regular grid, and quantities derived from it.
+
+A volume over another range, on another scale or with missing voxels drawn shares what was computed
+of it, so all of this is in one module.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +10,7 @@ import copy
 import hashlib
 import math
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Protocol
 
@@ -16,6 +20,7 @@ from numpy.typing import NDArray
 from model.errors import VolumeError
 from model.scene.distribution import Distribution, Range
 from model.scene.file_facts import FileFacts
+from model.scene.value_scale import ValueScale, logarithms, value_at
 
 Triple = tuple[float, float, float]
 
@@ -87,6 +92,11 @@ class Volume:
     draws_missing : bool
         Whether missing voxels are drawn all the same, as the numbers that are stored there;
         see :meth:`drawing_missing`.
+    scale : {"linear", "log"}
+        "log" where the voxels are the logarithms of those of `linear`, see :meth:`on_scale`. All
+        that is said of voxels and ranges then holds on that scale.
+    stored : Volume or None
+        The same volume as it was read, of one whose scale is "log".
 
     Raises
     ------
@@ -109,6 +119,8 @@ class Volume:
     chosen_range: Range | None = None
     missing: NDArray[np.bool_] | None = None
     draws_missing: bool = False
+    scale: ValueScale = "linear"
+    stored: Volume | None = None
 
     def __post_init__(self) -> None:
         voxels = self.voxels
@@ -151,8 +163,8 @@ class Volume:
         if self.chosen_range is not None:
             self._check_overlap(self.chosen_range)
 
-    def over(self, scalar_range: Range) -> Volume:
-        """Return the same volume over another scalar range.
+    def over(self, scalar_range: Range, scale: ValueScale | None = None) -> Volume:
+        """Return the same volume over another scalar range, and on another scale on demand.
 
         TFs then lie over that range, and values beyond it look as those at its ends do. The
         voxels are shared, and so is what was computed of them, such as the fingerprint.
@@ -160,14 +172,18 @@ class Volume:
         Parameters
         ----------
         scalar_range : tuple of float
-            Lowest and highest value, in the data's own units. It may reach beyond the voxels'
+            Lowest and highest value, on the scale. It may reach beyond the voxels'
             range; :attr:`data_range` gives back what the volume was at first.
+        scale : {"linear", "log"} or None
+            See :meth:`on_scale`; None for the present one.
 
         Raises
         ------
         VolumeError
             When the range is not increasing, not finite, or holds none of the voxels' values.
         """
+        if scale is not None and scale != self.scale:
+            return self.on_scale(scale).over(scalar_range)
         lo, hi = (float(value) for value in scalar_range)
         self._check_overlap((lo, hi))
         volume = copy.copy(self)
@@ -175,6 +191,49 @@ class Volume:
         object.__setattr__(volume, "chosen_range", chosen)
         vars(volume).pop("scalars", None)
         return volume
+
+    @property
+    def linear(self) -> Volume:
+        """The volume with its values as they are in the file, whatever its scale is."""
+        return self.stored or self
+
+    def on_scale(self, scale: ValueScale) -> Volume:
+        """Return the same volume on another scale, over the range of all its voxels.
+
+        On a logarithmic one the voxels are floating-point numbers: the decimal logarithms of the
+        values. Zero and what lies below it have none; they look as the smallest positive voxel
+        does, at the range's start.
+
+        Raises
+        ------
+        VolumeError
+            When no two different values have a logarithm.
+        """
+        if scale == self.scale:
+            return self
+        stored = self.linear
+        if scale == "linear":
+            return stored.drawing_missing(self.draws_missing)
+        voxels = logarithms(stored.voxels, stored.missing)
+        if voxels is None or stored.data_range[1] <= 0:
+            raise VolumeError(
+                f"{self.name}: no value is above zero, so there is no logarithm to show; "
+                "keep the linear scale."
+            )
+        try:
+            return replace(
+                stored,
+                voxels=voxels,
+                chosen_range=None,
+                draws_missing=self.draws_missing,
+                scale=scale,
+                stored=stored,
+            )
+        except VolumeError:
+            raise VolumeError(
+                f"{self.name}: the values above zero are too few or too close to one another for "
+                "a logarithmic scale; keep the linear one."
+            ) from None
 
     def drawing_missing(self, drawn: bool) -> Volume:
         """Return the same volume with its missing voxels drawn, or not.
@@ -211,7 +270,7 @@ class Volume:
 
     @property
     def data_range(self) -> Range:
-        """Smallest and largest voxel that is not missing, in the data's own units."""
+        """Smallest and largest voxel that is not missing, on the volume's scale."""
         return self.distribution.range
 
     @property
@@ -324,25 +383,26 @@ class Volume:
     def _check_overlap(self, scalar_range: Range) -> None:
         lo, hi = scalar_range
         lowest, highest = self.data_range
+        told = [value_at(place, self.scale) for place in (lo, hi, lowest, highest)]
         if not (math.isfinite(hi - lo) and lo < hi):
             raise VolumeError(
-                f"{self.name}: the scalar range [{lo:g}, {hi:g}] is not increasing; "
+                f"{self.name}: the scalar range [{told[0]:g}, {told[1]:g}] is not increasing; "
                 "give [lowest, highest]."
             )
         if max(abs(lo), abs(hi)) > LARGEST_VALUE:
             raise VolumeError(
-                f"{self.name}: the scalar range [{lo:g}, {hi:g}] reaches values too large to "
-                f"compute with; stay within {LARGEST_VALUE:g}, or scale the values down."
+                f"{self.name}: the scalar range [{told[0]:g}, {told[1]:g}] reaches values too "
+                f"large to compute with; stay within {LARGEST_VALUE:g}, or scale the values down."
             )
         if not is_resolved(scalar_range):
             raise VolumeError(
-                f"{self.name}: the scalar range [{lo:.17g}, {hi:.17g}] is too narrow for "
+                f"{self.name}: the scalar range [{told[0]:.17g}, {told[1]:.17g}] is too narrow for "
                 "floating-point numbers; give a wider one."
             )
         if hi <= lowest or highest <= lo:
             raise VolumeError(
-                f"{self.name}: the scalar range [{lo:g}, {hi:g}] has no value in common with the "
-                f"voxels, which lie from {lowest:g} to {highest:g}; choose one that has."
+                f"{self.name}: the scalar range [{told[0]:g}, {told[1]:g}] has no value in common "
+                f"with the voxels, which lie from {told[2]:g} to {told[3]:g}; choose one that has."
             )
 
     @property
@@ -355,7 +415,12 @@ class Volume:
 
     @cached_property
     def fingerprint(self) -> str:
-        """SHA-256 of the voxels, their type, shape and spacing, and of which are missing."""
+        """SHA-256 of the voxels, their type, shape and spacing, and of which are missing.
+
+        The scale does not change it.
+        """
+        if self.stored is not None:
+            return self.stored.fingerprint
         digest = hashlib.sha256()
         little = self.voxels.dtype.newbyteorder("<")
         spacing = [float(s) for s in self.spacing]

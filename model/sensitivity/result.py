@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from model.errors import RenderError, reason
 from model.files import write_atomically
 from model.scene.transfer_function import TF_SAMPLES, Range
+from model.scene.value_scale import ValueScale, values_at
 from model.sensitivity.measure import Measure
 
 Kind = Literal["region", "value", "blocks"]
@@ -55,6 +56,8 @@ class SensitivityResult:
     whole_scale : float, optional
         End of the scale of all values' fields, where a value's field is to be coloured by it;
         see :func:`model.sensitivity.global_scale.global_scale`.
+    scale : {"linear", "log"}
+        Scale of range and window.
     """
 
     kind: Kind
@@ -72,17 +75,19 @@ class SensitivityResult:
     edit: NDArray[np.float32] | None = None
     colors: NDArray[np.floating] | None = None
     whole_scale: float | None = None
+    scale: ValueScale = "linear"
 
     @property
     def scalar_values(self) -> NDArray[np.float64]:
-        """The 256 scalar values."""
-        return np.linspace(*self.scalar_range, TF_SAMPLES)
+        """The 256 scalar values, in the data's own units."""
+        return values_at(np.linspace(*self.scalar_range, TF_SAMPLES), self.scale)
 
     @property
     def in_window(self) -> NDArray[np.bool_]:
         """Whether each of the 256 values is of interest."""
         lo, hi = self.scalar_window
-        return (self.scalar_values >= lo) & (self.scalar_values <= hi)
+        places = np.linspace(*self.scalar_range, TF_SAMPLES)
+        return (places >= lo) & (places <= hi)
 
     @property
     def axis_label(self) -> str:

@@ -106,6 +106,7 @@ class TrainingJob:
             "window": self.window is not None,
             "up axis": self.up != "",
             "range": self.volume.scalar_range is not None,
+            "scale": self.volume.scale is not None,
             "reuse": self.reuse is not None,
             "renderer": self.renderer != "raycast",
             "workers": self.workers is not None,

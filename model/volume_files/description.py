@@ -22,6 +22,7 @@ def describe(volume: Volume) -> list[tuple[str, str]]:
     list of (str, str)
         Label and text; one row for each further content of the file, and per note at the end.
     """
+    volume = volume.linear
     low, high = volume.data_range
     unit = f" {volume.file.spacing_unit}" if volume.file.spacing_unit else ""
     rows = [("name", volume.name)]
@@ -64,8 +65,10 @@ def as_data(volume: Volume) -> dict[str, Any]:
     Returns
     -------
     dict
-        Lengths along x, y and z; unknown texts are empty, unknown lists too.
+        Lengths along x, y and z; unknown texts are empty, unknown lists too. Values are those of
+        the file, whatever scale the volume is on.
     """
+    volume = volume.linear
     return {
         "name": volume.name,
         "format": volume.file.format,

@@ -9,6 +9,7 @@ from model.errors import VolumeError
 from model.scene.range_choice import RangeChoice
 from model.scene.robust_range import robust_range
 from model.scene.scene import Scene
+from model.scene.value_scale import SCALE_NAMES, ValueScale
 from model.scene.volume import Volume
 from model.volume_files import Choice, RawLayout, is_known, read_volume, unknown_kind
 from model.volume_files.finish import component_of
@@ -31,6 +32,8 @@ class VolumeSource:
         What to read of a file or folder that holds several volumes, see :class:`Choice`.
     scalar_range : str or None
         Range over which to look at it, see :meth:`RangeChoice.parse`; None for the robust one.
+    scale : {"linear", "log"} or None
+        Scale to look at it on; None for the linear one.
     """
 
     path: Path | None = None
@@ -41,6 +44,7 @@ class VolumeSource:
     array: str | None = None
     time: str | None = None
     channel: str | None = None
+    scale: ValueScale | None = None
 
     def read(self) -> Volume:
         """Read the volume, over its range; the shipped default if there is no path.
@@ -51,8 +55,13 @@ class VolumeSource:
             When the options or the file are invalid, or the range does not fit the volume.
         """
         choice = self._range()
-        volume = self.read_whole()
+        volume = self.read_whole().on_scale(self.scale or "linear")
         return volume.over(robust_range(volume) if choice is None else choice.of(volume))
+
+    @property
+    def is_placed(self) -> bool:
+        """Whether the range or the scale to look at it was chosen."""
+        return self.scalar_range is not None or self.scale is not None
 
     def read_whole(self) -> Volume:
         """Read the volume over the range of all its voxels; see :meth:`read`."""
@@ -101,25 +110,32 @@ class VolumeSource:
 def volume_of(scene: Scene, source: VolumeSource) -> Volume:
     """Read the volume of a model's scene, from a source or from the shipped ones.
 
-    It comes over the scene's scalar range, whatever the source says.
+    It comes over the scene's scalar range, whatever the source says, and on its scale.
 
     Raises
     ------
     VolumeError
+        When the source's scale is another one.
         When the source's volume is another one, or when it has no path and none of
         the shipped volumes matches.
     """
+    if source.scale not in (None, scene.scale):
+        raise VolumeError(
+            f"The model was trained on {SCALE_NAMES[scene.scale]} of '{scene.volume_name}'; "
+            "leave another scale out.",
+            scale=scene.scale,
+        )
     if source.path is not None:
         volume = source.read_whole()
         if volume.fingerprint != scene.volume_fingerprint:
             raise VolumeError(
                 f"{source.path}: the model was trained on another volume, '{scene.volume_name}'."
             )
-        return volume.over(scene.scalar_range)
+        return volume.over(scene.scalar_range, scene.scale)
     for candidate in shipped_volumes():
         volume = read_volume(candidate)
         if volume.fingerprint == scene.volume_fingerprint:
-            return volume.over(scene.scalar_range)
+            return volume.over(scene.scalar_range, scene.scale)
     raise VolumeError(
         f"The model was trained on '{scene.volume_name}', which is not shipped; give its file.",
         volume="FILE",

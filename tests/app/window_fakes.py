@@ -35,6 +35,7 @@ from model.rendering.raster import Raster
 from model.scene.inputs import SceneInputs
 from model.scene.scene import Scene
 from model.scene.transfer_function import Range
+from model.scene.value_scale import ValueScale
 from model.scene.view import View
 from model.scene.volume import Volume
 
@@ -60,7 +61,8 @@ class FakeEngine:
     ) -> None:
         self.scene = scene
         self.draws_codes = draws_codes
-        self.description = description
+        self.description, self.remark = description, ""
+        self.by_raycast = False
         self.gate = gate
         self.started = threading.Semaphore(0)
         self.requests: list[ImageRequest] = []
@@ -199,11 +201,13 @@ class FakeBuilders:
             self.read_volume, self.reference, self.generator, self.analyst, self.latent_space
         )
 
-    def latent_space(self, scalar_range: Range, window: Range, model: Path | None) -> LatentSpace:
+    def latent_space(
+        self, scalar_range: Range, window: Range, scale: ValueScale, model: Path | None
+    ) -> LatentSpace:
         self.spaces.append(model)
         if self.space_error is not None:
             raise self.space_error
-        return toy_space(self.map_folder, scalar_range, window)
+        return toy_space(self.map_folder, scalar_range, window, scale)
 
     def read_volume(self, path: Path) -> Volume:
         if path.stem not in self.volumes:

@@ -560,9 +560,9 @@ BAD_INPUT = [
     ("render --volume none.nrrd --out x.png", "no such file"),
     ("render --view 1,2,3,4,5,6,7 --out x.png", "not a view"),
     ("render --tf none.json --out x.png", "cannot be read"),
-    ("render --out x.jpg", "must end in .png or .npy"),
+    ("render --out x.jpg", "must end in .png, .mp4, .gif or .npy"),
     ("render --renderer generator --model nowhere --out x.png", "no model here"),
-    ("render --size 5 --out x.png", "--size"),
+    ("render --size 5 --out x.png", "not a size of an image"),
     ("render", "--out"),
     ("render --renderer oil --out x.png", "--renderer"),
     ("render --out x.png --crop 0,1,0,1", "not a crop box"),
@@ -727,13 +727,13 @@ def test_a_latent_code_is_drawn_by_the_models_that_draw_from_codes(
 def test_a_value_is_coloured_by_the_fields_of_all_values(
     raw_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    base = f"sensitivity --volume {raw_file} --size 32 --scale global --out {tmp_path}"
+    base = f"sensitivity --volume {raw_file} --size 32 --field-scale global --out {tmp_path}"
     assert run(f"{base}/field.png --value 120".split()) == 0
     assert imread(tmp_path / "field.png").std() > 1
     assert run(f"{base}/field.npz --value 120".split()) == 2
     assert "give --value and OUT.png" in one_line(capsys)
     assert run(f"{base}/x.png --value 120 --lighting global".split()) == 2
-    assert "--scale own" in one_line(capsys)
+    assert "--field-scale own" in one_line(capsys)
 
 
 def test_the_papers_run_is_one_command(raw_file: Path, tmp_path: Path) -> None:

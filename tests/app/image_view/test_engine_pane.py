@@ -216,3 +216,24 @@ def test_a_moving_image_says_how_many_there_are_a_second(qtbot: QtBot, pane: Eng
     pane.client.submit(make_request(3, live=True))
     qtbot.waitUntil(lambda: pane.canvas.image is not None)
     assert pane.status.startswith("moving ") and pane.status.endswith(" fps")
+
+
+def test_the_captions_tooltip_says_why_another_renderer_draws(
+    qtbot: QtBot, pane: EnginePane
+) -> None:
+    engine = FakeEngine(description="ray caster")
+    engine.remark, engine.by_raycast = "No graphics card draws here.", True
+    pane.client.start(lambda: engine, "Loading …")
+    pane.resize(900, 400)
+    pane.show()
+    with qtbot.waitSignal(pane.client.settled):
+        pane.client.submit(make_request(7))
+    assert pane.client.by_raycast
+    assert pane.detail.startswith("ray caster")
+    assert "No graphics card" not in pane.detail
+    assert "No graphics card draws here." in pane.caption.toolTip()
+    # The engine of another choice says nothing.
+    pane.client.start(FakeEngine, "Loading …")
+    with qtbot.waitSignal(pane.client.settled):
+        pane.client.submit(make_request(8))
+    assert not pane.client.by_raycast and "graphics card" not in pane.caption.toolTip()

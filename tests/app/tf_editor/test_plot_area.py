@@ -43,7 +43,7 @@ def test_the_plot_gets_the_room(qtbot: QtBot, height: int, axis: int) -> None:
 def test_both_ends_are_labelled_and_the_unit_is_said_once(
     full: tuple[float, float], first: str, last: str
 ) -> None:
-    labels = ScalarAxis.over(full).labels("HU")
+    labels = ScalarAxis.over(full).marks("HU")
     assert (labels[0], labels[-1]) == ((0.0, first), (1.0, last))
     axis = ScalarAxis.over(full)
     for place, text in labels[1:-1]:
@@ -51,11 +51,18 @@ def test_both_ends_are_labelled_and_the_unit_is_said_once(
         assert axis.value(place) == pytest.approx(read_number(text), abs=1e-3 * (full[1] - full[0]))
 
 
+def test_on_a_logarithmic_scale_the_ends_say_what_they_are_logarithms_of() -> None:
+    marks = ScalarAxis.over((-3.0, 2.0), labels="log").marks("K")
+    assert marks[0] == (0.0, "0.001") and marks[-1] == (1.0, "100 K")
+    for place, text in marks[1:-1]:
+        assert 10.0 ** (-3.0 + 5.0 * place) == pytest.approx(read_number(text), rel=1e-3)
+
+
 def test_no_two_numbers_overlap_and_those_at_the_ends_are_there(qtbot: QtBot) -> None:
     labels = PlotLabels("bottom")
     for width in (200, 644, 2204):
         labels.resize(width, 20)
-        labels.set_labels(ScalarAxis.over((0.0, 254.0)).labels("a.u."), "#ffffff")
+        labels.set_labels(ScalarAxis.over((0.0, 254.0)).marks("a.u."), "#ffffff")
         boxes = labels.boxes()
         texts = [text for _, text in boxes]
         assert "0" in texts and "254 a.u." in texts
@@ -70,7 +77,7 @@ def test_the_voxels_are_said_for_each_bar(qtbot: QtBot) -> None:
     area.set_data(np.array([12345, 1, 0]), np.array([0.0, 10.0, 20.0, 30.0]), (0.0, 30.0), "")
     QApplication.processEvents()
     said = area.histogram.said_at
-    assert said(3.0) == "12,345 voxels of 0 to 10"
-    assert said(10.0) == "1 voxel of 10 to 20"
-    assert said(29.0) == "0 voxels of 20 to 30"
-    assert said(31.0) == ""
+    assert said(3.0, "linear") == "12,345 voxels of 0 to 10"
+    assert said(10.0, "linear") == "1 voxel of 10 to 20"
+    assert said(29.0, "linear") == "0 voxels of 20 to 30"
+    assert said(31.0, "linear") == ""

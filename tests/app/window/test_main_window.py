@@ -372,7 +372,7 @@ def test_the_reference_renderer_can_be_chosen(
 ) -> None:
     window = make_window()
     # Built once more if the model, whose light is another, comes after the volume.
-    assert {s.renderer for s in builders.settings} == {"vtk"}
+    assert {s.renderer for s in builders.settings} == {"auto"}
     window.workspace.reference.choose(drawing="raycast")
     settle(qtbot, window)
     assert builders.settings[-1].renderer == "raycast"

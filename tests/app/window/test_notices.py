@@ -8,6 +8,7 @@ from PySide6.QtCore import QObject, QPoint, Qt, Signal
 from PySide6.QtWidgets import QApplication, QPushButton, QToolButton, QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
+from app import controls
 from app.controls import Action
 from app.window.notices import Notices
 
@@ -64,6 +65,18 @@ def test_an_error_is_marked(bar: Notices) -> None:
     bar.tell("It is found.")
     assert [line.property("tone") for line in bar._lines] == ["plain", "error"]
     assert bar._lines[1].accessibleName() == "Error: It failed."
+
+
+def test_a_screen_reader_says_errors_at_once(bar: Notices, monkeypatch: pytest.MonkeyPatch) -> None:
+    said: list[tuple[str, str]] = []
+    monkeypatch.setattr(
+        controls.QAccessible,
+        "updateAccessibility",
+        lambda event: said.append((event.message(), event.politeness().name)),
+    )
+    bar.tell("It is found.")
+    bar.tell("It failed.", tone="error")
+    assert said == [("It is found.", "Polite"), ("It failed.", "Assertive")]
 
 
 def test_a_notice_replaces_the_one_of_its_key(bar: Notices) -> None:

@@ -1,0 +1,160 @@
+"""The scale of the scalar axis: a volume's values as they are, or their decimal logarithm.
+
+On a logarithmic scale the voxels that are rendered, TFs, scalar ranges and histograms all lie over
+the logarithm, so that renderers, derivatives and models need not know of it. Whatever shows a value
+to people, or takes one from them, converts it by this module.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Literal, cast
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from model.scene.distribution import Distribution
+
+ValueScale = Literal["linear", "log"]
+"""Values as they are, or their decimal logarithm."""
+
+SCALE_NAMES: dict[ValueScale, str] = {
+    "linear": "the values as they are",
+    "log": "the logarithm of the values",
+}
+"""What lies along the axis, for sentences."""
+
+LOGARITHM_OFFER = (
+    "nearly all values lie in the lowest hundredth of their range, and a logarithmic scale would "
+    "tell them apart"
+)
+"""Why a logarithmic scale is offered; see :func:`suits_logarithm`."""
+
+SMALL_PART = 0.01
+"""Part of the range, from its lower end, in which nearly all values must lie for the offer."""
+
+MOST = 0.95
+"""Share of the positive values that counts as nearly all."""
+
+FEW_NEGATIVE = 0.01
+"""Share of the voxels that may lie below zero for the offer."""
+
+LEAST_RATIO = 30.0
+"""Ratio of large values to small ones, without a hundredth at each end, from which the logarithm
+tells apart more than a narrower range would."""
+
+_FARTHEST = 307.0
+"""Logarithms farther from 0 than this are no floating-point numbers' any more."""
+
+
+def value_at(place: float, scale: ValueScale) -> float:
+    """Return the value, in the data's own units, of a place on a scale."""
+    return float(values_at(place, scale))
+
+
+def values_at(places: ArrayLike, scale: ValueScale) -> NDArray[np.float64]:
+    """Return the values, in the data's own units, of places on a scale."""
+    at = np.asarray(places, dtype=np.float64)
+    return at if scale == "linear" else np.power(10.0, np.clip(at, -_FARTHEST, _FARTHEST))
+
+
+def place_of(value: float, scale: ValueScale) -> float:
+    """Return the place on a scale of a value in the data's own units.
+
+    Raises
+    ------
+    ValueError
+        For a value that has no logarithm, on a logarithmic scale.
+    """
+    return value if scale == "linear" else math.log10(value)
+
+
+def logarithms(
+    voxels: NDArray[np.generic], missing: NDArray[np.bool_] | None
+) -> NDArray[np.floating] | None:
+    """Return the decimal logarithms of voxels; None where fewer than two values have one.
+
+    Voxels of zero or below, which have none, get that of the smallest positive voxel.
+
+    Parameters
+    ----------
+    voxels : ndarray, shape (nz, ny, nx)
+    missing : ndarray of bool, shape (nz, ny, nx), or None
+        Voxels that do not count as the smallest.
+
+    Returns
+    -------
+    ndarray of float32 or float64, shape (nz, ny, nx), or None
+    """
+    lowest = math.inf
+    for measured in Distribution(voxels, missing).planes():
+        plane: NDArray[Any] = measured
+        positive = plane[plane > 0]
+        if positive.size:
+            lowest = min(lowest, float(positive.min()))
+    if math.isinf(lowest):
+        return None
+    wide = voxels.dtype.itemsize > 4
+    found = np.empty(voxels.shape, np.float64 if wide else np.float32)
+    for filled, given in zip(found, cast(NDArray[Any], voxels), strict=True):
+        np.log10(np.maximum(given, lowest, dtype=np.float64), out=filled, casting="same_kind")
+    return found
+
+
+def suits_logarithm(distribution: Distribution) -> bool:
+    """Whether a logarithmic scale shows what a linear one cannot.
+
+    It does where nearly all positive values lie in the lowest hundredth of the range and reach
+    over orders of magnitude there, and next to none is negative. Zeros, often what lies around
+    the data, do not count.
+    """
+    found, counts = distribution.frequencies
+    values = found.astype(np.float64)
+    positive = values > 0
+    if not positive.any() or counts[values < 0].sum() > FEW_NEGATIVE * counts.sum():
+        return False
+    lo, hi = distribution.range
+    values, counts = values[positive], counts[positive]
+    upto = np.cumsum(counts) / counts.sum()
+    in_part = counts[values <= max(lo, 0.0) + SMALL_PART * (hi - max(lo, 0.0))].sum()
+    small, large = (values[np.searchsorted(upto, share)] for share in (0.01, 0.99))
+    return bool(in_part >= MOST * counts.sum() and large >= LEAST_RATIO * small)
+
+
+def logarithmic_ticks(places: tuple[float, float], count: int = 6) -> list[tuple[float, str]]:
+    """Choose round values to label between two places on a logarithmic scale.
+
+    Powers of ten where there are three of them, also 2 and 5 times these where there are three,
+    else values that are evenly spaced.
+
+    Parameters
+    ----------
+    places : tuple of float
+        The lower and the upper end, as logarithms.
+    count : int
+        Approximate number of ticks.
+
+    Returns
+    -------
+    list of (place, text)
+        Places from 0 at the lower end to 1 at the upper one, and the values there as text.
+    """
+    lo, hi = places
+    powers = np.arange(math.ceil(lo - 1e-9), math.floor(hi + 1e-9) + 1)
+    if len(powers) >= 3:
+        every = -(-len(powers) // count)
+        values = [value_at(float(power), "log") for power in powers if power % every == 0]
+    else:
+        tens = range(math.floor(lo) - 1, math.ceil(hi) + 1)
+        values = [factor * value_at(power, "log") for power in tens for factor in (1, 2, 5)]
+    found = [((math.log10(value) - lo) / (hi - lo), f"{value:g}") for value in values]
+    found = [tick for tick in found if -1e-9 <= tick[0] <= 1 + 1e-9]
+    if len(found) >= 3:
+        return found
+    first, last = values_at(places, "log")
+    rough = (last - first) / count
+    power = 10.0 ** math.floor(math.log10(rough))
+    step = next(power * factor for factor in (1, 2, 5, 10) if power * factor >= 0.999 * rough)
+    digits = max(6, 3 + math.floor(math.log10(last / step)))
+    marks = step * np.arange(math.ceil(first / step - 1e-9), math.floor(last / step + 1e-9) + 1)
+    return [((math.log10(mark) - lo) / (hi - lo), f"{mark:.{digits}g}") for mark in marks]

@@ -1,0 +1,165 @@
+"""The logarithmic scale in the window: one click, undo, restart, TF files, numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtWidgets import QPushButton
+from pytestqt.qtbot import QtBot
+from window_fakes import FakeBuilders
+
+from app.state.transfer_function_store import TransferFunctionStore
+from app.window.main_window import MainWindow
+from model.scene.scene import Scene
+from model.scene.transfer_function import GaussianMode, TransferFunction
+from model.scene.volume import Volume
+
+WindowMaker = Callable[..., MainWindow]
+
+VALUES = np.exp(3.5 * np.random.default_rng(8).normal(size=(12, 14, 16))).astype(np.float32)
+
+
+@pytest.fixture
+def halo(builders: FakeBuilders) -> Volume:
+    volume = Volume(VALUES, name="halo")
+    builders.volumes["halo"] = volume
+    return volume
+
+
+def offer(window: MainWindow) -> list[QPushButton]:
+    found = window.notice.findChildren(QPushButton)
+    return [b for b in found if b.text() == "Logarithmic scale" and not b.isHidden()]
+
+
+def shown(window: MainWindow) -> Volume:
+    assert window.workspace.opened is not None
+    return window.workspace.opened.volume
+
+
+def click(qtbot: QtBot, window: MainWindow) -> None:
+    with qtbot.waitSignal(window.workspace.rangeChanged):
+        offer(window)[0].click()
+    qtbot.waitUntil(lambda: window.workspace.is_settled)
+
+
+def test_one_click_shows_the_logarithm(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders, halo: Volume
+) -> None:
+    window = make_window("halo", model=None)
+    assert "lowest hundredth" in window.notice.text
+    before = window.state.transfer_function
+    window.sensitivity_state.pin(50.0)
+    click(qtbot, window)
+    assert not offer(window)
+    assert window.sensitivity_state.band is None
+    volume = shown(window)
+    np.testing.assert_allclose(volume.voxels, np.log10(VALUES), atol=1e-6)
+    assert builders.drawn[-1].scale == "log"
+    assert window.state.transfer_function == window.state.default_transfer_function
+    assert window.state.scale == "log"
+    # The histogram is that of the logarithms, and the axis is labelled by values.
+    area = window.editor.area
+    expected, _ = np.histogram(np.log10(VALUES), bins=area.histogram.edges)
+    assert np.abs(expected - area.histogram.counts).sum() <= 4
+    lo, hi = area.axis.visible
+    for place, text in area.axis.ticks():
+        assert lo + place * (hi - lo) == pytest.approx(np.log10(float(text)), abs=1e-6)
+    # No request of the reference's has a TF of another scale than its volume.
+    for drawn, engine in zip(builders.drawn, builders.references, strict=False):
+        assert {r.inputs.opacity_tf.scale for r in engine.requests} <= {drawn.scale}
+    with qtbot.waitSignal(window.workspace.rangeChanged):
+        window.state.undo()
+    assert window.state.transfer_function == before
+    assert shown(window).voxels is halo.voxels
+    with qtbot.waitSignal(window.workspace.rangeChanged):
+        window.state.redo()
+    assert shown(window).scale == "log"
+
+
+def test_other_volumes_are_not_offered_it(make_window: WindowMaker) -> None:
+    assert not offer(make_window(model=None))
+
+
+def test_the_menu_has_it_too(qtbot: QtBot, make_window: WindowMaker, halo: Volume) -> None:
+    window = make_window("halo", model=None)
+    scale = window.editor.menu._scale
+    with qtbot.waitSignal(window.workspace.rangeChanged):
+        scale.setChecked(True)
+    assert shown(window).scale == "log" and scale.isChecked()
+    with qtbot.waitSignal(window.workspace.rangeChanged):
+        scale.setChecked(False)
+    assert shown(window).scale == "linear" and not scale.isChecked()
+    assert window.state.transfer_function == window.state.default_transfer_function
+
+
+def test_numbers_are_typed_as_values(qtbot: QtBot, make_window: WindowMaker, halo: Volume) -> None:
+    window = make_window("halo", model=None)
+    click(qtbot, window)
+    opacity = replace(window.state.transfer_function.opacity, modes=(GaussianMode(1.0, 0.5, 0.5),))
+    window.state.commit(replace(window.state.transfer_function, opacity=opacity), "edit")
+    window.editor.selection.select("opacity", 0)
+    box = window.editor.card.value
+    assert box.text() == "10"
+    box.lineEdit().setText("250")
+    box.interpretText()
+    mode = window.state.transfer_function.opacity.modes[0]
+    assert mode.mean == pytest.approx(np.log10(250), abs=1e-6)
+    box.lineEdit().setText("-3")
+    assert "below" in box._refusal("-3") and "0" not in box._refusal("250")
+
+
+def test_a_restart_shows_the_same(
+    qtbot: QtBot, make_window: WindowMaker, halo: Volume, tmp_path: Path
+) -> None:
+    window = make_window("halo", model=None, store=TransferFunctionStore(tmp_path))
+    click(qtbot, window)
+    kept = window.state.transfer_function
+    window.close()
+    again = make_window("halo", model=None, store=TransferFunctionStore(tmp_path))
+    assert shown(again).scale == "log"
+    assert again.state.transfer_function == kept
+    assert not offer(again)
+
+
+def test_a_tf_file_opens_on_its_scale(
+    qtbot: QtBot, make_window: WindowMaker, halo: Volume, tmp_path: Path
+) -> None:
+    window = make_window("halo", model=None)
+    window.state.save_transfer_function(tmp_path / "linear.json")
+    click(qtbot, window)
+    window.state.save_transfer_function(tmp_path / "log.json")
+    log = window.state.transfer_function
+    with qtbot.waitSignal(window.workspace.rangeChanged):
+        window.opening.open_transfer_function(tmp_path / "linear.json")
+    assert shown(window).scale == "linear"
+    assert window.state.transfer_function == TransferFunction.load(tmp_path / "linear.json")
+    with qtbot.waitSignal(window.workspace.rangeChanged):
+        window.opening.open_transfer_function(tmp_path / "log.json")
+    assert shown(window).scale == "log" and window.state.transfer_function == log
+
+
+def test_a_model_of_the_other_scale_says_so(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders, halo: Volume
+) -> None:
+    builders.scene = Scene.of(halo, image_size=16)
+    window = make_window("halo")
+    assert window.generator.canvas.image is not None
+    click(qtbot, window)
+    assert "over the values as they are" in window.generator.canvas.message
+    with qtbot.waitSignal(window.workspace.rangeChanged):
+        window.state.undo()
+    qtbot.waitUntil(lambda: window.workspace.is_settled)
+    assert window.generator.canvas.message == ""
+
+
+def test_a_model_of_the_logarithm_brings_it(
+    make_window: WindowMaker, builders: FakeBuilders, halo: Volume
+) -> None:
+    builders.scene = Scene.of(halo.on_scale("log"), image_size=16)
+    window = make_window("halo")
+    assert shown(window).scale == "log" and window.state.scale == "log"
+    assert window.generator.canvas.message == ""
