@@ -76,6 +76,11 @@ class PictureRequest(Request):
 
 
 @dataclass(frozen=True)
+class MovieFrameRequest(PictureRequest):
+    """Request for the next picture of a movie."""
+
+
+@dataclass(frozen=True)
 class BatchRequest(Request):
     """Request for several images, float32 (N, S, S, 4).
 

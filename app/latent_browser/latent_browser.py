@@ -8,13 +8,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QPoint, QSize, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QResizeEvent
-from PySide6.QtWidgets import QFileDialog, QInputDialog, QMenu, QWidget
+from PySide6.QtWidgets import QInputDialog, QMenu, QWidget
 
 from app.controls import add_action
 from app.image_view.engine_pane import EnginePane
@@ -33,7 +32,6 @@ from app.state.viewer_state import ViewerState
 from app.tf_editor.editor import TransferFunctionEditor
 from model.errors import LatentError
 from model.latent.interpolation import CELLS, Brush
-from model.latent.movie import SUFFIXES
 from model.scene.range_fitting import opacity_over
 from model.scene.tf_fitting import fitted_curve, fitted_modes, tf_difference
 from model.scene.transfer_function import OpacityTF
@@ -73,6 +71,8 @@ class LatentBrowser(QWidget):
     """Emitted with an error sentence for the notice bar; empty when it no longer holds."""
     news = Signal(str)
     """Emitted with a sentence for the status bar."""
+    movieRequested = Signal()
+    """Emitted when the path is to be saved as a movie."""
 
     def __init__(
         self,
@@ -220,8 +220,8 @@ class LatentBrowser(QWidget):
         bar.placeRequested.connect(self._take_named)
         bar.renameRequested.connect(self._rename)
         bar.forgetRequested.connect(latent.forget_place)
-        bar.playRequested.connect(lambda: self._play(None))
-        bar.movieRequested.connect(self._ask_movie)
+        bar.playRequested.connect(self._play)
+        bar.movieRequested.connect(self.movieRequested)
         bar.seekRequested.connect(self.search.seek)
         self.search.problem.connect(self.problem)
         self.search.news.connect(self.news)
@@ -419,22 +419,9 @@ class LatentBrowser(QWidget):
         self._state.commit(replace(present, opacity=opacity), f"TF of {named.name}")
         self.news.emit(f"The TF is that of {named.name}.")
 
-    def _ask_movie(self) -> None:
-        endings = " ".join(f"*{suffix}" for suffix in SUFFIXES)
-        name, _ = QFileDialog.getSaveFileName(
-            self, "Save the path as a movie", "path.mp4", f"Movies ({endings})"
-        )
-        if name:
-            self._play(Path(name))
-
-    def _play(self, movie: Path | None) -> None:
-        if movie is not None and movie.suffix.lower() not in SUFFIXES:
-            movie = movie.with_name(movie.name + SUFFIXES[0])
-            if movie.exists():
-                self.problem.emit(f"{movie} is there already; give its full name to replace it.")
-                return
+    def _play(self) -> None:
         try:
-            self._work.path.play(movie)
+            self._work.path.play()
         except LatentError as error:
             self.problem.emit(str(error))
         self._show_cancel()

@@ -166,8 +166,9 @@ class Remembered:
     trackball : bool
         Whether dragging turns views freely.
     colors_follow_modes : bool
-    legend, cube, opacity_images : bool
-        Whether images have a colour legend, an orientation cube, and the opacity image.
+    legend, scale_bar, cube, opacity_images : bool
+        Whether images have a colour legend, a scale bar, an orientation cube, and the opacity
+        image.
     decoded_tf : bool
         Whether what a model's codec makes of the TF is drawn over it.
     last_folder : str
@@ -196,6 +197,7 @@ class Remembered:
     trackball: bool = False
     colors_follow_modes: bool = True
     legend: bool = False
+    scale_bar: bool = False
     cube: bool = True
     opacity_images: bool = False
     decoded_tf: bool = False
@@ -364,6 +366,7 @@ _CHECKS: Checks = {
     "trackball": _flag,
     "colors_follow_modes": _flag,
     "legend": _flag,
+    "scale_bar": _flag,
     "cube": _flag,
     "opacity_images": _flag,
     "decoded_tf": _flag,

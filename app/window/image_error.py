@@ -15,8 +15,8 @@ from app.sensitivity_view.color_bar import paint_bar
 from app.state.sensitivity_export import at_size_of
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
+from app.window.difference import difference_of, in_colors
 from model.scene.inputs import SceneInputs
-from model.sensitivity.display import LEAST_DIFFERENCE, overlay, scale_of
 
 Image = NDArray[np.float32]
 
@@ -63,6 +63,11 @@ class ImageError(QObject):
         state.inputsChanged.connect(self._clear)
         workspace.modelChanged.connect(self._forget)
 
+    @property
+    def is_wanted(self) -> bool:
+        """Whether the difference is shown where there is one."""
+        return self._is_wanted
+
     def _take(self, name: str, inputs: SceneInputs, image: Image) -> None:
         self._shown[name] = inputs, image[..., :3]
         if not self._state.live and len(self._shown) == 2:
@@ -77,20 +82,14 @@ class ImageError(QObject):
         # Not by model.metrics: it imports torch and more, without which the window starts.
         # Sampled as models draw: means would count what any image of so few pixels lacks.
         one, other = np.clip(drawn, 0, 1), np.clip(at_size_of(drawn, truth, sampled=True), 0, 1)
-        squares = np.mean((one - other) ** 2, axis=-1)
-        self._generator.set_note(f"error {np.sqrt(squares.mean()):.3f}".replace(" 0.", " ."), TIP)
+        difference = difference_of(one, other)
+        error = float(np.sqrt(np.mean(difference**2)))
+        self._generator.set_note(f"error {error:.3f}".replace(" 0.", " ."), TIP)
         self._difference = None
         if self._is_wanted:
-            difference = np.sqrt(squares).astype(np.float64)
-            self._scale = scale_of(difference, LEAST_DIFFERENCE)
-            colored = overlay(drawn, difference, self._scale, "change")
+            colored, self._scale = in_colors(drawn, difference)
             self._difference = to_qimage(colored.astype(np.float32))
         self._generator.canvas.update()
-
-    @property
-    def is_wanted(self) -> bool:
-        """Whether the difference is shown where there is one."""
-        return self._is_wanted
 
     def set_wanted(self, wanted: bool) -> None:
         """Show the difference over the generator's image, or no longer."""

@@ -43,6 +43,7 @@ from app.tf_editor.editor import TransferFunctionEditor
 from app.tf_editor.plot_memory import PlotMemory
 from app.window.crop_card import CropCard
 from app.window.emptiness_notice import EmptinessNotice
+from app.window.figure import Subject
 from app.window.file_dialogs import FileDialogs
 from app.window.file_opening import FileOpening
 from app.window.floating import Floating
@@ -52,12 +53,14 @@ from app.window.key_hints import KeyHints
 from app.window.light_notice import LightNotice
 from app.window.logarithm_offer import LogarithmOffer
 from app.window.menus import Menus, WindowParts
+from app.window.movie_saving import MovieSaving
 from app.window.narrow_notice import NarrowNotice
 from app.window.notices import Notices
 from app.window.overlays import Overlays
 from app.window.pane_layout import PaneLayout
 from app.window.picture_saving import PictureSaving
 from app.window.preset_pictures import PresetPictures
+from app.window.shown_images import ShownImages
 from app.window.status_line import StatusLine
 from app.window.tool_strip import ToolStrip
 from app.window.top_bar import TopBar
@@ -66,6 +69,7 @@ from app.window.up_axis_card import UpAxisCard
 from app.window.up_axis_question import UpAxisQuestion
 from app.window.window_memory import WindowMemory
 from app.window.window_place import LARGEST, first_size
+from model.rendering.scale_bar import Scale
 from model.volume_files.choice import Choice
 
 PAPER_TITLE = "Paper's networks"
@@ -167,7 +171,12 @@ class MainWindow(QMainWindow):
         ]
         self.opening = FileOpening(self, self.state, self.workspace, self.preferences, self.notice)
         self.files = FileDialogs(self, self.state, self.opening, self.preferences)
-        self.pictures = PictureSaving(self, self.state, self.files, self.brightness)
+        shown = ShownImages(
+            self.generator, self.reference, self.overlays, self.image_error, self.brightness
+        )
+        self.pictures = PictureSaving(self, self.state, self.files, shown)
+        self.movies = MovieSaving(self, self.state, self.files, shown, self.workspace.latent.path)
+        self.browser.movieRequested.connect(self.movies.save_path)
         self._question = UpAxisQuestion(
             self.up_axis_card,
             self.state,
@@ -188,6 +197,7 @@ class MainWindow(QMainWindow):
             opening=self.opening,
             files=self.files,
             pictures=self.pictures,
+            movies=self.movies,
             state=self.state,
             workspace=self.workspace,
             preferences=self.preferences,
@@ -257,7 +267,7 @@ class MainWindow(QMainWindow):
         self.workspace.volumeStarted.connect(self.plot_memory.settle)
         self.workspace.hintChanged.connect(self.generator.set_hint)
         for source in (
-            self.workspace, self.opening, self.files, self.pictures, self.browser,
+            self.workspace, self.opening, self.files, self.pictures, self.movies, self.browser,
         ):  # fmt: skip
             source.problem.connect(partial(self._tell, source))
             source.news.connect(self.status.tell)
@@ -342,11 +352,13 @@ class MainWindow(QMainWindow):
         if self.training.is_running and self.isVisible() and not self._may_stop_training():
             event.ignore()
             return
+        self.movies.cancel()
         self.workspace.stop()
         self.training.cancel()
         self._memory.note()
         self.hide()
         self.workspace.join()
+        self.movies.join()
         self.training.join()
         self.preferences.finish()
         event.accept()
@@ -489,7 +501,7 @@ class MainWindow(QMainWindow):
         self.top_bar.volume.set_title(volume.name)
         self.top_bar.volume.set_detail(shape)
         self.browser.set_units(volume.units)
-        self.pictures.units = self.overlays.units = volume.units
+        self.overlays.subject = Subject(volume.units, Scale.of(volume, opened.shown))
         self.files.volume_name = volume.name
         self.crop_card.set_volume(volume.dimensions)
         for handles in self.crop_handles:

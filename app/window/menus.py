@@ -28,6 +28,7 @@ from app.window.file_dialogs import FileDialogs
 from app.window.file_opening import FileOpening
 from app.window.help_pages import show_gestures, show_page
 from app.window.image_error import ImageError
+from app.window.movie_saving import MovieSaving
 from app.window.overlays import Overlays
 from app.window.pane_layout import PaneLayout
 from app.window.picture_saving import PictureSaving
@@ -59,6 +60,7 @@ class WindowParts:
     opening : FileOpening
     files : FileDialogs
     pictures : PictureSaving
+    movies : MovieSaving
     state : ViewerState
     workspace : Workspace
     preferences : Preferences
@@ -79,6 +81,7 @@ class WindowParts:
     opening: FileOpening
     files: FileDialogs
     pictures: PictureSaving
+    movies: MovieSaving
     state: ViewerState
     workspace: Workspace
     preferences: Preferences
@@ -176,24 +179,11 @@ class Menus(QObject):
         enable()
 
     def _add_pictures(self, menu: QMenu) -> None:
-        pictures, generator, reference = (
-            self._parts.pictures,
-            self._parts.generator,
-            self._parts.reference,
-        )
-        save = add_action(menu, "Save &figure…", partial(pictures.save, reference), "Ctrl+Shift+S")
+        pictures, movies = self._parts.pictures, self._parts.movies
+        save = add_action(menu, "Save &figure…", pictures.save, "Ctrl+Shift+S")
         self._parts.bar.save.clicked.connect(lambda _checked=False: save.trigger())
-        add_action(menu, "&Copy figure…", partial(pictures.copy, reference), "Ctrl+Shift+C")
-        saving = add_action(menu, "Save &model's picture…", partial(pictures.save, generator))
-        latent, workspace = self._parts.latent, self._parts.workspace
-
-        def enable() -> None:
-            # It is not drawn while the map is in its place.
-            saving.setEnabled(workspace.has_model and not latent.choices.shown)
-
-        latent.choicesChanged.connect(lambda _choices: enable())
-        workspace.modelChanged.connect(enable)
-        enable()
+        add_action(menu, "&Copy figure…", pictures.copy, "Ctrl+Shift+C")
+        add_action(menu, "Save mo&vie…", movies.save)
 
     def _build_edit(self, menu: QMenu) -> None:
         state = self._state
@@ -267,6 +257,7 @@ class Menus(QObject):
         show_missing()
         cube = add_action(menu, "&Orientation cube", overlays.toggle_cube)
         legend = add_action(menu, "Colour l&egend", overlays.toggle_legend, "Ctrl+L")
+        scale_bar = add_action(menu, "&Scale bar", overlays.toggle_scale_bar, "Ctrl+Shift+L")
         opacity = add_action(menu, "Opac&ity images", overlays.toggle_opacity, "O")
         through_code = add_action(
             menu, "TF &decoded from its code", overlays.toggle_decoded_tf, "T"
@@ -278,11 +269,12 @@ class Menus(QObject):
         def show_overlays() -> None:
             cube.setChecked(overlays.has_cube)
             legend.setChecked(overlays.has_legend)
+            scale_bar.setChecked(overlays.has_scale_bar)
             opacity.setChecked(overlays.has_opacity)
             through_code.setChecked(overlays.has_decoded_tf)
             through_code.setEnabled(self._parts.workspace.decoded.fits)
 
-        for action in (cube, legend, opacity, through_code):
+        for action in (cube, legend, scale_bar, opacity, through_code):
             action.setCheckable(True)
         self._parts.workspace.modelChanged.connect(show_overlays)
         overlays.changed.connect(show_overlays)

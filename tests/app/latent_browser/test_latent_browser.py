@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import imageio.v3 as iio
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
@@ -22,7 +23,7 @@ from window_fakes import FakeBuilders
 from app.engines.messages import GridRequest, HoverRequest, ThumbnailRequest
 from app.latent_browser.browser_bar import parsed_band
 from app.latent_browser.map_view import MapView
-from app.state.latent_path import Frame
+from app.state.latent_path import Frame, MovieOrder
 from app.window.main_window import MainWindow
 from model.errors import LatentError
 from model.latent.embedding import EmbeddingProcess
@@ -372,8 +373,11 @@ def test_places_are_named_played_and_kept(qtbot: QtBot, window: MainWindow, tmp_
     with qtbot.waitSignal(
         work.path.ended, check_params_cb=lambda text: "Saved" in text, timeout=60_000
     ):
-        work.path.play(tmp_path / "path.gif")
-    assert (tmp_path / "path.gif").stat().st_size > 1000
+        work.path.play(MovieOrder(tmp_path / "path.gif", 96, 7, 10.0))
+    movie = iio.imread(tmp_path / "path.gif", index=None)
+    # The path's engine draws squares, and the TF is below.
+    assert movie.shape[:1] + movie.shape[2:] == (7, 96, 3) and movie.shape[1] > 96
+    assert iio.immeta(tmp_path / "path.gif")["duration"] == 100
     window.browser.bar.renameRequested.emit(0)
     dialog = window.findChild(QInputDialog)
     assert dialog is not None

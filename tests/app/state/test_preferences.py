@@ -33,6 +33,7 @@ OTHER_VALUES: dict[str, Any] = {
     "trackball": True,
     "colors_follow_modes": False,
     "legend": True,
+    "scale_bar": True,
     "cube": False,
     "opacity_images": True,
     "decoded_tf": True,

@@ -14,7 +14,8 @@ from window_fakes import FakeBuilders
 
 from app.engines.engines import REAL_BUILDERS
 from app.window.main_window import MainWindow
-from app.window.picture_dialog import BLACK, PictureChoice
+from app.window.picture_dialog import PictureChoice
+from app.window.size_chooser import BLACK
 from model.errors import CannotDrawError
 from model.rendering import opengl, vtk_renderer
 from model.rendering.raster import Raster
@@ -67,7 +68,7 @@ def test_the_ray_caster_draws_and_a_sentence_says_so(
     assert "out of memory" in window.reference.detail
     assert "the ray caster draws instead" in window.reference.detail
     window.brightness.set(1.0)
-    window.pictures.draw(window.reference, CHOICE, tmp_path / "picture.png")
+    window.pictures.draw(CHOICE, tmp_path / "picture.png")
     qtbot.waitUntil((tmp_path / "picture.png").exists)
     saved = np.asarray(Image.open(tmp_path / "picture.png").convert("RGB"))
     expected = np.rint(255 * by_the_ray_caster(window)[..., :3])
@@ -86,7 +87,7 @@ def test_what_fails_while_a_picture_is_drawn_is_drawn_by_the_ray_caster(
     assert window.reference.detail.startswith("VTK")
     window.brightness.set(1.0)
     monkeypatch.setattr(VtkRenderer, "render", fail)
-    window.pictures.draw(window.reference, CHOICE, tmp_path / "picture.png")
+    window.pictures.draw(CHOICE, tmp_path / "picture.png")
     qtbot.waitUntil((tmp_path / "picture.png").exists)
     saved = np.asarray(Image.open(tmp_path / "picture.png").convert("RGB"))
     np.testing.assert_allclose(saved, np.rint(255 * by_the_ray_caster(window)[..., :3]), atol=1)
@@ -102,6 +103,6 @@ def test_what_nothing_draws_is_not_saved(
     window = make_window(model=None)
     monkeypatch.setattr(VtkRenderer, "render", fail)
     monkeypatch.setattr(RaycastRenderer, "render", fail)
-    window.pictures.draw(window.reference, CHOICE, tmp_path / "picture.png")
+    window.pictures.draw(CHOICE, tmp_path / "picture.png")
     qtbot.waitUntil(lambda: "out of memory" in window.notice.text)
     assert not [*tmp_path.iterdir()]
