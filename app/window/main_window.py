@@ -6,6 +6,7 @@ The module is long because it puts all parts of the window together, and compute
 from __future__ import annotations
 
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 
 from PySide6.QtCore import QEvent, QObject, QSize, Qt
@@ -417,6 +418,14 @@ class MainWindow(QMainWindow):
         self.overlays.lie_over(images[-1].canvas)
         self.tools.lie_over(None if self.panes.is_browsing else images[0].canvas)
         self._floating.set_middle_of(images[-1] if self.panes.is_browsing else None)
+        # Tab goes from the bar to the tools, then from image to image.
+        tools = self.tools
+        chain: list[QWidget] = [self.top_bar.save, tools.rectangle, tools.lasso, tools.crop]
+        for pane in images:
+            chain += [pane.canvas, pane.caption]
+        for before, after in pairwise(chain):
+            self.setTabOrder(before, after)
+        self.notice.come_after(chain[-1])
 
     def _focus_areas(self) -> list[QWidget]:
         """Return the areas of the window that F6 goes through."""
