@@ -41,6 +41,7 @@ from app.state.workspace import Workspace
 from app.tf_editor.decoded_layer import DecodedLayer
 from app.tf_editor.editor import TransferFunctionEditor
 from app.tf_editor.plot_memory import PlotMemory
+from app.window.compact_saving import CompactSaving
 from app.window.crop_card import CropCard
 from app.window.emptiness_notice import EmptinessNotice
 from app.window.figure import Subject
@@ -177,6 +178,7 @@ class MainWindow(QMainWindow):
         self.pictures = PictureSaving(self, self.state, self.files, shown)
         self.movies = MovieSaving(self, self.state, self.files, shown, self.workspace.latent.path)
         self.browser.movieRequested.connect(self.movies.save_path)
+        self.compact = CompactSaving(self, self.state, self.workspace, self.files)
         self._question = UpAxisQuestion(
             self.up_axis_card,
             self.state,
@@ -198,6 +200,7 @@ class MainWindow(QMainWindow):
             files=self.files,
             pictures=self.pictures,
             movies=self.movies,
+            compact=self.compact,
             state=self.state,
             workspace=self.workspace,
             preferences=self.preferences,
@@ -267,7 +270,8 @@ class MainWindow(QMainWindow):
         self.workspace.volumeStarted.connect(self.plot_memory.settle)
         self.workspace.hintChanged.connect(self.generator.set_hint)
         for source in (
-            self.workspace, self.opening, self.files, self.pictures, self.movies, self.browser,
+            self.workspace, self.opening, self.files, self.pictures, self.movies, self.compact,
+            self.browser,
         ):  # fmt: skip
             source.problem.connect(partial(self._tell, source))
             source.news.connect(self.status.tell)
@@ -353,12 +357,14 @@ class MainWindow(QMainWindow):
             event.ignore()
             return
         self.movies.cancel()
+        self.compact.cancel()
         self.workspace.stop()
         self.training.cancel()
         self._memory.note()
         self.hide()
         self.workspace.join()
         self.movies.join()
+        self.compact.join()
         self.training.join()
         self.preferences.finish()
         event.accept()
