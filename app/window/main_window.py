@@ -253,10 +253,8 @@ class MainWindow(QMainWindow):
         self.workspace.reference.settingsChanged.connect(
             lambda settings: self.brightness.set_lighting("exact", settings.lighting)
         )
-        self.workspace.reference.settingsChanged.connect(
-            lambda settings: self.reference.set_light(IN_LIGHT[settings.lighting])
-        )
-        self.reference.set_light(IN_LIGHT[self.workspace.reference.settings.lighting])
+        self.workspace.reference.settingsChanged.connect(lambda _settings: self._name_light())
+        self._name_light()
         self.workspace.latent.path.brightness = self.brightness.of
         self.workspace.sensitivity.trials.set_brightness(self.brightness)
         self.workspace.rangeChanged.connect(self._show_range)
@@ -279,6 +277,12 @@ class MainWindow(QMainWindow):
         self.training_card.trainRequested.connect(self._ask_training)
         self.training_card.trained.connect(self.opening.open_model)
         self.workspace.reference.settingsChanged.connect(self.training_card.set_settings)
+
+    def _name_light(self) -> None:
+        """Say in which light the reference is drawn, and where the volume is a compressed one."""
+        opened = self.workspace.opened
+        copy = ", compact" if opened is not None and opened.volume.file.is_lossy else ""
+        self.reference.set_light(IN_LIGHT[self.workspace.reference.settings.lighting] + copy)
 
     @property
     def errors(self) -> list[str]:
@@ -506,6 +510,7 @@ class MainWindow(QMainWindow):
         self.setWindowTitle(f"{volume.name} ({shape}) – tfscope")
         self.top_bar.volume.set_title(volume.name)
         self.top_bar.volume.set_detail(shape)
+        self._name_light()
         self.browser.set_units(volume.units)
         self.overlays.subject = Subject(volume.units, Scale.of(volume, opened.shown))
         self.files.volume_name = volume.name

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from PySide6.QtWidgets import QPushButton
 from pytestqt.qtbot import QtBot
+from ramp import make_volume
+from window_fakes import FakeBuilders
 
 from app.window.compact_dialog import CompactChoice, CompactDialog
 from app.window.main_window import MainWindow
@@ -38,6 +41,18 @@ def test_the_open_volume_is_saved_with_its_tf_and_view(
     assert copy.file.tf == window.state.transfer_function
     assert copy.file.view == window.state.view
     assert "MB, " in window.status.news
+    assert "compact" not in window.reference.status
+
+
+def test_a_compressed_copy_says_what_it_is(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
+) -> None:
+    volume = make_volume()
+    facts = replace(volume.file, is_lossy=True, view=View(12.0, 34.0))
+    builders.volumes["copy"] = replace(volume, file=facts)
+    window = make_window("copy", model=None)
+    qtbot.waitUntil(lambda: "compact" in window.reference.status, timeout=20_000)
+    assert window.state.view == View(12.0, 34.0)
 
 
 def test_cancelling_leaves_no_file(qtbot: QtBot, window: MainWindow, tmp_path: Path) -> None:
