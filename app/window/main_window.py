@@ -54,7 +54,7 @@ from app.window.image_error import ImageError
 from app.window.key_hints import KeyHints
 from app.window.light_notice import LightNotice
 from app.window.logarithm_offer import LogarithmOffer
-from app.window.menus import Menus, WindowParts
+from app.window.menus import Menus
 from app.window.movie_saving import MovieSaving
 from app.window.narrow_notice import NarrowNotice
 from app.window.notices import Notices
@@ -70,6 +70,7 @@ from app.window.training_card import TrainingCard
 from app.window.up_axis_card import UpAxisCard
 from app.window.up_axis_question import UpAxisQuestion
 from app.window.window_memory import WindowMemory
+from app.window.window_parts import WindowParts
 from app.window.window_place import LARGEST, first_size
 from model.rendering.scale_bar import Scale
 from model.volume_files.choice import Choice
