@@ -329,7 +329,7 @@ class Menus(QObject):
         add_action(menu, "R&emove region", sensitivity.remove_region, "Shift+Delete")
         add_action(menu, "&Whole image", lambda: sensitivity.activate(None))
         menu.addSeparator()
-        add_action(menu, "&Pin the band of values", view.findings.field_bar.toggle_pin, "P")
+        add_action(menu, "&Pin the band of values", view.toggle_pin, "P")
         menu.addSeparator()
         add_action(
             menu, "Save &sensitivity as…", lambda: self._parts.files.save_sensitivity(view.result())
