@@ -185,8 +185,7 @@ QMenu::separator {{ height: 1px; background: {c.line}; margin: 4px 8px; }}
 QStatusBar {{ color: {c.dim}; font-size: {SMALL_PIXELS}px; }}
 QStatusBar::item {{ border: none; }}
 QToolTip {{ background: {c.field}; color: {c.text}; border: 1px solid {c.line}; padding: 4px; }}
-QSplitter::handle:horizontal {{ background: {c.line}; }}
-QSplitter::handle:vertical {{ background: {c.panel}; border-top: 1px solid {c.line}; }}
+QSplitter::handle {{ background: {c.line}; }}
 QAbstractSpinBox, QLineEdit {{
     background: {c.field}; border: 1px solid {c.line}; border-radius: 4px; padding: 3px 6px;
     selection-background-color: {c.change}; selection-color: {c.window};

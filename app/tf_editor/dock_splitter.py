@@ -11,8 +11,8 @@ from app.tf_editor.editor import GREATEST_HEIGHT, LEAST_HEIGHT
 SHARE = 0.35
 """Height of the editor, as a part of the window's, unless it is dragged."""
 
-HANDLE = 6
-"""Height of the line that is dragged, in pixels."""
+HANDLE = 1
+"""Height of the line that is dragged, in pixels: Qt takes the mouse beside it, too, 5 in all."""
 
 
 class _Handle(QSplitterHandle):

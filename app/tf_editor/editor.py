@@ -31,8 +31,9 @@ SMALL_RANGE = 0.2
 
 HEADER_HEIGHT = 34
 
+LEAST_WIDTH = 960
 LEAST_HEIGHT, GREATEST_HEIGHT = 220, 460
-"""Limits of its height unless it is dragged, in pixels."""
+"""Least width, and limits of its height unless it is dragged, in pixels."""
 
 CAPTIONED_FROM = 1180
 """Width from which the card at a handle says what its numbers are, in pixels."""
@@ -178,6 +179,10 @@ class TransferFunctionEditor(QFrame):
         self.card.set_short(is_narrow)
         self.menu.set_narrow(is_narrow)
         self.resized.emit()
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the size from which on all has room, once it is folded."""
+        return super().minimumSizeHint().boundedTo(QSize(LEAST_WIDTH, LEAST_HEIGHT))
 
     def sizeHint(self) -> QSize:
         """Return a size at which nothing is folded."""

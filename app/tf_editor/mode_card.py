@@ -84,6 +84,8 @@ class ModeCard(QFrame):
         self.color_button.setToolTip("Colour at this value")
         self.color_button.setAccessibleName("Colour")
         self.remove_button = IconButton("delete", "Delete", "Delete")
+        # Within the card's frame.
+        self.remove_button.setFixedSize(24, 24)
         self._lay_out()
         self.value.valueChanged.connect(self._value_typed)
         self.width_box.valueChanged.connect(self._width_typed)

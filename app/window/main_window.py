@@ -6,6 +6,7 @@ The module is long because it puts all parts of the window together, and compute
 from __future__ import annotations
 
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 
 from PySide6.QtCore import QEvent, QObject, QSize, Qt
@@ -42,6 +43,7 @@ from app.tf_editor.decoded_layer import DecodedLayer
 from app.tf_editor.dock_splitter import DockSplitter
 from app.tf_editor.editor import TransferFunctionEditor
 from app.tf_editor.plot_memory import PlotMemory
+from app.window.compact_saving import CompactSaving
 from app.window.crop_card import CropCard
 from app.window.emptiness_notice import EmptinessNotice
 from app.window.figure import Subject
@@ -53,7 +55,7 @@ from app.window.image_error import ImageError
 from app.window.key_hints import KeyHints
 from app.window.light_notice import LightNotice
 from app.window.logarithm_offer import LogarithmOffer
-from app.window.menus import Menus, WindowParts
+from app.window.menus import Menus
 from app.window.movie_saving import MovieSaving
 from app.window.narrow_notice import NarrowNotice
 from app.window.notices import Notices
@@ -69,6 +71,7 @@ from app.window.training_card import TrainingCard
 from app.window.up_axis_card import UpAxisCard
 from app.window.up_axis_question import UpAxisQuestion
 from app.window.window_memory import WindowMemory
+from app.window.window_parts import WindowParts
 from app.window.window_place import LARGEST, first_size
 from model.rendering.scale_bar import Scale
 from model.volume_files.choice import Choice
@@ -178,6 +181,7 @@ class MainWindow(QMainWindow):
         self.pictures = PictureSaving(self, self.state, self.files, shown)
         self.movies = MovieSaving(self, self.state, self.files, shown, self.workspace.latent.path)
         self.browser.movieRequested.connect(self.movies.save_path)
+        self.compact = CompactSaving(self, self.state, self.workspace, self.files)
         self._question = UpAxisQuestion(
             self.up_axis_card,
             self.state,
@@ -199,6 +203,7 @@ class MainWindow(QMainWindow):
             files=self.files,
             pictures=self.pictures,
             movies=self.movies,
+            compact=self.compact,
             state=self.state,
             workspace=self.workspace,
             preferences=self.preferences,
@@ -251,10 +256,8 @@ class MainWindow(QMainWindow):
         self.workspace.reference.settingsChanged.connect(
             lambda settings: self.brightness.set_lighting("exact", settings.lighting)
         )
-        self.workspace.reference.settingsChanged.connect(
-            lambda settings: self.reference.set_light(IN_LIGHT[settings.lighting])
-        )
-        self.reference.set_light(IN_LIGHT[self.workspace.reference.settings.lighting])
+        self.workspace.reference.settingsChanged.connect(lambda _settings: self._name_light())
+        self._name_light()
         self.workspace.latent.path.brightness = self.brightness.of
         self.workspace.sensitivity.trials.set_brightness(self.brightness)
         self.workspace.rangeChanged.connect(self._show_range)
@@ -268,7 +271,8 @@ class MainWindow(QMainWindow):
         self.workspace.volumeStarted.connect(self.plot_memory.settle)
         self.workspace.hintChanged.connect(self.generator.set_hint)
         for source in (
-            self.workspace, self.opening, self.files, self.pictures, self.movies, self.browser,
+            self.workspace, self.opening, self.files, self.pictures, self.movies, self.compact,
+            self.browser,
         ):  # fmt: skip
             source.problem.connect(partial(self._tell, source))
             source.news.connect(self.status.tell)
@@ -276,6 +280,12 @@ class MainWindow(QMainWindow):
         self.training_card.trainRequested.connect(self._ask_training)
         self.training_card.trained.connect(self.opening.open_model)
         self.workspace.reference.settingsChanged.connect(self.training_card.set_settings)
+
+    def _name_light(self) -> None:
+        """Say in which light the reference is drawn, and where the volume is a compressed one."""
+        opened = self.workspace.opened
+        copy = ", compact" if opened is not None and opened.volume.file.is_lossy else ""
+        self.reference.set_light(IN_LIGHT[self.workspace.reference.settings.lighting] + copy)
 
     @property
     def errors(self) -> list[str]:
@@ -354,12 +364,14 @@ class MainWindow(QMainWindow):
             event.ignore()
             return
         self.movies.cancel()
+        self.compact.cancel()
         self.workspace.stop()
         self.training.cancel()
         self._memory.note()
         self.hide()
         self.workspace.join()
         self.movies.join()
+        self.compact.join()
         self.training.join()
         self.preferences.finish()
         event.accept()
@@ -409,6 +421,14 @@ class MainWindow(QMainWindow):
         self.overlays.lie_over(images[-1].canvas)
         self.tools.lie_over(None if self.panes.is_browsing else images[0].canvas)
         self._floating.set_middle_of(images[-1] if self.panes.is_browsing else None)
+        # Tab goes from the bar to the tools, then from image to image.
+        tools = self.tools
+        chain: list[QWidget] = [self.top_bar.save, tools.rectangle, tools.lasso, tools.crop]
+        for pane in images:
+            chain += [pane.canvas, pane.caption]
+        for before, after in pairwise(chain):
+            self.setTabOrder(before, after)
+        self.notice.come_after(chain[-1])
 
     def _focus_areas(self) -> list[QWidget]:
         """Return the areas of the window that F6 goes through."""
@@ -492,6 +512,7 @@ class MainWindow(QMainWindow):
         self.setWindowTitle(f"{volume.name} ({shape}) – tfscope")
         self.top_bar.volume.set_title(volume.name)
         self.top_bar.volume.set_detail(shape)
+        self._name_light()
         self.browser.set_units(volume.units)
         self.overlays.subject = Subject(volume.units, Scale.of(volume, opened.shown))
         self.files.volume_name = volume.name
