@@ -474,3 +474,19 @@ def test_values_that_no_longer_show_stay_only_for_who_edits_them(
     window.state.undo()
     qtbot.waitUntil(lambda: values() == ["119.6 to 127.5   100 %"])
     assert dispatcher.visibility is not None
+
+
+def test_f6_goes_through_header_plot_card_and_panel(qtbot: QtBot, window: MainWindow) -> None:
+    window.activateWindow()
+    qtbot.waitUntil(window.isActiveWindow)
+    window.sensitivity.findings.set_open(True)
+    window.editor.select_strongest()
+    window.reference.canvas.setFocus()
+    areas = [*window.editor.areas, window.sensitivity.findings]
+    reached = []
+    for _ in range(8):
+        QTest.keyClick(window, Qt.Key.Key_F6)
+        focus = QApplication.focusWidget()
+        inside = [n for n, area in enumerate(areas) if area is focus or area.isAncestorOf(focus)]
+        reached += inside[-1:]
+    assert reached[:4] == [0, 1, 2, 3]

@@ -89,7 +89,7 @@ def test_nor_do_those_of_the_dialogs(qtbot: QtBot, tmp_path: Path) -> None:
     path = tmp_path / "data.raw"
     path.write_bytes(bytes(1000))
     raw = RawDialog(path)
-    for dialog in (raw, PictureDialog((640, 480))):
+    for dialog in (raw, PictureDialog({"reference": (640, 480)})):
         qtbot.addWidget(dialog)
         dialog.show()
         qtbot.waitExposed(dialog)
