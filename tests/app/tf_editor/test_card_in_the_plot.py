@@ -194,3 +194,11 @@ def test_the_colour_of_a_mode_is_chosen_at_its_card_in_one_step(
     dialog.setCurrentColor(QColor("#ffffff"))
     dialog.accept()
     assert len(state.transfer_function.color.stops) == len(before.color.stops) + 1
+
+
+def test_in_a_plot_hardly_larger_than_itself_the_card_is_somewhere(
+    make_editor: EditorMaker,
+) -> None:
+    editor = make_editor(260, 100)
+    assert editor.card.isVisible()
+    assert editor.card.geometry().left() < editor.width()
