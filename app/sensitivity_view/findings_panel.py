@@ -43,6 +43,7 @@ from model.scene.tf_emphasis import (
 )
 from model.scene.transfer_function import TF_SAMPLES, OpacityTF
 from model.scene.value_text import range_text, value_text
+from model.sensitivity.contributions import percentages
 
 PANEL_WIDTH = 276
 ROWS = 3
@@ -352,7 +353,7 @@ class FindingsPanel(QFrame):
     def _show_value(self, index: int) -> None:
         found = self.values.found[index]
         reach = range_text(found.reach, self._state.scalar_range, self._state.scale)
-        texts = (reach, f"{100 * found.share:.0f} %")
+        texts = (reach, f"{percentages(self.values.found)[index]} %")
         tip = "These values, and their share of what is visible there"
         self.value_rows[index].say(texts, tip, share=found.share)
         for button, what in (

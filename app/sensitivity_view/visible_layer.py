@@ -17,7 +17,7 @@ from app.tf_editor.plot_labels import label_font
 from model.scene.tf_perturbation import edit_over
 from model.scene.transfer_function import Range
 from model.scene.value_text import value_text
-from model.sensitivity.contributions import contributions
+from model.sensitivity.contributions import contributions, percentages
 
 HEIGHT = 0.38
 """Height of the highest peak, as a fraction of the plot's."""
@@ -92,11 +92,14 @@ class VisibleLayer(QObject):
             self._area.draw(self._curve, heights, scalar_range)
             bins = np.linspace(*scalar_range, len(heights))
             found = contributions(answer.value[0], scalar_range)
-            named = [one for one in found if one.share >= NAMED_FROM]
-            self._peaks = [(one.value, float(np.interp(one.value, bins, heights))) for one in named]
+            shares = zip(found, percentages(found), strict=True)
+            named = [(one, percent) for one, percent in shares if one.share >= NAMED_FROM]
+            self._peaks = [
+                (one.value, float(np.interp(one.value, bins, heights))) for one, _ in named
+            ]
             texts = [
-                f"{value_text(one.value, scalar_range, opacity.scale)} · {100 * one.share:.0f} %"
-                for one in named
+                f"{value_text(one.value, scalar_range, opacity.scale)} · {percent} %"
+                for one, percent in named
             ]
             while len(self._labels) < len(texts):
                 self._labels.append(self._new_label())

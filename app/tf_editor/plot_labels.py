@@ -21,6 +21,9 @@ LABEL_PIXELS = 11
 GAP = 7
 """Pixels between a number and the plot at its side."""
 
+APART = 14
+"""Least distance of two numbers from one another, in pixels."""
+
 NEAR_GAP = 4
 """Pixels between the plot and a number at its right, where little room is left."""
 
@@ -67,7 +70,7 @@ class PlotLabels(QGraphicsWidget):
         ends = self.labels[:1] + self.labels[-1:]
         for place, text in (*ends, *self.labels[1:-1]):
             box = self._box(place, metrics.horizontalAdvance(text), metrics.height())
-            if not any(box.adjusted(-GAP, 0, GAP, 0).intersects(other) for other, _ in found):
+            if not any(box.adjusted(-APART, 0, APART, 0).intersects(other) for other, _ in found):
                 found.append((box, text))
         return found
 
