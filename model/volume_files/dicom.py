@@ -19,6 +19,7 @@ from model.volume_files.dicom_stack import Stack, stacks_of
 from model.volume_files.dicom_volume import read_stack, value_type
 from model.volume_files.grid import Grid
 from model.volume_files.library_log import log_of
+from model.volume_files.progress import counted
 
 SUFFIXES = (".dcm", ".dicom", ".ima")
 
@@ -54,7 +55,7 @@ def list_dicom(files: Sequence[Path]) -> tuple[list[Stack], tuple[str, ...]]:
     VolumeError
         When a file is foreign, damaged or cut off, or none holds an image.
     """
-    read = [read_dicom_file(path) for path in files]
+    read = [read_dicom_file(path) for path in counted("files listed", files)]
     images = [file for file in read if file.kind is not None]
     others = [file for file in read if file.kind is None]
     classes = {file.text("SOPClassUID") for file in images}
