@@ -23,7 +23,7 @@ from model.scene.value_text import range_text, value_text
 def test_as_many_digits_as_a_tf_tells_apart(
     value: float, scalar_range: tuple[float, float], text: str
 ) -> None:
-    assert value_text(value, scalar_range) == text
+    assert value_text(value, scalar_range, "linear") == text
 
 
 @given(st.floats(-1e9, 1e9), st.floats(1e-12, 1e12, exclude_min=True), st.floats(0, 1))
@@ -32,7 +32,7 @@ def test_the_text_is_right_to_within_a_bin(low: float, extent: float, part: floa
     if high - low < 1e-9 * max(abs(low), abs(high), 1e-300):
         return
     value = low + part * (high - low)
-    error = abs(float(value_text(value, (low, high))) - value)
+    error = abs(float(value_text(value, (low, high), "linear")) - value)
     assert error <= 1.001 * (high - low) / (TF_SAMPLES - 1)
 
 
@@ -49,4 +49,4 @@ def test_the_text_is_right_to_within_a_bin(low: float, extent: float, part: floa
 def test_ranges_have_their_thousands_set_apart(
     values: tuple[float, float], scalar_range: tuple[float, float], text: str
 ) -> None:
-    assert range_text(values, scalar_range) == text
+    assert range_text(values, scalar_range, "linear") == text
