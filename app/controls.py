@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import QBuffer, QIODevice, QSize, Qt
 from PySide6.QtGui import (
+    QAccessible,
+    QAccessibleAnnouncementEvent,
     QAction,
     QColor,
     QIcon,
@@ -17,7 +19,15 @@ from PySide6.QtGui import (
     QPixmap,
     QResizeEvent,
 )
-from PySide6.QtWidgets import QComboBox, QLabel, QMenu, QPushButton, QSizePolicy, QToolButton
+from PySide6.QtWidgets import (
+    QComboBox,
+    QLabel,
+    QMenu,
+    QPushButton,
+    QSizePolicy,
+    QToolButton,
+    QWidget,
+)
 
 from app import theme
 from app.wheel_guard import WheelGuard
@@ -63,6 +73,14 @@ class ElidedLabel(QLabel):
             shown = f"{rest}.{MORE}"
         self.setText(shown)
         self.setToolTip(self.full_text if shown != self.full_text else "")
+
+
+def announce(widget: QWidget, text: str, at_once: bool = False) -> None:
+    """Have a screen reader say a text: when it has finished what it says, or at once."""
+    event = QAccessibleAnnouncementEvent(widget, text)
+    politeness = QAccessible.AnnouncementPoliteness
+    event.setPoliteness(politeness.Assertive if at_once else politeness.Polite)
+    QAccessible.updateAccessibility(event)
 
 
 def list_box() -> QComboBox:

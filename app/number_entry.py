@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Container, Iterator
+from contextlib import contextmanager
 from typing import cast
 
-from PySide6.QtCore import QEvent, QObject, QPoint, Qt, QTimer
+from PySide6.QtCore import QEvent, QObject, QPoint, QSignalBlocker, Qt, QTimer
 from PySide6.QtGui import QFocusEvent, QKeyEvent, QKeySequence, QValidator
-from PySide6.QtWidgets import QAbstractSpinBox, QLabel, QSpinBox, QWidget
+from PySide6.QtWidgets import QAbstractSpinBox, QDoubleSpinBox, QLabel, QSpinBox, QWidget
 from shiboken6 import isValid
 
 from app.typed_numbers import NUMBER_CHARACTERS, read_number, without_unit
@@ -27,13 +28,13 @@ class NumberEntry(QObject):
 
     Parameters
     ----------
-    box : QAbstractSpinBox
+    box : QSpinBox or QDoubleSpinBox
         Its typing comes first: Ctrl+Z takes back what was typed and not yet entered.
     refusal : callable
         Returns why a text is not taken, in a sentence; empty if it is.
     """
 
-    def __init__(self, box: QAbstractSpinBox, refusal: Callable[[str], str]) -> None:
+    def __init__(self, box: QSpinBox | QDoubleSpinBox, refusal: Callable[[str], str]) -> None:
         super().__init__(box)
         self._box = box
         self._refusal = refusal
@@ -62,6 +63,33 @@ class NumberEntry(QObject):
         if self._note is not None and self.check():
             self.forget()
             self._box.interpretText()
+
+    def show_value(self, value: float) -> None:
+        """Show a value without a signal; a refused number stays if it is no news."""
+        if value == self._box.value() and self.reason:
+            return
+        self.forget()
+        with QSignalBlocker(self._box):
+            self._box.setValue(value)  # type: ignore[arg-type]
+
+    @contextmanager
+    def new_limits(self) -> Iterator[None]:
+        """Set other limits meanwhile, without a signal; a number refused before may be taken."""
+        refused = self._box.lineEdit().text() if self.reason else ""
+        with QSignalBlocker(self._box):
+            yield
+        if refused:
+            self._box.lineEdit().setText(refused)
+            # Once whoever sets the limits has also shown the value.
+            QTimer.singleShot(0, self._box, self.retry)
+
+    def state_of(
+        self, text: str, characters: Container[str] = NUMBER_CHARACTERS
+    ) -> QValidator.State:
+        """Whether a text is accepted, or may be typed on the way to one that is."""
+        if not all(character in characters for character in text):
+            return QValidator.State.Invalid
+        return QValidator.State.Intermediate if self._refusal(text) else QValidator.State.Acceptable
 
     def forget(self) -> None:
         """Refuse nothing any more, as the number is another."""
@@ -193,34 +221,16 @@ class WholeNumberBox(QSpinBox):
         """Set the range without emitting a signal; a number refused before may be taken now."""
         if (lowest, highest) == (self.minimum(), self.maximum()):
             return
-        refused = self.lineEdit().text() if self.entry.reason else ""
-        self.blockSignals(True)
-        self.setRange(lowest, highest)
-        self.blockSignals(False)
-        if refused:
-            self.lineEdit().setText(refused)
-            # Once whoever sets the limits has also shown the value.
-            QTimer.singleShot(0, self, self.entry.retry)
+        with self.entry.new_limits():
+            self.setRange(lowest, highest)
 
     def show_value(self, value: int) -> None:
         """Show a value without emitting a signal; a refused number stays if it is no news."""
-        if value == self.value() and self.entry.reason:
-            return
-        self.entry.forget()
-        self.blockSignals(True)
-        self.setValue(value)
-        self.blockSignals(False)
+        self.entry.show_value(value)
 
     def validate(self, text: str, position: int) -> tuple[QValidator.State, str, int]:
         """Accept numbers within the range, and let others be typed."""
-        allowed = NUMBER_CHARACTERS | set(self.suffix())
-        if not set(text) <= allowed:
-            state = QValidator.State.Invalid
-        elif self._refusal(text):
-            state = QValidator.State.Intermediate
-        else:
-            state = QValidator.State.Acceptable
-        return state, text, position
+        return self.entry.state_of(text, NUMBER_CHARACTERS | set(self.suffix())), text, position
 
     def valueFromText(self, text: str) -> int:
         """Read a number that is accepted."""

@@ -8,6 +8,7 @@ from typing import Annotated, cast
 import typer
 
 from app.cli import choices, options, values
+from model.scene.view import View
 from model.volume_files.source import VolumeSource
 
 
@@ -34,14 +35,62 @@ def info(
     print_info(VolumeSource(path, raw, component, None, series, array, time, channel), as_json)
 
 
+def compact(
+    path: Annotated[Path, typer.Argument(metavar="FILE", help="A volume.", callback=values.volume)],
+    out: Annotated[
+        Path,
+        typer.Option(
+            "--out",
+            metavar="NAME.tfvolume",
+            help="File to write.",
+            callback=values.output(".tfvolume"),
+        ),
+    ],
+    megabytes: Annotated[
+        float | None, typer.Option("--megabytes", help="Size of the file in millions of bytes.")
+    ] = None,
+    error: Annotated[
+        float | None,
+        typer.Option(
+            "--error",
+            metavar="RMSE",
+            help="As small as this error of images allows, such as 0.004: the root mean square of "
+            "colours in 0..1, in the mean over random views and TFs.",
+        ),
+    ] = None,
+    tf: options.TFFile = None,
+    view: Annotated[
+        View | None,
+        typer.Option(
+            "--view",
+            metavar="AZ,EL,ROLL,DIST[,X,Y]",
+            help="To see it from at first. (default: that of any volume)",
+            parser=values.view,
+        ),
+    ] = None,
+    raw: options.RawLayoutText = None,
+    component: options.ComponentName = None,
+    series: options.SeriesName = None,
+    array: options.ArrayName = None,
+    time: options.TimeName = None,
+    channel: options.ChannelName = None,
+) -> None:
+    """Save a volume in few bytes, and measure how far its images are from the original's."""
+    from app.cli.compact import save
+
+    source = VolumeSource(path, raw, component, None, series, array, time, channel)
+    save(source, out, megabytes, error, tf, view)
+
+
 def render(
     out: Annotated[
         Path,
         typer.Option(
             "--out",
             metavar="OUT",
-            help="OUT.png on black, or OUT.npy: float32 RGBA (H, W, 4).",
-            callback=values.output(".png", ".npy"),
+            help="OUT.png, OUT.mp4 or OUT.gif: a full turn about the up axis, or OUT.npy: float32 "
+            "RGBA (H, W, 4).",
+            callback=values.output(".png", ".mp4", ".gif", ".npy"),
         ),
     ],
     renderer: Annotated[
@@ -76,9 +125,34 @@ def render(
         ),
     ] = None,
     size: Annotated[
-        int | None,
-        typer.Option("--size", min=16, max=4096, help="Pixels. (default: the model's, or 256)"),
+        str | None,
+        typer.Option("--size", metavar="N or WxH", help="Pixels. (default: the model's, or 256)"),
     ] = None,
+    background: Annotated[
+        str,
+        typer.Option(
+            "--background",
+            metavar="COLOUR",
+            help="Of a picture or movie: black, white, transparent or #rrggbb.",
+        ),
+    ] = "black",
+    legend: Annotated[
+        bool, typer.Option("--legend", help="Paint the colour legend into a picture or movie.")
+    ] = False,
+    scale_bar: Annotated[
+        bool,
+        typer.Option(
+            "--scale-bar",
+            help="Paint a scale bar. Its length holds in the plane through the middle of what is "
+            "shown.",
+        ),
+    ] = False,
+    seconds: Annotated[
+        float, typer.Option("--seconds", min=0.5, max=600, help="Length of a movie.")
+    ] = 8.0,
+    rate: Annotated[
+        int, typer.Option("--rate", min=1, max=60, help="Pictures a second of a movie.")
+    ] = 25,
     brightness: Annotated[
         float | None,
         typer.Option(
@@ -106,8 +180,9 @@ def render(
     backend: options.BackendName = choices.BackendOption.EAGER,
     precision: options.PrecisionName = choices.PrecisionOption.FLOAT32,
 ) -> None:
-    """Render one image to a file."""
-    from app.cli.render import RenderOrder, render_to_file
+    """Render one image, or a movie of a full turn, to a file."""
+    from app.cli.render import render_to_file
+    from app.cli.render_order import RenderOrder
 
     render_to_file(
         RenderOrder(
@@ -121,7 +196,12 @@ def render(
             lighting=lighting,
             light=light,
             crop=crop,
-            size=size,
+            size=values.pixels(size),
+            background=values.background(background),
+            legend=legend,
+            scale_bar=scale_bar,
+            seconds=seconds,
+            rate=rate,
             brightness=brightness,
             draws_missing=missing,
             preintegrated=preintegrated,

@@ -10,9 +10,13 @@ from app.cli.paper_order import PaperOrder
 from app.cli.study import StudyOrder, study_models
 from model.evaluation.study import STUDIES
 from model.training.job import TrainingJob
+from model.training.options import TrainingOptions
 
 PRESET = "draft"
 """64 x 64 pixels, as the paper's own study of dimensions has; a quarter of its width."""
+
+SETTINGS = (f"joint.learning_rate={TrainingOptions().small.learning_rate}",)
+"""At 64 pixels the rate is that of a run that begins so small."""
 
 IMAGES = 8000
 COUNT = 500
@@ -36,6 +40,7 @@ def make_study(order: PaperOrder, item: PaperItem) -> list[Path]:
         volume=order.volume,
         preset=PRESET,
         architecture="paper",
+        settings=SETTINGS,
         minutes=None if order.quick else order.minutes,
         samples=QUICK_SAMPLES if order.quick else None,
         workers=order.workers,

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import json
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 from typing import cast
 
@@ -11,25 +10,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.cli import choices
-from app.cli.captions import range_text, view_text
+from app.cli.captions import range_text
 from app.cli.console import console, warn
-from app.cli.outputs import make_room_for
-from model.errors import RenderError, reason
-from model.files import writing
+from app.cli.render_order import Drawer, RenderOrder
+from app.cli.render_outputs import write_array, write_figure, write_turntable
+from model.errors import RenderError
 from model.generator.catalog import model_for, shipped_models
 from model.networks.card import load_card
-from model.scene.crop import CropBox
+from model.rendering.movie_file import SUFFIXES
+from model.rendering.raster import Raster
 from model.scene.default_tf import default_transfer_function
+from model.scene.first_picture import first_picture
 from model.scene.inputs import SceneInputs, outside_range
 from model.scene.light import LightDirection
+from model.scene.narrow_part import narrow_part
 from model.scene.range_fitting import fit_to_range, fit_to_volume
-from model.scene.scene import Lighting, RendererName, Scene
+from model.scene.scene import RendererName, Scene
 from model.scene.tf_perturbation import with_opacity
 from model.scene.transfer_function import Range, TransferFunction
-from model.scene.value_scale import SCALE_NAMES, ValueScale
+from model.scene.value_scale import SCALE_NAMES, ValueScale, values_at
 from model.scene.view import View
 from model.scene.volume import Volume
-from model.volume_files.source import VolumeSource, volume_of
+from model.volume_files.source import volume_of
 
 DEFAULT_SIZE = 256
 DEFAULT_SAMPLE_DISTANCE = 0.5
@@ -39,102 +41,27 @@ MODEL_RANGE = (
 )
 
 
-@dataclass(frozen=True)
-class RenderOrder:
-    """Options of the ``render`` command; see :func:`app.cli.image_commands.render`."""
-
-    renderer: str
-    volume: VolumeSource
-    model: Path | None
-    view: View
-    tf: Path | None
-    lighting: choices.LightingOption | None
-    light: LightDirection | None
-    crop: CropBox | None
-    size: int | None
-    brightness: float | None
-    draws_missing: bool
-    preintegrated: bool
-    device: str
-    backend: str
-    precision: str
-    out: Path
-    code: tuple[float, ...] | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class _Rendered:
-    """A rendered image and what it shows.
-
-    Attributes
-    ----------
-    rgba : ndarray of float32, shape (S, S, 4)
-    inputs : SceneInputs
-    volume_name : str
-    lighting : {"none", "direct", "global"}
-    light : LightDirection or None
-        None where it is unlit.
-    renderer : str
-        Who drew it, for people.
-    """
-
-    rgba: NDArray[np.float32]
-    inputs: SceneInputs
-    volume_name: str
-    lighting: Lighting
-    light: LightDirection | None
-    renderer: str
-
-    def facts(self) -> dict[str, str]:
-        """Return the texts of a PNG file."""
-        tf = self.inputs.transfer_function
-        facts = {
-            "Title": f"{self.volume_name}, by {self.renderer}",
-            "Volume": self.volume_name,
-            "View": view_text(self.inputs.view),
-            "Lighting": self.lighting,
-            "Renderer": self.renderer,
-            "Scalar range": range_text(tf.scalar_range, tf.scale),
-            "Transfer function": json.dumps(tf.to_json()),
-        }
-        if self.light is not None:
-            facts["Light"] = f"{self.light.azimuth:g},{self.light.elevation:g}"
-        if self.inputs.crop is not None:
-            planes = zip(self.inputs.crop.low, self.inputs.crop.high, strict=True)
-            facts["Crop"] = ",".join(f"{low:g},{high:g}" for low, high in planes)
-        return facts
-
-
 def render_to_file(order: RenderOrder) -> None:
     """Render an image and write it, replacing an existing file."""
     if order.light is not None and order.lighting == choices.LightingOption.NONE:
         raise RenderError("An unlit image has no light to be moved.", lighting="direct")
     if order.code is not None and order.renderer != "generator":
         raise RenderError("A latent code is a model's.", renderer="generator")
-    by = _render_generator if order.renderer == "generator" else _render_volume
-    rendered = by(order)
-    make_room_for(order.out)
-    if order.out.suffix.lower() == ".npy":
-        try:
-            # An open file, as numpy appends a suffix to names in capitals.
-            with writing(order.out) as file:
-                np.save(file, rendered.rgba)
-        except OSError as error:
-            raise RenderError(
-                f"{order.out}: the image cannot be written ({reason(error)})."
-            ) from error
-    else:
-        from app.figures.picture import save_picture
-        from model.rendering.brightness import brighten, usual_brightness
-
-        facts, brightness = rendered.facts(), order.brightness
-        if brightness is None:
-            brightness = usual_brightness(rendered.lighting)
-        if brightness != 1:
-            facts["Brightness"] = f"{brightness:g}"
-        colors = np.clip(rendered.rgba[..., :3], 0, 1)
-        brighten(colors, brightness)
-        save_picture(order.out, colors, facts)
+    is_array, is_movie = (order.out.suffix.lower() in kind for kind in ((".npy",), SUFFIXES))
+    if is_array and (order.legend or order.scale_bar):
+        raise RenderError(f"{order.out}: an array has no legend or scale bar; choose .png.")
+    if is_movie and order.background is None:
+        raise RenderError("A movie has no transparent background; choose a colour.")
+    drawer = (_generator_drawer if order.renderer == "generator" else _volume_drawer)(order)
+    try:
+        if is_array:
+            write_array(order.out, drawer.draw(order.view))
+        elif is_movie:
+            write_turntable(order, drawer)
+        else:
+            write_figure(order, drawer)
+    finally:
+        drawer.close()
 
 
 def load_fitted(path: Path, scalar_range: Range, scale: ValueScale) -> TransferFunction:
@@ -170,12 +97,21 @@ def choose_tf(
         the file's range is taken where it fits the volume, and its scale.
     """
     if path is None:
-        return default_transfer_function(volume), volume
+        if keeps_range:
+            return default_transfer_function(volume), volume
+        shown, tf = first_picture(volume)
+        return tf, shown
     if keeps_range:
-        return load_fitted(path, volume.scalar_range, volume.scale), volume
-    tf = TransferFunction.load(path)
-    fitted = _noticed(path, tf, fit_to_volume(tf, volume))
-    return fitted, volume.over(fitted.scalar_range, fitted.scale)
+        fitted = load_fitted(path, volume.scalar_range, volume.scale)
+    else:
+        tf = TransferFunction.load(path)
+        fitted = _noticed(path, tf, fit_to_volume(tf, volume))
+        volume = volume.over(fitted.scalar_range, fitted.scale)
+    narrow = narrow_part(fitted.opacity)
+    if narrow is not None:
+        low, high = values_at(narrow.remedy, narrow.scale)
+        warn(f"{path}: {narrow.sentence.rstrip('.')}; give --range {low:.10g},{high:.10g}.")
+    return fitted, volume
 
 
 def _noticed(path: Path, tf: TransferFunction, fitted: TransferFunction) -> TransferFunction:
@@ -193,7 +129,7 @@ def warn_outside(inputs: SceneInputs, scene: Scene) -> None:
         warn(f"{outside}. What the model draws there may be wrong.")
 
 
-def _render_volume(order: RenderOrder) -> _Rendered:
+def _volume_drawer(order: RenderOrder) -> Drawer:
     scene = load_card(order.model).scene if order.model else None
     if order.lighting is not None:
         lighting = choices.lighting(order.lighting)
@@ -221,21 +157,29 @@ def _render_volume(order: RenderOrder) -> _Rendered:
             name, volume, lighting, light, step, preintegrated=order.preintegrated
         )
     inputs = SceneInputs.of(order.view, tf, light=order.light, crop=order.crop)
-    try:
-        size = order.size or (scene.image_size if scene else DEFAULT_SIZE)
-        rgba = renderer.render(inputs, size)
-    finally:
-        renderer.close()
-    by = {"vtk": "VTK", "raycast": "the ray caster"}[name]
-    if isinstance(renderer, FallbackRenderer) and renderer.reason:
-        warn(renderer.reason)
-        by = "the ray caster"
-    if order.preintegrated:
-        by += ", pre-integrated"
-    return _Rendered(rgba, inputs, volume.name, lighting, order.light or light, by)
+    size = scene.image_size if scene else DEFAULT_SIZE
+    raster = order.size or Raster(size, size)
+    told: list[str] = []
+
+    def draw(view: View) -> NDArray[np.float32]:
+        image = renderer.render(replace(inputs, view=view), raster)
+        failure = getattr(renderer, "reason", "")
+        if failure and not told:
+            told.append(failure)
+            warn(failure)
+        return image
+
+    def drawn_by() -> str:
+        by = "the ray caster" if told or name == "raycast" else "VTK"
+        return f"{by}, pre-integrated" if order.preintegrated else by
+
+    light = order.light or light
+    return Drawer(
+        draw, inputs, volume, volume.name, lighting, light, drawn_by, raster, renderer.close
+    )
 
 
-def _render_generator(order: RenderOrder) -> _Rendered:
+def _generator_drawer(order: RenderOrder) -> Drawer:
     if order.preintegrated:
         raise RenderError("Pre-integration is the ray caster's; give --renderer raycast.")
     if order.volume.is_placed:
@@ -250,34 +194,46 @@ def _render_generator(order: RenderOrder) -> _Rendered:
     if order.light is not None and scene.light_range is None:
         kind = "without light" if scene.light is None else "with a fixed light"
         raise RenderError(f"The model was trained {kind}: it cannot follow another direction.")
-    if order.tf:
-        tf = load_fitted(order.tf, scene.scalar_range, scene.scale)
+    volume = None
+    if not order.tf or order.legend or order.scale_bar or order.out.suffix.lower() in SUFFIXES:
+        volume = volume_of(scene, order.volume)
+    if order.tf or volume is None:
+        tf = load_fitted(cast(Path, order.tf), scene.scalar_range, scene.scale)
     else:
-        tf = default_transfer_function(volume_of(scene, order.volume))
+        tf = default_transfer_function(volume)
     inputs = SceneInputs.of(order.view, tf, light=order.light, crop=order.crop)
     warn_outside(inputs, scene)
     from model.generator.generator import Generator
 
     generator = Generator.load(folder, order.device, order.backend, order.precision)
-    drawn_from = ""
-    if order.code is None:
-        rgba = generator.render(inputs)
-    else:
+    drawn_from, code = "", None
+    if order.code is not None:
         code = np.array(order.code, dtype=np.float32)
-        rgba = generator.render_latent(code, inputs)
         inputs = with_opacity(inputs, generator.decode(code))
         drawn_from = f", from the latent code {','.join(f'{n:g}' for n in order.code)}"
-    if order.size and order.size != scene.image_size:
-        from skimage.transform import resize
+    own = scene.image_size
+    raster = order.size or Raster(own, own)
 
-        rgba = resize(rgba, (order.size, order.size), anti_aliasing=order.size < scene.image_size)
-    return _Rendered(
-        np.clip(rgba, 0, 1).astype(np.float32),
+    def draw(view: View) -> NDArray[np.float32]:
+        seen = replace(inputs, view=view)
+        rgba = generator.render(seen) if code is None else generator.render_latent(code, seen)
+        if raster.shorter != own:
+            from skimage.transform import resize
+
+            side = raster.shorter
+            rgba = resize(rgba, (side, side), anti_aliasing=side < own)
+        return np.clip(rgba, 0, 1).astype(np.float32)
+
+    return Drawer(
+        draw,
         inputs,
+        volume,
         scene.volume_name,
         scene.lighting,
         order.light or scene.light,
-        f"the model {folder}{drawn_from}",
+        lambda: f"the model {folder}{drawn_from}",
+        raster,
+        lambda: None,
     )
 
 

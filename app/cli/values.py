@@ -10,6 +10,7 @@ from app.cli import choices
 from app.cli.outputs import check_output, check_output_folder
 from model.errors import DatasetError, TfscopeError, VolumeError
 from model.networks.card import read_header
+from model.rendering.raster import Raster
 from model.scene.axes import axis_direction
 from model.scene.crop import CropBox
 from model.scene.light import LightDirection
@@ -117,6 +118,50 @@ def window_size(text: str | None) -> tuple[int, int] | None:
             "pixels, such as 1280x860."
         )
     return width, height
+
+
+def pixels(text: str | None) -> Raster | None:
+    """Parse ``"N"`` or ``"WxH"``, pixels of an image from 16 to 8192; None stays None.
+
+    Raises
+    ------
+    TfscopeError
+        When the text is something else.
+    """
+    if text is None:
+        return None
+    try:
+        sides = [int(part) for part in text.lower().split("x")]
+    except ValueError:
+        sides = []
+    if len(sides) not in (1, 2) or not all(16 <= side <= 8192 for side in sides):
+        raise TfscopeError(
+            f"'{text}' is not a size of an image; give its pixels from 16 to 8192, such as 512, or "
+            "width and height, such as 1000x500."
+        )
+    return Raster(sides[0], sides[-1])
+
+
+def background(text: str) -> tuple[int, int, int] | None:
+    """Parse ``"black"``, ``"white"``, ``"transparent"`` (None) or ``"#rrggbb"``.
+
+    Raises
+    ------
+    TfscopeError
+        When the text is no colour.
+    """
+    named = {"black": (0, 0, 0), "white": (255, 255, 255), "transparent": None}
+    if text in named:
+        return named[text]
+    digits = text.removeprefix("#")
+    try:
+        red, green, blue = bytes.fromhex(digits)
+    except ValueError:
+        raise TfscopeError(
+            f"'{text}' is not a background; give black, white, transparent, or red, green and blue "
+            "as in #2040ff."
+        ) from None
+    return red, green, blue
 
 
 def volume(path: Path | None) -> Path | None:

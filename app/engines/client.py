@@ -30,6 +30,10 @@ class EngineClient(QObject):
         the error. Empty while images are drawn.
     description : str
         Device and backend of the engine, for display; may be empty.
+    remark : str
+        One sentence on why this engine draws, and no other; may be empty.
+    by_raycast : bool
+        Whether the ray caster draws.
     """
 
     stateChanged = Signal(object)
@@ -47,7 +51,8 @@ class EngineClient(QObject):
         super().__init__(parent)
         self.state = EngineState.EMPTY
         self.text = ""
-        self.description = ""
+        self.description = self.remark = ""
+        self.by_raycast = False
         self._name = name
         self._worker: EngineWorker | None = None
         self._retired: list[EngineWorker] = []
@@ -94,7 +99,8 @@ class EngineClient(QObject):
         self._takes_requests = True
         self._is_built = False
         self._early.clear()
-        self.description = ""
+        self.description = self.remark = ""
+        self.by_raycast = False
         worker = EngineWorker(factory, self._name, self)
         worker.engineReady.connect(self._engine_ready)
         worker.engineFailed.connect(self._engine_failed)
@@ -198,7 +204,8 @@ class EngineClient(QObject):
         self._worker.submit(request)
 
     def _engine_ready(self, ready: EngineReady) -> None:
-        self.description = ready.description
+        self.description, self.remark = ready.description, ready.remark
+        self.by_raycast = ready.by_raycast
         worker = self._worker
         # Whoever listens may pause the client, ask for something newer, or start another engine.
         self.engineReady.emit(ready)
@@ -218,6 +225,8 @@ class EngineClient(QObject):
 
     def _take_result(self, result: Result) -> None:
         self.description = result.description or self.description
+        self.remark = result.remark or self.remark
+        self.by_raycast = self.by_raycast or result.by_raycast
         if not self._takes_requests:
             return
         if not isinstance(result.request, ImageRequest):

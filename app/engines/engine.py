@@ -47,6 +47,14 @@ class Engine(Protocol):
         """Device and backend, for display; may be empty."""
 
     @property
+    def remark(self) -> str:
+        """One sentence on why this one draws, and no other; empty if nothing is to be said."""
+
+    @property
+    def by_raycast(self) -> bool:
+        """Whether the ray caster draws."""
+
+    @property
     def scene(self) -> Scene | None:
         """Scene that a generator was trained on; None for renderers."""
 

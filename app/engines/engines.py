@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,6 +68,9 @@ LEAST_SIZE = 8
 TILE = 1024
 """Size of the tiles of pictures to save, in pixels: within what every OpenGL can draw."""
 
+Drawing = Literal["auto"] | RendererName
+"""A renderer of the reference image, or the one that suits machine and light."""
+
 RENDERER_NAMES: dict[RendererName, str] = {"vtk": "VTK", "raycast": "ray caster"}
 
 BACKEND_NAMES: dict[BackendName, str] = {
@@ -88,13 +91,14 @@ class ReferenceSettings:
     light : LightDirection or None
     sample_distance : float
         Sample distance of final images, in voxels.
-    renderer : {"vtk", "raycast"}
+    renderer : {"auto", "vtk", "raycast"}
+        "auto" for VTK, and for the ray caster where it draws the same without a graphics card.
     """
 
     lighting: Lighting = "none"
     light: LightDirection | None = None
     sample_distance: float = 0.5
-    renderer: RendererName = "vtk"
+    renderer: Drawing = "vtk"
 
     @classmethod
     def of(cls, scene: Scene) -> ReferenceSettings:
@@ -152,14 +156,16 @@ class RendererEngine:
     renderer : Renderer
     sample_distance : float
         Of final images, in voxels.
-    name : str
-        Name of the renderer, for display.
+    name : {"vtk", "raycast"}
+        Which renderer it is, where it does not know itself.
     """
 
     scene = None
     draws_codes = False
 
-    def __init__(self, renderer: Renderer, sample_distance: float, name: str = "") -> None:
+    def __init__(
+        self, renderer: Renderer, sample_distance: float, name: RendererName = "raycast"
+    ) -> None:
         self._name = name
         self._renderer = renderer
         self._sample_distance = sample_distance
@@ -168,7 +174,18 @@ class RendererEngine:
     @property
     def description(self) -> str:
         """Name of the renderer; where another one had to draw, the sentence that says so."""
-        return getattr(self._renderer, "reason", "") or self._name
+        name = RENDERER_NAMES["raycast" if self.by_raycast else "vtk"]
+        return getattr(self._renderer, "reason", "") or name
+
+    @property
+    def remark(self) -> str:
+        """One sentence on why this renderer draws; empty if it was asked for."""
+        return getattr(self._renderer, "remark", "")
+
+    @property
+    def by_raycast(self) -> bool:
+        """Whether the ray caster draws."""
+        return getattr(self._renderer, "by_raycast", self._name == "raycast")
 
     def image(self, request: Request, is_wanted: Callable[[], bool] = always) -> Array:
         """Render at the request's quality, a band of rows after the other if that takes long."""
@@ -305,6 +322,9 @@ class RendererEngine:
 class GeneratorEngine:
     """A trained generator as an engine; images always have the generator's size."""
 
+    remark = ""
+    by_raycast = False
+
     def __init__(self, generator: Generator) -> None:
         self._generator = generator
         self._differentiated: tuple[object, Sensitivity] | None = None
@@ -415,16 +435,14 @@ def _read_volume(path: Path, raw: RawLayout | None = None, choice: Choice | None
 
 def _reference_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
     place = volume, settings.lighting, settings.light, settings.sample_distance
-    renderer: Renderer
-    if settings.renderer == "vtk":
-        from model.rendering.fallback import FallbackRenderer
-
-        renderer = FallbackRenderer(*place)
-    else:
+    if settings.renderer == "raycast":
         from model.rendering.renderer import open_renderer
 
-        renderer = open_renderer(settings.renderer, *place)
-    return RendererEngine(renderer, settings.sample_distance, RENDERER_NAMES[settings.renderer])
+        return RendererEngine(open_renderer("raycast", *place), settings.sample_distance)
+    from model.rendering.fallback import FallbackRenderer
+
+    renderer = FallbackRenderer(*place, spares_processor=settings.renderer == "auto")
+    return RendererEngine(renderer, settings.sample_distance, "vtk")
 
 
 def _analyst_engine(volume: Volume, settings: ReferenceSettings) -> Engine:

@@ -76,6 +76,11 @@ class PictureRequest(Request):
 
 
 @dataclass(frozen=True)
+class MovieFrameRequest(PictureRequest):
+    """Request for the next picture of a movie."""
+
+
+@dataclass(frozen=True)
 class BatchRequest(Request):
     """Request for several images, float32 (N, S, S, 4).
 
@@ -251,8 +256,10 @@ class Result:
         One sentence for the user.
     seconds : float
         Computation time.
-    description : str
+    description, remark : str
         The engine's, which may change as it falls back on another renderer; "" for as before.
+    by_raycast : bool
+        Whether the ray caster has drawn it.
     """
 
     request: Request
@@ -260,6 +267,8 @@ class Result:
     error: str | None
     seconds: float
     description: str = ""
+    remark: str = ""
+    by_raycast: bool = False
 
 
 class SupersededError(Exception):
@@ -278,11 +287,17 @@ class EngineReady:
         Scene that a generator was trained on; None for renderers.
     draws_codes : bool
         Whether it draws images from latent codes.
+    remark : str
+        One sentence on why this one draws, and no other; may be empty.
+    by_raycast : bool
+        Whether the ray caster draws.
     """
 
     description: str
     scene: Scene | None
     draws_codes: bool = False
+    remark: str = ""
+    by_raycast: bool = False
 
 
 @dataclass(frozen=True)

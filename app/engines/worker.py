@@ -168,7 +168,13 @@ class EngineWorker(QObject):
         try:
             engine = self._factory()
             give_back_memory()
-            ready = EngineReady(engine.description, engine.scene, engine.draws_codes)
+            ready = EngineReady(
+                engine.description,
+                engine.scene,
+                engine.draws_codes,
+                engine.remark,
+                engine.by_raycast,
+            )
         except BaseException as error:
             # Whatever it is: a thread that ended without a word would be waited for, for ever.
             self._message.emit(EngineFailed(error_sentence(error)))
@@ -211,4 +217,7 @@ def _result(engine: Engine, request: Request, is_wanted: Callable[[], bool]) -> 
         return None
     except BaseException as exception:
         error = error_sentence(exception)
-    return Result(request, value, error, time.perf_counter() - start, engine.description)
+    seconds = time.perf_counter() - start
+    return Result(
+        request, value, error, seconds, engine.description, engine.remark, engine.by_raycast
+    )

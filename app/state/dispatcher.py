@@ -138,7 +138,9 @@ class Dispatcher(QObject):
             return
         expected = self._pace.expected(AT_REST, _size(raster))
         is_slow = expected is None or expected > SOON_SECONDS
-        if is_slow and (self._stands_in() or (self.may_stand_in and self._reference.is_held)):
+        # Where the ray caster draws in VTK's place, it would draw the same twice.
+        stands_in = self._stands_in() and not self._reference.by_raycast
+        if is_slow and (stands_in or (self.may_stand_in and self._reference.is_held)):
             sharp = self._stand_in_raster
             self._submit(self._stand_in, StandInRequest, Quality(sharp.shorter, raster=sharp))
             if sharp.width >= raster.width and self._takes_not_too_long(self.raster):

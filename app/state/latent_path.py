@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -15,10 +14,10 @@ from app.engines.messages import FrameRequest, Quality, Result
 from app.state.latent_pictures import EngineName, LatentPictures
 from app.state.latent_session import LatentSession
 from app.state.latent_state import LatentState, Place
-from app.state.latest_call import LatestCall
+from app.state.movie_writing import MovieWriting
 from app.state.viewer_state import ViewerState
 from model.errors import LatentError
-from model.latent.movie import movie_frame, write_movie
+from model.latent.movie import movie_frame
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import OpacityTF
 
@@ -26,7 +25,7 @@ FRAMES_PER_LEG = 48
 FRAME_MS = 40
 """25 frames a second, or as many as the engine draws."""
 
-PLAYED_SIZE, MOVIE_SIZE = 192, 384
+PLAYED_SIZE = 192
 
 Images = NDArray[np.float32]
 
@@ -40,6 +39,27 @@ class Frame:
     place: Place
     tf: OpacityTF
     image: Images
+
+
+@dataclass(frozen=True)
+class MovieOrder:
+    """A path as a movie.
+
+    Attributes
+    ----------
+    file : Path
+    size : int
+        Width of its pictures in pixels, where the engine has no size of its own.
+    count : int
+        Number of pictures.
+    rate : float
+        Pictures a second.
+    """
+
+    file: Path
+    size: int
+    count: int
+    rate: float
 
 
 class LatentPath(QObject):
@@ -87,14 +107,13 @@ class LatentPath(QObject):
         self._sequence = 0
         self._asked = -1
         self._engine: EngineName = "exact"
-        self._movie: Path | None = None
-        self._frames: list[NDArray[np.uint8]] = []
+        self._movie: MovieOrder | None = None
         self._waiting: Frame | None = None
         self._timer = QTimer(self, interval=FRAME_MS)
         self._timer.timeout.connect(self._show)
-        self._writing = LatestCall("latent-movie", self)
+        self._writing = MovieWriting("latent-movie", self)
         self._writing.done.connect(lambda path: self.ended.emit(f"Saved {path}."))
-        self._writing.failed.connect(self.ended)
+        self._writing.failed.connect(self._movie_failed)
         for client in pictures.clients.values():
             client.resultReady.connect(self._take)
         session.mapClosed.connect(self.cancel)
@@ -110,16 +129,22 @@ class LatentPath(QObject):
         return (self.is_running and self._movie is not None) or self._writing.is_running
 
     @property
+    def can_play(self) -> bool:
+        """Whether there is a map with named places to visit."""
+        there = self._session.space is not None and self._session.map is not None
+        return there and bool(self._latent.places)
+
+    @property
     def is_running(self) -> bool:
         """True while a path is played or drawn."""
         return bool(self._tfs)
 
-    def play(self, movie: Path | None = None) -> None:
+    def play(self, movie: MovieOrder | None = None) -> None:
         """Visit the named places; without two of them, from the present TF to the only one.
 
         Parameters
         ----------
-        movie : Path, optional
+        movie : MovieOrder, optional
             File to write the frames to, instead of playing them at their pace.
 
         Raises
@@ -139,23 +164,28 @@ class LatentPath(QObject):
         if len(tfs) == 1:
             tfs.insert(0, self._state.transfer_function.opacity)
         stations = np.array([space.code_of(tf) for tf in tfs])
-        codes = path_codes(space.codec, stations, FRAMES_PER_LEG * max(len(tfs) - 1, 1) + 1)
+        usual = FRAMES_PER_LEG * max(len(tfs) - 1, 1) + 1
+        codes = path_codes(space.codec, stations, usual if movie is None else movie.count)
         self._tfs = space.tfs_of(codes)
         self._codes = codes if self._pictures.from_codes else None
         self._places = [map_.place(code) for code in codes]
         self._inputs, self._number, self._movie = self._state.inputs, 0, movie
-        self._frames, self._waiting = [], None
+        self._waiting = None
         # The same engine to the end: frames of another would have another size.
         self._engine = self._pictures.source
         if movie is None:
             self._timer.start()
+        else:
+            self._writing.start(movie.file, movie.rate)
         self._ask()
 
     def cancel(self) -> None:
         """End the path, without a movie."""
         if self._tfs:
             self._timer.stop()
-            self._tfs, self._frames, self._waiting = [], [], None
+            self._tfs, self._waiting = [], None
+            if self._movie is not None:
+                self._writing.cancel()
             self._asked = -1
             self.frameDrawn.emit(None)
             self.ended.emit("")
@@ -163,15 +193,21 @@ class LatentPath(QObject):
     def stop(self) -> None:
         """Ask nothing any more; a movie whose frames are all drawn is still written."""
         self._timer.stop()
+        if self._tfs and self._movie is not None:
+            self._writing.cancel()
         self._tfs = []
 
     def join(self) -> None:
         """Wait until a movie is written."""
         self._writing.join()
 
+    def _movie_failed(self, text: str) -> None:
+        self.cancel()
+        self.ended.emit(text)
+
     def _ask(self) -> None:
         assert self._inputs is not None
-        wanted = PLAYED_SIZE if self._movie is None else MOVIE_SIZE
+        wanted = PLAYED_SIZE if self._movie is None else self._movie.size
         size = self._pictures.size_of(self._engine, wanted)
         self._sequence += 1
         self._asked = self._sequence
@@ -201,7 +237,7 @@ class LatentPath(QObject):
             number, len(self._tfs), self._places[number], self._tfs[number], result.value[0]
         )
         if self._movie is not None:
-            self._frames.append(
+            self._writing.add(
                 movie_frame(
                     result.value[0],
                     self._tfs[number],
@@ -225,10 +261,9 @@ class LatentPath(QObject):
 
     def _finish(self) -> None:
         self._timer.stop()
-        frames, movie = self._frames, self._movie
-        self._tfs, self._frames = [], []
+        movie, self._tfs = self._movie, []
         if movie is not None:
-            self._writing.ask(partial(write_movie, movie, frames, 1000 / FRAME_MS))
+            self._writing.finish()
         # Whoever hears it finds the movie being written.
         self.frameDrawn.emit(None)
         if movie is None:

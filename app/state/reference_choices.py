@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from app.engines.engines import ReferenceSettings
-from app.state.remembered import Drawing, LightingChoice
+from app.engines.engines import Drawing, ReferenceSettings
+from app.state.remembered import LightingChoice
 from model.scene.light import LightDirection, LightRange
 from model.scene.scene import Lighting, Scene
 
@@ -58,7 +58,7 @@ class ReferenceChoices:
             lighting,
             light,
             self.sample_distance or usual,
-            "raycast" if self.drawing == "raycast" else "vtk",
+            self.drawing,
         )
 
     def light_range(self, scene: Scene | None, settings: ReferenceSettings) -> LightRange | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Literal
 
+from app.engines.engines import Drawing
 from app.state.value_checks import (
     Checks,
     base64_text,
@@ -21,7 +22,7 @@ from app.state.value_checks import (
 )
 from model.errors import TfscopeError
 from model.scene.crop import CropBox
-from model.scene.scene import Lighting, RendererName
+from model.scene.scene import Lighting
 from model.scene.transfer_function import TransferFunction
 from model.scene.view import View
 
@@ -40,14 +41,14 @@ MOST_MARKS, MOST_POINTS = 1000, 100_000
 LightingChoice = Literal["auto"] | Lighting
 """A lighting of the reference image, or the one that suits model and machine."""
 
-Drawing = Literal["auto"] | RendererName
-"""A renderer of the reference image, or the one that suits what is going on."""
-
 ReferenceSize = Literal["generator"] | int | None
 """As many pixels as the generator's image, a number of pixels, or as many as the pane has."""
 
 
 Scale = Literal["linear", "logarithmic"]
+
+ThemeChoice = Literal["system", "dark", "light"]
+"""The window's colours: the system's, or others."""
 
 
 @dataclass(frozen=True)
@@ -165,8 +166,9 @@ class Remembered:
     trackball : bool
         Whether dragging turns views freely.
     colors_follow_modes : bool
-    legend, cube, opacity_images : bool
-        Whether images have a colour legend, an orientation cube, and the opacity image.
+    legend, scale_bar, cube, opacity_images : bool
+        Whether images have a colour legend, a scale bar, an orientation cube, and the opacity
+        image.
     decoded_tf : bool
         Whether what a model's codec makes of the TF is drawn over it.
     last_folder : str
@@ -178,6 +180,9 @@ class Remembered:
     hidden_panes : tuple of str
     swapped : bool
         Whether the two images have changed places.
+    theme : {"system", "dark", "light"}
+    single_keys : bool
+        Whether letters alone are keys of the window.
     recent_volumes, recent_models, recent_transfer_functions : tuple of str
         Absolute paths, the newest first.
     volumes : dict of KnownVolume
@@ -192,6 +197,7 @@ class Remembered:
     trackball: bool = False
     colors_follow_modes: bool = True
     legend: bool = False
+    scale_bar: bool = False
     cube: bool = True
     opacity_images: bool = False
     decoded_tf: bool = False
@@ -200,6 +206,8 @@ class Remembered:
     splitters: dict[str, tuple[int, ...]] = field(default_factory=dict)
     hidden_panes: tuple[str, ...] = ()
     swapped: bool = False
+    theme: ThemeChoice = "system"
+    single_keys: bool = True
     recent_volumes: tuple[str, ...] = ()
     recent_models: tuple[str, ...] = ()
     recent_transfer_functions: tuple[str, ...] = ()
@@ -358,6 +366,7 @@ _CHECKS: Checks = {
     "trackball": _flag,
     "colors_follow_modes": _flag,
     "legend": _flag,
+    "scale_bar": _flag,
     "cube": _flag,
     "opacity_images": _flag,
     "decoded_tf": _flag,
@@ -366,6 +375,8 @@ _CHECKS: Checks = {
     "splitters": dict_of(list_of(whole_number(0, 1_000_000), 20), 50),
     "hidden_panes": list_of(text, 20),
     "swapped": _flag,
+    "theme": one_of("system", "dark", "light"),
+    "single_keys": _flag,
     "recent_volumes": _recent,
     "recent_models": _recent,
     "recent_transfer_functions": _recent,

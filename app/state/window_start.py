@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
+from app.engines.engines import Drawing
 from model.errors import TfscopeError
 from model.scene.crop import CropBox
 from model.scene.light import LightDirection
@@ -14,9 +14,6 @@ from model.scene.scene import Lighting
 from model.scene.value_scale import ValueScale
 from model.scene.view import View
 from model.volume_files.choice import Choice
-
-ReferenceChoice = Literal["auto", "vtk", "raycast"]
-"""Renderer of the reference: one of the two, or each where it is better."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +55,7 @@ class WindowStart:
     view: View | None = None
     lighting: Lighting | None = None
     light: LightDirection | None = None
-    renderer: ReferenceChoice | None = None
+    renderer: Drawing | None = None
     scalar_range: RangeChoice | None = None
     scale: ValueScale | None = None
     crop: CropBox | None = None

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 
-from PySide6.QtCore import QTimer
 from PySide6.QtGui import QValidator
 from PySide6.QtWidgets import QDoubleSpinBox, QWidget
 
 from app.number_entry import NumberEntry, refusal
-from app.typed_numbers import NUMBER_CHARACTERS, read_number
+from app.typed_numbers import read_number
 from model.scene.value_scale import ValueScale, place_of, value_at
 
 _MAX_DECIMALS = 320
@@ -49,31 +48,20 @@ class NumberBox(QDoubleSpinBox):
             return
         self._limits = lo, hi, scale
         self._scale = scale
-        refused = self.lineEdit().text() if self.entry.reason else ""
-        self.blockSignals(True)
         digits = 9 - math.floor(math.log10(hi - lo))
-        self.setDecimals(min(max(digits, 0), _MAX_DECIMALS))
         # Leading digits shared by both limits, as in 1,000,000 and 1,000,001, do not count.
         span = hi - lo if scale == "linear" else 1.0
         common = math.log10(max(abs(lo), abs(hi), span) / span) if scale == "linear" else 0.0
         self._digits = min(SHOWN_DIGITS + math.ceil(common), 17)
-        self.setRange(lo, hi)
-        self.setSingleStep((hi - lo) / 200)
-        self._explain()
-        self.blockSignals(False)
-        if refused:
-            self.lineEdit().setText(refused)
-            # Once whoever sets the limits has also shown the value.
-            QTimer.singleShot(0, self, self.entry.retry)
+        with self.entry.new_limits():
+            self.setDecimals(min(max(digits, 0), _MAX_DECIMALS))
+            self.setRange(lo, hi)
+            self.setSingleStep((hi - lo) / 200)
+            self._explain()
 
     def show_value(self, value: float) -> None:
         """Show a value without emitting a signal; a refused number stays if it is no news."""
-        if value == self.value() and self.entry.reason:
-            return
-        self.entry.forget()
-        self.blockSignals(True)
-        self.setValue(value)
-        self.blockSignals(False)
+        self.entry.show_value(value)
 
     def _explain(self) -> None:
         lo, hi = self.minimum(), self.maximum()
@@ -96,13 +84,7 @@ class NumberBox(QDoubleSpinBox):
 
     def validate(self, text: str, position: int) -> tuple[QValidator.State, str, int]:
         """Accept numbers within the range, and let others be typed."""
-        if not set(text) <= NUMBER_CHARACTERS:
-            state = QValidator.State.Invalid
-        elif self._refusal(text):
-            state = QValidator.State.Intermediate
-        else:
-            state = QValidator.State.Acceptable
-        return state, text, position
+        return self.entry.state_of(text), text, position
 
     def fixup(self, text: str) -> str:
         """Leave it as it is typed."""

@@ -13,30 +13,21 @@ from PySide6.QtCore import QPointF, QRect, QRectF, Qt
 from PySide6.QtGui import (
     QBrush,
     QColor,
-    QFont,
     QFontMetricsF,
     QImage,
     QLinearGradient,
     QPainter,
     QPainterPath,
-    QPen,
     QPolygonF,
 )
 
 from app.image_view.picture import Background
 from app.tf_editor.unit_axis import ticks
+from app.window.pens import Pens, is_bright, sized_font, text_size
 from model.scene.transfer_function import TransferFunction
 
-TEXT_SIZE = 1 / 42
-"""Height of the text relative to the shorter side of the image."""
-
-LEAST_TEXT, MOST_HEIGHT = 10, 0.4
-"""Least height of the text in pixels, and the bar's length relative to the image's height."""
-
-LIGHT, DARK = QColor(255, 255, 255), QColor(0, 0, 0)
-
-HALO_OPACITY = 200
-"""Opacity of the halo around lines and text, of 255."""
+MOST_HEIGHT = 0.4
+"""The bar's length relative to the image's height."""
 
 SAMPLES = 256
 """Scalar values along the bar."""
@@ -53,8 +44,8 @@ def paint_legend(
     """Paint a vertical colour bar at the lower right of an image.
 
     Beside the strip with the TF's colours its opacities are drawn as a curve that is filled
-    with the colours, scaled so that the largest one is as wide as it can be. Lines and text
-    have a halo, so that they can be read over anything.
+    with the colours, scaled so that the largest one is as wide as it can be; below it is which
+    one that is. Lines and text have a halo, so that they can be read over anything.
 
     Parameters
     ----------
@@ -63,17 +54,16 @@ def paint_legend(
         The image's rectangle; in one of fewer than about 120 pixels nothing is painted.
     tf : TransferFunction
     units, name : str
-        Units and name of the scalar values, written above the bar; empty if unknown.
+        Units and name of the scalar values, written above the bar as the axis' title; empty if
+        unknown.
     background : tuple of int or None
         What is behind the image: on a bright background the text is dark. None if unknown,
         as in a transparent picture.
     """
-    side = min(rect.width(), rect.height())
-    text = max(round(TEXT_SIZE * side), LEAST_TEXT)
-    if side < 12 * text:
+    text = text_size(rect)
+    if not text:
         return
-    font = QFont(painter.font())
-    font.setPixelSize(text)
+    font = sized_font(painter, text)
     metrics = QFontMetricsF(font)
     length = MOST_HEIGHT * rect.height()
     marks = ticks(tf.scalar_range, max(min(int(length / (2.2 * text)), 6), 1), tf.scale)
@@ -87,7 +77,7 @@ def paint_legend(
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     # A rendering may use any composition; the legend is always painted over it.
     painter.setCompositionMode(QPainter.CompositionMode.CompositionMode_SourceOver)
-    pens = _Pens(painter, max(text / 12, 1.0), font, _is_bright(background))
+    pens = Pens(painter, max(text / 12, 1.0), font, is_bright(background))
     _paint_colors(painter, bar, profile, tf, pens)
     for place, label in marks:
         y = bar.bottom() - place * length
@@ -97,10 +87,13 @@ def paint_legend(
         baseline = y + (metrics.ascent() - metrics.descent()) / 2
         pens.write(QPointF(bar.right() + 2 * gap, baseline), label)
     title = _title(units, name)
-    if title:
-        title = metrics.elidedText(title, Qt.TextElideMode.ElideRight, 0.45 * rect.width())
-        x = rect.right() - margin - metrics.horizontalAdvance(title)
-        pens.write(QPointF(x, bar.top() - 1.2 * text), title)
+    title = metrics.elidedText(title, Qt.TextElideMode.ElideRight, 0.45 * rect.width())
+    x = rect.right() - margin - metrics.horizontalAdvance(title)
+    pens.write(QPointF(x, bar.top() - 1.2 * text), title)
+    peak = float(tf.opacity.sample(count=SAMPLES).max())
+    reach = f"opacity to {peak:.2g}"
+    below = QPointF(bar.right() - metrics.horizontalAdvance(reach), bar.bottom() + 1.3 * text)
+    pens.write(below, reach)
     painter.restore()
 
 
@@ -119,13 +112,11 @@ def legend_painter(
 
 
 def _title(units: str, name: str) -> str:
-    if name and units:
-        return f"{name} ({units})"
-    return name or units
+    return f"{name or 'Value'} ({units})" if units else name or "Value"
 
 
 def _paint_colors(
-    painter: QPainter, bar: QRectF, profile: QRectF, tf: TransferFunction, pens: _Pens
+    painter: QPainter, bar: QRectF, profile: QRectF, tf: TransferFunction, pens: Pens
 ) -> None:
     """Paint the strip of colours and the curve of opacities, the highest value at the top."""
     # One row per value, from the top.
@@ -153,35 +144,3 @@ def _paint_colors(
         gradient.setColorAt(index / (SAMPLES - 1), QColor(*map(int, colors[index])))
     pens.stroke(curve)
     painter.fillPath(curve, QBrush(gradient))
-
-
-def _is_bright(background: Background | None) -> bool:
-    if background is None:
-        return False
-    red, green, blue = background
-    return 0.299 * red + 0.587 * green + 0.114 * blue > 140
-
-
-class _Pens:
-    """Draws lines and text of one colour within a halo of the other."""
-
-    def __init__(self, painter: QPainter, line: float, font: QFont, on_bright: bool) -> None:
-        self._painter = painter
-        self._font = font
-        self._ink, halo = (DARK, QColor(LIGHT)) if on_bright else (LIGHT, QColor(DARK))
-        halo.setAlpha(HALO_OPACITY)
-        self._line = QPen(self._ink, line)
-        self._line_halo = QPen(halo, 3 * line)
-        self._text_halo = QPen(halo, font.pixelSize() / 4)
-        for pen in (self._line, self._line_halo, self._text_halo):
-            pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
-
-    def stroke(self, path: QPainterPath) -> None:
-        self._painter.strokePath(path, self._line_halo)
-        self._painter.strokePath(path, self._line)
-
-    def write(self, start: QPointF, text: str) -> None:
-        path = QPainterPath()
-        path.addText(start, self._font, text)
-        self._painter.strokePath(path, self._text_halo)
-        self._painter.fillPath(path, self._ink)

@@ -1,4 +1,4 @@
-"""What may be shown over images and TF: orientation cube, legend, opacity image, decoded TF."""
+"""What may be shown over images and TF: cube, legend, scale bar, opacity image, decoded TF."""
 
 from __future__ import annotations
 
@@ -15,7 +15,9 @@ from app.image_view.orientation_cube import OrientationCube
 from app.state.decoded_tf import DecodedTF
 from app.state.preferences import Preferences
 from app.state.viewer_state import ViewerState
+from app.window.figure import Subject
 from app.window.legend import paint_legend
+from app.window.scale_bar import paint_scale_bar
 
 
 class Overlays(QObject):
@@ -30,8 +32,8 @@ class Overlays(QObject):
 
     Attributes
     ----------
-    units : str
-        Unit of the volume's scalars; may be empty.
+    subject : Subject
+        The volume, for legend and scale bar.
     """
 
     changed = Signal()
@@ -49,8 +51,9 @@ class Overlays(QObject):
         self._state = state
         self._decoded = decoded
         self._preferences = preferences
-        self.units = ""
+        self.subject = Subject()
         self._cubes = [OrientationCube(state, canvas) for canvas in canvases]
+        self._right = canvases[-1]
         self.insets = [OpacityInset(pane) for pane in panes]
         for canvas in canvases:
             canvas.add_decoration(partial(self._paint, canvas))
@@ -69,6 +72,11 @@ class Overlays(QObject):
         return bool(self._preferences.value("legend"))
 
     @property
+    def has_scale_bar(self) -> bool:
+        """Whether the scale bar is shown."""
+        return bool(self._preferences.value("scale_bar"))
+
+    @property
     def has_opacity(self) -> bool:
         """Whether opacity images are shown."""
         return bool(self._preferences.value("opacity_images"))
@@ -77,6 +85,13 @@ class Overlays(QObject):
     def has_decoded_tf(self) -> bool:
         """Whether the decoded TF is shown, where there is one."""
         return bool(self._preferences.value("decoded_tf"))
+
+    def lie_over(self, canvas: ImageCanvas) -> None:
+        """Show cube and legend over one canvas: the rightmost that is there."""
+        self._right = canvas
+        self._show_cubes()
+        for each in self._canvases:
+            each.update()
 
     def toggle_opacity(self) -> None:
         """Show opacity images, or hide them."""
@@ -103,14 +118,24 @@ class Overlays(QObject):
             canvas.update()
         self.changed.emit()
 
+    def toggle_scale_bar(self) -> None:
+        """Show the scale bar, or hide it."""
+        self._preferences.set(scale_bar=not self.has_scale_bar)
+        for canvas in self._canvases:
+            canvas.update()
+        self.changed.emit()
+
     def _show_opacity(self) -> None:
         for inset in self.insets:
             inset.set_shown(self.has_opacity)
 
     def _show_cubes(self) -> None:
-        for cube in self._cubes:
-            cube.setVisible(self.has_cube)
+        for canvas, cube in zip(self._canvases, self._cubes, strict=True):
+            cube.setVisible(self.has_cube and canvas is self._right)
 
     def _paint(self, canvas: ImageCanvas, painter: QPainter, _square: QRect) -> None:
-        if self.has_legend:
-            paint_legend(painter, canvas.picture_rect, self._state.transfer_function, self.units)
+        rect, state, subject = canvas.picture_rect, self._state, self.subject
+        if self.has_legend and canvas is self._right:
+            paint_legend(painter, rect, state.transfer_function, subject.units)
+        if self.has_scale_bar and subject.scale is not None:
+            paint_scale_bar(painter, rect, subject.scale.bar(state.view, state.crop))

@@ -1,31 +1,42 @@
-"""Pictures of the reference and the generator, of any size, for files and the clipboard."""
+"""Figures of the reference and the generator, of any size, for files and the clipboard."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Qt, Signal
+from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QGuiApplication, QImage, QImageWriter
 from PySide6.QtWidgets import QDialog, QWidget
 
 from app.engines.messages import PictureRequest, Quality, Result
 from app.figures.picture import save_image
-from app.image_view.engine_pane import EnginePane
-from app.image_view.picture import compose
-from app.state.brightness import Brightness
-from app.state.engine_chooser import EngineName
 from app.state.viewer_state import ViewerState
+from app.window.figure import TITLES, Rgba, Subject, figure, panels
 from app.window.file_dialogs import FileDialogs
-from app.window.legend import legend_painter
 from app.window.picture_dialog import PictureChoice, PictureDialog
+from app.window.shown_images import ShownImages
 from model.errors import RenderError
 from model.rendering.raster import Raster
+from model.rendering.scale_bar import DEPTH_TEXT
 
 PICTURE_FILTER = "PNG images (*.png);;JPEG images (*.jpg *.jpeg);;TIFF images (*.tif *.tiff)"
 
 
+@dataclass
+class _Drawing:
+    """A figure whose images are being drawn."""
+
+    sequence: int
+    choice: PictureChoice
+    place: Path | None
+    subject: Subject
+    images: dict[str, tuple[Rgba, float]] = field(default_factory=dict)
+
+
 class PictureSaving(QObject):
-    """Asks how a picture shall be, has it drawn, and saves or copies it.
+    """Asks how a figure shall be, has its images drawn, and saves or copies it.
 
     Parameters
     ----------
@@ -33,7 +44,7 @@ class PictureSaving(QObject):
         Parent of the dialogs.
     state : ViewerState
     files : FileDialogs
-    brightness : Brightness
+    shown : ShownImages
     """
 
     problem = Signal(str)
@@ -42,86 +53,103 @@ class PictureSaving(QObject):
     """Emitted with a sentence for the status bar."""
 
     def __init__(
-        self, parent: QWidget, state: ViewerState, files: FileDialogs, brightness: Brightness
+        self, parent: QWidget, state: ViewerState, files: FileDialogs, shown: ShownImages
     ) -> None:
         super().__init__(parent)
-        self._brightness = brightness
         self._parent = parent
         self._state = state
         self._files = files
-        self.units = ""
-        """Unit of the volume's scalars, for the legend."""
+        self._shown = shown
         self._last: PictureChoice | None = None
         self._sequence = 0
-        self._wanted: tuple[int, PictureChoice, Path | None, EngineName] | None = None
-        self._followed: set[EnginePane] = set()
+        self._wanted: _Drawing | None = None
+        for name, pane in shown.panes.items():
+            pane.client.resultReady.connect(partial(self._take, name))
 
-    def save(self, pane: EnginePane) -> None:
-        """Ask for size, background and file, and save a pane's picture."""
-        choice = self._ask(pane, "Save…")
+    def save(self) -> None:
+        """Ask what to show, how and where, and save the figure."""
+        choice = self._ask("Save…")
         if choice is None:
             return
-        name = self._files.proposed_name("picture", ".png")
-        place = self._files.ask_for_place("Save picture", PICTURE_FILTER, _suffixes(), name)
+        name = self._files.proposed_name("figure", ".png")
+        place = self._files.ask_for_place("Save figure", PICTURE_FILTER, _suffixes(), name)
         if place is not None:
-            self.draw(pane, choice, place)
+            self.draw(choice, place)
 
-    def copy(self, pane: EnginePane) -> None:
-        """Ask for size and background, and copy a pane's picture to the clipboard."""
-        choice = self._ask(pane, "Copy")
+    def copy(self) -> None:
+        """Ask what to show and how, and copy the figure to the clipboard."""
+        choice = self._ask("Copy")
         if choice is not None:
-            self.draw(pane, choice, None)
+            self.draw(choice, None)
 
-    def _ask(self, pane: EnginePane, button: str) -> PictureChoice | None:
-        image = pane.canvas.image
-        if image is None or not pane.client.is_ready:
+    def _ask(self, button: str) -> PictureChoice | None:
+        sizes = self._shown.sizes()
+        if not sizes:
             self.problem.emit("There is no image to save yet; wait until one is shown.")
             return None
-        size = image.width(), image.height()
-        if pane.engine == "exact":
-            # An image that is still refined has fewer pixels than it will have.
-            whole = pane.canvas.picture_rect.size() * pane.canvas.devicePixelRatioF()
-            size = max(size, (whole.width(), whole.height()))
-        dialog = PictureDialog(size, self._last, button, self._parent)
+        dialog = PictureDialog(sizes, self.first_choice(), button, self._parent)
         accepted = dialog.exec() == QDialog.DialogCode.Accepted
         choice = dialog.choice() if accepted else None
         dialog.deleteLater()
         return choice
 
-    def draw(self, pane: EnginePane, choice: PictureChoice, place: Path | None) -> None:
-        """Have a picture drawn, and save it to a file; without one, copy it to the clipboard."""
+    def first_choice(self) -> PictureChoice:
+        """The choice that the dialog begins with: the screen's, on the last background."""
+        shown = self._shown
+        choice = PictureChoice(0, 0, legend=shown.legend, scale_bar=shown.scale_bar)
+        if self._last is not None:
+            choice = replace(choice, background=self._last.background)
+        return replace(choice, which=shown.which())
+
+    def draw(self, choice: PictureChoice, place: Path | None) -> None:
+        """Have a figure drawn, and save it to a file; without one, copy it to the clipboard."""
         self._last = choice
         self._sequence += 1
-        self._wanted = self._sequence, choice, place, pane.engine
-        if pane not in self._followed:
-            self._followed.add(pane)
-            pane.client.resultReady.connect(self._take)
-        raster = Raster(choice.width, choice.height)
-        quality = Quality(raster.shorter, raster=raster)
-        pane.client.submit(PictureRequest(self._sequence, self._state.inputs, quality))
+        self._wanted = _Drawing(self._sequence, choice, place, self._shown.subject)
+        for name in self._names(choice):
+            pane = self._shown.panes[name]
+            raster = self._raster(name, choice)
+            quality = Quality(raster.shorter, raster=raster)
+            pane.client.submit(PictureRequest(self._sequence, self._state.inputs, quality))
         self.news.emit(f"Drawing {choice.width} × {choice.height} pixels …")
 
-    def _take(self, result: Result) -> None:
-        if not isinstance(result.request, PictureRequest) or self._wanted is None:
+    def _names(self, choice: PictureChoice) -> list[str]:
+        """The images that a figure needs."""
+        return [*TITLES] if choice.which in ("both", "difference") else [choice.which]
+
+    def _raster(self, name: str, choice: PictureChoice) -> Raster:
+        """Pixels of an image in a figure; a generator has its own."""
+        if choice.which == "difference":
+            # The reference's at the generator's pixels.
+            image = self._shown.panes["generator"].canvas.image
+            side = min(choice.width, choice.height) if image is None else image.width()
+            return Raster(side, side)
+        place = panels(choice, choice.which)[-1]
+        return Raster(place.width(), place.height())
+
+    def _take(self, name: str, result: Result) -> None:
+        wanted = self._wanted
+        if type(result.request) is not PictureRequest or wanted is None:
             return
-        sequence, choice, place, engine = self._wanted
-        if result.request.sequence != sequence:
+        if result.request.sequence != wanted.sequence:
+            return
+        if result.value is None:
+            self._wanted = None
+            self.problem.emit(result.error or "The figure could not be drawn; try a smaller one.")
+            return
+        wanted.images[name] = result.value, self._shown.brightness(name)
+        if len(wanted.images) < len(self._names(wanted.choice)):
             return
         self._wanted = None
-        if result.value is None:
-            self.problem.emit(result.error or "The picture could not be drawn; try a smaller one.")
-            return
-        paint = None
-        if choice.legend:
-            tf = result.request.inputs.transfer_function
-            paint = legend_painter(tf, self.units, background=choice.background)
+        choice, inputs = wanted.choice, result.request.inputs
         try:
-            brightness = self._brightness.of(engine)
-            image = compose(result.value, choice.background, paint, brightness)
+            image = figure(choice, wanted.images, choice.which, inputs, wanted.subject)
         except RenderError as error:
             self.problem.emit(str(error))
             return
-        self._deliver(_enlarged(image, choice), place)
+        if choice.scale_bar:
+            image.setText("Scale bar", f"Holds {DEPTH_TEXT}")
+        self._deliver(image, wanted.place)
 
     def _deliver(self, image: QImage, place: Path | None) -> None:
         if place is None:
@@ -134,18 +162,6 @@ class PictureSaving(QObject):
             self.problem.emit(str(error))
         else:
             self.news.emit(f"Saved {place.name}.")
-
-
-def _enlarged(image: QImage, choice: PictureChoice) -> QImage:
-    """Bring a picture to the size asked for, where its engine, a generator, has but one."""
-    if (image.width(), image.height()) == (choice.width, choice.height):
-        return image
-    return image.scaled(
-        choice.width,
-        choice.height,
-        Qt.AspectRatioMode.KeepAspectRatio,
-        Qt.TransformationMode.SmoothTransformation,
-    )
 
 
 def _suffixes() -> tuple[str, ...]:

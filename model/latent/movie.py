@@ -1,58 +1,17 @@
-"""Movies of images with their transfer functions (TFs) below."""
+"""Frames of movies: images with their transfer functions (TFs) below."""
 
 from __future__ import annotations
-
-from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from model.errors import RenderError
-from model.files import write_atomically
 from model.rendering.brightness import brighten
 from model.scene.transfer_function import ColorTF, OpacityTF
-
-SUFFIXES = (".mp4", ".gif")
 
 STRIP_SHARE = 0.18
 """Height of the TF's plot, as a fraction of the image's."""
 
 _BACKGROUND, _LINE = 0.1, 0.9
-
-
-def write_movie(path: Path, frames: Sequence[NDArray[np.uint8]], frames_per_second: float) -> Path:
-    """Write frames (H, W, 3), see :func:`movie_frame`, as a movie; return its path.
-
-    Raises
-    ------
-    RenderError
-        When the format is unknown, or the file cannot be written.
-    """
-    import imageio.v3 as iio
-
-    if path.suffix.lower() not in SUFFIXES:
-        raise RenderError(
-            f"{path}: movies end in {', '.join(SUFFIXES)}; choose one of these formats."
-        )
-    partial = path.with_name(f".{path.stem}.partial{path.suffix}")
-    try:
-        if path.suffix.lower() == ".mp4":
-            iio.imwrite(
-                partial,
-                np.stack(frames),
-                fps=frames_per_second,
-                plugin="FFMPEG",
-                macro_block_size=2,
-            )
-        else:
-            iio.imwrite(partial, np.stack(frames), duration=1000 / frames_per_second, loop=0)
-        write_atomically(path, partial.read_bytes())
-    except (OSError, ValueError, RuntimeError) as error:
-        raise RenderError(f"{path}: the movie cannot be written ({error}).") from error
-    finally:
-        partial.unlink(missing_ok=True)
-    return path
 
 
 def movie_frame(

@@ -1,4 +1,4 @@
-"""VTK with the ray caster behind it, which draws what VTK cannot."""
+"""VTK with the ray caster behind it, which draws what VTK cannot, or only slowly."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import CannotDrawError
+from model.kernel_cache import has_kernels
 from model.rendering.raster import Raster
 from model.rendering.renderer import Renderer, open_renderer
 from model.scene.inputs import SceneInputs
@@ -17,17 +18,26 @@ from model.scene.volume import Volume
 class FallbackRenderer:
     """Draws by VTK until that fails, and by the ray caster from then on.
 
+    Where no graphics card draws for VTK, the ray caster may do so from the start: by the processor
+    it is many times as fast, and differs little except under global light. As long as it is not
+    compiled, VTK draws there, too.
+
     For whoever looks at pictures, not for data sets, whose images are all of one renderer.
 
     Parameters
     ----------
     volume, lighting, light, sample_distance
         See :func:`model.rendering.renderer.open_renderer`.
+    spares_processor : bool
+        Whether the ray caster draws where VTK would draw by the processor.
 
     Attributes
     ----------
     reason : str
-        One sentence that says why the ray caster draws; "" while VTK does.
+        One sentence that says what VTK failed in, so that the ray caster draws; "" if it did not.
+    remark : str
+        One sentence that says that no graphics card is there, so that the ray caster draws; "" if
+        there is one, or VTK draws nevertheless.
     """
 
     def __init__(
@@ -36,23 +46,41 @@ class FallbackRenderer:
         lighting: Lighting = "none",
         light: LightDirection | None = None,
         sample_distance: float = 0.5,
+        spares_processor: bool = False,
     ) -> None:
         self.sample_distance = sample_distance
-        self.reason = ""
+        self.reason = self.remark = ""
         self._place = volume, lighting, light, sample_distance
+        self._renderer: Renderer
+        self._software = ""
+        if spares_processor and lighting != "global":
+            from model.rendering.opengl import software_name
+
+            self._software = software_name()
+        if self._software and has_kernels():
+            self._spare_processor()
+            return
         try:
-            self._renderer: Renderer = open_renderer("vtk", *self._place)
+            self._renderer = open_renderer("vtk", *self._place)
         except CannotDrawError as error:
             self._fall_back(error)
+
+    @property
+    def by_raycast(self) -> bool:
+        """Whether the ray caster draws."""
+        return bool(self.reason or self.remark)
 
     def render(
         self, inputs: SceneInputs, size: int | Raster, sample_distance: float | None = None
     ) -> NDArray[np.float32]:
         """Render one image; see :class:`model.rendering.renderer.Renderer`."""
+        if self._software and not self.by_raycast and has_kernels():
+            self._renderer.close()
+            self._spare_processor()
         try:
             return self._renderer.render(inputs, size, sample_distance)
         except CannotDrawError as error:
-            if self.reason:
+            if self.by_raycast:
                 raise
             self._renderer.close()
             self._fall_back(error)
@@ -64,4 +92,11 @@ class FallbackRenderer:
 
     def _fall_back(self, error: CannotDrawError) -> None:
         self.reason = f"{str(error).rstrip('.')}; the ray caster draws instead."
+        self._renderer = open_renderer("raycast", *self._place)
+
+    def _spare_processor(self) -> None:
+        self.remark = (
+            f"No graphics card draws here ({self._software} does), so the ray caster draws at "
+            "rest, too: VTK would take many times as long. Choose VTK to see its image."
+        )
         self._renderer = open_renderer("raycast", *self._place)

@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from vtkmodules import vtkRenderingOpenGL2
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPiecewiseFunction, vtkPlane
@@ -24,7 +23,6 @@ from vtkmodules.vtkRenderingCore import (
     vtkColorTransferFunction,
     vtkLight,
     vtkRenderer,
-    vtkRenderWindow,
     vtkVolume,
     vtkVolumeProperty,
 )
@@ -33,6 +31,7 @@ from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkOpenGLGPUVolumeRayCastMapper
 from model.errors import CannotDrawError, RenderError
 from model.rendering.noise import noise_of
 from model.rendering.opacity_correction import per_sample
+from model.rendering.opengl import offscreen_window
 from model.rendering.raster import Raster
 from model.rendering.scalars import renderable_scalars
 from model.rendering.vtk_errors import drawing_errors
@@ -152,7 +151,7 @@ class VtkRenderer:
         if lighting == "global":
             self._mapper.SetVolumetricScatteringBlending(SCATTERING_BLEND)
             self._mapper.SetGlobalIlluminationReach(GLOBAL_REACH)
-        self._window = _offscreen_window()
+        self._window = offscreen_window()
         self._window.AddRenderer(self._renderer)
 
     def render(
@@ -459,25 +458,3 @@ def _camera_light() -> vtkLight:
     light.PositionalOff()
     light.SetFocalPoint(0.0, 0.0, 0.0)
     return light
-
-
-def _offscreen_window() -> vtkRenderWindow:
-    """Open an off-screen window by the first method that works on this machine.
-
-    Raises
-    ------
-    CannotDrawError
-        When OpenGL is not available.
-    """
-    for name in ("vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow", "vtkRenderWindow"):
-        kind = getattr(vtkRenderingOpenGL2, name, vtkRenderWindow)
-        window = kind()
-        window.SetOffScreenRendering(True)
-        window.SetMultiSamples(0)
-        window.SetAlphaBitPlanes(True)
-        if window.SupportsOpenGL():
-            return window
-    raise CannotDrawError(
-        "VTK finds no OpenGL to draw with; on Debian or Ubuntu install it with "
-        "'apt-get install libegl1 libgl1 libgl1-mesa-dri'."
-    )

@@ -74,7 +74,8 @@ class OpacityTF:
         The range the TF was made for, lowest first.
     modes : tuple of GaussianMode
         Opacity is ``min(1, sum of the modes)``. Modes narrower than one bin
-        (1/256 of the range) are widened to a bin, so that sampling misses none.
+        (1/256 of the range) are drawn one bin wide, so that sampling misses none; over a
+        narrower range they are what they are.
     points : tuple of (value, opacity)
         A free curve, linear between the points and constant outside them;
         used instead of modes if not empty.
@@ -105,15 +106,10 @@ class OpacityTF:
                 raise TransferFunctionError(
                     f"The opacity {opacity:g} at value {value:g} is outside 0 to 1."
                 )
-        bin_width = self.bin_width
-        widened = tuple(
-            m if m.width >= bin_width else replace(m, width=bin_width) for m in self.modes
-        )
-        object.__setattr__(self, "modes", widened)
 
     @property
     def bin_width(self) -> float:
-        """Width of one of the 256 bins of the scalar range, the least width of modes."""
+        """Width of one of the 256 bins of the scalar range, the least that modes are drawn with."""
         return (self.scalar_range[1] - self.scalar_range[0]) / TF_SAMPLES
 
     def __call__(self, values: ArrayLike) -> NDArray[np.float64]:
@@ -124,7 +120,8 @@ class OpacityTF:
             return np.asarray(np.interp(s, xs, ys))
         total = np.zeros_like(s)
         for mode in self.modes:
-            total += mode.amplitude * np.exp(-(((s - mode.mean) / mode.width) ** 2))
+            width = max(mode.width, self.bin_width)
+            total += mode.amplitude * np.exp(-(((s - mode.mean) / width) ** 2))
         return np.minimum(total, 1.0)
 
     def sample(

@@ -59,11 +59,8 @@ def all_fields(
 
     Parameters
     ----------
-    renderer : RaycastRenderer
-        Unlit, or with direct light.
-    inputs : SceneInputs
-    size : int
-        Width and height of the image in pixels.
+    renderer, inputs, size
+        See :func:`model.sensitivity.exact.sensitivity_field`.
     blocks : int
         Number of blocks along either side.
     width : float

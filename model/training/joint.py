@@ -49,9 +49,16 @@ class JointStage(ColorStage):
         device: torch.device,
         execution: Execution = STANDARD,
     ) -> None:
+        size, options = self._own(size, options)
         discriminator = TranslationDiscriminator(size, conditions)
         super().__init__(generator, discriminator, options.joint, options, device, execution)
         self._codec_loss = codec_loss
+
+    def _own(
+        self, size: NetworkSize, options: TrainingOptions
+    ) -> tuple[NetworkSize, TrainingOptions]:
+        """Size and options of this stage, from those of the whole generator."""
+        return size, options
 
     def _generate(self, batch: EncodedBatch) -> tuple[Tensor, tuple[Tensor, Tensor]]:
         opacity_view, view, latent, color = self.generator.features(batch.inputs)
@@ -85,36 +92,18 @@ class JointStage(ColorStage):
 class SmallStage(JointStage):
     """Joint training on colour images of the opacity image's size, before the full size.
 
-    Parameters
-    ----------
-    size : NetworkSize
-        That of the whole generator; see :func:`small_size`.
-    options : TrainingOptions
-    generator : TwoStageGenerator
-        Of the small size.
-    conditions : int
-    codec_loss : CodecLoss
-    device : torch.device
-    execution : Execution
+    Its parameters are those of :class:`JointStage`: `size` and `options` are the whole generator's,
+    and `generator` is one of :func:`small_size`.
     """
 
     name = "small"
 
-    def __init__(
-        self,
-        size: NetworkSize,
-        options: TrainingOptions,
-        generator: TwoStageGenerator,
-        conditions: int,
-        codec_loss: CodecLoss,
-        device: torch.device,
-        execution: Execution = STANDARD,
-    ) -> None:
+    def _own(
+        self, size: NetworkSize, options: TrainingOptions
+    ) -> tuple[NetworkSize, TrainingOptions]:
         self.image_size = size.opacity_size
         # The discriminator joins at the full size only.
-        own = replace(options, joint=options.small, adversarial_start=1.0)
-        small = small_size(size)
-        super().__init__(small, own, generator, conditions, codec_loss, device, execution)
+        return small_size(size), replace(options, joint=options.small, adversarial_start=1.0)
 
 
 def small_size(size: NetworkSize) -> NetworkSize:

@@ -210,7 +210,7 @@ class Soak:
     def save(self) -> None:
         """Save a picture."""
         pictures, place = self.window.pictures, self.folder / "picture.png"
-        pictures.draw(self.window.reference, PictureChoice(600, 500, None, True), place)
+        pictures.draw(PictureChoice(600, 500, None, True), place)
         if not self._until(place.is_file):
             self.round.problems.append("no picture was saved")
         place.unlink(missing_ok=True)

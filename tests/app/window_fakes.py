@@ -61,7 +61,8 @@ class FakeEngine:
     ) -> None:
         self.scene = scene
         self.draws_codes = draws_codes
-        self.description = description
+        self.description, self.remark = description, ""
+        self.by_raycast = False
         self.gate = gate
         self.started = threading.Semaphore(0)
         self.requests: list[ImageRequest] = []

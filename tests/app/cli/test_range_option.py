@@ -9,6 +9,7 @@ import pytest
 
 from app.cli import run
 from model.samples.sample_store import SampleStore
+from model.scene.range_fitting import opacity_over
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
 
 RANGE = (0.0, 250.0)
@@ -56,6 +57,36 @@ def test_a_tf_brings_its_range(folder: Path) -> None:
     narrow = rendered(folder, "ball", f"{tf} --range 100,250")
     # The mode at 120 stays where it is, and what is below 100 looks as 100 does.
     assert narrow[..., 3].mean() > expected[..., 3].mean()
+
+
+def test_what_is_too_narrow_for_the_range_is_said_with_the_option(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    whole = (0.0, 60_000.0)
+    color = ColorTF(whole, ((0.0, 0.1, 0.2, 0.9), (60_000.0, 1.0, 0.3, 0.2)))
+    for name, opacity in (
+        ("mode", OpacityTF(whole, (GaussianMode(120.0, 20.0, 0.2),))),
+        ("band", OpacityTF(whole, points=((0, 0), (90, 0), (120, 0.2), (150, 0), (60_000, 0)))),
+    ):
+        TransferFunction(opacity, color).save(folder / f"{name}.json")
+        tf = f"--tf {folder / name}.json"
+        wide = rendered(folder, "outlier", tf)
+        said = capsys.readouterr().err
+        assert "narrower than 256 steps over 0 to 60,000" in said
+        option = said.partition("; give ")[2].strip().rstrip(".")
+        assert option.startswith("--range ")
+        shown = rendered(folder, "outlier", f"{tf} {option}")
+        assert "narrower" not in capsys.readouterr().err
+        assert np.abs(shown - wide).max() > 0.05
+        # With the colours of the wide TF, and its opacities.
+        low, high = (float(n) for n in option.removeprefix("--range ").split(","))
+        exact = opacity_over(opacity, (low, high))
+        values = np.linspace(low, high, 300)
+        inside = OpacityTF((low, high), opacity.modes, opacity.points)
+        np.testing.assert_allclose(exact(values), inside(values), atol=1e-9)
+        # A range that was asked for is kept, and said to be too wide.
+        rendered(folder, "outlier", f"{tf} --range 0,50000")
+        assert "over 0 to 50,000" in capsys.readouterr().err
 
 
 def test_samples_have_tfs_over_the_range(folder: Path) -> None:

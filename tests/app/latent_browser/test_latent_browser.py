@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import imageio.v3 as iio
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
@@ -22,7 +23,7 @@ from window_fakes import FakeBuilders
 from app.engines.messages import GridRequest, HoverRequest, ThumbnailRequest
 from app.latent_browser.browser_bar import parsed_band
 from app.latent_browser.map_view import MapView
-from app.state.latent_path import Frame
+from app.state.latent_path import Frame, MovieOrder
 from app.window.main_window import MainWindow
 from model.errors import LatentError
 from model.latent.embedding import EmbeddingProcess
@@ -193,7 +194,7 @@ def test_a_click_makes_the_tf_in_one_undo_step(qtbot: QtBot, window: MainWindow)
 
 
 def test_a_click_can_give_modes(qtbot: QtBot, window: MainWindow) -> None:
-    window.browser.bar.modes.click()
+    window.browser.bar.modes.trigger()
     map_view = window.browser.map
     QTest.mouseClick(map_view, Qt.MouseButton.LeftButton, pos=pixel(map_view, (0.3, 0.2)))
     opacity = window.state.transfer_function.opacity
@@ -302,7 +303,9 @@ def test_thumbnails_come_when_one_is_close(
     gaps = np.abs(places[:, None] - places).max(axis=2) + 1e3 * np.eye(len(wanted))
     assert gaps.min() >= 52
     # Over a thumbnail the mouse means its sample alone.
-    sample = wanted[0]
+    seen = QRectF(map_view.rect())
+    at = dict(zip(wanted, map_view.frame.pixels(latent_map.places[wanted]), strict=True))
+    sample = next(s for s in wanted if seen.contains(QPointF(*at[s])))
     move(qtbot, map_view, tuple(latent_map.places[sample].tolist()))
     qtbot.waitUntil(lambda: window.latent_state.hover_sample == sample)
     assert any(isinstance(r, ThumbnailRequest) for r in builders.analysts[-1].others)
@@ -370,8 +373,11 @@ def test_places_are_named_played_and_kept(qtbot: QtBot, window: MainWindow, tmp_
     with qtbot.waitSignal(
         work.path.ended, check_params_cb=lambda text: "Saved" in text, timeout=60_000
     ):
-        work.path.play(tmp_path / "path.gif")
-    assert (tmp_path / "path.gif").stat().st_size > 1000
+        work.path.play(MovieOrder(tmp_path / "path.gif", 96, 7, 10.0))
+    movie = iio.imread(tmp_path / "path.gif", index=None)
+    # The path's engine draws squares, and the TF is below.
+    assert movie.shape[:1] + movie.shape[2:] == (7, 96, 3) and movie.shape[1] > 96
+    assert iio.immeta(tmp_path / "path.gif")["duration"] == 100
     window.browser.bar.renameRequested.emit(0)
     dialog = window.findChild(QInputDialog)
     assert dialog is not None
@@ -525,7 +531,7 @@ def test_the_model_draws_and_is_compared(
     pictures = window.workspace.latent.pictures
     assert pictures.source == "exact"
     assert window.browser.bar.engine.isEnabled()
-    assert window.browser.bar.codec.isVisible()
+    assert window.browser.bar.codec.menuAction().isVisible()
     window.latent_state.choose(engine="learned")
     qtbot.waitUntil(lambda: pictures.grid is not None and pictures.grid.source == "learned")
     assert any(isinstance(r, GridRequest) for r in builders.generators[-1].others)

@@ -26,6 +26,7 @@ class Client(QObject):
     resultReady = Signal(object)  # noqa: N815
     is_ready = True
     is_held = False
+    by_raycast = False
 
     def __init__(self) -> None:
         super().__init__()
@@ -178,3 +179,16 @@ def test_a_drag_calls_off_what_is_being_refined(
     assert len(reference.asked) == count
     state.finish_view()
     assert len(reference.asked) == count + 1
+
+
+def test_what_the_ray_caster_draws_in_vtks_place_is_not_drawn_twice(
+    state: ViewerState, dispatcher: Dispatcher, clients: list[Client]
+) -> None:
+    _, reference, stand_in = clients
+    dispatcher.may_stand_in = reference.by_raycast = True
+    dispatcher.send()
+    assert (len(reference.asked), len(stand_in.asked)) == (1, 0)
+    # While something moves it is drawn as it always is.
+    state.move_view(View(10.0))
+    assert (len(reference.asked), len(stand_in.asked)) == (1, 1)
+    assert stand_in.asked[-1].quality.live

@@ -4,22 +4,23 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QColorDialog, QDialog, QPushButton
+from PySide6.QtWidgets import QColorDialog, QDialog, QLabel, QPushButton
 from pytestqt.qtbot import QtBot
 
+from app.window.figure import Which
 from app.window.picture_dialog import PictureChoice, PictureDialog
 
 
 @pytest.fixture
 def dialog(qtbot: QtBot) -> PictureDialog:
-    dialog = PictureDialog((960, 720))
+    dialog = PictureDialog({"reference": (960, 720)})
     qtbot.addWidget(dialog)
     return dialog
 
 
 def choose(dialog: PictureDialog, box_name: str, text: str) -> None:
     """Choose an entry as a click does."""
-    box = getattr(dialog, box_name)
+    box = getattr(dialog, box_name, None) or getattr(dialog.chooser, box_name)
     row = next(i for i in range(box.count()) if text in box.itemText(i))
     box.setCurrentIndex(row)
     box.activated.emit(row)
@@ -40,16 +41,48 @@ def test_presets_keep_the_proportions(
 
 
 def test_typed_sides_follow_one_another_unless_freed(dialog: PictureDialog) -> None:
-    dialog.height_box.setValue(3000)
+    dialog.chooser.height_box.setValue(3000)
     assert (dialog.choice().width, dialog.choice().height) == (4000, 3000)
-    assert dialog.size_box.currentText() == "Own size"
-    dialog.width_box.setValue(2048)
-    assert dialog.size_box.currentText() == "2048 × 1536"
-    dialog.keep.setChecked(False)
-    dialog.height_box.setValue(100)
+    assert dialog.chooser.size_box.currentText() == "Own size"
+    dialog.chooser.width_box.setValue(2048)
+    assert dialog.chooser.size_box.currentText() == "2048 × 1536"
+    dialog.chooser.keep.setChecked(False)
+    dialog.chooser.height_box.setValue(100)
     assert (dialog.choice().width, dialog.choice().height) == (2048, 100)
-    dialog.width_box.setValue(99999)
+    dialog.chooser.width_box.setValue(99999)
     assert dialog.choice().width == 8192
+
+
+def test_each_of_what_it_may_show_has_its_proportions(qtbot: QtBot) -> None:
+    sizes: dict[Which, tuple[int, int]] = {
+        "reference": (960, 720),
+        "generator": (128, 128),
+        "both": (1454, 720),
+        "difference": (720, 720),
+    }
+    dialog = PictureDialog(sizes, PictureChoice(0, 0, legend=True, scale_bar=True, which="both"))
+    qtbot.addWidget(dialog)
+    assert dialog.choice() == PictureChoice(1454, 720, (0, 0, 0), True, True, "both")
+    choose(dialog, "size_box", "1024")
+    for text, which, size in (
+        ("Generator", "generator", (1024, 1024)),
+        ("Ground truth", "reference", (1024, 768)),
+    ):
+        choose(dialog, "which_box", text)
+        choice = dialog.choice()
+        assert (choice.which, choice.width, choice.height) == (which, *size)
+    # An own width stays, with the height of these proportions.
+    dialog.chooser.width_box.setValue(2000)
+    choose(dialog, "which_box", "Difference")
+    assert (dialog.choice().width, dialog.choice().height) == (2000, 2000)
+    assert not dialog.legend_box.isEnabled() and not dialog.background_box.isEnabled()
+    choose(dialog, "which_box", "Both")
+    assert dialog.legend_box.isEnabled()
+
+
+def test_it_says_where_a_scale_bar_holds(dialog: PictureDialog) -> None:
+    texts = [label.text() for label in dialog.findChildren(QLabel)]
+    assert any("plane through the middle of what is shown" in text for text in texts)
 
 
 def test_backgrounds(dialog: PictureDialog, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -70,7 +103,7 @@ def test_backgrounds(dialog: PictureDialog, monkeypatch: pytest.MonkeyPatch) -> 
 @pytest.mark.parametrize("background", [None, (255, 255, 255), (3, 60, 90)])
 def test_the_last_choice_comes_back(qtbot: QtBot, background: tuple[int, int, int] | None) -> None:
     last = PictureChoice(64, 64, background, True)
-    dialog = PictureDialog((20000, 10000), last, "Copy")
+    dialog = PictureDialog({"reference": (20000, 10000)}, last, "Copy")
     qtbot.addWidget(dialog)
     assert dialog.choice() == PictureChoice(8192, 4096, background, True)
     (accept,) = [b for b in dialog.findChildren(QPushButton) if b.text() == "Copy"]
@@ -83,22 +116,22 @@ def test_a_size_is_taken_on_tab_and_what_cannot_be_keeps_the_dialog_open(
 ) -> None:
     dialog.show()
     qtbot.waitExposed(dialog)
-    dialog.width_box.setFocus()
-    qtbot.waitUntil(dialog.width_box.hasFocus)
-    dialog.width_box.selectAll()
-    QTest.keyClicks(dialog.width_box, "2000")
-    QTest.keyClick(dialog.width_box, Qt.Key.Key_Tab)
+    dialog.chooser.width_box.setFocus()
+    qtbot.waitUntil(dialog.chooser.width_box.hasFocus)
+    dialog.chooser.width_box.selectAll()
+    QTest.keyClicks(dialog.chooser.width_box, "2000")
+    QTest.keyClick(dialog.chooser.width_box, Qt.Key.Key_Tab)
     assert (dialog.choice().width, dialog.choice().height) == (2000, 1500)
-    assert dialog.width_box.text() == "2000 px"
-    dialog.height_box.selectAll()
-    QTest.keyClicks(dialog.height_box, "12")
-    QTest.keyClick(dialog.height_box, Qt.Key.Key_Return)
+    assert dialog.chooser.width_box.text() == "2000 px"
+    dialog.chooser.height_box.selectAll()
+    QTest.keyClicks(dialog.chooser.height_box, "12")
+    QTest.keyClick(dialog.chooser.height_box, Qt.Key.Key_Return)
     (accept,) = [b for b in dialog.findChildren(QPushButton) if b.isDefault()]
     accept.click()
-    assert dialog.isVisible() and dialog.height_box.hasFocus()
-    assert dialog.height_box.entry.reason == "12 is below the limits: from 16 to 8192."
-    dialog.height_box.selectAll()
-    QTest.keyClicks(dialog.height_box, "1 200")
+    assert dialog.isVisible() and dialog.chooser.height_box.hasFocus()
+    assert dialog.chooser.height_box.entry.reason == "12 is below the limits: from 16 to 8192."
+    dialog.chooser.height_box.selectAll()
+    QTest.keyClicks(dialog.chooser.height_box, "1 200")
     accept.click()
     assert dialog.result() == QDialog.DialogCode.Accepted
     assert (dialog.choice().width, dialog.choice().height) == (1600, 1200)

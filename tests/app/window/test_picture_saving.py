@@ -31,7 +31,7 @@ def test_a_picture_of_any_size_is_saved(
     pixel: tuple[int, int, int, int],
 ) -> None:
     place = tmp_path / "picture.png"
-    window.pictures.draw(window.reference, PictureChoice(90, 40, background), place)
+    window.pictures.draw(PictureChoice(90, 40, background), place)
     qtbot.waitUntil(place.exists)
     qtbot.waitUntil(lambda: "Saved" in window.status.news)
     saved = QImage(str(place))
@@ -42,7 +42,7 @@ def test_a_picture_of_any_size_is_saved(
 
 def test_a_picture_is_copied_with_its_legend(qtbot: QtBot, window: MainWindow) -> None:
     choice = PictureChoice(300, 200, (0, 0, 0), legend=True)
-    window.pictures.draw(window.reference, choice, None)
+    window.pictures.draw(choice, None)
     qtbot.waitUntil(lambda: window.status.news == "Copied.")
     copied = QGuiApplication.clipboard().image()
     assert (copied.width(), copied.height()) == (300, 200)
@@ -55,12 +55,14 @@ def test_a_place_that_cannot_be_written_is_told(
     qtbot: QtBot, window: MainWindow, tmp_path: Path
 ) -> None:
     place = tmp_path / "missing" / "picture.png"
-    window.pictures.draw(window.reference, PictureChoice(20, 20), place)
+    window.pictures.draw(PictureChoice(20, 20), place)
     qtbot.waitUntil(lambda: "picture.png" in window.notice.text)
 
 
 def test_without_an_image_nothing_is_asked(window: MainWindow) -> None:
-    window.pictures.save(window.generator)
+    assert "generator" not in window.pictures._shown.sizes()
+    window.reference.canvas.show_image(None)
+    window.pictures.save()
     assert "no image" in window.notice.text
 
 
@@ -77,19 +79,20 @@ def test_a_coarse_image_is_offered_in_its_final_size(
     monkeypatch.setattr(type(window.reference.client), "is_ready", True)
     for pane in (window.reference, window.generator):
         pane.canvas.show_image(QImage(30, 30, QImage.Format.Format_RGB888))
-        window.pictures.save(pane)
+    window.pictures.save()
     whole = window.reference.canvas.picture_rect
-    assert offered == [(whole.width(), whole.height()), (30, 30)]
+    assert offered == [(whole.width(), whole.height())]
+    assert window.pictures._shown.sizes()["generator"] == (30, 30)
 
 
 def test_the_file_is_asked_for_after_the_size(
     qtbot: QtBot, window: MainWindow, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     choice = PictureChoice(64, 32, (255, 255, 255))
-    monkeypatch.setattr(window.pictures, "_ask", lambda pane, button: choice)
+    monkeypatch.setattr(window.pictures, "_ask", lambda button: choice)
     place = str(tmp_path / "wide")
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (place, ""))
-    window.pictures.save(window.reference)
+    window.pictures.save()
     qtbot.waitUntil((tmp_path / "wide.png").exists)
 
 

@@ -6,8 +6,8 @@ import imageio.v3 as iio
 import numpy as np
 import pytest
 
-from model.errors import LatentError, RenderError
-from model.latent.movie import movie_frame, write_movie
+from model.errors import LatentError
+from model.latent.movie import movie_frame
 from model.latent.picture_file import read_picture
 from model.scene.transfer_function import ColorTF, OpacityTF
 
@@ -25,30 +25,6 @@ def test_a_frame_has_the_picture_above_the_tf() -> None:
     assert (strip[:, 40:, 0] == 255).all()
     assert (strip[:, 40:, 1] == 0).all()
     assert (strip[:, :24] < 40).all()
-
-
-# imageio leaves its reader's pipes to the garbage collection.
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-@pytest.mark.filterwarnings("ignore::ResourceWarning")
-@pytest.mark.parametrize("suffix", [".mp4", ".gif"])
-def test_movies_can_be_read_again(tmp_path: Path, suffix: str) -> None:
-    levels = np.linspace(0.1, 0.9, 6, dtype=np.float32)
-    images = np.ones((6, 48, 48, 4), dtype=np.float32) * levels[:, None, None, None]
-    frames = [movie_frame(image, STEP, COLORS) for image in images]
-    path = write_movie(tmp_path / f"path{suffix}", frames, 25)
-    read = np.asarray(iio.imread(path, index=None if suffix == ".gif" else ...))
-    middle = read[:, 20, 20, 0].astype(np.float64) / 255
-    assert len(read) == 6
-    assert middle == pytest.approx(levels, abs=0.06)
-    assert [p.name for p in tmp_path.iterdir()] == [path.name]
-
-
-def test_movies_of_unknown_formats_are_refused(tmp_path: Path) -> None:
-    frames = [np.zeros((16, 16, 3), dtype=np.uint8)]
-    with pytest.raises(RenderError, match="movies end in"):
-        write_movie(tmp_path / "path.txt", frames, 25)
-    with pytest.raises(RenderError, match="cannot be written"):
-        write_movie(tmp_path / "missing" / "path.gif", frames, 25)
 
 
 def test_pictures_of_all_kinds_become_premultiplied(tmp_path: Path) -> None:

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from model.errors import CannotDrawError
-from model.rendering import fallback, vtk_renderer
+from model.rendering import fallback, opengl, vtk_renderer
 from model.rendering.fallback import FallbackRenderer
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.vtk_renderer import VtkRenderer
 from model.scene.inputs import SceneInputs
+from model.scene.scene import Lighting
 from model.scene.transfer_function import ColorTF, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume
@@ -84,7 +85,7 @@ def test_without_opengl_the_ray_caster_draws(monkeypatch: pytest.MonkeyPatch) ->
     def no_opengl() -> None:
         raise CannotDrawError("VTK finds no OpenGL to draw with; install it.")
 
-    monkeypatch.setattr(vtk_renderer, "_offscreen_window", no_opengl)
+    monkeypatch.setattr(vtk_renderer, "offscreen_window", no_opengl)
     volume = make_volume()
     both = FallbackRenderer(volume)
     assert both.reason.startswith("VTK finds no OpenGL")
@@ -106,3 +107,59 @@ def test_an_error_of_the_ray_caster_is_not_hidden(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(fallback, "open_renderer", lambda *_: Failing())
     with pytest.raises(CannotDrawError, match="broken"):
         FallbackRenderer(make_volume()).render(INPUTS, 24)
+
+
+class TestWithoutAGraphicsCard:
+    """Where VTK would draw by the processor, the ray caster does."""
+
+    @pytest.fixture(autouse=True)
+    def no_card(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(opengl, "opengl_name", lambda: "llvmpipe (LLVM 15.0.6, 256 bits)")
+        monkeypatch.setattr(fallback, "has_kernels", lambda: True)
+
+    def test_the_ray_caster_draws_and_says_why(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(vtk_renderer, "offscreen_window", pytest.fail)
+        volume = make_volume()
+        both = FallbackRenderer(volume, spares_processor=True)
+        np.testing.assert_array_equal(both.render(INPUTS, 24), expected(volume))
+        assert both.by_raycast and not both.reason
+        assert "llvmpipe" in both.remark and "Choose VTK" in both.remark
+        both.close()
+
+    @pytest.mark.parametrize("lighting", ["none", "direct", "global"])
+    def test_vtk_draws_where_it_is_chosen_or_draws_another_light(self, lighting: Lighting) -> None:
+        both = FallbackRenderer(make_volume(), lighting, spares_processor=lighting == "global")
+        assert both.render(INPUTS, 24)[..., 3].max() > 0.1
+        assert isinstance(both._renderer, VtkRenderer)
+        assert not both.by_raycast and not both.remark
+        both.close()
+
+    def test_vtk_draws_until_the_ray_caster_is_compiled(
+        self, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr(fallback, "has_kernels", lambda: False)
+        volume = make_volume()
+        both = FallbackRenderer(volume, spares_processor=True)
+        both.render(INPUTS, 24)
+        assert not both.by_raycast
+        monkeypatch.setattr(fallback, "has_kernels", lambda: True)
+        np.testing.assert_array_equal(both.render(INPUTS, 24), expected(volume))
+        assert both.by_raycast and both.remark
+        both.close()
+
+    def test_vtk_that_fails_until_then_is_said(
+        self, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr(fallback, "has_kernels", lambda: False)
+        both = FallbackRenderer(make_volume(), spares_processor=True)
+        monkeypatch.setattr(both._renderer, "_failure", "the context was lost")
+        both.render(INPUTS, 24)
+        assert "the context was lost" in both.reason and not both.remark
+        both.close()
+
+
+def test_a_graphics_card_draws_by_vtk(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(opengl, "opengl_name", lambda: "NVIDIA RTX A2000/PCIe/SSE2")
+    both = FallbackRenderer(make_volume(), spares_processor=True)
+    assert isinstance(both._renderer, VtkRenderer) and not both.by_raycast
+    both.close()

@@ -1,0 +1,109 @@
+"""What ``render`` is asked for, and what draws it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.cli import choices
+from app.cli.captions import range_text, view_text
+from model.rendering.raster import Raster
+from model.scene.crop import CropBox
+from model.scene.inputs import SceneInputs
+from model.scene.light import LightDirection
+from model.scene.scene import Lighting
+from model.scene.view import View
+from model.scene.volume import Volume
+from model.volume_files.source import VolumeSource
+
+if TYPE_CHECKING:
+    pass
+
+Background = tuple[int, int, int]
+"""Red, green and blue, each 0..255."""
+
+
+@dataclass(frozen=True)
+class RenderOrder:
+    """Options of the ``render`` command; see :func:`app.cli.image_commands.render`."""
+
+    renderer: str
+    volume: VolumeSource
+    model: Path | None
+    view: View
+    tf: Path | None
+    lighting: choices.LightingOption | None
+    light: LightDirection | None
+    crop: CropBox | None
+    size: Raster | None
+    brightness: float | None
+    draws_missing: bool
+    preintegrated: bool
+    device: str
+    backend: str
+    precision: str
+    out: Path
+    code: tuple[float, ...] | None = None
+    background: Background | None = (0, 0, 0)
+    legend: bool = False
+    scale_bar: bool = False
+    seconds: float = 8.0
+    rate: int = 25
+
+
+@dataclass(frozen=True, eq=False)
+class Drawer:
+    """What draws images, and what they show.
+
+    Attributes
+    ----------
+    draw : callable
+        Returns the image of a view: float32 (H, W, 4).
+    inputs : SceneInputs
+    volume : Volume or None
+        None where a generator draws of which only the scene is known.
+    volume_name : str
+    lighting : {"none", "direct", "global"}
+    light : LightDirection or None
+        None where it is unlit.
+    drawn_by : callable
+        Returns who has drawn the last image, for people.
+    raster : Raster
+        Pixels of the image.
+    close : callable
+    """
+
+    draw: Callable[[View], NDArray[np.float32]]
+    inputs: SceneInputs
+    volume: Volume | None
+    volume_name: str
+    lighting: Lighting
+    light: LightDirection | None
+    drawn_by: Callable[[], str]
+    raster: Raster
+    close: Callable[[], None]
+
+    def facts(self) -> dict[str, str]:
+        """Return the texts of a PNG file."""
+        tf = self.inputs.transfer_function
+        facts = {
+            "Title": f"{self.volume_name}, by {self.drawn_by()}",
+            "Volume": self.volume_name,
+            "View": view_text(self.inputs.view),
+            "Lighting": self.lighting,
+            "Renderer": self.drawn_by(),
+            "Scalar range": range_text(tf.scalar_range, tf.scale),
+            "Transfer function": json.dumps(tf.to_json()),
+        }
+        if self.light is not None:
+            facts["Light"] = f"{self.light.azimuth:g},{self.light.elevation:g}"
+        if self.inputs.crop is not None:
+            planes = zip(self.inputs.crop.low, self.inputs.crop.high, strict=True)
+            facts["Crop"] = ",".join(f"{low:g},{high:g}" for low, high in planes)
+        return facts

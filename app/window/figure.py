@@ -1,0 +1,201 @@
+"""Figures: images as they are saved, with legend and scale bar, beside each other or compared.
+
+The window's pictures and movies, and those of the command line, are made here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QRect, Qt
+from PySide6.QtGui import QImage, QPainter
+
+from app.image_view.picture import Background, compose
+from app.window.difference import difference_of, in_colors
+from app.window.legend import paint_legend
+from app.window.scale_bar import paint_caption, paint_difference_bar, paint_scale_bar
+from model.errors import RenderError
+from model.rendering.scale_bar import Scale
+from model.scene.inputs import SceneInputs
+
+Which = Literal["generator", "reference", "both", "difference"]
+"""What a figure shows: one of both images, both side by side, or how far they are apart."""
+
+TITLES = {"generator": "Generator", "reference": "Ground truth"}
+
+GAP = 1 / 100
+"""Distance of two images, relative to the figure's width."""
+
+Rgba = NDArray[np.float32] | NDArray[np.uint8]
+
+
+@dataclass(frozen=True)
+class FigureLook:
+    """How a figure looks.
+
+    Attributes
+    ----------
+    width, height : int
+        In pixels.
+    background : tuple of int or None
+        Red, green and blue, 0..255; None for a transparent one.
+    legend, scale_bar : bool
+        Whether they are painted over it.
+    """
+
+    width: int
+    height: int
+    background: Background | None = (0, 0, 0)
+    legend: bool = False
+    scale_bar: bool = False
+
+
+@dataclass(frozen=True)
+class Subject:
+    """What is known of the volume in a figure.
+
+    Attributes
+    ----------
+    units : str
+        Of its scalars; empty if unknown.
+    scale : Scale or None
+        Without one, there is no scale bar.
+    """
+
+    units: str = ""
+    scale: Scale | None = None
+
+
+def panels(look: FigureLook, which: Which) -> list[QRect]:
+    """Return where the images of a figure are: one, or two side by side."""
+    if which != "both":
+        return [QRect(0, 0, look.width, look.height)]
+    gap = max(round(GAP * look.width), 1)
+    width = (look.width - gap) // 2
+    return [QRect(0, 0, width, look.height), QRect(look.width - width, 0, width, look.height)]
+
+
+def figure(
+    look: FigureLook,
+    images: Mapping[str, tuple[Rgba, float]],
+    which: Which,
+    inputs: SceneInputs,
+    subject: Subject,
+) -> QImage:
+    """Return a figure.
+
+    Parameters
+    ----------
+    look : FigureLook
+    images : mapping
+        The image and its brightness, see :func:`app.image_view.picture.compose`, of "generator"
+        or "reference", or of both. An image is enlarged to its panel, in its own proportions.
+    which : {"generator", "reference", "both", "difference"}
+    inputs : SceneInputs
+        What the images show.
+    subject : Subject
+
+    Raises
+    ------
+    RenderError
+        When there is not enough memory.
+    """
+    largest = 0.0
+    if which == "difference":
+        compared, largest = _difference(images)
+        shown = [("", compared)]
+    else:
+        names = [*TITLES] if which == "both" else [which]
+        shown = [
+            (name, compose(images[name][0], look.background, None, images[name][1]))
+            for name in names
+        ]
+    places = panels(look, which)
+    if len(shown) == 1 and (shown[0][1].width(), shown[0][1].height()) == (look.width, look.height):
+        result = shown[0][1]
+    else:
+        result = _empty(look)
+    painter = QPainter(result)
+    painter.setRenderHints(
+        QPainter.RenderHint.Antialiasing | QPainter.RenderHint.SmoothPixmapTransform
+    )
+    rects = []
+    for (name, image), place in zip(shown, places, strict=True):
+        rect = _fitted(image, place)
+        rects.append(rect)
+        if image is not result:
+            smooth = image.scaled(
+                rect.size(),
+                Qt.AspectRatioMode.IgnoreAspectRatio,
+                Qt.TransformationMode.SmoothTransformation,
+            )
+            painter.drawImage(rect, smooth)
+        if which == "both":
+            paint_caption(painter, rect, TITLES[name], look.background)
+    background: Background | None = look.background
+    if which == "difference":
+        background = (0, 0, 0)
+        paint_difference_bar(painter, rects[-1], largest, background)
+    elif look.legend:
+        paint_legend(
+            painter, rects[-1], inputs.transfer_function, subject.units, background=background
+        )
+    if look.scale_bar and subject.scale is not None:
+        bar = subject.scale.bar(inputs.view, inputs.crop)
+        paint_scale_bar(painter, rects[0], bar, background)
+    painter.end()
+    return result
+
+
+def pixels_of(image: QImage) -> NDArray[np.uint8]:
+    """Return an opaque picture's pixels as uint8 (H, W, 3), of even height and width."""
+    rgb = image.convertToFormat(QImage.Format.Format_RGB888)
+    stored = np.frombuffer(rgb.constBits(), np.uint8).reshape(rgb.height(), rgb.bytesPerLine())
+    pixels = stored[:, : 3 * rgb.width()].reshape(rgb.height(), rgb.width(), 3)
+    return pixels[: rgb.height() // 2 * 2, : rgb.width() // 2 * 2].copy()
+
+
+def _difference(images: Mapping[str, tuple[Rgba, float]]) -> tuple[QImage, float]:
+    """Return the generator's image with its difference from the reference's over it."""
+    drawn, truth = (_as_float(images[name][0])[..., :3] for name in ("generator", "reference"))
+    colored, largest = in_colors(drawn, difference_of(drawn, truth))
+    opaque = np.ones((*colored.shape[:2], 4), np.float32)
+    opaque[..., :3] = colored
+    return compose(opaque, (0, 0, 0)), largest
+
+
+def _as_float(image: Rgba) -> NDArray[np.float32]:
+    if image.dtype == np.uint8:
+        return image.astype(np.float32) / np.float32(255)
+    return np.clip(np.nan_to_num(image), 0, 1).astype(np.float32)
+
+
+def _fitted(image: QImage, place: QRect) -> QRect:
+    """Return the largest rectangle of an image's proportions in the middle of a place."""
+    size = image.size().scaled(place.size(), Qt.AspectRatioMode.KeepAspectRatio)
+    rect = QRect(0, 0, size.width(), size.height())
+    rect.moveCenter(place.center())
+    return rect
+
+
+def _empty(look: FigureLook) -> QImage:
+    formats = QImage.Format
+    kind = (
+        formats.Format_RGBA8888_Premultiplied if look.background is None else formats.Format_RGB888
+    )
+    image = QImage(look.width, look.height, kind)
+    if image.isNull():
+        raise RenderError(
+            f"A picture of {look.width} x {look.height} pixels does not fit into the memory; "
+            "choose a smaller one."
+        )
+    if look.background is None:
+        image.fill(Qt.GlobalColor.transparent)
+    else:
+        red, green, blue = look.background
+        image.fill((255 << 24) | (red << 16) | (green << 8) | blue)
+    return image

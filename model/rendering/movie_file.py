@@ -1,0 +1,59 @@
+"""Movies as files, written picture by picture: MP4, or GIF."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.errors import RenderError
+from model.files import write_atomically
+
+SUFFIXES = (".mp4", ".gif")
+
+
+def write_movie(path: Path, frames: Iterable[NDArray[np.uint8]], frames_per_second: float) -> Path:
+    """Write frames (H, W, 3), of even height and width, as a movie; return its path.
+
+    Parameters
+    ----------
+    path : Path
+    frames : iterable of ndarray
+        Taken one by one; whatever it raises ends the movie, of which nothing is left then.
+    frames_per_second : float
+
+    Raises
+    ------
+    RenderError
+        When the format is unknown, or the file cannot be written.
+    """
+    import imageio.v2 as imageio
+
+    suffix = path.suffix.lower()
+    if suffix not in SUFFIXES:
+        raise RenderError(
+            f"{path}: movies end in {', '.join(SUFFIXES)}; choose one of these formats."
+        )
+    partial = path.with_name(f".{path.stem}.partial{suffix}")
+    try:
+        settings: dict[str, Any] = (
+            {"fps": frames_per_second, "format": "FFMPEG", "macro_block_size": 2}
+            if suffix == ".mp4"
+            else {"duration": 1000 / frames_per_second, "loop": 0, "mode": "I"}
+        )
+        movie = imageio.get_writer(partial, **settings)
+        try:
+            for frame in frames:
+                movie.append_data(frame)
+        finally:
+            # Its own context would leave it open after an error, and the encoder running.
+            movie.close()
+        write_atomically(path, partial.read_bytes())
+    except (OSError, ValueError, RuntimeError) as error:
+        raise RenderError(f"{path}: the movie cannot be written ({error}).") from error
+    finally:
+        partial.unlink(missing_ok=True)
+    return path

@@ -1,0 +1,213 @@
+"""Parts of an opacity TF that are narrower than an entry of its look-up tables."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.scene.transfer_function import TF_SAMPLES, OpacityTF, Range
+from model.scene.value_scale import ValueScale
+from model.scene.value_text import range_text
+
+LEAST_RISE = 0.05
+"""Height of a part worth a word, as a fraction of the largest opacity."""
+
+LEAST_WIDTH = 0.7
+"""Width of a part of a curve that is drawn about as it is, in entries of the tables. A single
+sample of a TF that was made of 256 is 1 wide."""
+
+WANTED_ENTRIES = 8
+"""Entries that the remedy gives the narrowest part."""
+
+ROUND_STEPS = 40
+"""Steps of the remedy that its ends are rounded to, about."""
+
+REACH = 2.0
+"""How far from its mean a mode is followed, in widths."""
+
+
+@dataclass(frozen=True)
+class NarrowPart:
+    """What tables over the TF's range cannot hold, and the range over which they can.
+
+    Attributes
+    ----------
+    values : tuple of float
+        Lowest and highest value of the narrow part, or of all of them, in the data's units.
+    scalar_range : tuple of float
+        The TF's range.
+    remedy : tuple of float
+        A range that shows the narrow part as it is.
+    scale : {"linear", "log"}
+        Scale that all these lie on.
+    """
+
+    values: Range
+    scalar_range: Range
+    remedy: Range
+    scale: ValueScale
+
+    @property
+    def sentence(self) -> str:
+        """What is wrong, in one sentence."""
+        shown = range_text(self.scalar_range, self.scalar_range, self.scale)
+        return (
+            f"What the TF has at {self._text(self.values)} is narrower than {TF_SAMPLES} steps "
+            f"over {shown} can hold: it is drawn wider, or not at all."
+        )
+
+    @property
+    def remedy_text(self) -> str:
+        """The range that helps, such as "29,850 to 30,150"."""
+        return self._text(self.remedy)
+
+    def _text(self, values: Range) -> str:
+        low, high = self.remedy
+        steps = (low, low + TF_SAMPLES * (high - low) / ROUND_STEPS)
+        return range_text(values, steps, self.scale)
+
+
+def narrow_part(opacity: OpacityTF) -> NarrowPart | None:
+    """Find what is narrower than an entry of the tables over a TF's range; None if nothing is.
+
+    A step of a curve is none: it is drawn as a slope of one entry, wherever it is.
+
+    Parameters
+    ----------
+    opacity : OpacityTF
+        With its modes and points as they were made.
+    """
+    parts = [*(_of_curve(opacity) if opacity.points else _of_modes(opacity))]
+    if not parts:
+        return None
+    first = min(parts, key=lambda part: part[2])
+    low, high = min(part[0] for part in parts), max(part[1] for part in parts)
+    if not _holds((low, high), first[2]):
+        low, high, _ = first
+    lowest, highest = opacity.scalar_range
+    shown = _shown(opacity)
+    remedy = _around(shown if _holds(shown, first[2]) else (low, high), opacity.scalar_range)
+    values = (max(low, lowest), min(high, highest))
+    return NarrowPart(values, opacity.scalar_range, remedy, opacity.scale)
+
+
+def _of_modes(opacity: OpacityTF) -> Iterator[tuple[float, float, float]]:
+    """Yield lowest value, highest value and width of each mode that is drawn wider than it is."""
+    lo, hi = opacity.scalar_range
+    least = LEAST_RISE * max((mode.amplitude for mode in opacity.modes), default=0.0)
+    for mode in opacity.modes:
+        narrow = mode.width < opacity.bin_width * (1 - 1e-6)
+        if narrow and lo <= mode.mean <= hi and mode.amplitude > least:
+            reach = REACH * mode.width
+            yield mode.mean - reach, mode.mean + reach, mode.width
+
+
+def _of_curve(opacity: OpacityTF) -> Iterator[tuple[float, float, float]]:
+    """Yield the same of each peak and dip of a free curve that is narrower than an entry."""
+    values, heights = np.array(opacity.points).T
+    least = LEAST_RISE * heights.max()
+    for curve in (heights, -heights):
+        for first, last in _tops(curve):
+            part = _narrow_top(values, curve, first, last, opacity.bin_width, least)
+            if part is not None:
+                yield part
+
+
+def _tops(heights: NDArray[np.float64]) -> Iterator[tuple[int, int]]:
+    """Yield first and last point of each top of a curve, apart from those at its ends."""
+    changes = np.flatnonzero(np.diff(heights))
+    for before, after in pairwise(changes.tolist()):
+        if heights[before] < heights[before + 1] > heights[after + 1]:
+            yield before + 1, after
+
+
+def _narrow_top(
+    values: NDArray[np.float64],
+    heights: NDArray[np.float64],
+    first: int,
+    last: int,
+    entry: float,
+    least: float,
+) -> tuple[float, float, float] | None:
+    """Lowest value, highest value and width at half height of a top; None if it is not narrow."""
+    top = heights[first]
+    sides = [
+        _foot(values, heights, first, -1, values[first] - entry),
+        _foot(values, heights, last, 1, values[last] + entry),
+    ]
+    foot = max(height for _, height in sides)
+    if top - foot <= least:
+        return None
+    half, low = (top + foot) / 2, foot + 0.02 * (top - foot)
+    width = sum(_distance(values, heights, i, step, half) for i, step in ((first, -1), (last, 1)))
+    width += values[last] - values[first]
+    if width >= LEAST_WIDTH * entry:
+        return None
+    left, right = (_distance(values, heights, i, s, low) for i, s in ((first, -1), (last, 1)))
+    return float(values[first] - left), float(values[last] + right), float(width)
+
+
+def _foot(
+    values: NDArray[np.float64], heights: NDArray[np.float64], start: int, step: int, end: float
+) -> tuple[float, float]:
+    """Place and height of the lowest point beside a top, up to a value or to where it rises."""
+    index, lowest = start, (values[start], heights[start])
+    while 0 <= index + step < len(values) and heights[index + step] <= lowest[1]:
+        ahead = index + step
+        if step * (values[ahead] - end) > 0:
+            ends = slice(min(index, ahead), max(index, ahead) + 1)
+            return end, float(np.interp(end, values[ends], heights[ends]))
+        index = ahead
+        lowest = values[index], heights[index]
+    return lowest
+
+
+def _distance(
+    values: NDArray[np.float64], heights: NDArray[np.float64], start: int, step: int, level: float
+) -> float:
+    """Distance from a top to where the curve has come down to a level."""
+    index = start
+    while 0 <= index + step < len(values) and heights[index + step] > level:
+        index += step
+    ahead = index + step
+    if not 0 <= ahead < len(values):
+        return abs(float(values[index] - values[start]))
+    share = (heights[index] - level) / (heights[index] - heights[ahead])
+    place = values[index] + share * (values[ahead] - values[index])
+    return abs(float(place - values[start]))
+
+
+def _shown(opacity: OpacityTF) -> Range:
+    """Lowest and highest value that a TF shows at all."""
+    lo, hi = opacity.scalar_range
+    if not opacity.points:
+        visible = [mode for mode in opacity.modes if mode.amplitude > 0]
+        low = min(mode.mean - REACH * mode.width for mode in visible)
+        high = max(mode.mean + REACH * mode.width for mode in visible)
+        return max(low, lo), min(high, hi)
+    values, heights = np.array(opacity.points).T
+    above = np.flatnonzero(heights > 0)
+    first, last = max(above[0] - 1, 0), min(above[-1] + 1, len(values) - 1)
+    return float(values[first]), float(values[last])
+
+
+def _holds(values: Range, width: float) -> bool:
+    """Whether tables over a range have entries enough for a part of this width."""
+    return values[1] - values[0] <= TF_SAMPLES * width / WANTED_ENTRIES
+
+
+def _around(values: Range, limits: Range) -> Range:
+    """Range with room around some values, of round numbers, within limits."""
+    span = 4 * (values[1] - values[0])
+    middle = (values[0] + values[1]) / 2
+    least = span / ROUND_STEPS
+    power: float = 10 ** math.floor(math.log10(least))
+    step = next(power * factor for factor in (1, 2, 5, 10) if power * factor >= least)
+    low = step * math.floor((middle - span / 2) / step)
+    high = step * math.ceil((middle + span / 2) / step)
+    return max(low, limits[0]), min(high, limits[1])

@@ -1,0 +1,92 @@
+"""Figures and turntables of ``render``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import imageio.v3 as iio
+import numpy as np
+import pytest
+from PIL import Image
+
+from app.cli import run
+from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
+
+RANGE = (0.0, 255.0)
+
+
+@pytest.fixture(scope="module")
+def base(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """A small ball beside the middle, so that it moves as it is turned."""
+    folder: Path = tmp_path_factory.mktemp("figures")
+    z, y, x = np.mgrid[0:16, 0:18, 0:20]
+    distance = np.sqrt((x - 15) ** 2 + (y - 8) ** 2 + (z - 8) ** 2)
+    volume = folder / "ball_20x18x16_uint8.raw"
+    volume.write_bytes(np.clip(255 - 60 * distance, 0, 255).astype(np.uint8).tobytes())
+    color = ColorTF(RANGE, ((0.0, 0.1, 0.2, 0.9), (255.0, 1.0, 0.3, 0.2)))
+    TransferFunction(OpacityTF(RANGE, (GaussianMode(200.0, 60.0, 0.9),)), color).save(
+        folder / "tf.json"
+    )
+    return f"render --renderer raycast --volume {volume} --tf {folder / 'tf.json'} --view 0,10,0,1"
+
+
+def picture(base: str, out: Path, options: str) -> np.ndarray:
+    assert run(f"{base} {options} --out {out}".split()) == 0
+    return np.asarray(Image.open(out)).astype(int)
+
+
+def test_size_and_background(base: str, tmp_path: Path) -> None:
+    out = tmp_path / "image.png"
+    wide = picture(base, out, "--size 300x150 --background white")
+    assert wide.shape == (150, 300, 3)
+    assert (wide[:20] == 255).all() and (wide[75, 100:200] != 255).any()
+    assert picture(base, out, "--size 64 --background #102030")[0, 0].tolist() == [16, 32, 48]
+    clear = picture(base, out, "--size 64 --background transparent")
+    assert clear.shape == (64, 64, 4) and clear[0, 0, 3] == 0 and clear[..., 3].max() > 100
+
+
+def test_legend_and_scale_bar(base: str, tmp_path: Path) -> None:
+    out = tmp_path / "image.png"
+    plain = picture(base, out, "--size 400x200")
+    figure = picture(base, out, "--size 400x200 --legend --scale-bar")
+    changed = np.abs(figure - plain).max(axis=-1) > 60
+    assert changed[170:, :120].any() and changed[60:, 320:].any()
+    assert not changed[:60, :200].any()
+    with Image.open(out) as saved:
+        assert "middle of what is shown" in saved.info["Scale bar"]
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+@pytest.mark.filterwarnings("ignore::ResourceWarning")
+@pytest.mark.parametrize("suffix", [".mp4", ".gif"])
+def test_a_turntable(base: str, tmp_path: Path, suffix: str) -> None:
+    out = tmp_path / f"turn{suffix}"
+    options = "--size 96x64 --seconds 0.8 --rate 10"
+    assert run(f"{base} {options} --out {out}".split()) == 0
+    movie = np.stack([frame[..., :3] for frame in iio.imiter(out)]).astype(float)
+    assert movie.shape == (8, 64, 96, 3)
+    assert [*tmp_path.iterdir()] == [out]
+    columns = np.arange(96)
+    brightness = movie.sum(axis=(1, 3))
+    places = (brightness * columns).sum(axis=1) / brightness.sum(axis=1)
+    # The ball is the middle of what is shown: it stays where it is.
+    assert np.ptp(places) < 3
+    first = picture(base, tmp_path / "first.png", "--size 96x64")
+    assert np.abs(movie[0] - first).mean() < 6
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ("--size 5 --out x.png", "not a size of an image"),
+        ("--size 100x --out x.png", "not a size of an image"),
+        ("--background puce --out x.png", "not a background"),
+        ("--background transparent --out x.mp4", "no transparent background"),
+        ("--legend --out x.npy", "no legend or scale bar"),
+    ],
+)
+def test_what_cannot_be_is_refused(
+    base: str, capsys: pytest.CaptureFixture[str], options: str, message: str
+) -> None:
+    assert run(f"{base} {options}".split()) != 0
+    assert message in " ".join(capsys.readouterr().err.split())

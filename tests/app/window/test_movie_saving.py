@@ -1,0 +1,202 @@
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from pathlib import Path
+
+import imageio.v3 as iio
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QPushButton
+from pytestqt.qtbot import QtBot
+from window_fakes import FakeBuilders, FakeEngine
+
+from app.engines.messages import MovieFrameRequest, PictureRequest
+from app.window.figure import FigureLook
+from app.window.main_window import MainWindow
+from app.window.movie_dialog import MovieChoice, MovieDialog
+from app.window.picture_dialog import PictureChoice
+from model.errors import RenderError
+from model.scene.view import View
+
+WindowMaker = Callable[..., MainWindow]
+TURN = MovieChoice("turntable", "reference", FigureLook(64, 48), 0.5, 8)
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[PictureRequest]:
+    """Requests for pictures, which are as red as their azimuth."""
+    requests: list[PictureRequest] = []
+
+    def picture(self: FakeEngine, request: PictureRequest) -> np.ndarray:
+        requests.append(request)
+        if self.gate is not None:
+            assert self.gate.acquire(timeout=20)
+        if self.error is not None:
+            raise self.error
+        pixels = request.quality.pixels
+        image = np.full((pixels.height, pixels.width, 4), 255, np.uint8)
+        image[..., :3] = round(255 * request.inputs.view.azimuth / 360), 0, 0
+        return image
+
+    monkeypatch.setattr(FakeEngine, "picture", picture)
+    return requests
+
+
+@pytest.fixture
+def window(make_window: WindowMaker, asked: list[PictureRequest]) -> MainWindow:
+    window = make_window(model=None)
+    window.brightness.set(1.0)
+    window.state.set_view(View(10.0, 20.0))
+    return window
+
+
+def frames_of(path: Path) -> np.ndarray:
+    return np.stack([frame[..., :3] for frame in iio.imiter(path)])
+
+
+# imageio leaves its reader's pipes to the garbage collection.
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+@pytest.mark.filterwarnings("ignore::ResourceWarning")
+@pytest.mark.parametrize("suffix", [".mp4", ".gif"])
+def test_a_turntable_is_a_full_turn_of_the_size_length_and_rate_asked_for(
+    qtbot: QtBot,
+    window: MainWindow,
+    asked: list[PictureRequest],
+    tmp_path: Path,
+    suffix: str,
+) -> None:
+    place = tmp_path / f"turn{suffix}"
+    window.movies.draw(TURN, place)
+    assert window.movies.progress is not None
+    # The user may go on meanwhile.
+    window.state.set_view(View(200.0, -50.0))
+    qtbot.waitUntil(lambda: "Saved" in window.status.news, timeout=20_000)
+    assert window.movies.progress is None and not window.movies.is_running
+    views = [request.inputs.view for request in asked if type(request) is MovieFrameRequest]
+    assert [view.azimuth for view in views] == pytest.approx([10.0, 280.0, 190.0, 100.0])
+    assert {view.elevation for view in views} == {20.0}
+    movie = frames_of(place)
+    assert movie.shape == (4, 48, 64, 3)
+    reds = movie[:, 20, 30, 0].astype(float)
+    assert reds == pytest.approx([255 * a / 360 for a in (10, 280, 190, 100)], abs=12)
+    meta = iio.immeta(place)
+    # GIF counts in hundredths of a second.
+    seconds = 1 / meta["fps"] if suffix == ".mp4" else meta["duration"] / 1000
+    assert seconds == pytest.approx(0.125, abs=0.006)
+    assert [*tmp_path.iterdir()] == [place]
+
+
+def test_it_has_legend_and_scale_bar(
+    qtbot: QtBot, window: MainWindow, asked: list[PictureRequest], tmp_path: Path
+) -> None:
+    for name, look in (
+        ("plain", FigureLook(300, 200)),
+        ("full", FigureLook(300, 200, legend=True, scale_bar=True)),
+    ):
+        window.movies.draw(
+            MovieChoice("turntable", "reference", look, 0.5, 4), tmp_path / f"{name}.gif"
+        )
+        qtbot.waitUntil(lambda name=name: (tmp_path / f"{name}.gif").exists(), timeout=20_000)
+        qtbot.waitUntil(lambda: not window.movies.is_running)
+    plain, full = (frames_of(tmp_path / f"{name}.gif")[0].astype(int) for name in ("plain", "full"))
+    changed = np.abs(plain - full).max(axis=-1) > 60
+    assert changed[150:, :100].any() and changed[80:, 200:].any()
+    assert not changed[:80, :150].any()
+
+
+def test_cancel_leaves_no_file(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders, tmp_path: Path
+) -> None:
+    gate = builders.references[-1].gate = threading.Semaphore(1)
+    window.movies.draw(TURN, tmp_path / "turn.mp4")
+    progress = window.movies.progress
+    assert progress is not None
+    qtbot.waitUntil(lambda: progress.value() == 1)
+    (cancel,) = progress.findChildren(QPushButton)
+    assert cancel.text() == "Cancel"
+    QTest.mouseClick(cancel, Qt.MouseButton.LeftButton)
+    gate.release(10)
+    qtbot.waitUntil(lambda: not window.movies.is_running)
+    assert "cancelled" in window.status.news
+    assert not [*tmp_path.iterdir()]
+    # And another one can be made.
+    window.movies.draw(TURN, tmp_path / "turn.gif")
+    qtbot.waitUntil(lambda: "Saved" in window.status.news, timeout=20_000)
+
+
+def test_what_cannot_be_drawn_or_written_is_told(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders, tmp_path: Path
+) -> None:
+    window.movies.draw(TURN, tmp_path / "missing" / "turn.gif")
+    qtbot.waitUntil(lambda: "cannot be written" in window.notice.text, timeout=20_000)
+    qtbot.waitUntil(lambda: not window.movies.is_running)
+    builders.references[-1].error = RenderError("It is broken; mend it.")
+    window.movies.draw(TURN, tmp_path / "turn.gif")
+    qtbot.waitUntil(lambda: "It is broken; mend it." in window.notice.text)
+    qtbot.waitUntil(lambda: not window.movies.is_running)
+    assert not [*tmp_path.iterdir()] and window.movies.progress is None
+
+
+def test_another_engine_ends_it(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders, tmp_path: Path
+) -> None:
+    gate = builders.references[-1].gate = threading.Semaphore(0)
+    window.movies.draw(TURN, tmp_path / "turn.gif")
+    window.workspace.reference.choose(lighting="none")
+    qtbot.waitUntil(lambda: "given up" in window.notice.text)
+    gate.release(10)
+    qtbot.waitUntil(lambda: not window.movies.is_running)
+    assert not [*tmp_path.iterdir()]
+
+
+def test_a_window_that_is_closed_ends_it(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders, tmp_path: Path
+) -> None:
+    gate = builders.references[-1].gate = threading.Semaphore(1)
+    window.movies.draw(TURN, tmp_path / "turn.mp4")
+    progress = window.movies.progress
+    assert progress is not None
+    qtbot.waitUntil(lambda: progress.value() == 1)
+    gate.release(10)
+    window.close()
+    assert not [*tmp_path.iterdir()]
+
+
+def test_the_dialog_asks_for_size_length_and_rate(qtbot: QtBot) -> None:
+    begin = PictureChoice(0, 0, (255, 255, 255), True, True, "both")
+    sizes = {"reference": (901, 601), "generator": (128, 128)}
+    dialog = MovieDialog(("turntable", "path"), sizes, begin)  # type: ignore[arg-type]
+    qtbot.addWidget(dialog)
+    # Sides of movies are even.
+    look = FigureLook(900, 600, (255, 255, 255), True, True)
+    assert dialog.choice() == MovieChoice("turntable", "reference", look, 8.0, 25)
+    assert dialog.choice().count == 200
+    dialog.seconds_box.setValue(2.5)
+    dialog.rate_box.setValue(10)
+    dialog.which_box.setCurrentIndex(1)
+    choice = dialog.choice()
+    assert (choice.which, choice.count) == ("generator", 25)
+    assert (choice.look.width, choice.look.height) == (128, 128)
+    dialog.kind_box.setCurrentIndex(1)
+    assert dialog.choice().kind == "path"
+    assert (dialog.choice().look.width, dialog.choice().look.height) == (384, 384)
+    assert not dialog.legend_box.isEnabled()
+
+
+def test_the_menu_and_the_map_open_the_same_dialog(
+    window: MainWindow, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened: list[str] = []
+
+    def no(dialog: MovieDialog) -> int:
+        opened.append(dialog.choice().kind)
+        return 0
+
+    monkeypatch.setattr(MovieDialog, "exec", no)
+    window.movies.save()
+    monkeypatch.setattr(type(window.workspace.latent.path), "can_play", True)
+    window.browser.bar.movieRequested.emit()
+    assert opened == ["turntable", "path"]

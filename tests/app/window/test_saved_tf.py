@@ -1,0 +1,167 @@
+"""What the window saves as a TF it opens again as the same picture."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PySide6.QtWidgets import QPushButton
+from pytestqt.qtbot import QtBot
+from window_fakes import FakeBuilders
+
+from app.window.main_window import MainWindow
+from model.rendering.raycast.renderer import RaycastRenderer
+from model.scene.transfer_function import (
+    ColorTF,
+    GaussianMode,
+    OpacityTF,
+    Range,
+    TransferFunction,
+)
+from model.scene.view import View
+from model.scene.volume import Volume
+
+WIDE, NARROW = (0.0, 65535.0), (29_900.0, 30_200.0)
+
+
+def shells() -> Volume:
+    """Shells of values over all 16 bits, most of the voxels about 30,000, as in a specimen."""
+    z, y, x = np.mgrid[0:14, 0:15, 0:16]
+    distance = np.sqrt((x - 8) ** 2 + (y - 7) ** 2 + (z - 7) ** 2)
+    values = 30_000 + 40 * np.sin(distance)
+    values[distance < 2] = 65_535
+    values[distance > 6] = 0
+    return Volume(values.astype(np.uint16), name="shells")
+
+
+def colors(scalar_range: Range) -> ColorTF:
+    lo, hi = scalar_range
+    return ColorTF(scalar_range, ((lo, 0.1, 0.3, 0.9), ((lo + hi) / 2, 1, 1, 0), (hi, 1, 0, 0)))
+
+
+def curve(scalar_range: Range, count: int) -> OpacityTF:
+    heights = np.random.default_rng(count).uniform(0, 0.8, count).tolist()
+    values = np.linspace(*scalar_range, count).tolist()
+    return OpacityTF(scalar_range, points=tuple(zip(values, heights, strict=True)))
+
+
+def modes(scalar_range: Range, *each: GaussianMode) -> OpacityTF:
+    return OpacityTF(scalar_range, each)
+
+
+BAND = ((29_977.0, 0.0), (30_000.0, 0.9), (30_023.0, 0.0))
+KINDS = {
+    "a mode of a wide range": modes(WIDE, GaussianMode(30_000.0, 9_000.0, 0.3)),
+    "modes of a narrow range": modes(
+        NARROW, GaussianMode(29_990.0, 12.0, 0.3), GaussianMode(30_030.0, 7.0, 0.8)
+    ),
+    "a narrow mode of a wide range": modes(WIDE, GaussianMode(30_000.0, 10.0, 0.8)),
+    "a band of a wide range": OpacityTF(WIDE, points=((0.0, 0.0), *BAND, (65_535.0, 0.0))),
+    "a band of a narrow range": OpacityTF(NARROW, points=((29_900.0, 0.1), *BAND, (30_200.0, 0.2))),
+    "19 points": curve(NARROW, 19),
+    "19 points of a wide range": curve(WIDE, 19),
+    "a step at each end": OpacityTF(
+        NARROW, points=((29_900, 0), (29_900, 0.5), (30_200, 0.5), (30_200, 0))
+    ),
+    "beyond the voxels": modes((-4e4, 2e5), GaussianMode(3e4, 9e3, 0.4)),
+}
+
+
+def picture(window: MainWindow) -> NDArray[np.float32]:
+    opened = window.workspace.opened
+    assert opened is not None and opened.volume.scalar_range == window.state.scalar_range
+    renderer = RaycastRenderer(opened.volume, threads=1)
+    # The view may still follow the size of a window that was just opened.
+    image = renderer.render(replace(window.state.inputs, view=View(30.0, 15.0)), 32)
+    renderer.close()
+    return image
+
+
+def open_over(qtbot: QtBot, window: MainWindow, change: Callable[[], object]) -> None:
+    """Change the TF, and wait until the volume is shown over its range."""
+    change()
+    opened = window.workspace
+    qtbot.waitUntil(
+        lambda: (
+            opened.opened is not None
+            and opened.opened.volume.scalar_range == window.state.scalar_range
+        )
+    )
+
+
+@pytest.fixture(autouse=True)
+def opened_shells(builders: FakeBuilders) -> None:
+    builders.volumes["shells"] = shells()
+
+
+@pytest.mark.parametrize("opacity", KINDS.values(), ids=KINDS)
+def test_the_same_picture_comes_back(
+    qtbot: QtBot, make_window: Callable[..., MainWindow], tmp_path: Path, opacity: OpacityTF
+) -> None:
+    window = make_window("shells", model=None)
+    tf = TransferFunction(opacity, colors(opacity.scalar_range))
+    open_over(qtbot, window, lambda: window.state.commit(tf, "edit"))
+    before = picture(window)
+    saved = tmp_path / "tf.json"
+    window.state.save_transfer_function(saved)
+    open_over(qtbot, window, window.state.reset_transfer_function)
+    assert window.state.transfer_function != tf
+    open_over(qtbot, window, lambda: window.opening.open_transfer_function(saved))
+    assert window.state.transfer_function == tf
+    np.testing.assert_array_equal(picture(window), before)
+    # And in a window that has never seen it.
+    other = make_window("shells", model=None)
+    open_over(qtbot, other, lambda: other.opening.open_transfer_function(saved))
+    np.testing.assert_array_equal(picture(other), before)
+
+
+def notice_buttons(window: MainWindow) -> dict[str, QPushButton]:
+    found = window.notice.findChildren(QPushButton)
+    return {button.text(): button for button in found if not button.isHidden()}
+
+
+@pytest.mark.parametrize("kind", ["a narrow mode of a wide range", "a band of a wide range"])
+def test_what_is_too_narrow_for_the_range_is_said_with_a_range_for_it(
+    qtbot: QtBot, make_window: Callable[..., MainWindow], tmp_path: Path, kind: str
+) -> None:
+    window = make_window("shells", model=None)
+    tf = TransferFunction(KINDS[kind], colors(WIDE))
+    tf.save(tmp_path / "tf.json")
+    open_over(qtbot, window, lambda: window.opening.open_transfer_function(tmp_path / "tf.json"))
+    assert "narrower than 256 steps over 0 to 65,535" in window.notice.text
+    (button,) = (b for text, b in notice_buttons(window).items() if text.startswith("Show "))
+    before = picture(window)
+    open_over(qtbot, window, button.click)
+    assert "narrower" not in window.notice.text
+    lo, hi = window.state.scalar_range
+    assert 29_900 <= lo < 29_980 < 30_020 < hi <= 30_200
+    assert np.abs(picture(window) - before).max() > 0.1
+    # As if the TF had been made over that range.
+    exact = TransferFunction(OpacityTF((lo, hi), tf.opacity.modes, tf.opacity.points), tf.color)
+    values = np.linspace(lo, hi, 500)
+    np.testing.assert_allclose(
+        window.state.transfer_function.opacity(values), exact.opacity(values), atol=1e-9
+    )
+    # One step, which can be undone; then it is said again.
+    open_over(qtbot, window, window.state.undo)
+    assert window.state.transfer_function == tf
+    assert "narrower" in window.notice.text
+
+
+def test_once_dismissed_it_is_not_said_again_of_the_same_part(
+    qtbot: QtBot, make_window: Callable[..., MainWindow]
+) -> None:
+    window = make_window("shells", model=None)
+    tf = TransferFunction(KINDS["a narrow mode of a wide range"], colors(WIDE))
+    open_over(qtbot, window, lambda: window.state.commit(tf, "edit"))
+    assert "narrower" in window.notice.text
+    window.notice.clear()
+    recolored = TransferFunction(tf.opacity, ColorTF(WIDE, ((0.0, 1, 0, 0), (65_535.0, 0, 1, 0))))
+    window.state.commit(recolored, "edit")
+    assert window.notice.text == ""
+    window.state.commit(TransferFunction(KINDS["a band of a wide range"], tf.color), "edit")
+    assert "narrower" in window.notice.text

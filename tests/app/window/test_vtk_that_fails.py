@@ -1,0 +1,108 @@
+"""What VTK cannot draw the ray caster draws, which is said; what nothing draws is not saved."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+from pytestqt.qtbot import QtBot
+from ramp import make_tf, make_volume
+from window_fakes import FakeBuilders
+
+from app.engines.engines import REAL_BUILDERS
+from app.window.main_window import MainWindow
+from app.window.picture_dialog import PictureChoice
+from app.window.size_chooser import BLACK
+from model.errors import CannotDrawError
+from model.rendering import opengl, vtk_renderer
+from model.rendering.raster import Raster
+from model.rendering.raycast.renderer import RaycastRenderer
+from model.rendering.vtk_renderer import VtkRenderer
+from model.scene.inputs import SceneInputs
+from model.scene.view import View
+
+CHOICE = PictureChoice(48, 32, BLACK)
+
+
+@pytest.fixture
+def real_reference(builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have the reference drawn in truth, on a machine with a graphics card."""
+    # Compiled before a window waits for it.
+    renderer = RaycastRenderer(make_volume(), "direct")
+    renderer.render(SceneInputs.of(View(), make_tf()), 8)
+    renderer.close()
+    monkeypatch.setattr(opengl, "opengl_name", lambda: "NVIDIA RTX A2000/PCIe/SSE2")
+    monkeypatch.setattr(builders, "reference", REAL_BUILDERS.reference)
+
+
+def fail(*_: object, **__: object) -> None:
+    raise CannotDrawError("VTK cannot draw ramp on this machine ('out of memory'); crop it.")
+
+
+def by_the_ray_caster(window: MainWindow) -> np.ndarray:
+    lighting = window.workspace.reference.settings.lighting
+    renderer = RaycastRenderer(make_volume(), lighting)
+    image = renderer.render(window.state.inputs, Raster(CHOICE.width, CHOICE.height))
+    renderer.close()
+    return image
+
+
+@pytest.mark.parametrize("place", ["offscreen_window", "render"])
+def test_the_ray_caster_draws_and_a_sentence_says_so(
+    qtbot: QtBot,
+    make_window: Callable[..., MainWindow],
+    real_reference: None,
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    place: str,
+) -> None:
+    if place == "render":
+        monkeypatch.setattr(VtkRenderer, "render", fail)
+    else:
+        monkeypatch.setattr(vtk_renderer, "offscreen_window", fail)
+    window = make_window(model=None)
+    assert window.reference.client.error is None
+    assert "out of memory" in window.reference.detail
+    assert "the ray caster draws instead" in window.reference.detail
+    window.brightness.set(1.0)
+    window.pictures.draw(CHOICE, tmp_path / "picture.png")
+    qtbot.waitUntil((tmp_path / "picture.png").exists)
+    saved = np.asarray(Image.open(tmp_path / "picture.png").convert("RGB"))
+    expected = np.rint(255 * by_the_ray_caster(window)[..., :3])
+    assert saved.max() > 20
+    np.testing.assert_allclose(saved, expected, atol=1)
+
+
+def test_what_fails_while_a_picture_is_drawn_is_drawn_by_the_ray_caster(
+    qtbot: QtBot,
+    make_window: Callable[..., MainWindow],
+    real_reference: None,
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+) -> None:
+    window = make_window(model=None)
+    assert window.reference.detail.startswith("VTK")
+    window.brightness.set(1.0)
+    monkeypatch.setattr(VtkRenderer, "render", fail)
+    window.pictures.draw(CHOICE, tmp_path / "picture.png")
+    qtbot.waitUntil((tmp_path / "picture.png").exists)
+    saved = np.asarray(Image.open(tmp_path / "picture.png").convert("RGB"))
+    np.testing.assert_allclose(saved, np.rint(255 * by_the_ray_caster(window)[..., :3]), atol=1)
+
+
+def test_what_nothing_draws_is_not_saved(
+    qtbot: QtBot,
+    make_window: Callable[..., MainWindow],
+    real_reference: None,
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+) -> None:
+    window = make_window(model=None)
+    monkeypatch.setattr(VtkRenderer, "render", fail)
+    monkeypatch.setattr(RaycastRenderer, "render", fail)
+    window.pictures.draw(CHOICE, tmp_path / "picture.png")
+    qtbot.waitUntil(lambda: "out of memory" in window.notice.text)
+    assert not [*tmp_path.iterdir()]

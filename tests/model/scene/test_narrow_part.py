@@ -1,0 +1,128 @@
+"""What 256 entries cannot hold is found, with a range over which they can."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from model.scene.narrow_part import narrow_part
+from model.scene.random_tfs import SHARES, OpacityKind, opacity_tf_of
+from model.scene.range_fitting import opacity_over
+from model.scene.scene import Scene
+from model.scene.tf_presets import presets
+from model.scene.transfer_function import GaussianMode, OpacityTF, Range
+from model.scene.volume import Volume
+
+WIDE = (0.0, 65535.0)
+
+
+def band(low: float, high: float, scalar_range: Range = WIDE) -> OpacityTF:
+    lo, hi = scalar_range
+    points = ((lo, 0.0), (low, 0.0), ((low + high) / 2, 0.9), (high, 0.0), (hi, 0.0))
+    return OpacityTF(scalar_range, points=points)
+
+
+def slot(low: float, high: float) -> OpacityTF:
+    corners = ((low, 0.9), (low, 0.0), (high, 0.0), (high, 0.9))
+    return OpacityTF(WIDE, points=((0.0, 0.9), *corners, (65535.0, 0.9)))
+
+
+def mode(mean: float, width: float, *more: GaussianMode) -> OpacityTF:
+    return OpacityTF(WIDE, (GaussianMode(mean, width, 0.9), *more))
+
+
+NARROW = {
+    "a band of a curve": band(29977.0, 30023.0),
+    "a band between two entries": band(30000.0, 30046.0),
+    "a slot": slot(29977.0, 30023.0),
+    "a mode": mode(30000.0, 10.0),
+    "a mode beside a wide one": mode(30000.0, 10.0, GaussianMode(9000.0, 3000.0, 0.9)),
+    "two modes": mode(30000.0, 10.0, GaussianMode(30100.0, 12.0, 0.9)),
+    "two modes far apart": mode(30000.0, 10.0, GaussianMode(60000.0, 12.0, 0.9)),
+}
+
+
+def error(opacity: OpacityTF, scalar_range: Range, around: Range) -> float:
+    """Mean error of tables over a range, of what they are read as between their entries."""
+    shown = opacity_over(opacity, scalar_range)
+    values = np.linspace(*around, 4001)
+    read = np.interp(values, np.linspace(*scalar_range, 256), shown.sample())
+    exact = OpacityTF(around, opacity.modes, opacity.points)(values)
+    return float(np.abs(read - exact).mean())
+
+
+@pytest.mark.parametrize("opacity", NARROW.values(), ids=NARROW)
+def test_the_remedy_shows_it_as_it_is(opacity: OpacityTF) -> None:
+    found = narrow_part(opacity)
+    assert found is not None
+    (low, high), (first, last) = found.values, found.remedy
+    assert WIDE[0] <= first <= low < high <= last <= WIDE[1]
+    around = low - 20, high + 20
+    assert error(opacity, WIDE, around) > 0.15
+    assert error(opacity, found.remedy, around) < 0.02
+    assert narrow_part(opacity_over(opacity, found.remedy)) is None
+
+
+def test_the_sentence_names_both() -> None:
+    found = narrow_part(band(29977.0, 30023.0))
+    assert found is not None
+    assert found.sentence == (
+        "What the TF has at 29,977 to 30,023 is narrower than 256 steps over 0 to 65,535 can "
+        "hold: it is drawn wider, or not at all."
+    )
+    assert found.remedy_text == "29,905 to 30,095"
+    fine = narrow_part(band(0.5, 0.502, (0.0, 1.0)))
+    assert fine is not None and fine.remedy_text == "0.4970 to 0.5050"
+
+
+@pytest.mark.parametrize(
+    "opacity",
+    [
+        OpacityTF(WIDE),
+        mode(30000.0, 260.0),
+        mode(30000.0, 300.0),
+        # Outside of the range, or hardly there, it does not matter.
+        OpacityTF((0.0, 20000.0), (GaussianMode(30000.0, 10.0, 0.9),)),
+        mode(30000.0, 3000.0, GaussianMode(9000.0, 10.0, 0.01)),
+        band(29700.0, 30300.0),
+        # Steps, and steep slopes, up or down.
+        OpacityTF(WIDE, points=((0.0, 0.0), (3e4, 0.0), (3e4, 0.8), (65535.0, 0.8))),
+        OpacityTF(WIDE, points=((0.0, 0.8), (3e4, 0.8), (30010.0, 0.0), (65535.0, 0.0))),
+        OpacityTF(WIDE, points=((0.0, 0.5),)),
+        OpacityTF(WIDE, points=((0.0, 0.0), (65535.0, 0.0))),
+    ],
+)
+def test_what_is_drawn_about_as_it_is(opacity: OpacityTF) -> None:
+    assert narrow_part(opacity) is None
+
+
+# Curves of random points may well have a narrow peak.
+@pytest.mark.parametrize("kind", sorted(SHARES.keys() - {"curve"}))
+def test_random_tfs_are_wide_enough(kind: OpacityKind) -> None:
+    scene = Scene.of(Volume(np.linspace(*WIDE, 64).reshape(4, 4, 4).astype(np.float32)), 16)
+    for seed in range(100):
+        opacity = opacity_tf_of(kind, np.random.default_rng(seed), scene)
+        assert narrow_part(opacity) is None
+
+
+@pytest.mark.parametrize("units", ["", "HU"])
+def test_presets_are_wide_enough(units: str) -> None:
+    values = np.random.default_rng(0).normal(0, 400, 40_000).clip(-1024, 3071)
+    counts, edges = np.histogram(values, 256)
+    for preset in presets((-1024.0, 3071.0), counts, edges, units):
+        assert narrow_part(preset.tf.opacity) is None, preset.name
+
+
+@given(st.integers(2, 40), st.integers(0, 2**32 - 1))
+def test_any_curve_has_a_remedy_within_its_range(count: int, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    values = np.sort(rng.uniform(0, 1, count))
+    heights = rng.choice([0.0, 0.3, 1.0], count)
+    opacity = OpacityTF((0.0, 1.0), points=tuple(zip(values, heights, strict=True)))
+    found = narrow_part(opacity)
+    if found is not None:
+        low, high = found.remedy
+        assert 0.0 <= low < high <= 1.0
+        assert found.sentence
