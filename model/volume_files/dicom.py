@@ -63,6 +63,7 @@ def list_dicom(files: Sequence[Path]) -> tuple[list[Stack], tuple[str, ...]]:
         # Of a file that was cut off there may be only the beginning of its class.
         begun = (file.text("SOPClassUID"), file.meta_text("MediaStorageSOPClassUID"))
         is_image = any(each.startswith(part) for each in classes for part in begun)
+        is_image |= not classes and any(_is_image_class(part) for part in begun)
         if "Rows" in file.tags or is_image:
             raise truncated(file.path, "it has no pixels")
     notes: tuple[str, ...] = ()
@@ -129,6 +130,13 @@ def _read(files: Sequence[Path], like: Path | None, choice: Choice) -> Grid:
         notes=choice_notes(contents) + notes + grid.notes,
         facts=replace(grid.facts, contents=contents),
     )
+
+
+def _is_image_class(identifier: str) -> bool:
+    """Whether objects of a class are images, by the standard's name of it."""
+    from pydicom.uid import UID
+
+    return "Image Storage" in UID(identifier).name
 
 
 def _without_copies(images: list[DicomFile]) -> tuple[list[DicomFile], int]:
