@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import QBuffer, QIODevice, QSize, Qt
 from PySide6.QtGui import (
+    QAccessible,
+    QAccessibleAnnouncementEvent,
     QAction,
     QColor,
     QIcon,
@@ -17,7 +19,15 @@ from PySide6.QtGui import (
     QPixmap,
     QResizeEvent,
 )
-from PySide6.QtWidgets import QComboBox, QLabel, QMenu, QPushButton, QSizePolicy, QToolButton
+from PySide6.QtWidgets import (
+    QComboBox,
+    QLabel,
+    QMenu,
+    QPushButton,
+    QSizePolicy,
+    QToolButton,
+    QWidget,
+)
 
 from app import theme
 from app.wheel_guard import WheelGuard
@@ -34,13 +44,13 @@ class ElidedLabel(QLabel):
 
     def __init__(self) -> None:
         super().__init__()
-        self.full_text = self.remark = ""
+        self.full_text = ""
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.setTextFormat(Qt.TextFormat.PlainText)
 
-    def set_full_text(self, text: str, remark: str = "") -> None:
-        """Set the sentences, and one that is in the tooltip only."""
-        self.full_text, self.remark = text, remark
+    def set_full_text(self, text: str) -> None:
+        """Set the sentences."""
+        self.full_text = text
         self._cut()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -62,10 +72,15 @@ class ElidedLabel(QLabel):
                 break
             shown = f"{rest}.{MORE}"
         self.setText(shown)
-        cut = self.full_text if shown != self.full_text else ""
-        # As rich text it is wrapped.
-        tip = "<br>".join(html.escape(text) for text in (cut, self.remark) if text)
-        self.setToolTip(f"<qt>{tip}</qt>" if self.remark else cut)
+        self.setToolTip(self.full_text if shown != self.full_text else "")
+
+
+def announce(widget: QWidget, text: str, at_once: bool = False) -> None:
+    """Have a screen reader say a text: when it has finished what it says, or at once."""
+    event = QAccessibleAnnouncementEvent(widget, text)
+    politeness = QAccessible.AnnouncementPoliteness
+    event.setPoliteness(politeness.Assertive if at_once else politeness.Polite)
+    QAccessible.updateAccessibility(event)
 
 
 def list_box() -> QComboBox:

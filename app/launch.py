@@ -74,6 +74,10 @@ def run_window(
     application = _application()
     store = TransferFunctionStore.of_user() if screenshot is None else None
     preferences = Preferences(PreferencesStore.of_user() if screenshot is None else None)
+    apply_theme(application, preferences.value("theme"))
+    application.styleHints().colorSchemeChanged.connect(
+        lambda _scheme: apply_theme(application, preferences.value("theme"))
+    )
     window = MainWindow(builders, store, settings, preferences)
     if start.size is not None:
         window.resize(*start.size)
@@ -126,7 +130,7 @@ def _show_as_asked(window: MainWindow, start: WindowStart) -> None:
         state.set_view(start.view)
     if start.crop is not None:
         state.set_crop(start.crop)
-        window.crop_bar.set_shown(True)
+        window.crop_card.set_shown(True)
     if start.light is not None and state.light is not None:
         workspace.reference.place_light(start.light)
     elif start.light is not None:

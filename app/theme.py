@@ -1,101 +1,268 @@
-"""The window's dark colour palette and style sheet."""
+"""The window's colours, dark and light, and its style sheet.
+
+The names in capitals are the colours of the theme that is in use: whoever paints takes them when it
+paints, and who keeps a pen renews it on `QEvent.PaletteChange`. What lies over an image is dark in
+both themes, and takes its colours from :data:`ON_IMAGE`.
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor, QPalette
 from PySide6.QtWidgets import QApplication
 
-BACKGROUND = "#181a1f"
-PANEL = "#1f2228"
-FIELD = "#262a31"
-BORDER = "#343943"
-TEXT = "#d9dce2"
-DIM_TEXT = "#8e95a3"
-FAINT_TEXT = "#5d6471"
-ACCENT = "#6cb2f5"
-WARNING = "#e3b341"
-ERROR = "#f08b80"
-PRESSED = "#2c4f70"
+from app.state.remembered import ThemeChoice
+
+
+@dataclass(frozen=True)
+class Colors:
+    """Colours of one theme by their roles, as "#rrggbb".
+
+    One colour has one meaning: `visible` is what is seen now, `change` what an edit would change
+    (and the accent of controls), `attention` what is elsewhere, or is to be noticed.
+    """
+
+    window: str
+    panel: str
+    field: str
+    plot: str
+    voxels: str
+    pressed: str
+    line: str
+    text: str
+    dim: str
+    disabled: str
+    curve: str
+    change: str
+    visible: str
+    attention: str
+    error: str
+
+    @property
+    def grounds(self) -> dict[str, str]:
+        """What text stands on, by role."""
+        return {name: getattr(self, name) for name in ("window", "panel", "field", "plot")}
+
+    @property
+    def inks(self) -> dict[str, str]:
+        """What text is written in, by role; disabled text carries no meaning."""
+        names = ("text", "dim", "change", "visible", "attention", "error")
+        return {name: getattr(self, name) for name in names}
+
+
+DARK = Colors(
+    window="#17181a",
+    panel="#1f2022",
+    field="#2a2b2e",
+    plot="#151617",
+    voxels="#3a3c40",
+    pressed="#1d3f55",
+    line="#3a3c40",
+    text="#dcdddf",
+    dim="#a4a7ac",
+    disabled="#6f7278",
+    curve="#f0f0f0",
+    change="#56b4e9",
+    visible="#2fb890",
+    attention="#e6a532",
+    error="#ef8a62",
+)
+
+LIGHT = Colors(
+    window="#c6c8ca",
+    panel="#cfd1d3",
+    field="#dddfe0",
+    plot="#d8dadb",
+    voxels="#b4b7ba",
+    pressed="#a8cbe2",
+    line="#a2a5a9",
+    text="#16181a",
+    dim="#3d4045",
+    disabled="#64676c",
+    curve="#1b1d1f",
+    change="#074f7d",
+    visible="#005c43",
+    attention="#6b4500",
+    error="#8f2f0a",
+)
+
+ON_IMAGE = DARK
+"""Colours of what lies over an image, which is black in both themes."""
+
 CANVAS = "#000000"
 
-_STYLE_SHEET = f"""
-QMainWindow, QMenuBar, QStatusBar {{ background: {BACKGROUND}; }}
-QMenuBar::item {{ padding: 4px 10px; background: transparent; }}
-QMenuBar::item:selected {{ background: {FIELD}; border-radius: 4px; }}
-QMenu {{ background: {PANEL}; border: 1px solid {BORDER}; padding: 4px; }}
-QMenu::item {{ padding: 5px 28px 5px 20px; border-radius: 4px; }}
-QMenu::item:selected {{ background: {ACCENT}; color: {BACKGROUND}; }}
-QMenu::item:disabled {{ color: {FAINT_TEXT}; }}
-QMenu::separator {{ height: 1px; background: {BORDER}; margin: 4px 8px; }}
-QStatusBar {{ color: {DIM_TEXT}; }}
-QStatusBar::item {{ border: none; }}
-QToolTip {{ background: {PANEL}; color: {TEXT}; border: 1px solid {BORDER}; padding: 4px; }}
-QSplitter::handle {{ background: {BACKGROUND}; }}
-QAbstractSpinBox {{
-    background: {FIELD}; border: 1px solid {BORDER}; border-radius: 4px; padding: 3px 6px;
-    selection-background-color: {ACCENT}; selection-color: {BACKGROUND};
-}}
-QAbstractSpinBox::up-button, QAbstractSpinBox::down-button {{ width: 0; border: none; }}
-QAbstractSpinBox:focus {{ border-color: {ACCENT}; }}
-QAbstractSpinBox[refused="true"] {{ border-color: {ERROR}; }}
-QLabel[role="refusal"] {{
-    background: {PANEL}; color: {TEXT}; border: 1px solid {ERROR}; padding: 4px 6px;
-}}
-QAbstractSpinBox:disabled {{ color: {FAINT_TEXT}; background: {PANEL}; }}
-QPushButton {{
-    background: {FIELD}; border: 1px solid {BORDER}; border-radius: 4px; padding: 4px 12px;
-}}
-QPushButton:hover {{ border-color: {DIM_TEXT}; }}
-QPushButton:pressed {{ background: {BORDER}; }}
-QPushButton:checked, QToolButton:checked {{
-    background: {PRESSED}; border: 1px solid {ACCENT}; border-radius: 4px;
-}}
-QPushButton:focus {{ border-color: {ACCENT}; }}
-QPushButton:disabled {{ color: {FAINT_TEXT}; background: {PANEL}; }}
-QToolButton[role="title"] {{
-    font-weight: 600; border: 1px solid transparent; border-radius: 4px; padding: 2px 4px;
-}}
-QToolButton[role="title"]:hover {{ background: {FIELD}; border-color: {BORDER}; }}
-QToolButton[role="title"]::menu-indicator {{ image: none; }}
-QToolButton:focus, QComboBox:focus {{ border: 1px solid {ACCENT}; border-radius: 4px; }}
-QCheckBox:focus {{ color: {ACCENT}; }}
-QGraphicsView[role="plots"] {{ border: 1px solid transparent; border-radius: 4px; }}
-QGraphicsView[role="plots"]:focus {{ border-color: {ACCENT}; }}
-QToolButton[role="note"] {{
-    color: {DIM_TEXT}; border: 1px solid transparent; border-radius: 4px; padding: 2px 4px;
-}}
-QToolButton[role="note"]:hover {{ background: {FIELD}; border-color: {BORDER}; }}
-QToolButton[role="note"]:checked {{ background: {PRESSED}; border-color: {ACCENT}; }}
-QLabel[role="title"] {{ font-weight: 600; }}
-QLabel[role="dim"] {{ color: {DIM_TEXT}; }}
-QLabel[role="readout"] {{
-    background: {FIELD}; border: 1px solid {BORDER}; border-radius: 4px; padding: 2px 6px;
-}}
-QFrame[role="panel"] {{ background: {PANEL}; border-radius: 6px; }}
-QFrame[role="notice"] {{ background: #33291a; border-radius: 6px; }}
-"""
+TEXT_PIXELS, SMALL_PIXELS = 13, 12
+"""Height of text, and of captions, chips and the status line."""
+
+BACKGROUND = PANEL = FIELD = PLOT = VOXELS = BORDER = PRESSED = ""
+TEXT = DIM_TEXT = FAINT_TEXT = CURVE = ""
+ACCENT = CHANGE = VISIBLE = WARNING = ERROR = ""
 
 
-def apply_theme(application: QApplication) -> None:
-    """Apply tfscope's palette and style to an application."""
+def _use(colors: Colors) -> None:
+    """Make a theme's colours those of the names in capitals."""
+    globals().update(
+        BACKGROUND=colors.window,
+        PANEL=colors.panel,
+        FIELD=colors.field,
+        PLOT=colors.plot,
+        VOXELS=colors.voxels,
+        BORDER=colors.line,
+        PRESSED=colors.pressed,
+        TEXT=colors.text,
+        DIM_TEXT=colors.dim,
+        FAINT_TEXT=colors.disabled,
+        CURVE=colors.curve,
+        ACCENT=colors.change,
+        CHANGE=colors.change,
+        VISIBLE=colors.visible,
+        WARNING=colors.attention,
+        ERROR=colors.error,
+    )
+
+
+_use(DARK)
+
+
+def present() -> Colors:
+    """Return the colours of the theme that is in use."""
+    return next(colors for colors in (DARK, LIGHT) if colors.window == BACKGROUND)
+
+
+def apply_theme(application: QApplication, wanted: ThemeChoice = "system") -> None:
+    """Apply a theme's palette and style to an application, now or anew.
+
+    Parameters
+    ----------
+    application : QApplication
+    wanted : {"system", "dark", "light"}
+        The system's is dark where the system does not say.
+    """
+    scheme = application.styleHints().colorScheme()
+    is_light = wanted == "light" or (wanted == "system" and scheme is Qt.ColorScheme.Light)
+    colors = LIGHT if is_light else DARK
+    _use(colors)
     application.setStyle("Fusion")
-    application.setPalette(_palette())
-    application.setStyleSheet(_STYLE_SHEET)
+    font = application.font()
+    font.setPixelSize(TEXT_PIXELS)
+    application.setFont(font)
+    application.setPalette(palette_of(colors))
+    application.setStyleSheet(_style_sheet(colors))
 
 
-def _palette() -> QPalette:
+def palette_of(colors: Colors) -> QPalette:
+    """Return Qt's palette of a theme."""
     role = QPalette.ColorRole
     palette = QPalette()
     for roles, color in (
-        ((role.Window, role.Button, role.AlternateBase), BACKGROUND),
-        ((role.Base, role.ToolTipBase), PANEL),
-        ((role.WindowText, role.Text, role.ButtonText, role.ToolTipText), TEXT),
-        ((role.PlaceholderText,), DIM_TEXT),
-        ((role.Highlight, role.Link), ACCENT),
-        ((role.HighlightedText,), BACKGROUND),
+        ((role.Window, role.Button, role.AlternateBase), colors.window),
+        ((role.Base, role.ToolTipBase), colors.panel),
+        ((role.WindowText, role.Text, role.ButtonText, role.ToolTipText), colors.text),
+        ((role.PlaceholderText,), colors.dim),
+        ((role.Highlight, role.Link), colors.change),
+        ((role.HighlightedText,), colors.window),
+        ((role.Mid, role.Dark), colors.line),
     ):
         for each in roles:
             palette.setColor(each, QColor(color))
     for each in (role.WindowText, role.Text, role.ButtonText):
-        palette.setColor(QPalette.ColorGroup.Disabled, each, QColor(FAINT_TEXT))
+        palette.setColor(QPalette.ColorGroup.Disabled, each, QColor(colors.disabled))
     return palette
+
+
+def _style_sheet(c: Colors) -> str:
+    return f"""
+QMainWindow, QMenuBar, QStatusBar, QWidget[role="bar"] {{ background: {c.window}; }}
+QMenuBar::item {{ padding: 4px 8px; background: transparent; border-radius: 4px; }}
+QMenuBar::item:selected {{ background: {c.field}; }}
+QMenu {{ background: {c.field}; border: 1px solid {c.line}; padding: 4px; }}
+QMenu::item {{ padding: 5px 28px 5px 20px; border-radius: 4px; }}
+QMenu::item:selected {{ background: {c.change}; color: {c.window}; }}
+QMenu::item:disabled {{ color: {c.disabled}; background: transparent; }}
+QMenu::separator {{ height: 1px; background: {c.line}; margin: 4px 8px; }}
+QStatusBar {{ color: {c.dim}; font-size: {SMALL_PIXELS}px; }}
+QStatusBar::item {{ border: none; }}
+QToolTip {{ background: {c.field}; color: {c.text}; border: 1px solid {c.line}; padding: 4px; }}
+QSplitter::handle:horizontal {{ background: {c.line}; }}
+QSplitter::handle:vertical {{ background: {c.panel}; border-top: 1px solid {c.line}; }}
+QAbstractSpinBox, QLineEdit {{
+    background: {c.field}; border: 1px solid {c.line}; border-radius: 4px; padding: 3px 6px;
+    selection-background-color: {c.change}; selection-color: {c.window};
+}}
+QAbstractSpinBox::up-button, QAbstractSpinBox::down-button {{ width: 0; border: none; }}
+QAbstractSpinBox:focus, QLineEdit:focus {{ border-color: {c.change}; }}
+QAbstractSpinBox[refused="true"] {{ border-color: {c.error}; }}
+QLabel[role="refusal"] {{
+    background: {c.panel}; color: {c.text}; border: 1px solid {c.error}; padding: 4px 6px;
+}}
+QAbstractSpinBox:disabled {{ color: {c.disabled}; background: {c.panel}; }}
+QPushButton {{
+    background: {c.field}; border: 1px solid {c.line}; border-radius: 4px; padding: 4px 12px;
+}}
+QPushButton:hover {{ border-color: {c.dim}; }}
+QPushButton:pressed {{ background: {c.line}; }}
+QPushButton:checked, QToolButton:checked {{
+    background: {c.pressed}; border: 1px solid {c.change}; border-radius: 4px;
+}}
+QPushButton:focus {{ border-color: {c.change}; }}
+QPushButton:disabled {{ color: {c.disabled}; background: {c.panel}; }}
+QToolButton[role="title"] {{
+    font-weight: 600; border: 1px solid transparent; border-radius: 4px; padding: 2px 4px;
+}}
+QToolButton[role="title"]:hover {{ background: {c.field}; border-color: {c.line}; }}
+QToolButton[role="title"]::menu-indicator, QToolButton[role="flat"]::menu-indicator {{
+    image: none;
+}}
+QToolButton[role="flat"] {{
+    background: transparent; border: 1px solid transparent; border-radius: 4px; padding: 2px 4px;
+}}
+QToolButton[role="flat"]:hover {{ background: {c.field}; }}
+QToolButton[role="flat"]:checked {{ background: {c.pressed}; border-color: {c.change}; }}
+QToolButton[role="flat"]:disabled {{ color: {c.disabled}; }}
+QToolButton:focus, QComboBox:focus {{ border: 2px solid {c.change}; border-radius: 4px; }}
+QCheckBox:focus {{ color: {c.change}; }}
+QGraphicsView[role="plots"] {{ border: 1px solid transparent; border-radius: 4px; }}
+QGraphicsView[role="plots"]:focus {{ border-color: {c.change}; }}
+QLabel[role="title"] {{ font-weight: 600; }}
+QLabel[role="dim"] {{ color: {c.dim}; }}
+QLabel[role="readout"] {{
+    background: {c.field}; border: 1px solid {c.line}; border-radius: 4px; padding: 2px 6px;
+}}
+QFrame[role="panel"] {{ background: {c.panel}; }}
+QFrame[role="line"] {{ background: {c.line}; border: none; }}
+{_on_image(ON_IMAGE)}
+"""
+
+
+def _on_image(c: Colors) -> str:
+    """Return the style of what floats over images: dark in both themes."""
+    return f"""
+QFrame[role="card"], QFrame[role="tools"] {{
+    background: {c.panel}; color: {c.text}; border: 1px solid {c.line}; border-radius: 6px;
+}}
+QFrame[role="tools"] {{ background: {c.window}; border-color: {c.window}; }}
+QFrame[role="card"][tone="error"] {{ border: 1px solid {c.error}; border-left-width: 3px; }}
+QFrame[role="card"] QLabel {{ color: {c.text}; border: none; }}
+QFrame[role="card"] QLabel[role="dim"] {{ color: {c.dim}; }}
+QFrame[role="card"] QPushButton, QFrame[role="card"] QToolButton,
+QFrame[role="card"] QAbstractSpinBox, QFrame[role="tools"] QToolButton {{
+    background: {c.field}; color: {c.text}; border: 1px solid {c.line}; border-radius: 4px;
+}}
+QFrame[role="card"] QToolButton, QFrame[role="tools"] QToolButton {{
+    background: transparent; border-color: transparent;
+}}
+QFrame[role="card"] QToolButton:hover, QFrame[role="tools"] QToolButton:hover {{
+    background: {c.field};
+}}
+QFrame[role="card"] QToolButton:checked, QFrame[role="tools"] QToolButton:checked {{
+    background: {c.pressed}; border-color: {c.change};
+}}
+QFrame[role="card"] QPushButton:hover {{ border-color: {c.dim}; }}
+QFrame[role="card"] QPushButton:disabled {{ color: {c.disabled}; }}
+QFrame[role="card"] QPushButton:focus, QFrame[role="card"] QToolButton:focus,
+QFrame[role="card"] QAbstractSpinBox:focus, QFrame[role="tools"] QToolButton:focus {{
+    border: 2px solid {c.change};
+}}
+"""

@@ -13,6 +13,32 @@ bench = typer.Typer(help="Measure speed and accuracy on this machine.", no_args_
 
 
 @bench.command()
+def compact(
+    volume: options.VolumeFiles = None,
+    rate: Annotated[
+        list[float] | None,
+        typer.Option(
+            "--rate",
+            metavar="BYTES",
+            min=0.003,
+            help="Bytes a voxel; may be repeated. (default: 0.33, 1/16 and 1/64)",
+        ),
+    ] = None,
+    images: Annotated[
+        int, typer.Option("--images", min=1, help="Random views and TFs per volume.")
+    ] = 48,
+    rivals: Annotated[
+        bool, typer.Option("--rivals/--no-rivals", help="Also ZFP and SZ3 at as many bytes.")
+    ] = True,
+    json: options.JsonFile = None,
+) -> None:
+    """Compact volumes: image error and time over size, beside other compressors."""
+    from app.cli.bench_compact import bench_compact
+
+    bench_compact(volume, rate or [0.33, 1 / 16, 1 / 64], images, rivals, json)
+
+
+@bench.command()
 def renderers(
     volume: options.VolumeFiles = None,
     count: Annotated[

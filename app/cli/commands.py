@@ -26,6 +26,7 @@ application = typer.Typer(
 application.add_typer(bench, name="bench")
 for command in (
     image_commands.info,
+    image_commands.compact,
     image_commands.render,
     image_commands.sensitivity,
     latent,

@@ -8,6 +8,7 @@ from typing import Annotated, cast
 import typer
 
 from app.cli import choices, options, values
+from model.scene.view import View
 from model.volume_files.source import VolumeSource
 
 
@@ -32,6 +33,53 @@ def info(
     from app.cli.info import print_info
 
     print_info(VolumeSource(path, raw, component, None, series, array, time, channel), as_json)
+
+
+def compact(
+    path: Annotated[Path, typer.Argument(metavar="FILE", help="A volume.", callback=values.volume)],
+    out: Annotated[
+        Path,
+        typer.Option(
+            "--out",
+            metavar="NAME.tfvolume",
+            help="File to write.",
+            callback=values.output(".tfvolume"),
+        ),
+    ],
+    megabytes: Annotated[
+        float | None, typer.Option("--megabytes", help="Size of the file in millions of bytes.")
+    ] = None,
+    error: Annotated[
+        float | None,
+        typer.Option(
+            "--error",
+            metavar="RMSE",
+            help="As small as this error of images allows, such as 0.004: the root mean square of "
+            "colours in 0..1, in the mean over random views and TFs.",
+        ),
+    ] = None,
+    tf: options.TFFile = None,
+    view: Annotated[
+        View | None,
+        typer.Option(
+            "--view",
+            metavar="AZ,EL,ROLL,DIST[,X,Y]",
+            help="To see it from at first. (default: that of any volume)",
+            parser=values.view,
+        ),
+    ] = None,
+    raw: options.RawLayoutText = None,
+    component: options.ComponentName = None,
+    series: options.SeriesName = None,
+    array: options.ArrayName = None,
+    time: options.TimeName = None,
+    channel: options.ChannelName = None,
+) -> None:
+    """Save a volume in few bytes, and measure how far its images are from the original's."""
+    from app.cli.compact import save
+
+    source = VolumeSource(path, raw, component, None, series, array, time, channel)
+    save(source, out, megabytes, error, tf, view)
 
 
 def render(

@@ -20,6 +20,7 @@ from model.networks.card import load_card
 from model.rendering.movie_file import SUFFIXES
 from model.rendering.raster import Raster
 from model.scene.default_tf import default_transfer_function
+from model.scene.first_picture import first_picture
 from model.scene.inputs import SceneInputs, outside_range
 from model.scene.light import LightDirection
 from model.scene.narrow_part import narrow_part
@@ -96,7 +97,10 @@ def choose_tf(
         the file's range is taken where it fits the volume, and its scale.
     """
     if path is None:
-        return default_transfer_function(volume), volume
+        if keeps_range:
+            return default_transfer_function(volume), volume
+        shown, tf = first_picture(volume)
+        return tf, shown
     if keeps_range:
         fitted = load_fitted(path, volume.scalar_range, volume.scale)
     else:

@@ -214,19 +214,22 @@ class CropHandles(QObject):
 
     def _paint_edges(self, painter: QPainter) -> None:
         for edge in edges_of(self._box, self._projection):
-            pens = [QPen(QColor(theme.FAINT_TEXT), 1.0, Qt.PenStyle.DashLine)]
+            pens = [QPen(QColor(theme.ON_IMAGE.disabled), 1.0, Qt.PenStyle.DashLine)]
             if not edge.is_behind:
                 # A dark line beneath, so that it is seen on bright pictures, too.
-                pens = [QPen(QColor(theme.BACKGROUND), 3.0), QPen(QColor(theme.TEXT), 1.2)]
+                pens = [
+                    QPen(QColor(theme.ON_IMAGE.window), 3.0),
+                    QPen(QColor(theme.ON_IMAGE.text), 1.2),
+                ]
             for pen in pens:
                 painter.setPen(pen)
                 painter.drawLine(self._on_canvas(edge.start), self._on_canvas(edge.end))
 
     def _paint_handle(self, painter: QPainter, handle: Handle) -> None:
-        fill = QColor(theme.FAINT_TEXT if handle.is_behind else theme.TEXT)
+        fill = QColor(theme.ON_IMAGE.disabled if handle.is_behind else theme.ON_IMAGE.text)
         if (handle.axis, handle.side) in (self._dragged, self._hovered):
-            fill = QColor(theme.ACCENT)
-        painter.setPen(QPen(QColor(theme.BACKGROUND), 1.5))
+            fill = QColor(theme.ON_IMAGE.change)
+        painter.setPen(QPen(QColor(theme.ON_IMAGE.window), 1.5))
         painter.setBrush(fill)
         painter.drawEllipse(self.position(handle), RADIUS, RADIUS)
 
@@ -238,8 +241,8 @@ class CropHandles(QObject):
         # Whole, also for handles at the image's edge.
         box.moveLeft(max(min(box.left(), limits.right() - box.width()), 0.0))
         box.moveTop(max(box.top(), 0.0))
-        painter.setPen(QColor(theme.BORDER))
-        painter.setBrush(QColor(theme.PANEL))
+        painter.setPen(QColor(theme.ON_IMAGE.line))
+        painter.setBrush(QColor(theme.ON_IMAGE.panel))
         painter.drawRoundedRect(box, 4, 4)
-        painter.setPen(QColor(theme.TEXT))
+        painter.setPen(QColor(theme.ON_IMAGE.text))
         painter.drawText(box, Qt.AlignmentFlag.AlignCenter, self.label)

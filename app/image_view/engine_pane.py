@@ -1,4 +1,4 @@
-"""Pane of one engine's image: caption and canvas, connected to the engine's client."""
+"""Pane of one engine's image: the canvas and, over it, the caption that says how true it is."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from app import theme
-from app.controls import ElidedLabel, quiet_button
+from app.caption_button import CaptionButton, Tone
 from app.engines.client import EngineClient
 from app.engines.messages import ImageRequest, Result, StandInRequest
 from app.engines.states import EngineState
 from app.image_view.image_canvas import ImageCanvas, to_qimage
-from app.image_view.late_badge import LateBadge
+from app.image_view.lateness import Lateness
 from app.state.brightness import Brightness
 from app.state.engine_chooser import EngineName
 
@@ -26,26 +26,26 @@ WITHOUT_IMAGE = (EngineState.WAITING, EngineState.LOADING, EngineState.PAUSED)
 STOOD_IN = (EngineState.LOADING, EngineState.WORKING, EngineState.SETTLED)
 """States in which another engine may stand in."""
 
-HEADER_HEIGHT = 30
+PLACE = 8
+"""Distance of the caption to the canvas's left and upper edge, in pixels."""
 
-NOTE_WIDTH = 92
-"""Room for the note beside the title, in pixels."""
+CUBE_ROOM = 76
+"""Width beside the caption that is the orientation cube's, in pixels."""
+
+WIDE = 590
+"""Width of a pane from which on its caption names the light, too, in pixels."""
 
 PREPARING = "Preparing …"
+DRAWING = "drawing …"
+REFINING = "refining"
+OUTSIDE = "outside training"
 
-FINER = "finer next   "
-"""Begin of an image's caption until its engine has settled: it is not to be cut."""
-
-LEAST_DETAIL, MOST_DETAIL = 120, 360
-"""Least width of an image's caption in pixels, where what does not fit is in its tooltip; and the
-most that it takes of a wide pane beside other controls."""
-
-WIDE = 900
-"""Width of a pane from which on its caption has room, in pixels."""
+LEAST_PROGRESS, MOST_PROGRESS = 0.06, 0.94
+"""Of an image that is not there in full yet."""
 
 
 class EnginePane(QWidget):
-    """Shows one engine's image and its computation time.
+    """Shows one engine's image, and over it who drew it, and how true it is.
 
     Parameters
     ----------
@@ -56,12 +56,15 @@ class EnginePane(QWidget):
         Whose light its images have.
     stand_in : EngineClient, optional
         Another engine, whose images are shown until the engine's own are there.
+
+    Attributes
+    ----------
+    caption : CaptionButton
+        Its menu is filled by whoever knows what can be done.
     """
 
     imageShown = Signal(object, object)
     """Emitted with the inputs of an image and the image, float32 (H, W, 4)."""
-    noteToggled = Signal(bool)
-    """Emitted when the note beside the title is clicked, with whether it is on."""
 
     def __init__(
         self,
@@ -80,37 +83,22 @@ class EnginePane(QWidget):
         self._rgba: NDArray[np.float32] | None = None
         # The generator's images have one size, in a drag and at rest.
         self._refines = stand_in is not None
+        self._facts = self._who = self._light = ""
+        self._note = self._note_tip = self._hint = self._tip = ""
+        self._speed = ""
+        self._name = title
+        self._cover = ("", "", "")
+        self._is_late = self._is_finer_next = False
         self.canvas = ImageCanvas(self)
-        self._badge = LateBadge(client, self.canvas)
-        self._title = QLabel(title)
-        self._title.setProperty("role", "title")
-        # As high as the controls that may stand beside it, so that images stay side by side.
-        self._title.setMinimumHeight(HEADER_HEIGHT)
-        # It takes what the controls leave: changing words and digits move nothing.
-        self._detail = ElidedLabel()
-        self._detail.setProperty("role", "dim")
-        self._detail.setMinimumWidth(LEAST_DETAIL)
-        self._detail.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-        self._header = QHBoxLayout()
-        self._header.setContentsMargins(2, 0, 2, 0)
-        self._note = quiet_button("", "")
-        self._note.setProperty("role", "note")
-        self._note.setCheckable(True)
-        # A model's has room that stays: panes keep their widths when it comes and goes.
-        kept = self._note.sizePolicy()
-        kept.setRetainSizeWhenHidden(engine == "learned")
-        self._note.setSizePolicy(kept)
-        self._note.setMinimumWidth(NOTE_WIDTH)
-        self._note.setVisible(False)
-        self._note.toggled.connect(self.noteToggled)
-        self._header.addWidget(self._title)
-        self._header.addWidget(self._note)
-        self._header.addWidget(self._detail, 1)
+        self.caption = CaptionButton(on_image=True)
+        self.caption.setParent(self.canvas)
+        self.caption.move(PLACE, PLACE)
+        self._lateness = Lateness(client, self)
+        self._lateness.changed.connect(self._note_lateness)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(6)
-        layout.addLayout(self._header)
-        layout.addWidget(self.canvas, 1)
+        layout.addWidget(self.canvas)
+        self.canvas.resized.connect(self._show_status)
         client.stateChanged.connect(self._show_state)
         client.resultReady.connect(self._show_result)
         if stand_in is not None:
@@ -119,46 +107,54 @@ class EnginePane(QWidget):
         self._show_state(client.state)
 
     def set_hint(self, text: str) -> None:
-        """Show a small hint over the image."""
-        self.canvas.set_hint(text)
+        """Say that the image is outside of what its model knows, and how; empty if it is not."""
+        self._hint = text
+        self._show_status()
+
+    @property
+    def hint(self) -> str:
+        """In what the image is outside of what its model knows; empty if it is not."""
+        return self._hint
 
     def set_note(self, text: str, tip: str = "") -> None:
-        """Say something about the image beside the title; empty for nothing.
-
-        Who clicks on it wants to see it: :attr:`noteToggled`.
-        """
-        self._note.setText(text)
-        self._note.setToolTip(tip)
-        self._note.setVisible(bool(text))
+        """Say how far the image is from the truth, in a few words; empty if that is not known."""
+        self._note, self._note_tip = text, tip
+        self._show_status()
 
     @property
     def note(self) -> str:
-        """The text about the image beside the title."""
-        return self._note.text()
+        """How far the image is from the truth; empty if that is not known."""
+        return self._note
 
-    def toggle_note(self) -> None:
-        """Do what a click on the note does."""
-        self._note.toggle()
-
-    def add_to_header(self, widget: QWidget, stretch: int = 0) -> None:
-        """Add a control in front of the numbers, as wide as it must be or as there is room."""
-        self._header.insertWidget(self._header.count() - 1, widget, stretch)
+    def set_light(self, text: str) -> None:
+        """Say in which light the image is drawn."""
+        self._light = text
+        self._show_status()
 
     def set_title(self, title: str, tip: str = "") -> None:
         """Name who draws the pane's images; the tooltip tells more."""
-        self._title.setText(title)
-        # As rich text it is wrapped.
-        self._title.setToolTip(f"<qt>{html.escape(tip)}</qt>" if tip else "")
+        self._name, self._tip = title, tip
+        self._show_status()
+
+    def name_cover(self, title: str, detail: str = "", tip: str = "") -> None:
+        """Have the caption name the picture that covers the image; empty for the image again."""
+        self._cover = (title, detail, tip) if title else ("", "", "")
+        self._show_status()
 
     @property
     def title(self) -> str:
-        """Title of the pane."""
-        return self._title.text()
+        """Title of the pane's own images."""
+        return self._name
+
+    @property
+    def status(self) -> str:
+        """What the caption says beside the title."""
+        return self.caption.detail
 
     @property
     def detail(self) -> str:
-        """Displayed engine description, size and latency of the last image."""
-        return self._detail.full_text
+        """Engine description, size and latency of the last image, as in the tooltip."""
+        return self._facts
 
     def _show_state(self, state: EngineState) -> None:
         has_image = self.canvas.image is not None and not self.canvas.message
@@ -168,31 +164,29 @@ class EnginePane(QWidget):
         if state in WITHOUT_IMAGE:
             self._newest = (-1, False)
             self._rgba = None
-            self._detail.set_full_text("")
-            self.canvas.set_hint("")
+            self._facts = self._who = ""
+            self._is_finer_next = False
             self.canvas.show_image(None)
             self.canvas.show_message(self.client.text or PREPARING)
         elif state is EngineState.FAILED:
-            self.canvas.show_message(self.client.text, theme.ERROR)
+            self._is_finer_next = False
+            self.canvas.show_message(self.client.text, theme.ON_IMAGE.error)
         elif state is EngineState.SETTLED:
             # Nothing follows.
-            self._detail.set_full_text(self.detail.removeprefix(FINER), self.client.remark)
-            self._detail.setStyleSheet("")
+            self._is_finer_next = False
+            self._speed = ""
+        self._show_status()
 
     def _show_result(self, result: Result) -> None:
         if isinstance(result.request, ImageRequest) and result.value is not None:
+            self._is_finer_next = self._refines or not result.request.quality.live
             self._show(result, self.client.description)
-            if self._refines or not result.request.quality.live:
-                self._detail.set_full_text(FINER + self.detail, self.client.remark)
-                self._detail.setStyleSheet(f"color: {theme.ACCENT}")
 
     def _show_stand_in(self, stand_in: EngineClient, result: Result) -> None:
         wanted = isinstance(result.request, StandInRequest) and result.value is not None
         if wanted and self.client.state in STOOD_IN:
-            name = stand_in.description
-            own = self.client.description or "reference"
-            at_rest = "moving" if result.request.quality.live else f"{own} next"
-            self._show(result, f"{name}, {at_rest}")
+            self._is_finer_next = not result.request.quality.live
+            self._show(result, stand_in.description)
 
     def _show(self, result: Result, by: str) -> None:
         """Show an image unless a newer one is there, or the engine's own of the same inputs."""
@@ -204,18 +198,73 @@ class EnginePane(QWidget):
         rgba = result.value
         assert rgba is not None
         self._rgba = rgba
-        self._badge.note(request.inputs)
         self.canvas.show_image(to_qimage(rgba, self.brightness.of(self.engine)))
         height, width, _ = rgba.shape
         # Models draw the whole volume, and a hint says so.
         cropped = "cropped" if request.inputs.crop and self.engine == "exact" else ""
         facts = [cropped, by, f"{width} × {height}", f"{1000 * result.seconds:.0f} ms"]
-        self._detail.set_full_text("   ".join(filter(None, facts)), self.client.remark)
-        if self.width() > WIDE:
-            # Once there, the room for a longer caption stays: nothing slides back and forth.
-            needed = self._detail.fontMetrics().horizontalAdvance(self.detail + FINER) + 4
-            self._detail.setMinimumWidth(max(self._detail.minimumWidth(), min(needed, MOST_DETAIL)))
+        self._facts = "   ".join(fact for fact in facts if fact)
+        self._who = by
+        moves = request.quality.live and result.seconds > 0
+        self._speed = f"moving {min(1 / result.seconds, 999):.0f} fps" if moves else ""
+        self._lateness.note(request.inputs)
+        self._show_status()
         self.imageShown.emit(result.request.inputs, rgba)
+
+    def _note_lateness(self, late: bool) -> None:
+        self._is_late = late
+        self._show_status()
+
+    def _show_status(self) -> None:
+        """Say in the caption how true the image is, and draw how far it has got."""
+        title, text, tip = self._cover
+        tone: Tone = "dim"
+        lines = tip.splitlines()
+        if not title:
+            title = self._name
+            text, tone = self._status()
+            note = self._note_tip if self._note else ""
+            lines = [self._tip, self._hint, note, self._facts, self.client.remark]
+        self.caption.set_title(title)
+        self.caption.set_detail(text, tone)
+        self.canvas.setAccessibleName(self.caption.accessibleName())
+        # As rich text it is wrapped.
+        tip = "<br>".join(html.escape(line).replace("\n", " ") for line in lines if line)
+        self.caption.setToolTip(f"<qt>{tip}</qt>" if tip else "")
+        room = self.canvas.width() - 2 * PLACE - CUBE_ROOM
+        self.caption.setFixedWidth(max(min(self.caption.sizeHint().width(), room), 0))
+        self.canvas.set_progress(self._progress())
+
+    def _status(self) -> tuple[str, Tone]:
+        state = self.client.state
+        if state is EngineState.FAILED:
+            return "failed", "error"
+        if self._rgba is None:
+            return "", "dim"
+        if self._is_late:
+            return DRAWING, "change"
+        if self._speed:
+            return self._speed, "dim"
+        facts = [self._note] if self.engine == "learned" else [self._who]
+        if self.engine == "exact" and self.width() >= WIDE:
+            facts.append(self._light)
+        tone: Tone = "dim"
+        if self._is_finer_next:
+            facts.append(REFINING)
+            tone = "change"
+        if self._hint:
+            facts.append(OUTSIDE)
+            tone = "attention"
+        return ", ".join(fact for fact in facts if fact), tone
+
+    def _progress(self) -> float | None:
+        """Part of the pixels that are there, of an image that is not there in full; else None."""
+        if self._is_late:
+            return LEAST_PROGRESS
+        if self._rgba is None or not self._is_finer_next or self._speed:
+            return None
+        shown, whole = self._rgba.shape[1], max(self.canvas.pixels[0], 1)
+        return min(max(shown / whole, LEAST_PROGRESS), MOST_PROGRESS)
 
     def _show_brightness(self) -> None:
         if self._rgba is not None:

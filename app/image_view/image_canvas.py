@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QPoint, QPointF, QRect, QSize, Qt, Signal
+from PySide6.QtCore import QPointF, QRect, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QPen, QResizeEvent
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
@@ -17,6 +17,8 @@ from model.scene.region import Reach
 
 _MARGIN = 14
 
+PROGRESS_HEIGHT = 2
+"""Of the line at the upper edge that says how much of an image is there, in pixels."""
 
 LEAST_GAP = 8
 """Pixels beside a picture that are not only rounding of its proportions."""
@@ -47,7 +49,7 @@ def to_qimage(rgba: NDArray[np.float32], brightness: float = 1.0) -> QImage:
 
 
 class ImageCanvas(QWidget):
-    """Shows an image as large as possible, a message, a hint and a badge over it.
+    """Shows an image as large as possible, a message over it, and how much of it is there.
 
     A message dims the image instead of replacing it, so that the last image stays
     visible. A cover takes the image's place while it is there, and decorations are painted
@@ -67,9 +69,8 @@ class ImageCanvas(QWidget):
         self.setCursor(Qt.CursorShape.OpenHandCursor)
         self._image: QImage | None = None
         self._message = ""
-        self._message_color = theme.DIM_TEXT
-        self._hint = ""
-        self._badge = ""
+        self._message_color = theme.ON_IMAGE.dim
+        self._progress: float | None = None
         self._cover: QImage | None = None
         self._decorations: list[Decoration] = []
 
@@ -127,11 +128,6 @@ class ImageCanvas(QWidget):
         """Text over the image; empty if there is none."""
         return self._message
 
-    @property
-    def hint(self) -> str:
-        """Text at the lower edge; empty if there is none."""
-        return self._hint
-
     def show_image(self, image: QImage | None) -> None:
         """Show an image, or none, and remove the message."""
         self._message = ""
@@ -152,27 +148,21 @@ class ImageCanvas(QWidget):
         """Have something painted over the image whenever it is."""
         self._decorations.append(paint)
 
-    def show_message(self, text: str, color: str = theme.DIM_TEXT) -> None:
+    def show_message(self, text: str, color: str = theme.ON_IMAGE.dim) -> None:
         """Show a message over the image."""
         self._message = text
         self._message_color = color
         self.update()
 
-    def set_hint(self, text: str) -> None:
-        """Show a small hint at the lower edge."""
-        if text != self._hint:
-            self._hint = text
-            self.update()
-
     @property
-    def badge(self) -> str:
-        """Text in the upper left corner; empty if there is none."""
-        return self._badge
+    def progress(self) -> float | None:
+        """Part of the image that is there, 0..1; None if there is all of it."""
+        return self._progress
 
-    def set_badge(self, text: str) -> None:
-        """Show a few words in the image's upper left corner, or none."""
-        if text != self._badge:
-            self._badge = text
+    def set_progress(self, progress: float | None) -> None:
+        """Draw at the upper edge which part of the image is there; None for all of it."""
+        if progress != self._progress:
+            self._progress = progress
             self.update()
 
     def sizeHint(self) -> QSize:
@@ -189,9 +179,7 @@ class ImageCanvas(QWidget):
         painter.setRenderHints(
             QPainter.RenderHint.SmoothPixmapTransform | QPainter.RenderHint.Antialiasing
         )
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(QColor(theme.CANVAS))
-        painter.drawRoundedRect(self.rect(), 6, 6)
+        painter.fillRect(self.rect(), QColor(theme.CANVAS))
         if self._image is not None:
             painter.setOpacity(0.3 if self._message else 1.0)
             rect = self._image_rect(self._image)
@@ -201,12 +189,14 @@ class ImageCanvas(QWidget):
                 is_square = self._cover.width() == self._cover.height()
                 painter.drawImage(self.image_rect if is_square else rect, self._cover)
             painter.setOpacity(1.0)
-            gaps = self.width() - rect.width(), self.height() - rect.height()
-            if max(gaps) > LEAST_GAP:
-                # Where a picture ends, the volume may be cut: that is to be seen.
-                painter.setPen(QPen(QColor(theme.BORDER), 1))
-                painter.setBrush(Qt.BrushStyle.NoBrush)
-                painter.drawRect(rect.adjusted(0, 0, -1, -1))
+            # Where a picture ends, the volume may be cut: that is to be seen.
+            painter.setPen(QPen(QColor(theme.ON_IMAGE.line), 1))
+            if self.width() - rect.width() > LEAST_GAP:
+                painter.drawLine(rect.topLeft(), rect.bottomLeft())
+                painter.drawLine(rect.topRight(), rect.bottomRight())
+            if self.height() - rect.height() > LEAST_GAP:
+                painter.drawLine(rect.topLeft(), rect.topRight())
+                painter.drawLine(rect.bottomLeft(), rect.bottomRight())
             if not self._message:
                 for paint in self._decorations:
                     painter.save()
@@ -219,25 +209,11 @@ class ImageCanvas(QWidget):
             # Narrower than the canvas, as long lines are hard to read.
             column = text_rect.adjusted(text_rect.width() // 10, 0, -text_rect.width() // 10, 0)
             painter.drawText(column, Qt.AlignmentFlag.AlignCenter | flags, self._message)
-        elif self._hint:
-            painter.setPen(QColor(theme.WARNING))
-            bottom = Qt.AlignmentFlag.AlignBottom | Qt.AlignmentFlag.AlignHCenter
-            # Over the picture that it is about, not beside it.
-            below = text_rect if self._image is None else self.image_rect & text_rect
-            painter.drawText(below, bottom | flags, self._hint)
-        if self._badge and not self._message and self._image is not None:
-            self._paint_badge(painter)
+        if self._progress is not None:
+            done = round(self._progress * self.width())
+            color = QColor(theme.ON_IMAGE.change)
+            painter.fillRect(QRect(0, 0, done, PROGRESS_HEIGHT), color)
         painter.end()
-
-    def _paint_badge(self, painter: QPainter) -> None:
-        words = painter.fontMetrics().boundingRect(self._badge)
-        ground = words.adjusted(-8, -4, 8, 4)
-        ground.moveTopLeft(self.picture_rect.topLeft() + QPoint(_MARGIN, _MARGIN))
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(QColor(theme.PANEL))
-        painter.drawRoundedRect(ground, 4, 4)
-        painter.setPen(QColor(theme.ACCENT))
-        painter.drawText(ground, Qt.AlignmentFlag.AlignCenter, self._badge)
 
     def _image_rect(self, image: QImage) -> QRect:
         """Largest centred rectangle with the image's aspect ratio."""

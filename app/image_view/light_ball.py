@@ -12,7 +12,7 @@ from app import theme
 from app.state.viewer_state import ViewerState
 from model.scene.light import LightDirection, LightRange
 
-DIAMETER = 30
+DIAMETER = 20
 
 REACH = 60.0
 """Pixels that a drag moves the light by the ball's radius."""
@@ -65,6 +65,7 @@ class LightBall(QWidget):
         self._moved = False
         self.setFixedSize(QSize(DIAMETER, DIAMETER))
         self.setCursor(Qt.CursorShape.CrossCursor)
+        self.setAccessibleName("Light direction")
         # What stands beside it keeps its place.
         policy = self.sizePolicy()
         policy.setRetainSizeWhenHidden(True)
@@ -127,7 +128,9 @@ class LightBall(QWidget):
         middle, radius = QPointF(DIAMETER / 2, DIAMETER / 2), DIAMETER / 2 - 1
         spot = middle + QPointF(right, -up) * (0.85 * radius)
         shade = QRadialGradient(middle, radius, spot)
-        shade.setColorAt(0.0, QColor(theme.TEXT if self.isEnabled() else theme.FAINT_TEXT))
+        # A lit ball looks alike in both themes.
+        lit = theme.ON_IMAGE.text if self.isEnabled() else theme.ON_IMAGE.disabled
+        shade.setColorAt(0.0, QColor(lit))
         shade.setColorAt(1.0, QColor(theme.CANVAS))
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)

@@ -27,11 +27,11 @@ from model.scene.axes import AXES, axis_direction
 from model.scene.orientation import STANDARD_VIEWS, faces
 from model.scene.view import View
 
-SIZE = 72
-PLACE = 10
+SIZE = 64
+PLACE = 6
 """Distance in pixels to the parent's corner."""
 
-HALF_EDGE = 19.0
+HALF_EDGE = 17.0
 EYE = 6.0
 """Distance of the eye that sees the cube, in halves of its edge."""
 
@@ -184,10 +184,10 @@ class OrientationCube(QWidget):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         for face in self._faces:
             hovered = face.name == self._hovered
-            painter.setPen(QPen(QColor(theme.BACKGROUND), 1.2))
-            painter.setBrush(QColor(theme.ACCENT) if hovered else _shade(face.normal))
+            painter.setPen(QPen(QColor(theme.ON_IMAGE.window), 1.2))
+            painter.setBrush(QColor(theme.ON_IMAGE.change) if hovered else _shade(face.normal))
             painter.drawPolygon(face.polygon)
-        painter.setPen(QColor(theme.BACKGROUND))
+        painter.setPen(QColor(theme.ON_IMAGE.window))
         square = QRectF(0, 0, 100, 100)
         corners = QPolygonF(
             [square.topLeft(), square.topRight(), square.bottomRight(), square.bottomLeft()]

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import re
 from functools import partial
+from typing import Any
 
-from PySide6.QtCore import Signal
-from PySide6.QtGui import QIcon, QPixmap
-from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QMenu, QToolButton, QWidget
+from PySide6.QtCore import QEvent, Qt, Signal
+from PySide6.QtGui import QAction, QActionGroup, QIcon, QKeySequence, QPixmap, QShortcut
+from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QMenu, QPushButton, QToolButton, QWidget
 
-from app.controls import add_action, combo, text_button
+from app.caption_button import CaptionButton
+from app.controls import add_action
+from app.icons import IconButton, icon
 from app.image_view.image_canvas import to_qimage
-from app.state.latent_state import Coloring, EngineChoice, LatentState
+from app.latent_browser.map_colors import lookup_table
+from app.state.latent_state import CodecChoice, Coloring, EngineChoice, LatentState
 from model.scene.transfer_function import Range
 
 COLORINGS: dict[Coloring, tuple[str, str]] = {
@@ -29,8 +33,18 @@ ENGINES: dict[EngineChoice, tuple[str, str]] = {
 }
 
 
+CODECS: dict[CodecChoice, tuple[str, str]] = {
+    "shipped": ("Shipped", "The codec that ships with tfscope, for any volume"),
+    "model": ("Model's", "The codec of this volume's model"),
+}
+
+HEIGHT = 36
+BAND_WIDTH = 84, 150
+"""Least and greatest width of the field of values, in pixels."""
+
+
 class BrowserBar(QWidget):
-    """Controls in one row, and the menus of places and of searches.
+    """Controls in one row, and the menus of places, of searches, and of what is chosen rarely.
 
     Parameters
     ----------
@@ -38,8 +52,13 @@ class BrowserBar(QWidget):
 
     Attributes
     ----------
-    decoded : QToolButton
-        Chooses what a model's pictures are drawn from; below the map, where there is room.
+    coloring : CaptionButton
+        Says what the map's colours mean; its menu has other meanings.
+    modes, decoded : QAction
+        Whether a chosen TF becomes modes, and what a model's pictures are drawn from.
+    engine, codec : QMenu
+    stop, take : QPushButton
+        For what is running, while something is.
     """
 
     resetRequested = Signal()
@@ -60,63 +79,101 @@ class BrowserBar(QWidget):
         self._band_before: Range | None = None
         self._refused: str | None = None
         self._draws_codes = False
-        self.coloring = combo(dict(COLORINGS.values()), "What the colours mean")
-        self.engine = combo(dict(ENGINES.values()), "Who draws the pictures")
-        self.codec = combo(
-            {
-                "Shipped": "The codec that ships with tfscope, for any volume",
-                "Model's": "The codec of this volume's model",
-            },
-            "Whose codes the map shows",
-        )
-        self.codec.setVisible(False)
+        self.setFixedHeight(HEIGHT)
+        self._actions: dict[str, dict[Any, QAction]] = {}
+        self.coloring = CaptionButton()
+        self.coloring.set_swatch(lookup_table())
+        self.coloring.setToolTip("What the colours mean")
+        self._add_choices(self.coloring.add_menu(), "coloring", COLORINGS)
         self.band = QLineEdit()
         self.band.setPlaceholderText("90 to 120")
         self.band.setClearButtonEnabled(True)
-        self.band.setMaximumWidth(150)
+        self.band.setAccessibleName("Shows values")
         self.band.setToolTip(
-            "Scalar values, such as 90 to 120: TFs whose picture shows none of them fade"
+            "Scalar values, such as 90 to 120 (Ctrl+F): TFs whose picture shows none of them fade"
         )
-        self.lasso = text_button("Lasso", "Draw around TFs: the others fade. A click ends it.")
+        self.band.setMinimumWidth(BAND_WIDTH[0])
+        self.band.setMaximumWidth(BAND_WIDTH[1])
+        self._eye = self.band.addAction(icon("eye"), QLineEdit.ActionPosition.LeadingPosition)
+        find_values = QShortcut(QKeySequence("Ctrl+F"), self)
+        find_values.activated.connect(self.band.setFocus)
+        self.lasso = IconButton(
+            "lasso", "Lasso", "L", "Draw around TFs: the others fade; a click ends it"
+        )
         self.lasso.setCheckable(True)
-        self.modes = text_button(
-            "As modes", "A chosen TF becomes Gaussian modes, instead of a curve"
+        self.reset = IconButton("home", "Whole map", "Home")
+        self.stop = _small_button("Stop", "Stop what is running (Escape)")
+        self.take = _small_button(
+            "Take", "End the path, and take the TF of the picture that is shown"
         )
-        self.modes.setCheckable(True)
-        self.decoded = text_button(
-            "Decoded TFs",
-            "The model draws the TFs that codes are decoded to, or the ray caster does,\n"
-            "instead of the codes themselves (D)",
-        )
-        self.decoded.setCheckable(True)
-        self.decoded.setVisible(False)
-        self.places = text_button("Places", "Named places, and the path between them")
-        self.search = text_button("Find", "Search for a TF by what its picture shall show")
-        self.reset = text_button("Whole map", "Show the whole map (Home)")
-        for box, least in ((self.coloring, 66), (self.codec, 84), (self.engine, 92)):
-            # Narrower than its longest entry where the window is small.
-            box.setMinimumWidth(least)
-        self.band.setMinimumWidth(96)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(6)
-        for widget in (
-            self.coloring, self.band, self.lasso, self.places, self.search, self.modes,
-            self.codec, self.engine, self.reset,
-        ):  # fmt: skip
-            row.addWidget(widget)
-        row.addStretch()
-        self.places.setMenu(QMenu(self.places))
-        self.search.setMenu(QMenu(self.search))
-        for button in (self.places, self.search):
+        self.places = IconButton("flag", "Places", text="Places ▾")
+        self.places.setToolTip("Named places, and the path between them")
+        self.search = IconButton("find", "Find", text="Find ▾")
+        self.search.setToolTip("Search for a TF by what its picture shall show")
+        self.more = IconButton("more", "More")
+        for button in (self.places, self.search, self.more):
+            button.setMenu(QMenu(button))
             button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self._fill_more(self.more.menu())
+        row = QHBoxLayout(self)
+        row.setContentsMargins(8, 0, 8, 0)
+        row.setSpacing(4)
+        left: list[QWidget] = [self.coloring, self.band, self.lasso, self.reset]
+        right: list[QWidget] = [self.stop, self.take, self.places, self.search, self.more]
+        for widget in left:
+            row.addWidget(widget)
+        row.addStretch(1)
+        for widget in right:
+            row.addWidget(widget)
+        self.stop.hide()
+        self.take.hide()
         self._connect()
         self._show_choices()
         self.fill_places()
 
+    def changeEvent(self, event: QEvent) -> None:
+        """Draw the field's icon anew in another theme."""
+        if event.type() == QEvent.Type.PaletteChange:
+            self._eye.setIcon(icon("eye"))
+        super().changeEvent(event)
+
+    def _fill_more(self, menu: QMenu) -> None:
+        menu.setToolTipsVisible(True)
+        self.modes = menu.addAction("Take as modes")
+        self.modes.setToolTip("A chosen TF becomes Gaussian modes, instead of a curve")
+        self.decoded = menu.addAction("Draw decoded TFs")
+        self.decoded.setToolTip(
+            "The model draws the TFs that codes are decoded to, or the ray caster does,\n"
+            "instead of the codes themselves (D)"
+        )
+        for action in (self.modes, self.decoded):
+            action.setCheckable(True)
+        self.codec = menu.addMenu("Codec")
+        self.engine = menu.addMenu("Drawn by")
+        self._add_choices(self.codec, "codec", CODECS)
+        self._add_choices(self.engine, "engine", ENGINES)
+
+    def _add_choices(self, menu: QMenu, name: str, choices: dict[Any, tuple[str, str]]) -> None:
+        """Add exclusive choices, each with its explanation."""
+        menu.setToolTipsVisible(True)
+        group = QActionGroup(menu)
+        for choice, (text, explanation) in choices.items():
+            action = add_action(menu, text, partial(self._choose, name, choice))
+            action.setToolTip(explanation)
+            action.setCheckable(True)
+            group.addAction(action)
+            self._actions.setdefault(name, {})[choice] = action
+
+    def _choose(self, name: str, choice: Any) -> None:
+        self._latent.choose(**{name: choice})
+
+    def explain_colors(self, meaning: str) -> None:
+        """Say what the map's colours mean, with the unit."""
+        self.coloring.setToolTip(f"Colour by: {meaning}")
+
     def set_model(self, fits: bool, draws_codes: bool = False) -> None:
         """Offer what only a model has, if one fits the volume, and one that draws codes."""
-        self.codec.setVisible(fits)
+        self.codec.menuAction().setVisible(fits)
         self._draws_codes = draws_codes
         self._show_choices()
         self.engine.setEnabled(fits)
@@ -180,14 +237,11 @@ class BrowserBar(QWidget):
 
     def _connect(self) -> None:
         latent = self._latent
-        self.coloring.activated.connect(lambda i: latent.choose(coloring=list(COLORINGS)[i]))
-        self.engine.activated.connect(lambda i: latent.choose(engine=list(ENGINES)[i]))
-        self.codec.activated.connect(lambda i: latent.choose(codec=("shipped", "model")[i]))
         self.band.editingFinished.connect(self._read_band)
         self.band.textChanged.connect(lambda text: None if text else self._read_band())
         self.lasso.clicked.connect(self._toggle_lasso)
-        self.decoded.clicked.connect(lambda on: latent.choose(drawn="tf" if on else "code"))
-        self.modes.clicked.connect(lambda on: latent.choose(as_modes=on))
+        self.decoded.triggered.connect(lambda on: latent.choose(drawn="tf" if on else "code"))
+        self.modes.triggered.connect(lambda on: latent.choose(as_modes=on))
         self.reset.clicked.connect(self.resetRequested)
         latent.choicesChanged.connect(lambda _choices: self._show_choices())
         latent.toolChanged.connect(lambda _tool: self._show_lasso())
@@ -205,9 +259,10 @@ class BrowserBar(QWidget):
 
     def _show_choices(self) -> None:
         choices = self._latent.choices
-        self.coloring.setCurrentIndex(list(COLORINGS).index(choices.coloring))
-        self.engine.setCurrentIndex(list(ENGINES).index(choices.engine))
-        self.codec.setCurrentIndex(("shipped", "model").index(choices.codec))
+        for name, actions in self._actions.items():
+            actions[getattr(choices, name)].setChecked(True)
+        self.coloring.set_title(COLORINGS[choices.coloring][0])
+        self.coloring.setAccessibleName(f"Colour by: {self.coloring.title}")
         self.modes.setChecked(choices.as_modes)
         self.decoded.setChecked(choices.drawn == "tf")
         self.decoded.setVisible(self._draws_codes and choices.codec == "model")
@@ -230,6 +285,13 @@ class BrowserBar(QWidget):
             return
         self.problem.emit("")
         self._latent.choose(band=band)
+
+
+def _small_button(text: str, tip: str) -> QPushButton:
+    button = QPushButton(text)
+    button.setToolTip(tip)
+    button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+    return button
 
 
 def parsed_band(text: str) -> Range | None:

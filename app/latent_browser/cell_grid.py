@@ -97,20 +97,20 @@ class CellGrid(QWidget):
                 painter.drawImage(rect, self._images[cell])
                 painter.setOpacity(1.0)
             else:
-                painter.setPen(QPen(QColor(theme.BORDER), 1, Qt.PenStyle.DashLine))
-                painter.setBrush(QColor(theme.PANEL))
+                painter.setPen(QPen(QColor(theme.ON_IMAGE.line), 1, Qt.PenStyle.DashLine))
+                painter.setBrush(QColor(theme.ON_IMAGE.panel))
                 painter.drawRect(rect)
             if picture is not None:
                 self._paint_count(painter, rect, count, cell in self._images)
             if cell == self._cell and cell in self._images:
                 painter.setBrush(Qt.BrushStyle.NoBrush)
-                painter.setPen(QPen(QColor(theme.ACCENT), 2))
+                painter.setPen(QPen(QColor(theme.ON_IMAGE.change), 2))
                 painter.drawRect(rect)
         painter.end()
 
     def _paint_count(self, painter: QPainter, rect: QRectF, count: int, drawn: bool) -> None:
         text = str(count) if count else ("nearest" if drawn else "empty")
-        painter.setPen(QColor(theme.DIM_TEXT if drawn else theme.FAINT_TEXT))
+        painter.setPen(QColor(theme.ON_IMAGE.dim if drawn else theme.ON_IMAGE.disabled))
         flags = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignBottom
         if not drawn:
             flags = Qt.AlignmentFlag.AlignCenter

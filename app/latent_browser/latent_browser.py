@@ -11,22 +11,13 @@ from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QPoint, Qt, Signal
-from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import (
-    QHBoxLayout,
-    QInputDialog,
-    QLabel,
-    QMenu,
-    QPushButton,
-    QSizePolicy,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtCore import QEvent, QPoint, QSize, Qt, Signal
+from PySide6.QtGui import QKeyEvent, QResizeEvent
+from PySide6.QtWidgets import QInputDialog, QMenu, QWidget
 
 from app.controls import add_action
 from app.image_view.engine_pane import EnginePane
-from app.latent_browser.browser_bar import BrowserBar
+from app.latent_browser.browser_bar import HEIGHT, BrowserBar
 from app.latent_browser.cell_grid import CellGrid
 from app.latent_browser.map_colors import shades_of
 from app.latent_browser.map_view import MapView
@@ -50,6 +41,12 @@ OPENING = "Opening the map …"
 NO_VOLUME = "Open a volume: the map of its TFs will be here."
 SAME_TF = 0.02
 """Difference in opacity (RMS) up to which a fitted TF stands at the place it was found."""
+
+GAP = 8
+"""Around map and grid, and between them, in pixels."""
+
+LEAST_SQUARE = 180
+"""Least side of map and grid, in pixels."""
 
 LEAST_SIDE = 0.01
 """Least side of a brush that a wheel's turn leads to."""
@@ -94,25 +91,17 @@ class LatentBrowser(QWidget):
         self._units = ""
         self._brushes: list[Brush] = []
         self.search = SearchControl(state, work, regions, reference, self)
+        self.facts = ""
         self.bar = BrowserBar(self._latent)
+        self.cancel, self.keep = self.bar.stop, self.bar.take
         brightness = reference.brightness
         self.map = MapView(self._latent, work.session, work.pictures, brightness)
         self.grid = CellGrid(brightness)
         self.preview = Preview(reference, editor.area)
-        self.status = QLabel()
-        self.status.setProperty("role", "dim")
-        # Facts come and go: they must not make the window wider.
-        self.status.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        self.cancel = QPushButton("Cancel")
-        self.cancel.hide()
-        self.keep = QPushButton("Make it the TF")
-        self.keep.setToolTip("End the path, and take the TF of the picture that is shown")
-        self.keep.hide()
         self._frame: Frame | None = None
-        # The map keeps its size when the button comes.
-        self.status.setMinimumHeight(self.cancel.sizeHint().height())
         self.map.show_message(NO_VOLUME)
-        self._lay_out()
+        for part in (self.bar, self.map, self.grid):
+            part.setParent(self)
         self._connect()
 
     def set_units(self, units: str) -> None:
@@ -120,13 +109,52 @@ class LatentBrowser(QWidget):
         self._units = units
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """End a search, a path or the map's computation by Escape."""
+        """End a search, a path or the map's computation by Escape, else the browsing."""
         if event.key() == Qt.Key.Key_Escape:
-            self._stop()
+            if self._is_running:
+                self._stop()
+            else:
+                self._latent.choose(shown=False)
+        elif event.key() == Qt.Key.Key_L and not event.modifiers():
+            self.bar.lasso.click()
         elif event.key() == Qt.Key.Key_Home:
             self.map.reset()
         else:
             super().keyPressEvent(event)
+
+    def event(self, event: QEvent) -> bool:
+        """Keep L, which elsewhere draws a region, while the browser has the keys."""
+        if (
+            isinstance(event, QKeyEvent)
+            and event.type() == QEvent.Type.ShortcutOverride
+            and event.key() == Qt.Key.Key_L
+            and not event.modifiers()
+        ):
+            event.accept()
+            return True
+        return super().event(event)
+
+    def side_for(self, width: int, height: int) -> int:
+        """Side of map and grid in a room of some width and height."""
+        return max(min((width - 3 * GAP) // 2, height - HEIGHT - GAP), LEAST_SQUARE)
+
+    def width_for(self, height: int) -> int:
+        """Width at which both squares are as large as a height allows."""
+        return 2 * max(height - HEIGHT - GAP, LEAST_SQUARE) + 3 * GAP
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the least size of bar and squares."""
+        least = 2 * LEAST_SQUARE + 3 * GAP
+        return QSize(max(least, self.bar.minimumSizeHint().width()), HEIGHT + LEAST_SQUARE + GAP)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Put two equal squares below the bar, in the middle of the width."""
+        super().resizeEvent(event)
+        side = self.side_for(self.width(), self.height())
+        left = max((self.width() - 2 * side - GAP) // 2, 0)
+        self.bar.setGeometry(0, 0, self.width(), HEIGHT)
+        self.map.setGeometry(left, HEIGHT, side, side)
+        self.grid.setGeometry(left + side + GAP, HEIGHT, side, side)
 
     def take(self, tf: OpacityTF, text: str, place: Place | None = None) -> None:
         """Make an opacity TF of the map the present one, as one edit that can be undone.
@@ -155,23 +183,6 @@ class LatentBrowser(QWidget):
     def _editable(self, tf: OpacityTF) -> OpacityTF:
         """Return a TF of the map, which has many samples, with few handles."""
         return fitted_modes(tf) if self._latent.choices.as_modes else fitted_curve(tf)
-
-    def _lay_out(self) -> None:
-        images = QHBoxLayout()
-        images.setSpacing(12)
-        images.addWidget(self.map, 1)
-        images.addWidget(self.grid, 1)
-        below = QHBoxLayout()
-        below.addWidget(self.status, 1)
-        below.addWidget(self.bar.decoded)
-        below.addWidget(self.keep)
-        below.addWidget(self.cancel)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(6)
-        column.addWidget(self.bar)
-        column.addLayout(images, 1)
-        column.addLayout(below)
 
     def _connect(self) -> None:
         work, latent, bar = self._work, self._latent, self.bar
@@ -255,6 +266,7 @@ class LatentBrowser(QWidget):
             session, self._latent, self._state.scalar_range, self._units, self._work.errors.errors
         )
         self.map.show_shades(shades)
+        self.bar.explain_colors(shades.legend.title)
 
     def _place_moved(self) -> None:
         if self._latent.choices.coloring == "distance":
@@ -464,19 +476,24 @@ class LatentBrowser(QWidget):
         self._show_cancel()
         self._tell("" if done >= 1 else f"Computing the map: {100 * done:.0f} %")
 
+    @property
+    def _is_running(self) -> bool:
+        work = self._work
+        return work.search.is_running or work.path.is_running or work.session.is_embedding
+
     def _show_cancel(self) -> None:
         work = self._work
-        running = work.search.is_running or work.path.is_running or work.session.is_embedding
-        self.cancel.setVisible(running)
+        self.cancel.setVisible(self._is_running)
         playing = work.path.is_running and not work.path.is_movie and self._frame is not None
         self.keep.setVisible(playing)
         self._fill_search()
 
     def _tell(self, text: str = "") -> None:
-        """Show a sentence below the map, or the facts about it."""
+        """Say on the map what is going on, or how many TFs there are; the rest in the caption."""
         session, pictures = self._work.session, self._work.pictures
         if text or session.map is None:
-            self.status.setText(text)
+            self.facts = text
+            self.map.show_note(text)
             return
         if session.is_embedding or self._work.search.is_running or self._work.path.is_running:
             return
@@ -484,6 +501,7 @@ class LatentBrowser(QWidget):
         count = f"{len(samples.codes):,}"
         if session.wanted is not None and not session.wanted.all():
             count = f"{session.wanted.sum():,} of {count}"
+        self.map.show_note(count)
         facts = [f"{count} TFs"]
         dimensions, effective = samples.codes.shape[1], samples.effective_dimension
         singular = ", ".join(f"{value:.2g}" for value in samples.singular_values)
@@ -515,5 +533,5 @@ class LatentBrowser(QWidget):
         if self._latent.hover is not None:
             x, y = self._latent.hover
             facts.append(f"({x:.2f}, {y:.2f})")
-        self.status.setText("    ".join(facts))
-        self.status.setToolTip("\n".join([*facts, *explained]))
+        self.facts = "    ".join(facts)
+        self.preview.set_facts("\n".join([*facts, *explained]))

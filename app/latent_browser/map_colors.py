@@ -17,10 +17,10 @@ from model.scene.value_scale import values_at
 if TYPE_CHECKING:
     from app.state.latent_session import LatentSession
 
-HIDDEN = (44, 48, 56)
+HIDDEN = (45, 46, 49)
 """Colour of points that are filtered out."""
 
-NOTHING = (62, 66, 74)
+NOTHING = (64, 66, 70)
 """Colour of TFs that show nothing or a solid block, and where a quantity is unknown."""
 
 
@@ -119,7 +119,7 @@ def _quantity(
     match latent.choices.coloring:
         case "value":
             values = unknown if overview is None else overview.dominant_values(scalar_range)
-            return values, f"Most seen value{unit}", "{:.4g}"
+            return values, f"Most seen value{unit}", "{:.3g}"
         case "opacity":
             values = unknown if overview is None else overview.opacity
             return values, "Mean opacity of the picture", "{:.2f}"

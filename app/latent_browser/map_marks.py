@@ -17,20 +17,20 @@ from app.latent_browser.map_frame import MapFrame
 from app.state.latent_state import NamedPlace, Place
 from model.latent.interpolation import CELLS, Brush
 
-BRUSH = "#f2f4f8"
-PRESENT = "#ff9a5c"
+BRUSH = "#f0f0f0"
+PRESENT = theme.ON_IMAGE.attention
 NAMED = "#ffd866"
 HANDLE = 4.0
 NAMED_PICTURE = 40
 """Edge of a named place's picture, in pixels."""
-LEGEND_WIDTH, LEGEND_HEIGHT, MARGIN = 132, 7, 10
+LEGEND_WIDTH, LEGEND_HEIGHT, MARGIN = 84, 6, 10
 BAR, BARS_HEIGHT, MOST_BARS = 11, 26, 16
 """Width of a singular value's bar with its gap, height of the largest, and most of them."""
 
 
 def paint_contours(painter: QPainter, frame: MapFrame, lines: list[NDArray[np.float64]]) -> None:
     """Paint lines of equal density."""
-    color = QColor(theme.TEXT)
+    color = QColor(theme.ON_IMAGE.text)
     color.setAlpha(70)
     painter.setPen(QPen(color, 1))
     for line in lines:
@@ -55,9 +55,9 @@ def paint_brush(painter: QPainter, frame: MapFrame, brush: Brush, active: int | 
         row, column = divmod(active, CELLS)
         width, height = rect.width() / CELLS, rect.height() / CELLS
         cell = QRectF(rect.left() + column * width, rect.top() + row * height, width, height)
-        painter.setPen(QPen(QColor(theme.ACCENT), 2))
+        painter.setPen(QPen(QColor(theme.ON_IMAGE.change), 2))
         painter.drawRect(cell)
-    painter.setPen(QPen(QColor(theme.BACKGROUND), 1))
+    painter.setPen(QPen(QColor(theme.ON_IMAGE.window), 1))
     painter.setBrush(QColor(BRUSH))
     for corner in (rect.topLeft(), rect.topRight(), rect.bottomLeft(), rect.bottomRight()):
         painter.drawRect(QRectF(corner.x() - HANDLE, corner.y() - HANDLE, 2 * HANDLE, 2 * HANDLE))
@@ -66,7 +66,7 @@ def paint_brush(painter: QPainter, frame: MapFrame, brush: Brush, active: int | 
 def paint_disc(painter: QPainter, frame: MapFrame, place: Place, radius: float) -> None:
     """Paint the disc that a place under the mouse is interpolated over."""
     painter.setBrush(Qt.BrushStyle.NoBrush)
-    painter.setPen(QPen(QColor(theme.ACCENT), 1.5))
+    painter.setPen(QPen(QColor(theme.ON_IMAGE.change), 1.5))
     r = radius * frame.scale
     painter.drawEllipse(frame.pixel(place), r, r)
 
@@ -87,7 +87,7 @@ def paint_trail(painter: QPainter, frame: MapFrame, trail: Sequence[Place]) -> N
 def paint_present(painter: QPainter, frame: MapFrame, place: Place) -> None:
     """Mark the present TF's place by a ring with a cross."""
     at = frame.pixel(place)
-    for color, width in ((theme.BACKGROUND, 4.5), (PRESENT, 2)):
+    for color, width in ((theme.ON_IMAGE.window, 4.5), (PRESENT, 2)):
         painter.setPen(QPen(QColor(color), width))
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.drawEllipse(at, 7, 7)
@@ -111,7 +111,7 @@ def paint_names(
     for named in places:
         at = frame.pixel(named.place)
         diamond = QPolygonF([at + QPointF(*d) for d in ((0, -6), (6, 0), (0, 6), (-6, 0))])
-        painter.setPen(QPen(QColor(theme.BACKGROUND), 1.5))
+        painter.setPen(QPen(QColor(theme.ON_IMAGE.window), 1.5))
         painter.setBrush(QColor(NAMED))
         painter.drawPolygon(diamond)
         width = metrics.horizontalAdvance(named.name)
@@ -127,12 +127,12 @@ def paint_names(
 
 def paint_text_box(painter: QPainter, box: QRectF, text: str) -> None:
     """Paint text on a dark ground."""
-    ground = QColor(theme.BACKGROUND)
+    ground = QColor(theme.ON_IMAGE.window)
     ground.setAlpha(190)
     painter.setPen(Qt.PenStyle.NoPen)
     painter.setBrush(ground)
     painter.drawRoundedRect(box, 3, 3)
-    painter.setPen(QColor(theme.TEXT))
+    painter.setPen(QColor(theme.ON_IMAGE.text))
     painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
 
 
@@ -156,17 +156,27 @@ def paint_singular_values(painter: QPainter, frame: MapFrame, values: NDArray[np
     bottom = frame.height - MARGIN
     top = bottom - BARS_HEIGHT - metrics.height()
     _paint_ground(painter, QRectF(left - 4, top - 3, width + 8, bottom - top + 6))
-    painter.setPen(QColor(theme.TEXT))
+    painter.setPen(QColor(theme.ON_IMAGE.text))
     painter.drawText(QPointF(left, top + metrics.ascent()), title)
     painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(QColor(theme.ACCENT))
+    painter.setBrush(QColor(theme.ON_IMAGE.change))
     for number, share in enumerate(values / max(float(values.max()), 1e-30)):
         height = max(float(share) * (BARS_HEIGHT - 2), 1.0)
         painter.drawRect(QRectF(left + number * BAR, bottom - height, BAR - 3, height))
 
 
+def paint_note(painter: QPainter, frame: MapFrame, text: str) -> None:
+    """Paint a few words in the lower right corner."""
+    metrics = QFontMetricsF(painter.font())
+    width = metrics.horizontalAdvance(text)
+    left, top = frame.width - MARGIN - width, frame.height - MARGIN - metrics.height()
+    _paint_ground(painter, QRectF(left - 4, top - 3, width + 8, metrics.height() + 6))
+    painter.setPen(QColor(theme.ON_IMAGE.dim))
+    painter.drawText(QPointF(left, top + metrics.ascent()), text)
+
+
 def _paint_ground(painter: QPainter, box: QRectF) -> None:
-    ground = QColor(theme.BACKGROUND)
+    ground = QColor(theme.ON_IMAGE.window)
     ground.setAlpha(200)
     painter.setPen(Qt.PenStyle.NoPen)
     painter.setBrush(ground)
@@ -174,19 +184,17 @@ def _paint_ground(painter: QPainter, box: QRectF) -> None:
 
 
 def paint_legend(painter: QPainter, frame: MapFrame, legend: Legend) -> None:
-    """Paint the colour bar with its title and numbers in the lower left corner."""
+    """Paint the colour bar between its numbers in the lower left corner."""
     metrics = QFontMetricsF(painter.font())
-    line = metrics.height()
-    width = max(LEGEND_WIDTH, metrics.horizontalAdvance(legend.title))
-    top = frame.height - MARGIN - 2 * line - LEGEND_HEIGHT
-    _paint_ground(painter, QRectF(MARGIN - 4, top - 3, width + 8, 2 * line + LEGEND_HEIGHT + 6))
-    painter.setPen(QColor(theme.TEXT))
-    painter.drawText(QPointF(MARGIN, top + metrics.ascent()), legend.title)
+    low, high = (metrics.horizontalAdvance(text) + 6 for text in (legend.low, legend.high))
+    top = frame.height - MARGIN - metrics.height()
+    width = low + LEGEND_WIDTH + high
+    _paint_ground(painter, QRectF(MARGIN - 4, top - 3, width + 8, metrics.height() + 6))
     table = lookup_table()
     bar = QImage(table.tobytes(), len(table), 1, 3 * len(table), QImage.Format.Format_RGB888)
-    painter.drawImage(QRectF(MARGIN, top + line + 1, LEGEND_WIDTH, LEGEND_HEIGHT), bar)
-    painter.setPen(QColor(theme.DIM_TEXT))
-    bottom = top + line + LEGEND_HEIGHT + metrics.ascent() + 2
-    painter.drawText(QPointF(MARGIN, bottom), legend.low)
-    at_end = MARGIN + LEGEND_WIDTH - metrics.horizontalAdvance(legend.high)
-    painter.drawText(QPointF(at_end, bottom), legend.high)
+    middle = top + (metrics.height() - LEGEND_HEIGHT) / 2
+    painter.drawImage(QRectF(MARGIN + low, middle, LEGEND_WIDTH, LEGEND_HEIGHT), bar)
+    painter.setPen(QColor(theme.ON_IMAGE.dim))
+    base = top + metrics.ascent()
+    painter.drawText(QPointF(MARGIN, base), legend.low)
+    painter.drawText(QPointF(MARGIN + low + LEGEND_WIDTH + 6, base), legend.high)

@@ -87,7 +87,7 @@ class MapView(QWidget):
         self._contours: list[NDArray[np.float64]] = []
         self._thumbnails: dict[int, QImage] = {}
         self._chosen_ones: tuple[float, NDArray[np.bool_] | None, NDArray[np.int64]] | None = None
-        self._message = ""
+        self._message = self._note = ""
         self._active_cell: int | None = None
         self._path_place: Place | None = None
         self._grips: tuple[Grip, ...] = ()
@@ -134,6 +134,12 @@ class MapView(QWidget):
         self._message = text
         self.update()
 
+    def show_note(self, text: str) -> None:
+        """Show a few words in the lower right corner: how many TFs there are, or what goes on."""
+        if text != self._note:
+            self._note = text
+            self.update()
+
     def show_map(self) -> None:
         """Show the session's map as a whole."""
         map_ = self._session.map
@@ -178,14 +184,14 @@ class MapView(QWidget):
         """Paint points, thumbnails and marks."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(QColor(theme.PANEL))
-        painter.drawRoundedRect(self.rect(), 6, 6)
+        # Dark in both themes, as its colours are made for that.
+        painter.fillRect(self.rect(), QColor(theme.ON_IMAGE.plot))
         map_ = self._session.map
         if self._message or map_ is None or self._shades is None:
-            painter.setPen(QColor(theme.DIM_TEXT))
+            painter.setPen(QColor(theme.ON_IMAGE.dim))
             flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
-            painter.drawText(self.rect().adjusted(20, 20, -20, -20), flags, self._message)
+            text = self._message or self._note
+            painter.drawText(self.rect().adjusted(20, 20, -20, -20), flags, text)
             painter.end()
             return
         painter.setClipRect(self.rect())
@@ -214,6 +220,8 @@ class MapView(QWidget):
         marks.paint_legend(painter, frame, self._shades.legend)
         if self._pictures.has_own_codes:
             marks.paint_singular_values(painter, frame, map_.samples.singular_values)
+        elif self._note:
+            marks.paint_note(painter, frame, self._note)
         painter.end()
 
     def resizeEvent(self, _event: QResizeEvent) -> None:
@@ -321,7 +329,7 @@ class MapView(QWidget):
             marks.paint_disc(painter, self._frame, place, radius / self._latent.closeness)
             return
         at, half = self._frame.pixel(place), THUMBNAIL / 2 + 1
-        painter.setPen(QPen(QColor(theme.ACCENT), 2.5))
+        painter.setPen(QPen(QColor(theme.ON_IMAGE.change), 2.5))
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.drawRect(QRectF(at.x() - half, at.y() - half, 2 * half, 2 * half))
 

@@ -7,13 +7,11 @@ from typing import Any
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, QRect, QRectF, Qt
-from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPen
+from PySide6.QtCore import QObject
 
 from app import theme
 from app.image_view.engine_pane import EnginePane
 from app.image_view.image_canvas import to_qimage
-from app.latent_browser.map_marks import paint_text_box
 from app.state.engine_chooser import EngineName
 from app.tf_editor.plot_area import PlotArea
 from model.scene.transfer_function import OpacityTF
@@ -34,19 +32,18 @@ class Preview(QObject):
         super().__init__(pane)
         self._pane = pane
         self._area = area
-        self._caption = ""
+        self._caption = self._facts = ""
         self._covers = False
         self._curve: Any = pg.PlotCurveItem(
-            pen=pg.mkPen(theme.TEXT, width=1.6, dash=[5, 3]), antialias=True
+            pen=pg.mkPen(theme.WARNING, width=1.6, dash=[5, 3]), antialias=True
         )
         self._curve.setZValue(80)
         self._curve.hide()
         area.opacity.addItem(self._curve, ignoreBounds=True)
-        pane.canvas.add_decoration(self._paint)
 
     @property
     def caption(self) -> str:
-        """Text over the picture; empty without one."""
+        """What is said of the picture; empty without one."""
         return self._caption
 
     @property
@@ -59,6 +56,11 @@ class Preview(QObject):
         if tf is not None:
             self._area.draw(self._curve, tf.sample(), tf.scalar_range, are_opacities=True)
         self._curve.setVisible(tf is not None)
+
+    def set_facts(self, facts: str) -> None:
+        """Set what there is to know of the map and its pictures, for the caption's tooltip."""
+        self._facts = facts
+        self._show_caption()
 
     def show_picture(
         self,
@@ -73,14 +75,11 @@ class Preview(QObject):
         self._caption = caption if self._covers else ""
         brightness = self._pane.brightness.of(engine)
         self._pane.canvas.show_cover(None if image is None else to_qimage(image, brightness))
+        self._show_caption()
 
-    def _paint(self, painter: QPainter, rect: QRect) -> None:
-        if not self._covers:
-            return
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.setPen(QPen(QColor(theme.ACCENT), 2))
-        painter.drawRect(rect.adjusted(1, 1, -1, -1))
-        width = QFontMetricsF(painter.font()).horizontalAdvance(self._caption)
-        paint_text_box(
-            painter, QRectF(rect.left() + 10, rect.top() + 10, width + 14, 20), self._caption
-        )
+    def _show_caption(self) -> None:
+        if self._covers:
+            title, _, rest = self._caption.partition(": ")
+            self._pane.name_cover(title, "click to take", f"{rest}\n{self._facts}".strip())
+        else:
+            self._pane.name_cover("")

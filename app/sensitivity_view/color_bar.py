@@ -47,9 +47,9 @@ def paint_bar(
     ).copy()
     x, y = rect.left() + MARGIN, rect.bottom() - MARGIN - HEIGHT
     painter.drawImage(QRectF(x, y, WIDTH, HEIGHT), bar)
-    painter.setPen(QPen(QColor(theme.DIM_TEXT), 1))
+    painter.setPen(QPen(QColor(theme.ON_IMAGE.dim), 1))
     painter.setBrush(Qt.BrushStyle.NoBrush)
     painter.drawRect(QRectF(x, y, WIDTH, HEIGHT))
-    painter.setPen(QColor(theme.TEXT))
+    painter.setPen(QColor(theme.ON_IMAGE.text))
     flags = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignBottom | Qt.TextFlag.TextWordWrap
     painter.drawText(QRectF(x, y - 4 - ROOM, right - MARGIN - x, ROOM), flags, text)

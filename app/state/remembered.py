@@ -47,6 +47,9 @@ ReferenceSize = Literal["generator"] | int | None
 
 Scale = Literal["linear", "logarithmic"]
 
+ThemeChoice = Literal["system", "dark", "light"]
+"""The window's colours: the system's, or others."""
+
 
 @dataclass(frozen=True)
 class KnownRegion:
@@ -180,6 +183,9 @@ class Remembered:
     hidden_panes : tuple of str
     swapped : bool
         Whether the two images have changed places.
+    theme : {"system", "dark", "light"}
+    single_keys : bool
+        Whether letters alone are keys of the window.
     recent_volumes, recent_models, recent_transfer_functions : tuple of str
         Absolute paths, the newest first.
     volumes : dict of KnownVolume
@@ -203,6 +209,8 @@ class Remembered:
     splitters: dict[str, tuple[int, ...]] = field(default_factory=dict)
     hidden_panes: tuple[str, ...] = ()
     swapped: bool = False
+    theme: ThemeChoice = "system"
+    single_keys: bool = True
     recent_volumes: tuple[str, ...] = ()
     recent_models: tuple[str, ...] = ()
     recent_transfer_functions: tuple[str, ...] = ()
@@ -371,6 +379,8 @@ _CHECKS: Checks = {
     "splitters": dict_of(list_of(whole_number(0, 1_000_000), 20), 50),
     "hidden_panes": list_of(text, 20),
     "swapped": _flag,
+    "theme": one_of("system", "dark", "light"),
+    "single_keys": _flag,
     "recent_volumes": _recent,
     "recent_models": _recent,
     "recent_transfer_functions": _recent,

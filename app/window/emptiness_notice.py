@@ -1,4 +1,4 @@
-"""Says over an image that it shows nothing, why, and what can be done."""
+"""Says over the images that one shows nothing, why, and what can be done."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from PySide6.QtCore import QObject
 
 from app.controls import Action
 from app.engines.messages import ImageRequest, Result
-from app.image_view.banner import Banner
 from app.image_view.engine_pane import EnginePane
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
+from app.window.notices import Notices
 from model.scene.visibility_hint import nothing_visible, why_nothing
 
 
@@ -25,31 +25,31 @@ class EmptinessNotice(QObject):
     state : ViewerState
     workspace : Workspace
         Has the histogram of the volume.
-
-    Attributes
-    ----------
-    banner : Banner
+    notices : Notices
     """
 
-    def __init__(self, pane: EnginePane, state: ViewerState, workspace: Workspace) -> None:
+    def __init__(
+        self, pane: EnginePane, state: ViewerState, workspace: Workspace, notices: Notices
+    ) -> None:
         super().__init__(pane)
         self._state = state
         self._workspace = workspace
-        self.banner = Banner(pane.canvas)
+        self._notices = notices
+        self._key = f"emptiness of the {pane.engine} image"
         pane.client.resultReady.connect(self._judge)
         pane.client.stateChanged.connect(self._follow_state)
         self._pane = pane
 
     def _follow_state(self, _state: Any) -> None:
         if self._pane.canvas.image is None or self._pane.canvas.message:
-            self.banner.hide()
+            self._notices.clear(self._key)
 
     def _judge(self, result: Result) -> None:
         request, opened = result.request, self._workspace.opened
         if not isinstance(request, ImageRequest) or result.value is None or opened is None:
             return
         if not nothing_visible(result.value):
-            self.banner.hide()
+            self._notices.clear(self._key)
             return
         if request.quality.live or request.inputs != self._state.inputs:
             return
@@ -67,4 +67,4 @@ class EmptinessNotice(QObject):
             "view": Action("Reset view", state.reset_view),
             "crop": Action("Whole volume", lambda: state.set_crop(None)),
         }
-        self.banner.show_text(found.text, actions[found.cause])
+        self._notices.tell(found.text, actions[found.cause], key=self._key)

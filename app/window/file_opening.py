@@ -14,7 +14,7 @@ from app.state.preferences import Preferences, RecentKind
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
 from app.window.contents_dialog import ContentsDialog
-from app.window.notice_bar import NoticeBar
+from app.window.notices import Notices
 from app.window.properties_dialog import PropertiesDialog
 from app.window.raw_dialog import RawDialog
 from model.errors import TransferFunctionError, VolumeError
@@ -45,7 +45,7 @@ class FileOpening(QObject):
     state : ViewerState
     workspace : Workspace
     preferences : Preferences
-    notice : NoticeBar
+    notice : Notices
     """
 
     problem = Signal(str)
@@ -59,7 +59,7 @@ class FileOpening(QObject):
         state: ViewerState,
         workspace: Workspace,
         preferences: Preferences,
-        notice: NoticeBar,
+        notice: Notices,
     ) -> None:
         super().__init__(window)
         self._window = window

@@ -1,4 +1,4 @@
-"""The error of the generator's image: how far, and where, it is from the reference's."""
+"""The error of the generator's image: how far, and where, it is from the ground truth."""
 
 from __future__ import annotations
 
@@ -21,15 +21,16 @@ from model.scene.inputs import SceneInputs
 Image = NDArray[np.float32]
 
 TIP = (
-    "Root mean squared difference of the colours from the reference's, in the square that both\n"
-    "images show: 0 where they are equal, 1 from black to white. Click to see where"
+    "Error: root mean squared difference of the colours from the ground truth's, in the square\n"
+    "that both images show: 0 where they are equal, 1 from black to white. Difference (D) shows\n"
+    "where"
 )
 
 
 class ImageError(QObject):
-    """Compares both images at rest, and says the error above the generator's.
+    """Compares both images at rest, and says the error in the generator's caption.
 
-    A click on it shows the difference of each pixel over the generator's image.
+    Where it is wanted, the difference of each pixel is shown over the generator's image.
 
     Where the generator was trained under another light, or the volume is cropped, which models
     are not trained for, there is nothing to compare.
@@ -58,7 +59,6 @@ class ImageError(QObject):
         self._scale = 0.0
         for name, pane in (("generator", generator), ("reference", reference)):
             pane.imageShown.connect(partial(self._take, name))
-        generator.noteToggled.connect(self._want)
         generator.canvas.add_decoration(self._paint)
         state.inputsChanged.connect(self._clear)
         workspace.modelChanged.connect(self._forget)
@@ -83,14 +83,16 @@ class ImageError(QObject):
         # Sampled as models draw: means would count what any image of so few pixels lacks.
         one, other = np.clip(drawn, 0, 1), np.clip(at_size_of(drawn, truth, sampled=True), 0, 1)
         difference = difference_of(one, other)
-        self._generator.set_note(f"RMSE {np.sqrt(np.mean(difference**2)):.3f}", TIP)
+        error = float(np.sqrt(np.mean(difference**2)))
+        self._generator.set_note(f"error {error:.3f}".replace(" 0.", " ."), TIP)
         self._difference = None
         if self._is_wanted:
             colored, self._scale = in_colors(drawn, difference)
             self._difference = to_qimage(colored.astype(np.float32))
         self._generator.canvas.update()
 
-    def _want(self, wanted: bool) -> None:
+    def set_wanted(self, wanted: bool) -> None:
+        """Show the difference over the generator's image, or no longer."""
         self._is_wanted = wanted
         if len(self._shown) == 2:
             self._compare()
@@ -99,7 +101,7 @@ class ImageError(QObject):
         canvas = self._generator.canvas
         if self._difference is not None and canvas.cover is None:
             painter.drawImage(rect, self._difference)
-            text = f"0 to {self._scale:.2g}: difference from the reference"
+            text = f"0 to {self._scale:.2g}: difference from the ground truth"
             paint_bar(painter, rect, canvas.picture_rect.right(), "change", text)
 
     def _clear(self) -> None:

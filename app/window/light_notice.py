@@ -1,4 +1,4 @@
-"""Says over the image that it is drawn without light, and offers it."""
+"""Says over the images that they are drawn without light, and offers it."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ from functools import partial
 from PySide6.QtCore import QObject
 
 from app.controls import Action
-from app.image_view.banner import Banner
-from app.image_view.engine_pane import EnginePane
 from app.state.reference_choices import ReferenceChoices
 from app.state.reference_work import ReferenceWork
+from app.window.notices import Notices
+
+KEY = "light"
 
 
 class LightNotice(QObject):
@@ -18,30 +19,25 @@ class LightNotice(QObject):
 
     Parameters
     ----------
-    pane : EnginePane
-        The reference's.
     work : ReferenceWork
-
-    Attributes
-    ----------
-    banner : Banner
+    notices : Notices
     """
 
-    def __init__(self, pane: EnginePane, work: ReferenceWork) -> None:
-        super().__init__(pane)
+    def __init__(self, work: ReferenceWork, notices: Notices) -> None:
+        super().__init__(notices)
         self._work = work
-        self.banner = Banner(pane.canvas)
+        self._notices = notices
         work.lightWentOut.connect(self._tell)
         work.choicesChanged.connect(self._follow)
-        work.volumeStarted.connect(self.banner.hide)
+        work.volumeStarted.connect(partial(notices.clear, KEY))
 
     def _tell(self, seconds: float) -> None:
-        self.banner.show_text(
+        self._notices.tell(
             f"Drawn without light, with which an image takes {seconds:.1f} s here.",
             Action("Light it", partial(self._work.choose, lighting="direct")),
-            Action("Leave it", self.banner.hide),
+            key=KEY,
         )
 
     def _follow(self, choices: ReferenceChoices) -> None:
         if choices.lighting != "auto":
-            self.banner.hide()
+            self._notices.clear(KEY)

@@ -10,7 +10,7 @@ from app.controls import Action
 from app.state.opened_volume import OpenedVolume
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
-from app.window.notice_bar import NoticeBar
+from app.window.notices import Notices
 from model.scene.value_scale import LOGARITHM_OFFER, suits_logarithm
 
 OFFER = "logarithmic scale"
@@ -24,11 +24,11 @@ class LogarithmOffer(QObject):
     ----------
     state : ViewerState
     workspace : Workspace
-    notice : NoticeBar
+    notice : Notices
     """
 
     def __init__(
-        self, state: ViewerState, workspace: Workspace, notice: NoticeBar, parent: QObject
+        self, state: ViewerState, workspace: Workspace, notice: Notices, parent: QObject
     ) -> None:
         super().__init__(parent)
         self._state = state

@@ -1,4 +1,7 @@
-"""The main window: two synchronized images and the transfer-function editor below."""
+"""The main window: two synchronized images and the transfer-function editor below.
+
+The module is long because it puts all parts of the window together, and computes nothing.
+"""
 
 from __future__ import annotations
 
@@ -6,23 +9,22 @@ from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QEvent, QObject, QSize, Qt
-from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
-from PySide6.QtWidgets import (
-    QHBoxLayout,
-    QMainWindow,
-    QMessageBox,
-    QSplitter,
-    QToolButton,
-    QVBoxLayout,
-    QWidget,
+from PySide6.QtGui import (
+    QCloseEvent,
+    QDragEnterEvent,
+    QDropEvent,
+    QGuiApplication,
+    QKeyEvent,
+    QStatusTipEvent,
 )
+from PySide6.QtWidgets import QMainWindow, QMessageBox, QSplitter, QVBoxLayout, QWidget
 
 from app.engines.client import EngineClient
 from app.engines.engines import FASTEST, REAL_BUILDERS, Builders, GeneratorSettings
 from app.image_view.crop_handles import CropHandles
 from app.image_view.engine_pane import EnginePane
 from app.image_view.gestures import ViewGestures
-from app.image_view.reference_bar import ReferenceBar
+from app.image_view.reference_controls import IN_LIGHT, ReferenceControls
 from app.image_view.view_keys import ViewKeys
 from app.latent_browser.latent_browser import LatentBrowser
 from app.sensitivity_view.sensitivity_view import SensitivityView
@@ -39,38 +41,39 @@ from app.state.workspace import Workspace
 from app.tf_editor.decoded_layer import DecodedLayer
 from app.tf_editor.editor import TransferFunctionEditor
 from app.tf_editor.plot_memory import PlotMemory
-from app.window.crop_bar import CropBar
+from app.window.crop_card import CropCard
 from app.window.emptiness_notice import EmptinessNotice
 from app.window.figure import Subject
 from app.window.file_dialogs import FileDialogs
 from app.window.file_opening import FileOpening
+from app.window.floating import Floating
+from app.window.focus_areas import FocusAreas
 from app.window.image_error import ImageError
+from app.window.key_hints import KeyHints
 from app.window.light_notice import LightNotice
 from app.window.logarithm_offer import LogarithmOffer
 from app.window.menus import Menus, WindowParts
 from app.window.movie_saving import MovieSaving
 from app.window.narrow_notice import NarrowNotice
-from app.window.notice_bar import NoticeBar
+from app.window.notices import Notices
 from app.window.overlays import Overlays
 from app.window.pane_layout import PaneLayout
 from app.window.picture_saving import PictureSaving
 from app.window.preset_pictures import PresetPictures
 from app.window.shown_images import ShownImages
 from app.window.status_line import StatusLine
-from app.window.training_bar import TrainingBar
-from app.window.up_axis_bar import UpAxisBar
+from app.window.tool_strip import ToolStrip
+from app.window.top_bar import TopBar
+from app.window.training_card import TrainingCard
+from app.window.up_axis_card import UpAxisCard
 from app.window.up_axis_question import UpAxisQuestion
 from app.window.window_memory import WindowMemory
+from app.window.window_place import LARGEST, first_size
 from model.rendering.scale_bar import Scale
 from model.volume_files.choice import Choice
 
-WINDOW_SIZE = 1280, 860
-
 PAPER_TITLE = "Paper's networks"
 """Title of the generator's pane with them."""
-
-LEAST_SCREEN = 1024
-"""Width of the smallest screens that the window is made for, in pixels."""
 
 
 class MainWindow(QMainWindow):
@@ -97,6 +100,7 @@ class MainWindow(QMainWindow):
     ) -> None:
         super().__init__()
         self.preferences = preferences or Preferences(None, self)
+        self._alt_alone = False
         self.state = ViewerState(self)
         self.sensitivity_state = SensitivityState(self)
         self.latent_state = LatentState(self)
@@ -104,12 +108,12 @@ class MainWindow(QMainWindow):
             EngineClient(name, self) for name in ("generator", "reference", "analyst")
         )
         self.brightness = Brightness(self.preferences, self, self.state)
-        self.generator = EnginePane("Model", generator, self.brightness, "learned")
+        self.generator = EnginePane("Generator", generator, self.brightness, "learned")
         self.reference = EnginePane(
-            "Reference", reference, self.brightness, "exact", stand_in=analyst
+            "Ground truth", reference, self.brightness, "exact", stand_in=analyst
         )
         self.editor = TransferFunctionEditor(self.state)
-        self.notice = NoticeBar()
+        self.notice = Notices()
         self.workspace = Workspace(
             self.state,
             self.sensitivity_state,
@@ -127,15 +131,20 @@ class MainWindow(QMainWindow):
             self.state, self.workspace.latent, self.sensitivity_state, self.reference, self.editor
         )
         self.plot_memory = PlotMemory(self.editor.area, self.preferences)
-        self.reference_bar = ReferenceBar(self.state, self.workspace.reference, self.brightness)
+        self.reference_controls = ReferenceControls(
+            self.state, self.workspace.reference, self.brightness, self
+        )
+        self.top_bar = TopBar(self.reference_controls.ball, self.reference_controls.light)
+        self.browse = self.top_bar.browse
         self.panes = PaneLayout(self.browser, self.generator, self.reference)
         self.training = TrainingRun(self)
-        self.training_bar = TrainingBar(self.training)
-        self.up_axis_bar = UpAxisBar()
-        self.crop_bar = CropBar(self.state)
-        self.browse = QToolButton()
+        self.training_card = TrainingCard(self.training)
+        self.up_axis_card = UpAxisCard()
+        self.crop_card = CropCard(self.state)
+        self.tools = ToolStrip(self.sensitivity_state, self.crop_card)
         self.status = StatusLine(self.state)
-        self._offers = QHBoxLayout()
+        self._images = QWidget()
+        self._floating = Floating(self._images)
         self._splitter = QSplitter(Qt.Orientation.Vertical)
         self._lay_out()
         self.overlays = Overlays(
@@ -169,7 +178,7 @@ class MainWindow(QMainWindow):
         self.movies = MovieSaving(self, self.state, self.files, shown, self.workspace.latent.path)
         self.browser.movieRequested.connect(self.movies.save_path)
         self._question = UpAxisQuestion(
-            self.up_axis_bar,
+            self.up_axis_card,
             self.state,
             self.workspace,
             analyst,
@@ -181,11 +190,9 @@ class MainWindow(QMainWindow):
         PresetPictures(presets, self.state, analyst, reference, self.brightness)
         self.logarithm_offer = LogarithmOffer(self.state, self.workspace, self.notice, self)
         NarrowNotice(self.state, self.notice, self.editor.range.set_range, self)
-        self.light_notice = LightNotice(self.reference, self.workspace.reference)
-        self.emptiness = [
-            EmptinessNotice(pane, self.state, self.workspace)
-            for pane in (self.generator, self.reference)
-        ]
+        LightNotice(self.workspace.reference, self.notice)
+        for pane in (self.generator, self.reference):
+            EmptinessNotice(pane, self.state, self.workspace, self.notice)
         parts = WindowParts(
             opening=self.opening,
             files=self.files,
@@ -196,31 +203,45 @@ class MainWindow(QMainWindow):
             preferences=self.preferences,
             generator=self.generator,
             reference=self.reference,
-            bar=self.reference_bar,
+            bar=self.top_bar,
+            controls=self.reference_controls,
+            training=self.training_card,
+            error=self.image_error,
             panes=self.panes,
             overlays=self.overlays,
-            crop=self.crop_bar,
+            crop=self.crop_card,
             editor=self.editor,
             sensitivity=self.sensitivity_state,
             view=self.sensitivity,
             latent=self.latent_state,
         )
         self._menus = Menus(self, parts)
+        self.top_bar.take_menus()
+        self._hints = KeyHints(
+            self.status,
+            self.sensitivity_state,
+            images=[pane.canvas for pane in (self.generator, self.reference)],
+            maps=[self.browser.map, self.browser.grid],
+            plot=self.editor,
+        )
+        self._areas = FocusAreas(self, self._focus_areas)
         self._connect()
+        self._arrange()
+        # Not the bar's first button: keys are the images' at the start.
+        self.reference.canvas.setFocus()
         self._show_model()
         if self.preferences.start_problem:
-            self.notice.tell(self.preferences.start_problem)
+            self.notice.tell(self.preferences.start_problem, tone="error")
 
     def _connect(self) -> None:
         self.browse.clicked.connect(lambda on: self.latent_state.choose(shown=on))
         self.latent_state.choicesChanged.connect(self._show_browser)
         self._show_browser(self.latent_state.choices)
         self.workspace.modelChanged.connect(self._show_model)
-        self.crop_bar.shownChanged.connect(self._show_crop_handles)
+        self.crop_card.shownChanged.connect(self._show_crop_handles)
         self.sensitivity_state.toolChanged.connect(self._show_crop_handles)
         self.panes.imagesShown.connect(self.workspace.show_images)
-        self.panes.imagesShown.connect(lambda *_shown: self._place_training_bar())
-        self.training_bar.roomChanged.connect(self._place_training_bar)
+        self.panes.arranged.connect(self._arrange)
         self.reference.canvas.resized.connect(
             lambda: self.workspace.reference.set_pane_pixels(*self.reference.canvas.pixels)
         )
@@ -229,6 +250,10 @@ class MainWindow(QMainWindow):
         self.workspace.reference.settingsChanged.connect(
             lambda settings: self.brightness.set_lighting("exact", settings.lighting)
         )
+        self.workspace.reference.settingsChanged.connect(
+            lambda settings: self.reference.set_light(IN_LIGHT[settings.lighting])
+        )
+        self.reference.set_light(IN_LIGHT[self.workspace.reference.settings.lighting])
         self.workspace.latent.path.brightness = self.brightness.of
         self.workspace.sensitivity.trials.set_brightness(self.brightness)
         self.workspace.rangeChanged.connect(self._show_range)
@@ -246,11 +271,10 @@ class MainWindow(QMainWindow):
         ):  # fmt: skip
             source.problem.connect(partial(self._tell, source))
             source.news.connect(self.status.tell)
-        self.preferences.problem.connect(self.notice.tell)
-        self.training_bar.trainRequested.connect(self._ask_training)
-        self.training_bar.openRequested.connect(self.files.open_model)
-        self.training_bar.trained.connect(self.opening.open_model)
-        self.workspace.reference.settingsChanged.connect(self.training_bar.set_settings)
+        self.preferences.problem.connect(partial(self.notice.tell, tone="error"))
+        self.training_card.trainRequested.connect(self._ask_training)
+        self.training_card.trained.connect(self.opening.open_model)
+        self.workspace.reference.settingsChanged.connect(self.training_card.set_settings)
 
     @property
     def errors(self) -> list[str]:
@@ -259,23 +283,45 @@ class MainWindow(QMainWindow):
         return [client.error for client in clients if client.error]
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Show what an edit would change while Ctrl or W is held; end what goes on by Escape."""
+        """Show what an edit would change while Ctrl or W is held; end what goes on by Escape.
+
+        Alt alone opens the menus where they are folded; a menu bar knows that key itself.
+        """
+        self._alt_alone = event.key() == Qt.Key.Key_Alt
         if event.key() == Qt.Key.Key_Control:
             self._show_effect(True)
         if event.key() == Qt.Key.Key_W and not event.modifiers():
             if not event.isAutoRepeat():
                 self.sensitivity.findings.start_what_if()
-        elif not (event.key() == Qt.Key.Key_Escape and self.sensitivity.escape()):
+        elif not (event.key() == Qt.Key.Key_Escape and self._escape()):
             super().keyPressEvent(event)
 
     def keyReleaseEvent(self, event: QKeyEvent) -> None:
         """Show the images again, or where the value under the mouse is visible."""
         if event.key() == Qt.Key.Key_Control:
             self._show_effect(False)
+        if event.key() == Qt.Key.Key_Alt and self._alt_alone and self.top_bar.is_folded:
+            self.top_bar.open_menus()
         if event.key() == Qt.Key.Key_W and not event.isAutoRepeat():
             self.sensitivity.findings.end_what_if()
         else:
             super().keyReleaseEvent(event)
+
+    def _escape(self) -> bool:
+        """End what was begun last, or dismiss the newest notice; return False if there is none."""
+        if self.sensitivity.escape():
+            return True
+        if self.crop_card.is_shown:
+            self.crop_card.set_shown(False)
+            return True
+        return self.notice.dismiss_newest()
+
+    def event(self, event: QEvent) -> bool:
+        """Show the keys of what is under the mouse, which Qt tells as its status tip."""
+        if isinstance(event, QStatusTipEvent):
+            self._hints.show(event.tip())
+            return True
+        return super().event(event)
 
     def _show_effect(self, effect: bool) -> None:
         """Show the effect of edits, or where values are visible, at the value under the mouse."""
@@ -327,17 +373,11 @@ class MainWindow(QMainWindow):
             gestures = ViewGestures(pane.canvas, self.state)
             self.workspace.reference.lightRangeChanged.connect(gestures.set_light_range)
             ViewKeys(pane.canvas, self.state)
-        self.reference.add_to_header(self.reference_bar)
-        self.browse.setText("Browse TFs")
-        self.browse.setCheckable(True)
-        # Otherwise it has the first focus, and looks pressed.
-        self.browse.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self.browse.setToolTip("Show a map of the TFs, with a picture of each (Ctrl+B)")
-        self.menuBar().setCornerWidget(self.browse)
+        self.setMenuWidget(self.top_bar)
         splitter = self._splitter
-        splitter.setHandleWidth(12)
+        splitter.setHandleWidth(6)
         splitter.setChildrenCollapsible(False)
-        splitter.addWidget(self._images_and_lines())
+        splitter.addWidget(self._images_and_floating())
         splitter.addWidget(self.editor)
         # The editor stays where it is when a line below the images appears or goes.
         splitter.setStretchFactor(0, 1)
@@ -345,35 +385,43 @@ class MainWindow(QMainWindow):
         splitter.setSizes([530, 260])
         central = QWidget()
         column = QVBoxLayout(central)
-        column.setContentsMargins(14, 8, 14, 4)
-        column.setSpacing(8)
-        column.addWidget(splitter, 1)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(splitter)
         self.setCentralWidget(central)
         self.setStatusBar(self.status)
         self.setWindowTitle("tfscope")
         self.setAcceptDrops(True)
         self.resize(self._first_size())
 
-    def _images_and_lines(self) -> QWidget:
-        """Return the images above the lines that come and go: no control moves when they do."""
-        images = QWidget()
-        column = QVBoxLayout(images)
+    def _images_and_floating(self) -> QWidget:
+        """Return the images, and what floats over them and moves nothing."""
+        column = QVBoxLayout(self._images)
         column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(8)
-        column.addWidget(self.panes, 1)
-        # In one row, as whatever stands below the images takes of their height.
-        self._offers.addWidget(self.up_axis_bar)
-        self._place_training_bar()
-        column.addLayout(self._offers)
-        column.addWidget(self.crop_bar)
-        column.addWidget(self.notice)
-        return images
+        column.addWidget(self.panes)
+        self._floating.add_top(self.training_card)
+        self._floating.add_top(self.notice)
+        self._floating.add_bottom(self.crop_card)
+        self._floating.add_bottom(self.up_axis_card)
+        return self._images
 
     def _first_size(self) -> QSize:
-        """Return the usual size, or that of a smaller screen."""
-        room, usual = self.screen().availableSize(), QSize(*WINDOW_SIZE)
-        # Off screen, where nothing is seen, Qt has a smaller one.
-        return usual.boundedTo(room) if room.width() >= LEAST_SCREEN else usual
+        """Return the size at which the window opens on its screen."""
+        if QGuiApplication.platformName() == "offscreen":
+            # Where nothing is seen, Qt has a smaller screen than anybody.
+            return LARGEST
+        return first_size(self.screen().availableSize())
+
+    def _arrange(self) -> None:
+        """Put cube, tools and cards over the images that are there."""
+        images = self.panes.images
+        self.overlays.lie_over(images[-1].canvas)
+        self.tools.lie_over(None if self.panes.is_browsing else images[0].canvas)
+        self._floating.set_middle_of(images[-1] if self.panes.is_browsing else None)
+
+    def _focus_areas(self) -> list[QWidget]:
+        """Return the areas of the window that F6 goes through."""
+        images = [pane.canvas for pane in self.panes.images]
+        return [self.top_bar, self.browser, *images, self.crop_card, self.editor]
 
     def _show_browser(self, choices: LatentChoices) -> None:
         """Show the latent browser in the generator's place, or the generator again."""
@@ -382,36 +430,25 @@ class MainWindow(QMainWindow):
 
     def _show_crop_handles(self, _change: object) -> None:
         # While a region is drawn, the mouse is the drawing's.
-        shown = self.crop_bar.is_shown and self.sensitivity_state.tool is None
+        shown = self.crop_card.is_shown and self.sensitivity_state.tool is None
         for handles in self.crop_handles:
             handles.set_active(shown)
 
     def _show_model(self) -> None:
         """Make room for the generator's image, or give it to the reference."""
         self.panes.set_model(self.workspace.has_model)
-        title = PAPER_TITLE if self.workspace.draws_codes else "Model"
+        title = PAPER_TITLE if self.workspace.draws_codes else "Generator"
         self.generator.set_title(title, self.workspace.model_worth)
         self.brightness.set_lighting("learned", self.workspace.model_lighting)
         opened = self.workspace.opened
-        self.training_bar.set_offered(opened is not None and not self.workspace.has_model)
+        self.training_card.set_offered(opened is not None and not self.workspace.has_model)
         pictures = self.workspace.latent.pictures
         self.browser.bar.set_model(pictures.learned_size is not None, pictures.draws_codes)
-
-    def _place_training_bar(self) -> None:
-        """Put it beside the reference's controls where there is room, else below the images."""
-        bar = self.training_bar
-        beside = self.panes.is_reference_alone and not bar.needs_room
-        if bar.parentWidget() is not None and beside == self.reference.isAncestorOf(bar):
-            return
-        if beside:
-            self.reference.add_to_header(bar, 3)
-        else:
-            self._offers.addWidget(bar, 1)
 
     def _tell(self, source: QObject, text: str) -> None:
         """Show an error; one about what was tried last replaces the one before."""
         keys = {self.opening: "opening", self.files: "files", self.browser: "browser"}
-        self.notice.tell(text, key=keys.get(source, ""))
+        self.notice.tell(text, key=keys.get(source, ""), tone="error")
 
     def _ask_training(self) -> None:
         """Train a model of the open volume once that is confirmed."""
@@ -461,10 +498,12 @@ class MainWindow(QMainWindow):
         volume = opened.volume
         shape = " × ".join(str(n) for n in volume.dimensions)
         self.setWindowTitle(f"{volume.name} ({shape}) – tfscope")
+        self.top_bar.volume.set_title(volume.name)
+        self.top_bar.volume.set_detail(shape)
         self.browser.set_units(volume.units)
         self.overlays.subject = Subject(volume.units, Scale.of(volume, opened.shown))
         self.files.volume_name = volume.name
-        self.crop_bar.set_volume(volume.dimensions)
+        self.crop_card.set_volume(volume.dimensions)
         for handles in self.crop_handles:
             handles.set_volume(volume.dimensions)
         self.plot_memory.start(opened)

@@ -2,54 +2,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 from PySide6.QtCore import QObject
-from PySide6.QtGui import QActionGroup, QKeySequence
-from PySide6.QtWidgets import (
-    QDialog,
-    QDialogButtonBox,
-    QMainWindow,
-    QMenu,
-    QTextBrowser,
-    QVBoxLayout,
-)
+from PySide6.QtGui import QAction, QActionGroup, QKeySequence
+from PySide6.QtWidgets import QApplication, QMainWindow, QMenu
 
 from app.controls import add_action
 from app.glosses import open_glossary
 from app.image_view.engine_pane import EnginePane
-from app.image_view.reference_bar import ReferenceBar
+from app.image_view.reference_controls import ReferenceControls
 from app.sensitivity_view.sensitivity_view import SensitivityView
 from app.state.latent_state import LatentState
 from app.state.preferences import Preferences
+from app.state.remembered import ThemeChoice
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
 from app.tf_editor.editor import TransferFunctionEditor
-from app.window.crop_bar import CropBar
+from app.theme import apply_theme
+from app.window.caption_menus import CaptionMenus
+from app.window.crop_card import CropCard
 from app.window.file_dialogs import FileDialogs
 from app.window.file_opening import FileOpening
+from app.window.help_pages import show_gestures, show_page
+from app.window.image_error import ImageError
 from app.window.movie_saving import MovieSaving
 from app.window.overlays import Overlays
-from app.window.pane_layout import PaneLayout, Shown
+from app.window.pane_layout import PaneLayout
 from app.window.picture_saving import PictureSaving
 from app.window.recent_menu import RecentMenus
 from app.window.sample_menus import SampleMenus
+from app.window.top_bar import TopBar, show_action
+from app.window.training_card import TrainingCard
 from model.scene.axes import AXES
 from model.scene.orientation import STANDARD_VIEWS
 
-TEXT_WIDTH = 620
-"""Width of the help's texts, in pixels."""
-
-IMAGES: dict[str, Shown] = {
-    "Both": "both",
-    "Model alone": "generator",
-    "Reference alone": "reference",
-}
-"""Images to show, by their menu entries."""
+THEMES: dict[ThemeChoice, str] = {"system": "As the s&ystem", "dark": "&Dark", "light": "&Light"}
+"""Colours of the window, by their menu entries."""
 
 ABOUT = """<h3>tfscope</h3>
 <p>Look into volumes through transfer functions, beside a generative model of
@@ -58,59 +49,6 @@ their renderings.</p>
 Rendering</i>, IEEE TVCG 2018. The reference images are rendered by VTK
 or by tfscope's own ray caster.</p>
 <p>BSD 3-Clause licence.</p>"""
-
-GESTURES = """<h3>Images</h3>
-<table cellspacing="6">
-<tr><td>Drag, or arrow keys</td><td>turn</td></tr>
-<tr><td>Right drag, or Ctrl and drag; Page up, down</td><td>roll</td></tr>
-<tr><td>Middle drag, or Shift and drag; Ctrl and arrow keys</td><td>pan</td></tr>
-<tr><td>Wheel, or + and −</td><td>come closer to what is under the mouse, move away</td></tr>
-<tr><td>Double click, or Home</td><td>return to the first view</td></tr>
-<tr><td>Alt and arrow keys</td><td>the view before, the view after</td></tr>
-<tr><td>Click a face of the cube</td><td>look from there; drag it to turn</td></tr>
-<tr><td>Drag a round handle of the crop box (Ctrl+K)</td><td>move that plane</td></tr>
-<tr><td>O</td><td>the opacity images</td></tr>
-<tr><td>Drag in the ball above a lit image, or Ctrl, Shift and drag</td><td>move the light</td></tr>
-</table>
-<h3>Sensitivity</h3>
-<table cellspacing="6">
-<tr><td>R, then drag in an image</td><td>draw a rectangle (L: a lasso)</td></tr>
-<tr><td>Drag its edge or corner</td><td>move or resize it</td></tr>
-<tr><td>Click in an image</td><td>which values show there?</td></tr>
-<tr><td>Hover over the opacity curve</td><td>where is this value visible?</td></tr>
-<tr><td>With Ctrl, or in What if</td><td>what would an edit there change?</td></tr>
-<tr><td>Wheel over the curve</td><td>width of the band</td></tr>
-<tr><td>Drag beside the handles</td><td>keep a band of several values</td></tr>
-<tr><td>P</td><td>keep the value under the mouse</td></tr>
-<tr><td>Escape, or click beside the handles</td><td>return to the images</td></tr>
-<tr><td>Click a numbered flag</td><td>add a mode there</td></tr>
-<tr><td>Hold W</td><td>what would a mode there change?</td></tr>
-</table>
-<h3>Map of TFs (Ctrl+B)</h3>
-<table cellspacing="6">
-<tr><td>Move the mouse over the map</td><td>picture and TF of that place</td></tr>
-<tr><td>Click</td><td>make it the TF</td></tr>
-<tr><td>D</td><td>a model's pictures of decoded TFs, or of the codes</td></tr>
-<tr><td>Drag in the rectangle, at its edges</td><td>move it, resize it</td></tr>
-<tr><td>Drag beside it, or with Shift</td><td>draw a new one</td></tr>
-<tr><td>Wheel over the map</td><td>come closer, until thumbnails appear</td></tr>
-<tr><td>Middle drag, or Ctrl and drag</td><td>move the map</td></tr>
-<tr><td>Wheel over a picture of the grid</td><td>divide that cell; return</td></tr>
-<tr><td>Home, Escape</td><td>the whole map; stop what is running</td></tr>
-</table>
-<h3>Transfer function</h3>
-<table cellspacing="6">
-<tr><td>Drag a mode's peak</td><td>its value and opacity</td></tr>
-<tr><td>Drag a square at its side</td><td>its width</td></tr>
-<tr><td>Double click beside the handles</td><td>add a mode</td></tr>
-<tr><td>Drag a line at an end of the range</td><td>stretch the TF (with Ctrl: cut it)</td></tr>
-<tr><td>Ctrl and wheel, middle drag; Home</td><td>zoom and move the axis; all of it</td></tr>
-<tr><td>Click the colour strip</td><td>add a colour stop</td></tr>
-<tr><td>Double click a colour stop</td><td>choose its colour</td></tr>
-<tr><td>Arrow keys, faster with Shift</td><td>nudge the selection</td></tr>
-<tr><td>Delete</td><td>remove the selection</td></tr>
-<tr><td>T</td><td>the TF decoded from the model's code</td></tr>
-</table>"""
 
 
 @dataclass(frozen=True)
@@ -127,10 +65,13 @@ class WindowParts:
     workspace : Workspace
     preferences : Preferences
     generator, reference : EnginePane
-    bar : ReferenceBar
+    bar : TopBar
+    controls : ReferenceControls
+    training : TrainingCard
+    error : ImageError
     panes : PaneLayout
     overlays : Overlays
-    crop : CropBar
+    crop : CropCard
     editor : TransferFunctionEditor
     sensitivity : SensitivityState
     view : SensitivityView
@@ -146,10 +87,13 @@ class WindowParts:
     preferences: Preferences
     generator: EnginePane
     reference: EnginePane
-    bar: ReferenceBar
+    bar: TopBar
+    controls: ReferenceControls
+    training: TrainingCard
+    error: ImageError
     panes: PaneLayout
     overlays: Overlays
-    crop: CropBar
+    crop: CropCard
     editor: TransferFunctionEditor
     sensitivity: SensitivityState
     view: SensitivityView
@@ -171,33 +115,49 @@ class Menus(QObject):
         self._window = window
         self._parts = parts
         self._state = parts.state
+        self._all_keys: dict[QAction, list[QKeySequence]] = {}
         self._recent = RecentMenus(parts.opening, parts.workspace, parts.preferences)
         self._build_file(self._menu("&File"))
         self._build_edit(self._menu("&Edit"))
         self._build_view(self._menu("&View"))
-        self._build_sensitivity(self._menu("&Sensitivity"))
+        self._build_region(self._menu("&Region"))
         self._build_help(self._menu("&Help"))
+        captions = CaptionMenus(
+            parts.bar.volume,
+            parts.generator.caption,
+            parts.reference.caption,
+            parts.opening,
+            parts.files,
+            parts.workspace,
+            parts.preferences,
+            self,
+        )
+        captions.fill_volume(self._recent_menu, self._samples_menu, self._up_axes)
+        captions.fill_generator(parts.training.train, parts.panes)
+        captions.fill_reference(parts.training.train, parts.controls, parts.panes)
+        self._keep_single_keys()
 
     def _menu(self, title: str) -> QMenu:
-        return self._window.menuBar().addMenu(title)
+        return self._parts.bar.menu_bar.addMenu(title)
 
     def _build_file(self, menu: QMenu) -> None:
         files, recent = self._parts.files, self._recent
         samples = SampleMenus(self._parts.opening, self._parts.workspace)
         keys = QKeySequence.StandardKey
-        add_action(menu, "Open &volume…", files.open_volume, keys.Open)
+        add_action(menu, "&Open…", files.open_volume, keys.Open)
         add_action(menu, "Open &DICOM folder…", files.open_dicom)
-        samples.add_volumes(menu)
-        recent.add_recent(menu, "volumes")
+        self._samples_menu = samples.add_volumes(menu)
+        self._recent_menu = recent.add_recent(menu, "volumes")
         self._add_volume(menu)
         menu.addSeparator()
         add_action(menu, "Open &model…", files.open_model, "Ctrl+M")
         samples.add_models(menu)
         recent.add_models(menu)
         recent.add_recent(menu, "models")
+        menu.addAction(self._parts.training.train)
         menu.addSeparator()
-        add_action(menu, "Open &transfer function…", files.open_transfer_function, "Ctrl+T")
-        add_action(menu, "&Save transfer function as…", files.save_transfer_function, keys.Save)
+        add_action(menu, "Open &TF…", files.open_transfer_function, "Ctrl+T")
+        add_action(menu, "&Save TF…", files.save_transfer_function, keys.Save)
         recent.add_recent(menu, "transfer_functions")
         menu.addSeparator()
         self._add_pictures(menu)
@@ -220,7 +180,8 @@ class Menus(QObject):
 
     def _add_pictures(self, menu: QMenu) -> None:
         pictures, movies = self._parts.pictures, self._parts.movies
-        add_action(menu, "Save &figure…", pictures.save, "Ctrl+Shift+S")
+        save = add_action(menu, "Save &figure…", pictures.save, "Ctrl+Shift+S")
+        self._parts.bar.save.clicked.connect(lambda _checked=False: save.trigger())
         add_action(menu, "&Copy figure…", pictures.copy, "Ctrl+Shift+C")
         add_action(menu, "Save mo&vie…", movies.save)
 
@@ -247,12 +208,15 @@ class Menus(QObject):
         self._redo.setText(f"&Redo {stack.redoText()}".rstrip())
 
     def _build_view(self, menu: QMenu) -> None:
-        latent, bar, panes = self._parts.latent, self._parts.bar, self._parts.panes
+        latent, controls = self._parts.latent, self._parts.controls
+        self._build_comparison(menu)
         browse = add_action(
-            menu, "&Browse TFs", lambda: latent.choose(shown=not latent.choices.shown), "Ctrl+B"
+            menu, "&Browse TFs", lambda: latent.choose(shown=not latent.choices.shown)
         )
+        browse.setShortcuts([QKeySequence("B"), QKeySequence("Ctrl+B")])
         browse.setCheckable(True)
         latent.choicesChanged.connect(lambda choices: browse.setChecked(choices.shown))
+        show_action(self._parts.bar.browse, browse)
         decoded = add_action(menu, "Draw &decoded TFs on the map", self._toggle_decoded, "D")
         decoded.setCheckable(True)
 
@@ -267,14 +231,13 @@ class Menus(QObject):
         menu.addSeparator()
         self._build_camera(menu)
         menu.addSeparator()
-        bar.fill_light(menu.addMenu("&Light of the reference"))
-        bar.fill_quality(menu.addMenu("&Quality of the reference"))
-        bar.fill_drawing(menu.addMenu("Reference &drawn by"))
+        controls.fill_light(menu.addMenu("&Light"))
+        controls.fill_quality(menu.addMenu("&Quality of the ground truth"))
+        controls.fill_drawing(menu.addMenu("Ground truth &drawn by"))
         menu.addSeparator()
         crop, overlays = self._parts.crop, self._parts.overlays
-        cropping = add_action(
-            menu, "&Crop box", lambda: crop.set_shown(not crop.is_shown), "Ctrl+K"
-        )
+        cropping = add_action(menu, "&Crop", lambda: crop.set_shown(not crop.is_shown))
+        cropping.setShortcuts([QKeySequence("K"), QKeySequence("Ctrl+K")])
         cropping.setCheckable(True)
         crop.shownChanged.connect(cropping.setChecked)
         workspace = self._parts.workspace
@@ -317,15 +280,69 @@ class Menus(QObject):
         overlays.changed.connect(show_overlays)
         show_overlays()
         menu.addSeparator()
-        self._choices(menu.addMenu("&Images"), IMAGES, panes.show_images)
         editor = self._parts.editor
         # Not remembered: whoever misses it finds it again at the next start.
         editing = add_action(menu, "&TF editor", lambda: editor.setVisible(editor.isHidden()), "F9")
         editing.setCheckable(True)
         menu.aboutToShow.connect(lambda: editing.setChecked(not editor.isHidden()))
-        add_action(menu, "S&wap the images", panes.swap, "Ctrl+Shift+X")
         full = add_action(menu, "&Full screen", self._toggle_full_screen, "F11")
         full.setCheckable(True)
+        menu.addSeparator()
+        self._build_themes(menu.addMenu("&Theme"))
+        single = add_action(menu, "Single-&key shortcuts", self._toggle_single_keys)
+        single.setCheckable(True)
+        single.setChecked(bool(self._parts.preferences.value("single_keys")))
+
+    def _build_comparison(self, menu: QMenu) -> None:
+        """Add what is shown of the two images."""
+        panes, error, bar = self._parts.panes, self._parts.error, self._parts.bar
+        compare = add_action(menu, "&Compare", panes.toggle_compare, "C")
+        difference = add_action(
+            menu, "D&ifference", lambda: error.set_wanted(difference.isChecked()), "D"
+        )
+
+        def show_images() -> None:
+            compare.setEnabled(panes.can_compare)
+            compare.setChecked(len(panes.images) > 1)
+            difference.setEnabled(len(panes.images) > 1)
+            swap.setEnabled(len(panes.images) > 1)
+
+        swap = add_action(menu, "S&wap sides", panes.swap, "Ctrl+Shift+X")
+        for action in (compare, difference):
+            action.setCheckable(True)
+        panes.arranged.connect(show_images)
+        show_images()
+        show_action(bar.compare, compare)
+        show_action(bar.difference, difference)
+        menu.addSeparator()
+
+    def _build_themes(self, menu: QMenu) -> None:
+        preferences, group = self._parts.preferences, QActionGroup(self)
+
+        def choose(theme: ThemeChoice) -> None:
+            preferences.set(theme=theme)
+            application = QApplication.instance()
+            assert isinstance(application, QApplication)
+            apply_theme(application, theme)
+
+        for theme, text in THEMES.items():
+            action = add_action(menu, text, partial(choose, theme))
+            action.setCheckable(True)
+            action.setChecked(theme == preferences.value("theme"))
+            group.addAction(action)
+
+    def _toggle_single_keys(self) -> None:
+        preferences = self._parts.preferences
+        preferences.set(single_keys=not preferences.value("single_keys"))
+        self._keep_single_keys()
+
+    def _keep_single_keys(self) -> None:
+        """Take the keys of single letters from all entries, or give them back."""
+        for action in self._window.findChildren(QAction):
+            keys = self._all_keys.setdefault(action, action.shortcuts())
+            if any(_is_letter(key) for key in keys):
+                wanted = bool(self._parts.preferences.value("single_keys"))
+                action.setShortcuts([k for k in keys if wanted or not _is_letter(k)])
 
     def _toggle_decoded(self) -> None:
         latent = self._parts.latent
@@ -343,13 +360,14 @@ class Menus(QObject):
         state.viewHistoryChanged.connect(show_history)
         show_history()
         add_action(menu, "&Reset view", state.reset_view, "Ctrl+0")
-        add_action(menu, "See the w&hole volume", state.view_whole, "Ctrl+9")
-        sides = menu.addMenu("Look &from")
+        add_action(menu, "W&hole volume", state.view_whole, "Ctrl+9")
+        sides = menu.addMenu("&From")
         for number, name in enumerate(STANDARD_VIEWS, start=1):
             add_action(sides, name, partial(state.look_from, name), f"Ctrl+{number}")
-        self._build_up_axes(menu.addMenu("&Up axis"))
+        self._up_axes = menu.addMenu("&Up")
+        self._build_up_axes(self._up_axes)
         free = add_action(
-            menu, "&Turn freely", lambda: state.set_trackball(not state.trackball), "Ctrl+Shift+T"
+            menu, "&Free rotation", lambda: state.set_trackball(not state.trackball), "Ctrl+Shift+T"
         )
         free.setCheckable(True)
         free.setChecked(state.trackball)
@@ -371,11 +389,11 @@ class Menus(QObject):
         window = self._window
         window.showNormal() if window.isFullScreen() else window.showFullScreen()
 
-    def _build_sensitivity(self, menu: QMenu) -> None:
+    def _build_region(self, menu: QMenu) -> None:
         sensitivity, view = self._parts.sensitivity, self._parts.view
         shown = add_action(
             menu,
-            "&Show sensitivity",
+            "&Guidance",
             lambda: sensitivity.choose(shown=not sensitivity.choices.shown),
             "Ctrl+E",
         )
@@ -383,8 +401,8 @@ class Menus(QObject):
         shown.setChecked(True)
         sensitivity.choicesChanged.connect(lambda choices: shown.setChecked(choices.shown))
         menu.addSeparator()
-        add_action(menu, "Draw &rectangle", lambda: sensitivity.set_tool("rectangle"), "R")
-        add_action(menu, "Draw &lasso", lambda: sensitivity.set_tool("lasso"), "L")
+        add_action(menu, "&Rectangle", lambda: sensitivity.set_tool("rectangle"), "R")
+        add_action(menu, "&Lasso", lambda: sensitivity.set_tool("lasso"), "L")
         add_action(menu, "R&emove region", sensitivity.remove_region, "Shift+Delete")
         add_action(menu, "&Whole image", lambda: sensitivity.activate(None))
         menu.addSeparator()
@@ -394,36 +412,14 @@ class Menus(QObject):
             menu, "Save &sensitivity as…", lambda: self._parts.files.save_sensitivity(view.result())
         )
 
-    def _choices(
-        self, menu: QMenu, choices: dict[str, Any], choose: Callable[[Any], object]
-    ) -> None:
-        """Add exclusive choices to a menu, with the first one checked."""
-        group = QActionGroup(self)
-        for number, (name, choice) in enumerate(choices.items()):
-            action = add_action(menu, name, partial(choose, choice))
-            action.setCheckable(True)
-            action.setChecked(number == 0)
-            group.addAction(action)
-
     def _build_help(self, menu: QMenu) -> None:
-        add_action(menu, "&Gestures", lambda: self._show_text("Gestures", GESTURES), "F1")
-        add_action(menu, "G&lossary", lambda: open_glossary(self._window))
-        add_action(menu, "&About tfscope", lambda: self._show_text("About tfscope", ABOUT))
+        window = self._window
+        add_action(menu, "&Keys and gestures", partial(show_gestures, window), "F1")
+        add_action(menu, "G&lossary", lambda: open_glossary(window))
+        add_action(menu, "&About tfscope", partial(show_page, window, "About tfscope", ABOUT))
+        add_action(menu, "&Menus", self._parts.bar.open_menus, "F10")
 
-    def _show_text(self, title: str, text: str) -> None:
-        box = QDialog(self._window)
-        box.setWindowTitle(title)
-        page = QTextBrowser()
-        page.setHtml(text)
-        page.setOpenExternalLinks(True)
-        close = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
-        close.rejected.connect(box.reject)
-        column = QVBoxLayout(box)
-        column.addWidget(page)
-        column.addWidget(close)
-        # As high as its text, unless the window is lower: then it scrolls.
-        page.document().setTextWidth(TEXT_WIDTH)
-        height = round(page.document().size().height()) + 90
-        box.resize(TEXT_WIDTH + 60, min(height, self._window.height()))
-        box.finished.connect(box.deleteLater)
-        box.open()
+
+def _is_letter(keys: QKeySequence) -> bool:
+    """Whether a shortcut is a letter alone."""
+    return len(keys.toString()) == 1

@@ -8,7 +8,7 @@ from PySide6.QtCore import QObject
 
 from app.controls import Action
 from app.state.viewer_state import ViewerState
-from app.window.notice_bar import NoticeBar
+from app.window.notices import Notices
 from model.scene.narrow_part import NarrowPart, narrow_part
 from model.scene.transfer_function import Range, TransferFunction
 
@@ -22,7 +22,7 @@ class NarrowNotice(QObject):
     Parameters
     ----------
     state : ViewerState
-    notice : NoticeBar
+    notice : Notices
     show_range : callable
         Shows the volume over a range, as an undo step.
     parent : QObject
@@ -31,7 +31,7 @@ class NarrowNotice(QObject):
     def __init__(
         self,
         state: ViewerState,
-        notice: NoticeBar,
+        notice: Notices,
         show_range: Callable[[Range], object],
         parent: QObject,
     ) -> None:

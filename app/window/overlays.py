@@ -53,6 +53,7 @@ class Overlays(QObject):
         self._preferences = preferences
         self.subject = Subject()
         self._cubes = [OrientationCube(state, canvas) for canvas in canvases]
+        self._right = canvases[-1]
         self.insets = [OpacityInset(pane) for pane in panes]
         for canvas in canvases:
             canvas.add_decoration(partial(self._paint, canvas))
@@ -84,6 +85,13 @@ class Overlays(QObject):
     def has_decoded_tf(self) -> bool:
         """Whether the decoded TF is shown, where there is one."""
         return bool(self._preferences.value("decoded_tf"))
+
+    def lie_over(self, canvas: ImageCanvas) -> None:
+        """Show cube and legend over one canvas: the rightmost that is there."""
+        self._right = canvas
+        self._show_cubes()
+        for each in self._canvases:
+            each.update()
 
     def toggle_opacity(self) -> None:
         """Show opacity images, or hide them."""
@@ -122,12 +130,12 @@ class Overlays(QObject):
             inset.set_shown(self.has_opacity)
 
     def _show_cubes(self) -> None:
-        for cube in self._cubes:
-            cube.setVisible(self.has_cube)
+        for canvas, cube in zip(self._canvases, self._cubes, strict=True):
+            cube.setVisible(self.has_cube and canvas is self._right)
 
     def _paint(self, canvas: ImageCanvas, painter: QPainter, _square: QRect) -> None:
         rect, state, subject = canvas.picture_rect, self._state, self.subject
-        if self.has_legend:
+        if self.has_legend and canvas is self._right:
             paint_legend(painter, rect, state.transfer_function, subject.units)
         if self.has_scale_bar and subject.scale is not None:
             paint_scale_bar(painter, rect, subject.scale.bar(state.view, state.crop))

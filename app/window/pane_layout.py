@@ -5,7 +5,14 @@ from __future__ import annotations
 from typing import Literal
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QSplitter, QWidget
+from PySide6.QtGui import QResizeEvent
+from PySide6.QtWidgets import QApplication, QSplitter, QWidget
+
+from app.image_view.engine_pane import EnginePane
+from app.latent_browser.latent_browser import LatentBrowser
+
+LEAST_IMAGE = 220
+"""Width of the image beside the latent browser: its squares give way."""
 
 Shown = Literal["both", "generator", "reference"]
 """Images that the user wants to see, as far as they are there."""
@@ -19,20 +26,26 @@ class PaneLayout(QSplitter):
 
     Parameters
     ----------
-    browser, generator, reference : QWidget
+    browser : LatentBrowser
+    generator, reference : EnginePane
     """
 
     imagesShown = Signal(bool, bool)
     """Emitted with whether the generator's image is in sight, and the reference."""
     wanted = Signal(str)
     """Emitted with the new choice of images."""
+    arranged = Signal()
+    """Emitted when an image has come, gone or changed its side."""
 
-    def __init__(self, browser: QWidget, generator: QWidget, reference: QWidget) -> None:
+    def __init__(
+        self, browser: LatentBrowser, generator: EnginePane, reference: EnginePane
+    ) -> None:
         super().__init__(Qt.Orientation.Horizontal)
         self._browser, self._generator, self._reference = browser, generator, reference
         self._shown: Shown = "both"
-        self._has_model = self._browsing = False
-        self.setHandleWidth(12)
+        self._has_model = self._browsing = self._was_browsing = False
+        # Images touch: Qt takes the mouse some pixels beside the line, too.
+        self.setHandleWidth(1)
         self.setChildrenCollapsible(False)
         for widget, stretch in ((browser, 2), (generator, 1), (reference, 1)):
             self.addWidget(widget)
@@ -50,9 +63,28 @@ class PaneLayout(QSplitter):
         return self.indexOf(self._reference) == 0
 
     @property
-    def is_reference_alone(self) -> bool:
-        """Whether nothing stands beside the reference."""
-        return self._browser.isHidden() and self._generator.isHidden()
+    def images(self) -> list[EnginePane]:
+        """Panes of the images that are there, from left to right."""
+        panes = (self._generator, self._reference)
+        there = [pane for pane in panes if not pane.isHidden()]
+        return sorted(there, key=self.indexOf)
+
+    @property
+    def is_browsing(self) -> bool:
+        """Whether the latent browser is in the generator's place."""
+        return self._browsing
+
+    @property
+    def can_compare(self) -> bool:
+        """Whether there are two images to show."""
+        return self._has_model and not self._browsing
+
+    def toggle_compare(self) -> None:
+        """Show the left image alone, or both."""
+        if len(self.images) > 1:
+            self.show_images("generator" if self.images[0] is self._generator else "reference")
+        else:
+            self.show_images("both")
 
     def show_images(self, shown: Shown) -> None:
         """Show both images, or one of them alone."""
@@ -72,15 +104,45 @@ class PaneLayout(QSplitter):
             self._browsing = browsing
             self._update()
 
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Keep the latent browser's squares as high as the images."""
+        super().resizeEvent(event)
+        self._fit_browser()
+
     def swap(self) -> None:
         """Put the reference on the other side."""
         self.insertWidget(2 if self.is_swapped else 0, self._reference)
+        self.arranged.emit()
 
     def _update(self) -> None:
         generator = self._has_model and not self._browsing and self._shown != "reference"
         # One image is always there.
         alone = self._shown == "generator" and generator
+        focus = QApplication.focusWidget()
+        had = [pane for pane in self.images if focus is not None and pane.isAncestorOf(focus)]
         self._browser.setVisible(self._browsing)
         self._generator.setVisible(generator)
         self._reference.setVisible(not alone)
+        self._fit_browser()
+        if had and had[0].isHidden():
+            # Else a number's box would have the keys of the image that is gone.
+            self.images[0].canvas.setFocus()
         self.imagesShown.emit(generator, not alone)
+        self.arranged.emit()
+
+    def _fit_browser(self) -> None:
+        """Make the browser as wide as its squares are at this height, beside an image."""
+        if not self._browsing:
+            if self._was_browsing:
+                self.setSizes([1000 * (widget is not self._browser) for widget in self._in_order()])
+            self._was_browsing = False
+            return
+        self._was_browsing = True
+        width = self.width() - self.handleWidth()
+        browser = min(self._browser.width_for(self.height()), max(width - LEAST_IMAGE, 0))
+        widths = {self._browser: browser, self._reference: width - browser}
+        self.setSizes([widths.get(widget, 0) for widget in self._in_order()])
+
+    def _in_order(self) -> list[QWidget]:
+        parts: list[QWidget] = [self._browser, self._generator, self._reference]
+        return sorted(parts, key=self.indexOf)

@@ -40,11 +40,12 @@ class RecentMenus(QObject):
         self._workspace = workspace
         self._preferences = preferences
 
-    def add_recent(self, menu: QMenu, kind: RecentKind) -> None:
-        """Add a menu of recent files to another one."""
+    def add_recent(self, menu: QMenu, kind: RecentKind) -> QMenu:
+        """Add a menu of recent files to another one, and return it."""
         recent = menu.addMenu(TITLES[kind])
         recent.setToolTipsVisible(True)
         recent.aboutToShow.connect(partial(self._fill_recent, recent, kind))
+        return recent
 
     def add_models(self, menu: QMenu) -> None:
         """Add a menu of the models that are known to be of the open volume."""

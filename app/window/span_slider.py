@@ -184,15 +184,16 @@ class SpanSlider(QWidget):
         middle = self.height() / 2
         left, right = self.x_of(self._low), self.x_of(self._high)
         painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(QColor(theme.BORDER))
+        painter.setBrush(QColor(theme.ON_IMAGE.line))
         groove = QRectF(self.x_of(0.0), middle - GROOVE / 2, self._groove_width, GROOVE)
         painter.drawRoundedRect(groove, 2, 2)
-        painter.setBrush(self._color("span", theme.ACCENT))
+        painter.setBrush(self._color("span", theme.ON_IMAGE.change))
         painter.drawRect(QRectF(left, middle - GROOVE / 2, right - left, GROOVE))
         for part, x in (("low", left - KNOB), ("high", right)):
             chosen = self.hasFocus() and self._part in (part, "span")
-            painter.setPen(QPen(QColor(theme.ACCENT if chosen else theme.BACKGROUND), 2.0))
-            painter.setBrush(self._color(part, theme.DIM_TEXT))
+            rim = theme.ON_IMAGE.change if chosen else theme.ON_IMAGE.window
+            painter.setPen(QPen(QColor(rim), 2.0))
+            painter.setBrush(self._color(part, theme.ON_IMAGE.dim))
             painter.drawRoundedRect(QRectF(x + 1, middle - 8, KNOB - 2, 16), 3, 3)
         painter.end()
 
@@ -202,7 +203,7 @@ class SpanSlider(QWidget):
 
     def _color(self, part: str, usual: str) -> QColor:
         held = self._grip is not None and self._part == part
-        return QColor(theme.TEXT if held or self._hovered == part else usual)
+        return QColor(theme.ON_IMAGE.text if held or self._hovered == part else usual)
 
     def _value_at(self, position: QPointF) -> float:
         return (position.x() - self.x_of(0.0)) / self._groove_width

@@ -1,14 +1,21 @@
-"""The line at the window's lower edge: what has just happened, and the view's numbers."""
+"""The line at the lower edge: keys of what is under the mouse, news, and the view's numbers."""
 
 from __future__ import annotations
 
-from PySide6.QtCore import QTimer
-from PySide6.QtWidgets import QLabel, QStatusBar
+import html
+import re
 
-from app.controls import ElidedLabel
+from PySide6.QtCore import QEvent, Qt, QTimer
+from PySide6.QtGui import QResizeEvent
+from PySide6.QtWidgets import QLabel, QStackedWidget, QStatusBar
+
+from app import theme
+from app.controls import ElidedLabel, announce
 from app.state.viewer_state import ViewerState
 
-NEWS_MS = 20_000
+HEIGHT = 24
+
+NEWS_MS = 5_000
 """Time for which a sentence stays, unless another one comes."""
 
 RESET = "The first view again; Alt+Left returns to yours."
@@ -16,9 +23,14 @@ RESET = "The first view again; Alt+Left returns to yours."
 PENDING = "…"
 """End of sentences about what is still under way: they stay until the next one."""
 
+NARROW = 1180
+"""Width in pixels below which the view's numbers are left out."""
+
 
 class StatusLine(QStatusBar):
-    """Shows the newest sentence, cut where there is no room for it, beside the view's numbers.
+    """Shows the keys that are of use under the mouse, or the newest sentence in their place.
+
+    At the right are the view's numbers, where there is room.
 
     Parameters
     ----------
@@ -28,16 +40,26 @@ class StatusLine(QStatusBar):
     def __init__(self, state: ViewerState) -> None:
         super().__init__()
         self._state = state
+        self._keys_text = ""
+        self.setFixedHeight(HEIGHT)
+        self.setContentsMargins(8, 0, 8, 0)
         self._news = ElidedLabel()
-        self._news.setContentsMargins(14, 0, 14, 0)
+        self._keys = QLabel()
+        self._keys.setTextFormat(Qt.TextFormat.RichText)
+        self._keys.setMinimumWidth(0)
+        self._left = QStackedWidget()
+        for label in (self._keys, self._news):
+            label.setSizePolicy(self._news.sizePolicy())
+            self._left.addWidget(label)
+        self._left.setMinimumWidth(0)
+        self._left.setSizePolicy(self._news.sizePolicy())
         self._view = QLabel()
         self._view.setProperty("role", "dim")
         self._view.setToolTip(
             "The view: where it is looked from, how far away (at 1 the whole volume is seen), and "
             "by how many halves of the image's shorter side it is moved to the right and up"
         )
-        self._view.setContentsMargins(0, 0, 14, 0)
-        self.addWidget(self._news, 1)
+        self.addWidget(self._left, 1)
         self.addPermanentWidget(self._view)
         self.setSizeGripEnabled(False)
         self._rest = QTimer(self, singleShot=True, interval=NEWS_MS)
@@ -55,16 +77,51 @@ class StatusLine(QStatusBar):
         return self._news.full_text
 
     @property
+    def keys(self) -> str:
+        """The keys that are shown while there is no sentence."""
+        return self._keys_text
+
+    @property
     def view_text(self) -> str:
         """The view's numbers as they are displayed."""
         return self._view.text()
 
     def tell(self, text: str) -> None:
-        """Show a sentence instead of the one before."""
+        """Show a sentence instead of the one before; with an empty one, the keys again."""
         self._news.set_full_text(text)
+        self._left.setCurrentWidget(self._news if text else self._keys)
         self._rest.stop()
+        if text:
+            announce(self, text)
         if text and not text.endswith(PENDING):
             self._rest.start()
+
+    def set_keys(self, text: str) -> None:
+        """Set the keys, such as "[Drag] turn  [Wheel] closer"."""
+        if text != self._keys_text:
+            self._keys_text = text
+            self._show_keys()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Leave the view's numbers out where there is no room for them."""
+        super().resizeEvent(event)
+        self._view.setVisible(self.width() >= NARROW)
+
+    def changeEvent(self, event: QEvent) -> None:
+        """Write the keys in another theme's colours."""
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange and self._keys_text:
+            self._show_keys()
+
+    def _show_keys(self) -> None:
+        chip = f"background-color: {theme.FIELD}; color: {theme.TEXT}"
+        found = re.findall(r"\[([^]]*)\] ([^[]*)", self._keys_text)
+        parts = [
+            f"<span style='{chip}'>&nbsp;{html.escape(keys)}&nbsp;</span>"
+            f"<span style='color: {theme.DIM_TEXT}'>&nbsp; {html.escape(effect.strip())}</span>"
+            for keys, effect in found
+        ]
+        self._keys.setText("&nbsp; &nbsp; ".join(parts))
 
     def _forget(self) -> None:
         if not self.news.endswith(PENDING):

@@ -14,7 +14,7 @@ from app.state.preferences import Preferences
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
 from app.window.small_pictures import SmallPictures
-from app.window.up_axis_bar import PICTURE, UpAxisBar
+from app.window.up_axis_card import PICTURE, UpAxisCard
 from model.scene.axes import AXES, DEFAULT_UP
 from model.scene.orientation import home_view
 from model.volume_files.shipped import shipped_volumes
@@ -28,7 +28,7 @@ class UpAxisQuestion(QObject):
 
     Parameters
     ----------
-    bar : UpAxisBar
+    bar : UpAxisCard
     state : ViewerState
     workspace : Workspace
     analyst, reference : EngineClient
@@ -39,7 +39,7 @@ class UpAxisQuestion(QObject):
 
     def __init__(
         self,
-        bar: UpAxisBar,
+        bar: UpAxisCard,
         state: ViewerState,
         workspace: Workspace,
         analyst: EngineClient,

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QByteArray, QEvent, QObject
+from PySide6.QtGui import QCursor, QGuiApplication
 from PySide6.QtWidgets import QMainWindow, QSplitter
 
 from app.state.preferences import Preferences
 from app.state.viewer_state import ViewerState
 from app.tf_editor.moves import HandleMoves
 from app.window.pane_layout import PaneLayout, Shown
+from app.window.window_place import fitting_place
 
 IMAGES: dict[tuple[str, ...], Shown] = {
     (): "both",
@@ -75,6 +77,7 @@ class WindowMemory(QObject):
         values = self._preferences.values
         if values.window_geometry:
             self._window.restoreGeometry(QByteArray.fromBase64(values.window_geometry.encode()))
+            self._bring_back()
         sizes = values.splitters.get("main", ())
         if len(sizes) == self._splitter.count() and all(sizes):
             self._splitter.setSizes(list(sizes))
@@ -85,3 +88,15 @@ class WindowMemory(QObject):
         shown = IMAGES.get(values.hidden_panes)
         if shown is not None:
             self._panes.show_images(shown)
+
+    def _bring_back(self) -> None:
+        """Move the window to a screen that is there, if the one that it was on is gone."""
+        window = self._window
+        if QGuiApplication.platformName() == "offscreen":
+            # There nothing is seen, and the screen is smaller than any.
+            return
+        here = QGuiApplication.screenAt(QCursor.pos()) or QGuiApplication.primaryScreen()
+        screens = [screen.availableGeometry() for screen in QGuiApplication.screens()]
+        place = fitting_place(window.geometry(), screens, here.availableGeometry())
+        if place != window.geometry() and not (window.isMaximized() or window.isFullScreen()):
+            window.setGeometry(place)

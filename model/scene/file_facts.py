@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from model.scene.transfer_function import TransferFunction
+from model.scene.view import View
+
 ChoiceKind = Literal["series", "array", "time", "channel", "component"]
 """Along what a file holds more than one volume."""
 
@@ -53,6 +56,10 @@ class FileFacts:
         Directions of that space's axes in the patient, such as ``"LPS"``; empty for others.
     contents : tuple of Content
         All that the file or folder holds, where that is more than one volume.
+    tf : TransferFunction or None
+        The one to show the volume through at first, over the range to show it over.
+    view : View or None
+        The one to see it from at first.
     """
 
     format: str = ""
@@ -60,3 +67,5 @@ class FileFacts:
     directions: tuple[tuple[float, float, float], ...] = ()
     space: str = ""
     contents: tuple[Content, ...] = ()
+    tf: TransferFunction | None = None
+    view: View | None = None

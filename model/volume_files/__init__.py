@@ -14,10 +14,12 @@ from model.errors import VolumeError
 from model.scene.volume import Volume
 from model.volume_files.checks import unreadable
 from model.volume_files.choice import LARGEST, Choice
+from model.volume_files.compact import SUFFIX as COMPACT_SUFFIX
+from model.volume_files.compact import read_compact
 from model.volume_files.description import describe
 from model.volume_files.dicom import SUFFIXES as DICOM_SUFFIXES
 from model.volume_files.dicom import dicom_slices, read_dicom
-from model.volume_files.dicom_file import is_dicom
+from model.volume_files.dicom_file import has_preamble, is_dicom
 from model.volume_files.finish import Component, component_of, make_volume
 from model.volume_files.foreign import (
     folder_advice,
@@ -58,6 +60,7 @@ _READERS: dict[str, Callable[[Path, Choice], Grid]] = {
     **dict.fromkeys(MRC_SUFFIXES, read_mrc),
     **dict.fromkeys(NUMPY_SUFFIXES, read_numpy),
     **dict.fromkeys(HDF5_SUFFIXES, read_hdf5),
+    COMPACT_SUFFIX: read_compact,
 }
 
 SUFFIXES = (*_READERS, *DICOM_SUFFIXES, ".raw")
@@ -135,6 +138,11 @@ def _read_grid(path: Path, raw: RawLayout | None, choice: Choice) -> Grid:
         grid = _READERS[by_content](path, choice)
         note = f"By its content this is a file of the kind '{by_content}', and it is read as one."
         return replace(grid, notes=(note, *grid.notes))
+    if suffix in _READERS and has_preamble(path):
+        grid = read_dicom([path], path, choice)
+        return replace(
+            grid, notes=("By its content this is a DICOM file, and it is read as one.", *grid.notes)
+        )
     if suffix in _READERS:
         return _READERS[suffix](path, choice)
     if suffix in DICOM_SUFFIXES or is_dicom(path):

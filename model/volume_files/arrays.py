@@ -67,6 +67,8 @@ class StoredArray:
     units : str
         Of the values.
     notes : tuple of str
+    channels : tuple of str
+        Names of the channels; empty if they have none.
     """
 
     name: str
@@ -83,6 +85,7 @@ class StoredArray:
     intercept: float = 0.0
     units: str = ""
     notes: tuple[str, ...] = ()
+    channels: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -156,6 +159,8 @@ def _grid(
     ):
         shape = [array.shape[k] for k in axes]
         names = [str(k) for k in range(math.prod(shape))]
+        if kind == "channel" and len({*array.channels} - {""}) == len(names):
+            names = [*array.channels]
         at = chosen_index(path, kind, names, wanted)  # type: ignore[arg-type]
         listed += contents(kind, names, dimensions, dtype, at)  # type: ignore[arg-type]
         fixed |= (
@@ -164,6 +169,8 @@ def _grid(
             else {}
         )
     values = array.read(tuple(fixed.get(k, slice(None)) for k in range(len(array.shape))))
+    if dtype.kind == "f" and dtype.itemsize > 8:
+        values = values.astype(np.float64)
     values = _in_order(values, [k for k in range(len(array.shape)) if k not in fixed], roles)
     values, missing = _valued(array, values)
     return _placed(array, roles, values, missing, file_format, listed)

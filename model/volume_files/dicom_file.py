@@ -152,6 +152,12 @@ def is_dicom(path: Path) -> bool:
     return start[PREAMBLE:] == b"DICM" or _is_bare(start)
 
 
+def has_preamble(path: Path) -> bool:
+    """Return True if a file has DICOM's mark behind a preamble, whatever its suffix is."""
+    with path.open("rb") as file:
+        return file.read(PREAMBLE + 4)[PREAMBLE:] == b"DICM"
+
+
 def _is_bare(start: bytes) -> bool:
     """Whether bytes begin with a tag of group 2 or 8 and its length, as without a preamble."""
     if len(start) < 12 or start[:2] not in (b"\x02\0", b"\x08\0") or start[3] != 0:

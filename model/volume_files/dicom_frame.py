@@ -148,7 +148,8 @@ def _frames(
 ) -> Iterator[Frame]:
     tags = file.tags
     rows, columns = (int((numbers_of(tags, name) or [0])[0]) for name in ("Rows", "Columns"))
-    position, orientation = _position(tags), numbers_of(tags, "ImageOrientationPatient")
+    position = _placed(tags, "ImagePositionPatient")
+    orientation = _placed(tags, "ImageOrientationPatient")
     spacing = next(filter(None, (numbers_of(tags, name) for name in SPACINGS)), [])
     number = (numbers_of(tags, "InstanceNumber") or [0.0])[0]
     for index in range(count):
@@ -158,7 +159,7 @@ def _frames(
         axes = _grouped(groups, "PlaneOrientationSequence", "ImageOrientationPatient")
         axes = axes or orientation
         if count > 1 and not per_frame and len(place) == 3 and len(axes) == 6:
-            step = (measures or 1.0) * index
+            step = (measures or 1.0) * index * (-1 if _goes_down(tags) else 1)
             if len(offsets) == count:
                 step = offsets[index] - offsets[0]
             normal = np.cross(axes[:3], axes[3:])
@@ -186,12 +187,19 @@ def _usable(values: list[float], count: int) -> bool:
     return len(values) == count and bool(np.isfinite(values).all())
 
 
-def _position(tags: Dataset) -> list[float]:
-    found = numbers_of(tags, "ImagePositionPatient")
+def _placed(tags: Dataset, name: str) -> list[float]:
+    """Return position or orientation of the first image; nuclear medicine has the detector's."""
+    found = numbers_of(tags, name)
     if found:
         return found
     detector = _first_item(tags, "DetectorInformationSequence")
-    return [] if detector is None else numbers_of(detector, "ImagePositionPatient")
+    return [] if detector is None else numbers_of(detector, name)
+
+
+def _goes_down(tags: Dataset) -> bool:
+    """Whether frames follow each other against their normal, as nuclear medicine may have them."""
+    found = numbers_of(tags, "SpacingBetweenSlices")
+    return text_of(tags, "Modality") == "NM" and bool(found) and found[0] < 0
 
 
 def _first_item(tags: Dataset, sequence: str) -> Dataset | None:

@@ -185,6 +185,8 @@ def _kind_notes(first: Frame) -> tuple[str, ...]:
             "The file shows its lowest value as white (MONOCHROME1); the values are as stored, "
             "not inverted.",
         )
+    if first.file.text("PhotometricInterpretation") == "PALETTE COLOR":
+        return ("The colours of the file's look-up table are left out; its indices are read.",)
     return ()
 
 

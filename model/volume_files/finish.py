@@ -144,7 +144,20 @@ def _one_component(
         )
     if values.ndim == 4:
         values = values[..., component if isinstance(component, int) else 0]
-    return np.ascontiguousarray(values)
+    return _in_order_of_slices(values)
+
+
+def _in_order_of_slices(values: NDArray[np.generic]) -> NDArray[np.generic]:
+    """Return the values C-contiguous; slices in reverse are exchanged where they lie."""
+    backwards = values[::-1]
+    if not (backwards.flags.c_contiguous and backwards.flags.writeable) or len(values) < 2:
+        return np.ascontiguousarray(values)
+    for near in range(len(values) // 2):
+        far = len(values) - 1 - near
+        kept = backwards[near].copy()
+        backwards[near] = backwards[far]
+        backwards[far] = kept
+    return backwards
 
 
 def _magnitude(values: NDArray[np.generic]) -> NDArray[np.generic]:

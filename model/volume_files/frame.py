@@ -192,7 +192,7 @@ def unit_directions(directions: NDArray[np.float64] | None) -> tuple[Triple, ...
     return tuple((float(x), float(y), float(z)) for x, y, z in directions / lengths + 0.0)
 
 
-def frame_notes(directions: NDArray[np.float64], handedness: int = 1) -> tuple[str, ...]:
+def frame_notes(directions: NDArray[np.float64]) -> tuple[str, ...]:
     """Describe the orientation of the grid in the file's space, unless it is the default.
 
     Parameters
@@ -200,8 +200,6 @@ def frame_notes(directions: NDArray[np.float64], handedness: int = 1) -> tuple[s
     directions : ndarray of float64, shape (3, 3)
         Row k is the step from one voxel to the next along the grid's axis k,
         in the file's space.
-    handedness : int
-        -1 if that space is left-handed.
 
     Returns
     -------
@@ -213,7 +211,6 @@ def frame_notes(directions: NDArray[np.float64], handedness: int = 1) -> tuple[s
         return ()
     unit = directions / lengths
     aligned = np.allclose(np.abs(unit).max(axis=1), 1.0, atol=1e-4)
-    mirrored = np.linalg.det(unit) * handedness < 0
     notes = []
     sheared = not np.allclose(unit @ unit.T, np.eye(3), atol=1e-2)
     if sheared:
@@ -223,8 +220,6 @@ def frame_notes(directions: NDArray[np.float64], handedness: int = 1) -> tuple[s
         )
     elif not aligned:
         notes.append("The grid lies oblique in the file's space; it is shown along its own axes.")
-    elif not np.allclose(unit, np.eye(3), atol=1e-2) and not mirrored:
+    elif not np.allclose(unit, np.eye(3), atol=1e-2):
         notes.append("The grid is turned in the file's space; it is shown along its own axes.")
-    if mirrored:
-        notes.append("The grid is left-handed in the file's space, so it is shown mirrored.")
     return tuple(notes)

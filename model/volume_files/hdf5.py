@@ -83,17 +83,33 @@ def _arrays(path: Path, file: h5py.File) -> list[StoredArray]:
     import h5py
 
     found: list[StoredArray] = []
+    left_out: list[str] = []
+
+    def note_links(name: str, group: h5py.Group) -> None:
+        for key in [*group][:MOST_ARRAYS]:
+            if isinstance(group.get(key, getlink=True), h5py.ExternalLink):
+                left_out.append(f"{name}/{key} (a link to another file)".lstrip("/"))
 
     def visit(name: str, item: Any) -> None:
+        if isinstance(item, h5py.Group):
+            note_links(name, item)
         if not isinstance(item, h5py.Dataset) or item.shape is None or len(found) > MOST_ARRAYS:
             return
-        # What lies in other files is not read.
-        if item.is_virtual or item.external or item.ndim < 1 or item.dtype.kind not in "biufc":
-            return
-        if item.ndim >= 3 or item.size > 1:
+        if item.is_virtual or item.external:
+            left_out.append(f"{name} (its values lie in other files)")
+        elif item.dtype.kind not in "biufc":
+            left_out.append(f"{name} ({'records' if item.dtype.fields else 'no numbers'})")
+        elif item.ndim >= 3 or (item.ndim and item.size > 1):
             found.append(_array(path, file, name, item))
 
+    note_links("", file)
     file.visititems(visit)
+    if left_out and not found:
+        raise VolumeError(
+            f"{path}: it holds no array of numbers of its own, only {', '.join(left_out[:6])}"
+            f"{' and more' if len(left_out) > 6 else ''}; save the numbers as one array in "
+            "one file."
+        )
     return found
 
 

@@ -26,6 +26,7 @@ from model.volume_files.frame import (
     usable_spacing,
 )
 from model.volume_files.grid import Grid
+from model.volume_files.shear import upright
 
 LONGEST_HEADER = 1 << 16
 
@@ -99,6 +100,12 @@ def read_metaimage(path: Path, choice: Choice = LARGEST) -> Grid:
     if len(channels) != 1:
         raise header.malformed("ElementNumberOfChannels")
     dtype = _dtype(header)
+    if len(sizes) > 4:
+        raise unsupported(
+            path,
+            f"a MetaImage of {len(sizes)} dimensions",
+            "save one volume of it, with three dimensions or four",
+        )
     check_grid(path, sizes[:3] if len(sizes) == 4 else sizes, dtype, channels[0])
 
     shape = tuple(sizes[::-1]) + ((channels[0],) if channels[0] > 1 else ())
@@ -117,12 +124,18 @@ def read_metaimage(path: Path, choice: Choice = LARGEST) -> Grid:
     directions = None
     if matrix is not None:
         directions = np.array(matrix).reshape(axes, axes)[:3, :3]
-        notes += frame_notes(directions)
     origin = _leading(header.numbers(axes, "Offset", "Position", "Origin"), 3)
     unit = unit_directions(directions)
     values, place, mirror_notes = unmirrored(
         values, steps or (), origin or (0.0, 0.0, 0.0), np.array(unit) if unit else None
     )
+    missing = None
+    if unit:
+        straight = upright(values, np.array(unit) * np.array(spacing)[:, None], place)
+        values, missing, place = straight.values, straight.missing, straight.origin
+        directions, unit = straight.directions, unit_directions(straight.directions)
+        spacing, _ = usable_spacing(np.linalg.norm(directions, axis=1).tolist())
+        notes += straight.notes + frame_notes(directions)
     labels = _labels(header, directions)
     return Grid(
         values,
@@ -130,6 +143,7 @@ def read_metaimage(path: Path, choice: Choice = LARGEST) -> Grid:
         place,
         notes=choice_notes(listed) + mirror_notes + notes,
         axis_labels=labels,
+        missing=missing,
         facts=FileFacts(
             "MetaImage",
             unit_name(header.first("DistanceUnits") or ""),
@@ -181,6 +195,7 @@ def _dtype(header: _Header) -> np.dtype[np.generic]:
     name = header.first("ElementType")
     if name is None:
         raise header.malformed("ElementType")
+    name = name.removesuffix("_ARRAY")
     if name not in SCALAR_TYPES:
         raise unsupported(header.path, f"voxels of the MetaImage type '{name}'", "convert them")
     big = header.is_true("BinaryDataByteOrderMSB", "ElementByteOrderMSB", default="False")

@@ -54,6 +54,7 @@ class _Head:
     slope, intercept : float
     frame : NiftiFrame
     unit : str
+    notes : tuple of str
     """
 
     format: str
@@ -65,6 +66,7 @@ class _Head:
     intercept: float
     frame: NiftiFrame
     unit: str
+    notes: tuple[str, ...] = ()
 
 
 def read_nifti(path: Path, choice: Choice = LARGEST) -> Grid:
@@ -89,14 +91,14 @@ def read_nifti(path: Path, choice: Choice = LARGEST) -> Grid:
 
 
 def _grid(path: Path, head: _Head, choice: Choice) -> Grid:
-    notes: tuple[str, ...] = ()
+    notes = head.notes
     shape = [*head.shape, 1, 1, 1][: max(len(head.shape), 3)]
     nx, ny, nz = (int(n) for n in shape[:3])
     times = int(shape[3]) if len(shape) > 3 else 1
     components = math.prod(int(n) for n in shape[4:])
     if nz == 1 and times > 1 and components == 1:
         nz, times = times, 1
-        notes = ("The file calls its images time steps; they are taken for slices of a volume.",)
+        notes += ("The file calls its images time steps; they are taken for slices of a volume.",)
     values_each, dtype = _plain_type(path, head.dtype)
     check_grid(path, (nx, ny, nz), dtype, values_each * components * times)
     names = [str(k) for k in range(times)]
@@ -114,11 +116,6 @@ def _grid(path: Path, head: _Head, choice: Choice) -> Grid:
     values = _rescaled(values, head.slope, head.intercept)
     spacing, spacing_notes = usable_spacing(head.frame.spacing)
     origin, directions = head.frame.origin, head.frame.directions
-    if directions is not None and np.linalg.det(directions) < 0:
-        values = values[::-1]
-        last = np.array(origin) + (nz - 1) * directions[2]
-        origin, directions = tuple(last.tolist()), directions * [[1.0], [1.0], [-1.0]]
-        notes += ("The grid is left-handed, so its slices are read in reverse order.",)
     missing = None
     if directions is not None:
         straight = upright(values, directions, usable_origin(origin))
@@ -210,7 +207,16 @@ def _head(path: Path) -> _Head:
         # Some writers leave it out: voxels cannot begin within the head.
         offset = max(offset, LEAST_OFFSETS[form])
     slope, intercept = _scaling(header)
+    notes: tuple[str, ...] = ()
+    if form == "Analyze":
+        slope, notes = _analyze_scaling(header, header_file)
     shape = tuple(int(n) for n in header.get_data_shape())
+    try:
+        dtype = header.get_data_dtype()
+    except KeyError:
+        raise damaged(
+            path, f"its data type {int(header['datatype'])} is none of {form}'s"
+        ) from None
     unit = ""
     if form != "Analyze":
         unit = {"unknown": ""}.get(found := header.get_xyzt_units()[0], found)
@@ -219,12 +225,27 @@ def _head(path: Path) -> _Head:
         header_file if is_single else voxel_file,
         offset,
         shape,
-        header.get_data_dtype(),
+        dtype,
         slope,
         intercept,
         nifti_frame(header) if form != "Analyze" else NiftiFrame(_zooms(header)),
         unit_name(unit),
+        notes,
     )
+
+
+def _analyze_scaling(header: AnalyzeHeader, path: Path) -> tuple[float, tuple[str, ...]]:
+    """Return the factor that SPM writes into a head of Analyze's, and what is to be said."""
+    notes: tuple[str, ...] = ()
+    if path.name.lower().endswith((".nii", ".nii.gz")):
+        notes = (
+            "The head lacks the mark of NIfTI and is read as one of Analyze's, which says nothing "
+            "of orientation.",
+        )
+    slope = float(np.frombuffer(header.binaryblock, f"{header.endianness}f4", 1, 112)[0])
+    if not np.isfinite(slope) or slope in (0.0, 1.0):
+        return 1.0, notes
+    return slope, (*notes, f"The values are multiplied by SPM's factor {slope:g}.")
 
 
 def _zooms(header: AnalyzeHeader) -> tuple[float, float, float] | None:
@@ -242,7 +263,8 @@ def _scaling(header: Any) -> tuple[float, float]:
 def _pair(path: Path) -> tuple[Path, Path]:
     """Return the files of head and voxels: one file, or .hdr and .img."""
     name = path.name.lower()
-    if name.endswith((".nii", ".nii.gz")):
+    if not name.endswith((".hdr", ".img", ".hdr.gz", ".img.gz")):
+        # One that is known by its content may have any name.
         return path, path
     stem = path.name[: name.rindex(".img" if ".img" in name else ".hdr")]
     beside = {each.name.lower(): each for each in path.parent.glob(f"{_quoted(stem)}.*")}

@@ -8,6 +8,7 @@ to 4 GiB of compressed voxels.
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,6 +25,7 @@ from model.volume_files.checks import check_grid, damaged, file_beside, truncate
 from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen_index, contents
 from model.volume_files.frame import (
     frame_notes,
+    in_one_unit,
     unit_directions,
     unit_name,
     unmirrored,
@@ -112,6 +114,10 @@ def read_nrrd(path: Path, choice: Choice = LARGEST) -> Grid:
     sizes = header.integers("sizes")
     if header.integers("dimension") != [len(sizes)]:
         raise header.malformed("sizes")
+    if len(sizes) > 4:
+        raise unsupported(
+            path, f"a NRRD of {len(sizes)} axes", "save one volume of it, with three axes or four"
+        )
     component_axis = _component_axis(header, sizes)
     grid_axes = [axis for axis in range(len(sizes)) if axis != component_axis]
     dtype = _dtype(header)
@@ -136,22 +142,26 @@ def read_nrrd(path: Path, choice: Choice = LARGEST) -> Grid:
             values = np.moveaxis(values, len(sizes) - 1 - component_axis, -1)
     directions = _directions(header, grid_axes)
     space = _space(header)
-    steps: list[float] | None = None
+    steps: list[float | None] | None = None
     missing = None
+    length_unit = _length_unit(header, grid_axes)
     if directions is None:
         place = _place(_vectors(header.fields.get("spaceorigin", "")), header, grid_axes)
-        steps = _spacings(header, grid_axes)
+        steps, length_unit, unit_notes = _steps(header, grid_axes)
         spacing, notes = usable_spacing(steps)
+        notes += unit_notes
     else:
         origin = _vectors(header.fields.get("spaceorigin", ""))
-        straight = upright(values, directions, _place(origin, header, grid_axes))
+        left = space == "LAS" or header.fields.get("space", "").lower() == "3d-left-handed"
+        place = _place(origin, header, grid_axes)
+        straight = upright(values, directions, place, -1 if left else 1)
         values, missing, directions = straight.values, straight.missing, straight.directions
         place = straight.origin
         spacing, notes = usable_spacing(list(np.linalg.norm(directions, axis=1)))
-        notes += straight.notes
-        left_handed = space == "LAS" or header.fields.get("space", "").lower() == "3d-left-handed"
-        notes += frame_notes(directions, -1 if left_handed else 1)
+        notes += straight.notes + frame_notes(directions)
     values, moved, mirror_notes = unmirrored(values, steps or (), place)
+    if dtype.itemsize > 1 and "endian" not in header.fields:
+        notes += ("The file does not say the order of bytes; little-endian is assumed.",)
     return Grid(
         values,
         spacing,
@@ -160,9 +170,7 @@ def read_nrrd(path: Path, choice: Choice = LARGEST) -> Grid:
         choice_notes(listed) + mirror_notes + notes,
         axis_labels(directions, space),
         missing=missing,
-        facts=FileFacts(
-            "NRRD", _length_unit(header, grid_axes), unit_directions(directions), space, listed
-        ),
+        facts=FileFacts("NRRD", length_unit, unit_directions(directions), space, listed),
     )
 
 
@@ -178,6 +186,43 @@ def _axis_minima(header: _Header, axes: list[int]) -> list[float]:
     words = header.fields.get("axismins", "").split()
     numbers = [_number(words[axis]) if axis < len(words) else 0.0 for axis in axes]
     return [number if number == number else 0.0 for number in numbers]
+
+
+def _steps(
+    header: _Header, axes: list[int]
+) -> tuple[list[float | None] | None, str, tuple[str, ...]]:
+    """Return the spacing in one unit, that unit, and what is to be said of both.
+
+    Without one the axes' least and greatest values give it: of voxels' middles, or of their edges.
+    """
+    found = _spacings(header, axes)
+    steps: list[float | None] | None = None if found is None else [*found]
+    notes: tuple[str, ...] = ()
+    if found is None:
+        steps = _steps_by_ends(header, axes)
+        if steps is not None:
+            notes = ("The voxel spacing is that of the axes' least and greatest values.",)
+    if steps is None:
+        return None, _length_unit(header, axes), ()
+    names = re.findall(r'"([^"]*)"', header.fields.get("units", ""))
+    if len(names) <= max(axes):
+        return steps, _length_unit(header, axes), notes
+    steps, unit, unit_notes = in_one_unit(steps, [names[axis] for axis in axes])
+    return steps, unit, notes + unit_notes
+
+
+def _steps_by_ends(header: _Header, axes: list[int]) -> list[float | None] | None:
+    ends = [header.fields.get(name, "").split() for name in ("axismins", "axismaxs")]
+    if min(map(len, ends)) <= max(axes):
+        return None
+    sizes, centers = header.integers("sizes"), header.fields.get("centers", "").lower().split()
+    steps: list[float | None] = []
+    for axis in axes:
+        low, high = (_number(words[axis]) for words in ends)
+        is_node = len(centers) > axis and centers[axis] == "node"
+        step = (high - low) / max(sizes[axis] - 1 if is_node else sizes[axis], 1)
+        steps.append(step if math.isfinite(step) and step else None)
+    return steps if any(steps) else None
 
 
 def _length_unit(header: _Header, axes: list[int]) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 
 from model.errors import VolumeError, first_line
 from model.volume_files.arrays import StoredArray, grid_of_arrays
-from model.volume_files.checks import check_grid, check_present, damaged, unsupported
+from model.volume_files.checks import check_grid, check_present, damaged, truncated, unsupported
 from model.volume_files.choice import LARGEST, Choice
 from model.volume_files.grid import Grid
 
@@ -36,6 +36,10 @@ def read_numpy(path: Path, choice: Choice = LARGEST) -> Grid:
     except (OSError, MemoryError, VolumeError):
         raise
     except (zipfile.BadZipFile, zlib.error) as error:
+        with path.open("rb") as file:
+            is_archive = file.read(4) == b"PK\x03\x04"
+        if is_archive and not zipfile.is_zipfile(path):
+            raise truncated(path, "it lacks the list of its arrays, which is at the end") from None
         raise damaged(path, first_line(error)) from None
     except ValueError as error:
         if "magic string" in str(error):

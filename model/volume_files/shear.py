@@ -1,9 +1,9 @@
-"""Slices that are shifted against one another, moved back to where they were taken."""
+"""Slices that are shifted against one another, or mirrored, put back to where they were taken."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +31,7 @@ class Shear:
 
 @dataclass(frozen=True, eq=False)
 class Upright:
-    """A grid whose slices lie behind one another.
+    """A grid whose slices lie behind one another, and which is not mirrored.
 
     Attributes
     ----------
@@ -55,16 +55,37 @@ def upright(
     values: NDArray[np.generic],
     directions: NDArray[np.float64],
     origin: tuple[float, float, float],
+    handedness: int = 1,
 ) -> Upright:
-    """Shear a grid back whose slices are shifted against one another by the same step each.
+    """Put a grid upright: neither mirrored in its space, nor sheared.
+
+    The slices of a left-handed grid are read in reverse order. Where all are shifted by the same
+    step against the one before, they are sheared back.
 
     Parameters
     ----------
     values : ndarray, shape (nz, ny, nx) or (nz, ny, nx, components)
-        Components are left as they are.
+        Components are not sheared.
     directions : ndarray of float64, shape (3, 3)
+        Row k is the step from one voxel to the next along axis k, in the file's space.
     origin : tuple of float
+    handedness : int
+        -1 if the file's space is left-handed.
     """
+    if not np.isfinite(directions).all() or np.linalg.det(directions) * handedness >= 0:
+        return _sheared_back(values, directions, origin)
+    x, y, z = (np.array(origin) + (values.shape[0] - 1) * directions[2]).tolist()
+    found = _sheared_back(values[::-1], directions * [[1.0], [1.0], [-1.0]], (x, y, z))
+    note = "The grid is left-handed, so its slices are read in reverse order."
+    return replace(found, notes=(note, *found.notes))
+
+
+def _sheared_back(
+    values: NDArray[np.generic],
+    directions: NDArray[np.float64],
+    origin: tuple[float, float, float],
+) -> Upright:
+    """Shear a grid back whose slices are shifted against one another by the same step each."""
     x, y, z = directions
     lengths = np.linalg.norm(directions, axis=1)
     as_it_is = Upright(values, None, directions, origin)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import struct
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -14,12 +15,12 @@ from numpy.typing import NDArray
 
 from model.errors import VolumeError, first_line
 from model.scene.file_facts import Content, FileFacts
-from model.volume_files.checks import check_grid, damaged, times
+from model.volume_files.checks import check_grid, damaged, times, truncated
 from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen_index, contents
 from model.volume_files.frame import usable_spacing
 from model.volume_files.grid import Grid
 from model.volume_files.library_log import log_of
-from model.volume_files.tiff_scale import calibrated, voxel_scale
+from model.volume_files.tiff_scale import calibrated, channel_names, voxel_scale
 from model.volume_files.tiff_stack import Stack, all_series, check_pages, read_stack, stack_of
 
 if TYPE_CHECKING:
@@ -30,6 +31,9 @@ MINISWHITE, PALETTE = 0, 3
 
 _HARMLESS = re.compile(r"metadata> raised|subfiletype|GDAL_NODATA|OME series failed to read \d")
 """What tifffile warns of though the pixels are right."""
+
+_BROKEN_CHAIN = re.compile(r"invalid (page offset|offset to page)")
+"""What tifffile says where the file ends before its last page."""
 
 _NAMES = {"ome": "OME-TIFF", "imagej": "TIFF by ImageJ", "stk": "MetaSeries STK", "lsm": "LSM"}
 
@@ -51,7 +55,12 @@ def opened_tiff(path: Path) -> Iterator[TiffFile]:
                 if not len(tiff.pages):
                     raise damaged(path, "it has no pages")
                 yield tiff
-        except (OSError, MemoryError, VolumeError):
+        except VolumeError:
+            if any(_BROKEN_CHAIN.search(warning) for warning in warnings):
+                # What is wrong with the pages that are left is only a consequence.
+                raise truncated(path, "its list of pages leads beyond its end") from None
+            raise
+        except (OSError, MemoryError):
             raise
         except tifffile.TiffFileError as error:
             if "not a TIFF" in str(error):
@@ -59,6 +68,8 @@ def opened_tiff(path: Path) -> Iterator[TiffFile]:
                     f"{path}: this is not a TIFF file; choose another or correct its suffix."
                 ) from None
             raise damaged(path, first_line(error)) from None
+        except struct.error:
+            raise truncated(path, "the head of a page lies beyond its end") from None
         except Exception as error:
             # Decoders raise errors of many kinds.
             raise damaged(path, f"its pixels cannot be unpacked: {first_line(error)}") from None
@@ -82,7 +93,9 @@ def read_tiff(path: Path, choice: Choice = LARGEST) -> Grid:
         volumes = [stack for stack in stacks if stack.is_volume]
         if not volumes:
             raise _flat(path, stacks)
-        stack, index, listed = _chosen(path, volumes, choice)
+        names = [channel_names(tiff, number, s.count("C")) for number, s in enumerate(stacks)]
+        channels = dict(zip(map(id, stacks), names, strict=True))
+        stack, index, listed = _chosen(path, volumes, choice, channels)
         check_pages(path, stack)
         values = read_stack(path, stack, index)
         missing, missing_notes = _without_data(stack, values)
@@ -139,7 +152,7 @@ def _flat(path: Path, stacks: list[Stack]) -> VolumeError:
 
 
 def _chosen(
-    path: Path, volumes: list[Stack], choice: Choice
+    path: Path, volumes: list[Stack], choice: Choice, channels: dict[int, list[str]]
 ) -> tuple[Stack, dict[int, int], tuple[Content, ...]]:
     """Return the chosen stack, its volume's number along its other axes, and all contents."""
     names, owners = _series(volumes)
@@ -155,11 +168,11 @@ def _chosen(
     listed = listed if len(listed) > 1 else ()
     for kind, letter in (("time", "T"), ("channel", "C")):
         count = stack.count(letter)
-        numbers = [str(k) for k in range(count)]
+        called = channels[id(stack)] if letter == "C" else [str(k) for k in range(count)]
         wanted = choice.time if kind == "time" else choice.channel
-        at = chosen_index(path, kind, numbers, wanted)  # type: ignore[arg-type]
+        at = chosen_index(path, kind, called, wanted)  # type: ignore[arg-type]
         index |= {k: at for k in stack.others if stack.axes[k] == letter}
-        listed += contents(kind, numbers, stack.dimensions, stack.dtype, at)  # type: ignore[arg-type]
+        listed += contents(kind, called, stack.dimensions, stack.dtype, at)  # type: ignore[arg-type]
     return stack, index, listed
 
 

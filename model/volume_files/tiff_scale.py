@@ -138,17 +138,41 @@ def _of_imagej(tiff: TiffFile, data: Mapping[str, Any]) -> Scale:
     return Scale((sizes[0], sizes[1], sizes[2]), name, notes)
 
 
-def _of_ome(text: str, number: int) -> Scale:
+def channel_names(tiff: TiffFile, series_number: int, count: int) -> list[str]:
+    """Return the names of an image's channels by OME or Micro-Manager, else their numbers."""
+    names: list[str] = []
+    if tiff.is_ome and tiff.ome_metadata:
+        pixels = _pixels(tiff.ome_metadata, series_number)
+        channels = [] if pixels is None else [e for e in pixels if _kind(e) == "Channel"]
+        names = [channel.get("Name", "").strip() for channel in channels]
+    elif tiff.is_micromanager:
+        found = (tiff.micromanager_metadata or {}).get("Summary", {}).get("ChNames")
+        names = [str(name).strip() for name in found] if isinstance(found, list) else []
+    is_named = len(names) == count and all(names) and len(set(names)) == count
+    return names if is_named else [str(number) for number in range(count)]
+
+
+def _kind(element: ElementTree.Element) -> str:
+    return element.tag.rpartition("}")[2]
+
+
+def _pixels(text: str, number: int) -> ElementTree.Element | None:
+    """Return what an OME header says of the pixels of one of its images."""
     if "<!ENTITY" in text:
-        return Scale()
+        return None
     try:
         root = ElementTree.fromstring(text.strip("\0 \n"))
     except (ElementTree.ParseError, ValueError):
+        return None
+    pixels = [element for element in root.iter() if _kind(element) == "Pixels"]
+    return pixels[number] if number < len(pixels) else None
+
+
+def _of_ome(text: str, number: int) -> Scale:
+    pixels = _pixels(text, number)
+    if pixels is None:
         return Scale()
-    pixels = [element for element in root.iter() if element.tag.rpartition("}")[2] == "Pixels"]
-    if number >= len(pixels):
-        return Scale()
-    found = pixels[number].attrib
+    found = pixels.attrib
     lengths = [_size(found.get(f"PhysicalSize{axis}")) for axis in "XYZ"]
     units = [found.get(f"PhysicalSize{axis}Unit", "um") for axis in "XYZ"]
     if all(length is None for length in lengths):
@@ -209,6 +233,11 @@ def _of_tags(tiff: TiffFile) -> Scale:
     if x is None or y is None or x == y == 1 or unit not in kinds:
         return Scale()
     if unit == INCH and x == y and round(1 / x, 6) in PRINTED:
-        return Scale()
+        return Scale(
+            notes=(
+                f"The {1 / x:.5g} pixels per inch that the file gives are those of a page in "
+                "print, and are left out.",
+            )
+        )
     factor = {"inch": 25.4, "cm": 10.0}[kinds[unit]]
     return Scale((x * factor, y * factor, None), "mm")

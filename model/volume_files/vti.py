@@ -12,8 +12,16 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from model.errors import VolumeError
-from model.volume_files.checks import check_grid, check_present, damaged, times, truncated
+from model.volume_files.checks import (
+    check_grid,
+    check_present,
+    damaged,
+    times,
+    truncated,
+    unsupported,
+)
 from model.volume_files.choice import LARGEST, Choice
+from model.volume_files.frame import usable_spacing
 from model.volume_files.grid import Grid
 from model.volume_files.vtk_arrays import VtkArray, chosen_array, image_grid
 from model.volume_files.vtk_session import run_quietly
@@ -40,6 +48,7 @@ def read_vti(path: Path, choice: Choice = LARGEST) -> Grid:
 
     with path.open("rb") as file:
         header = _read_header(path, file)
+        _check_arrays(path, header)
         _check_extent(path, header)
         if header.compressor:
             for start in _compressed_arrays(path, header):
@@ -60,6 +69,8 @@ def read_vti(path: Path, choice: Choice = LARGEST) -> Grid:
     run_quietly(path, reader.Update)
     own = _own_extent(path, header)
     grid = image_grid(path, reader.GetOutput(), chosen, arrays, "VTI", own)
+    if not header.attribute("Spacing"):
+        grid = replace(grid, notes=(*grid.notes, *usable_spacing(None)[1]))
     if own is None:
         return grid
     whole = times(reader.GetOutput().GetDimensions())
@@ -172,6 +183,16 @@ def _read_header(path: Path, file: BinaryIO) -> _Header:
     if b"</VTKFile>" not in tail:
         raise truncated(path, "its closing tag is missing")
     return _Header(start.decode("latin-1"), size)
+
+
+def _check_arrays(path: Path, header: _Header) -> None:
+    """Refuse a file without arrays, or with one of bits, which VTK packs."""
+    if not header.arrays:
+        raise VolumeError(f"{path}: it holds no values, only a grid; choose another.")
+    if any(header.attribute("type", array.group()) == "Bit" for array in header.arrays):
+        raise unsupported(
+            path, "an array of bits", "convert it to unsigned char, as with ParaView's Calculator"
+        )
 
 
 def _check_extent(path: Path, header: _Header) -> None:

@@ -23,6 +23,7 @@ from model.volume_files.frame import (
     usable_spacing,
 )
 from model.volume_files.grid import Grid
+from model.volume_files.shear import upright
 from model.volume_files.vtk_session import to_numpy
 
 GHOSTS, VALID = ("vtkGhostType", "vtkGhostLevels"), "vtkValidPointMask"
@@ -146,6 +147,10 @@ def image_grid(
     values, moved, mirror_notes = unmirrored(values, steps, origin.tolist(), directions)
     if missing is not None:
         missing, _, _ = unmirrored(missing, steps, origin.tolist())  # type: ignore[assignment]
+    if np.linalg.det(directions) < 0 and missing is not None:
+        missing = missing[::-1]
+    right = upright(values, directions * np.array(spacing)[:, None], moved)
+    values, directions, moved = right.values, right.directions, right.origin
     listed = _contents(wanted, arrays, image, values)
     if wanted.in_cells:
         notes += (f"The values of '{wanted.name}' belong to cells; each is a voxel.",)
@@ -153,7 +158,7 @@ def image_grid(
         values,
         spacing,
         usable_origin(moved),
-        notes=choice_notes(listed) + notes + mirror_notes + frame_notes(directions),
+        notes=choice_notes(listed) + notes + mirror_notes + right.notes + frame_notes(directions),
         missing=missing,
         facts=FileFacts(file_format, "", unit_directions(directions), "", listed),
     )

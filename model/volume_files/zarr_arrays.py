@@ -100,8 +100,24 @@ def _array(folder: Path, place: Path) -> StoredArray:
 
     return StoredArray(
         name, shape, np.dtype(item.dtype), read, axes, steps, units,
-        **described(attributes),
+        channels=_channels(place), **described(attributes),
     )  # fmt: skip
+
+
+def _group_data(place: Path) -> dict[str, Any]:
+    """Return OME's metadata of the group around an array."""
+    group = place.parent
+    data = _json(group / "zarr.json").get("attributes", {}) or _json(group / ".zattrs")
+    data = data.get("ome", data) if isinstance(data, dict) else {}
+    return data if isinstance(data, dict) else {}
+
+
+def _channels(place: Path) -> tuple[str, ...]:
+    """Return the names of the channels by OME; empty without any."""
+    try:
+        return tuple(str(c.get("label", "")) for c in _group_data(place)["omero"]["channels"])
+    except (TypeError, KeyError, AttributeError):
+        return ()
 
 
 def _check_chunks(place: Path, item: Any) -> None:
@@ -131,10 +147,7 @@ def _ome(
     place: Path, axes: int
 ) -> tuple[tuple[str, ...], tuple[float | None, ...], tuple[str, ...]]:
     """Return names, steps and units of axes by the OME metadata of the group around."""
-    group = place.parent
-    data = _json(group / "zarr.json").get("attributes", {}) or _json(group / ".zattrs")
-    data = data.get("ome", data) if isinstance(data, dict) else {}
-    scales = data.get("multiscales") if isinstance(data, dict) else None
+    scales = _group_data(place).get("multiscales")
     try:
         first = scales[0]  # type: ignore[index]
         names = [axis if isinstance(axis, str) else axis["name"] for axis in first["axes"]]

@@ -32,7 +32,7 @@ def test_a_screenshot_shows_both_images(builders: FakeBuilders, tmp_path: Path) 
     code = run_window(START, FASTEST, path, builders.make())
     image = QImage(str(path))
     assert code == 0
-    assert (image.width(), image.height()) == (1280, 860)
+    assert (image.width(), image.height()) == (1440, 900)
     # The fake engines paint plain red of a level that grows with each request.
     last = [engine.requests[-1] for engine in (builders.generators[0], builders.references[-1])]
     assert last[0].inputs == last[1].inputs

@@ -9,7 +9,7 @@ from window_fakes import PATIENCE_S, FakeEngine, make_request
 
 from app.engines.client import EngineClient
 from app.image_view.engine_pane import EnginePane
-from app.image_view.late_badge import LATE_MS
+from app.image_view.lateness import LATE_MS
 from app.state.brightness import Brightness
 from app.state.preferences import Preferences
 from model.errors import CheckpointError, RenderError
@@ -57,26 +57,26 @@ def test_an_image_that_is_not_up_to_date_says_so_once_the_next_takes_long(
     pane.client.start(lambda: engine, "Loading …")
     with qtbot.waitSignal(pane.client.settled):
         pane.client.submit(make_request(1))
-    assert pane.canvas.badge == ""
+    assert pane.status != "drawing …"
     # A finer image of the same inputs: what is shown is right.
     pane.client.submit(make_request(2))
     qtbot.wait(LATE_MS + 200)
-    assert pane.canvas.badge == ""
+    assert pane.status != "drawing …"
     turned = replace(make_request(3), inputs=replace(make_request(3).inputs, view=View(80.0)))
     pane.client.submit(turned)
-    assert pane.canvas.badge == ""
-    qtbot.waitUntil(lambda: pane.canvas.badge == "drawing …", timeout=LATE_MS + 1000)
+    assert pane.status != "drawing …"
+    qtbot.waitUntil(lambda: pane.status == "drawing …", timeout=LATE_MS + 1000)
     assert engine.gate is not None
     engine.gate.release(2)
     qtbot.waitUntil(lambda: red(pane) == 3)
-    assert pane.canvas.badge == ""
+    assert pane.status != "drawing …"
     # Under another light, an image of the same inputs is another one.
     gate = threading.Semaphore(0)
     pane.client.start(lambda: FakeEngine(gate=gate), "")
     pane.client.submit(replace(turned, sequence=4))
-    qtbot.waitUntil(lambda: pane.canvas.badge == "drawing …", timeout=LATE_MS + 1000)
+    qtbot.waitUntil(lambda: pane.status == "drawing …", timeout=LATE_MS + 1000)
     pane.client.fail("It failed.")
-    assert pane.canvas.badge == ""
+    assert pane.status != "drawing …"
     gate.release()
 
 
@@ -166,6 +166,58 @@ def test_a_replaced_engine_delivers_nothing_any_more(qtbot: QtBot, pane: EngineP
     assert red(pane) == 2
 
 
+def test_the_caption_says_how_true_the_image_is(qtbot: QtBot, pane: EnginePane) -> None:
+    caption = pane.caption
+    pane.resize(700, 500)
+    pane.client.start(lambda: FakeEngine(description="CPU"), "Loading …")
+    assert (caption.title, caption.detail) == ("Engine", "")
+    with qtbot.waitSignal(pane.client.settled):
+        pane.client.submit(make_request(7))
+    pane.set_light("direct light")
+    assert (pane.status, caption.tone) == ("CPU, direct light", "dim")
+    assert caption.accessibleName() == "Engine, CPU, direct light"
+    assert pane.canvas.progress is None and "8 × 8" in caption.toolTip()
+    # A narrow pane has room for the renderer alone.
+    pane.resize(400, 300)
+    pane.show()
+    assert pane.status == "CPU"
+    pane.set_hint("Elevation 89° is outside")
+    assert (pane.status, caption.tone) == ("CPU, outside training", "attention")
+    assert "Elevation 89° is outside" in caption.toolTip()
+    pane.client.fail("It failed.")
+    assert (pane.status, caption.tone) == ("failed", "error")
+
+
+def test_a_caption_says_that_a_finer_image_follows(qtbot: QtBot) -> None:
+    preferences = Preferences(None)
+    client, other = EngineClient("test"), EngineClient("other")
+    brightness = Brightness(preferences, preferences)
+    pane = EnginePane("Engine", client, brightness, "exact", stand_in=other)
+    preferences.setParent(pane)
+    qtbot.addWidget(pane, before_close_func=close)
+    gate = threading.Semaphore(1)
+    client.start(lambda: FakeEngine(gate=gate, description="CPU"), "Loading …")
+    client.submit(make_request(1))
+    client.submit(make_request(2))
+    qtbot.waitUntil(lambda: pane.canvas.image is not None)
+    seen = pane.status, pane.caption.tone, pane.canvas.progress
+    gate.release()
+    qtbot.waitUntil(lambda: client.is_settled)
+    if seen[0] != "CPU":
+        # Unless both were asked for before the first was begun.
+        assert seen[:2] == ("CPU, refining", "change")
+        assert seen[2] is not None and 0 < seen[2] < 1
+    assert (pane.status, pane.caption.tone) == ("CPU", "dim")
+    assert pane.canvas.progress is None
+
+
+def test_a_moving_image_says_how_many_there_are_a_second(qtbot: QtBot, pane: EnginePane) -> None:
+    pane.client.start(FakeEngine, "Loading …")
+    pane.client.submit(make_request(3, live=True))
+    qtbot.waitUntil(lambda: pane.canvas.image is not None)
+    assert pane.status.startswith("moving ") and pane.status.endswith(" fps")
+
+
 def test_the_captions_tooltip_says_why_another_renderer_draws(
     qtbot: QtBot, pane: EnginePane
 ) -> None:
@@ -179,9 +231,9 @@ def test_the_captions_tooltip_says_why_another_renderer_draws(
     assert pane.client.by_raycast
     assert pane.detail.startswith("ray caster")
     assert "No graphics card" not in pane.detail
-    assert "No graphics card draws here." in pane._detail.toolTip()
+    assert "No graphics card draws here." in pane.caption.toolTip()
     # The engine of another choice says nothing.
     pane.client.start(FakeEngine, "Loading …")
     with qtbot.waitSignal(pane.client.settled):
         pane.client.submit(make_request(8))
-    assert not pane.client.by_raycast and pane._detail.toolTip() == ""
+    assert not pane.client.by_raycast and "graphics card" not in pane.caption.toolTip()

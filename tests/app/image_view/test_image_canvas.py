@@ -6,6 +6,7 @@ from PySide6.QtGui import QColor
 from pytestqt.qtbot import QtBot
 
 from app.image_view.image_canvas import ImageCanvas, to_qimage
+from app.theme import ON_IMAGE
 
 
 def test_pixels_keep_their_place_and_value() -> None:
@@ -54,20 +55,13 @@ def test_a_message_darkens_the_image_and_the_next_image_clears_it(canvas: ImageC
     assert color_at(canvas, 105, 5) == QColor("white")
 
 
-def test_a_hint_is_painted_at_the_lower_edge(canvas: ImageCanvas) -> None:
+def test_progress_is_a_line_at_the_upper_edge(canvas: ImageCanvas) -> None:
     canvas.show_image(to_qimage(np.zeros((8, 8, 4), dtype=np.float32)))
     before = canvas.grab().toImage()
-    canvas.set_hint("Outside")
+    canvas.set_progress(0.5)
     after = canvas.grab().toImage()
-    assert before.copy(0, 0, 300, 50) == after.copy(0, 0, 300, 50)
-    assert before != after
-
-
-def test_a_hint_is_no_wider_than_the_image(canvas: ImageCanvas) -> None:
-    canvas.show_image(to_qimage(np.zeros((8, 8, 4), dtype=np.float32)))
-    before = canvas.grab().toImage()
-    canvas.set_hint("Outside the training range: elevation 85")
-    after = canvas.grab().toImage()
-    for left in (0, 200):
-        assert before.copy(left, 0, 100, 100) == after.copy(left, 0, 100, 100)
-    assert before != after
+    assert color_at(canvas, 149, 1) == QColor(ON_IMAGE.change)
+    assert color_at(canvas, 151, 1) == QColor("black")
+    assert before.copy(0, 2, 300, 98) == after.copy(0, 2, 300, 98)
+    canvas.set_progress(None)
+    assert canvas.grab().toImage() == before

@@ -194,7 +194,7 @@ def test_a_click_makes_the_tf_in_one_undo_step(qtbot: QtBot, window: MainWindow)
 
 
 def test_a_click_can_give_modes(qtbot: QtBot, window: MainWindow) -> None:
-    window.browser.bar.modes.click()
+    window.browser.bar.modes.trigger()
     map_view = window.browser.map
     QTest.mouseClick(map_view, Qt.MouseButton.LeftButton, pos=pixel(map_view, (0.3, 0.2)))
     opacity = window.state.transfer_function.opacity
@@ -303,7 +303,9 @@ def test_thumbnails_come_when_one_is_close(
     gaps = np.abs(places[:, None] - places).max(axis=2) + 1e3 * np.eye(len(wanted))
     assert gaps.min() >= 52
     # Over a thumbnail the mouse means its sample alone.
-    sample = wanted[0]
+    seen = QRectF(map_view.rect())
+    at = dict(zip(wanted, map_view.frame.pixels(latent_map.places[wanted]), strict=True))
+    sample = next(s for s in wanted if seen.contains(QPointF(*at[s])))
     move(qtbot, map_view, tuple(latent_map.places[sample].tolist()))
     qtbot.waitUntil(lambda: window.latent_state.hover_sample == sample)
     assert any(isinstance(r, ThumbnailRequest) for r in builders.analysts[-1].others)
@@ -529,7 +531,7 @@ def test_the_model_draws_and_is_compared(
     pictures = window.workspace.latent.pictures
     assert pictures.source == "exact"
     assert window.browser.bar.engine.isEnabled()
-    assert window.browser.bar.codec.isVisible()
+    assert window.browser.bar.codec.menuAction().isVisible()
     window.latent_state.choose(engine="learned")
     qtbot.waitUntil(lambda: pictures.grid is not None and pictures.grid.source == "learned")
     assert any(isinstance(r, GridRequest) for r in builders.generators[-1].others)

@@ -30,8 +30,8 @@ from app.glosses import without_links
 from app.image_view.image_canvas import ImageCanvas, to_qimage
 from app.sensitivity_view.held_button import CLICK_MS
 from app.state.sensitivity_answers import Agreement
+from app.window.gesture_table import help_text
 from app.window.main_window import MainWindow
-from app.window.menus import GESTURES
 from model.errors import RenderError
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
@@ -280,7 +280,7 @@ def test_in_what_if_an_edit_at_the_value_under_the_mouse_is_rendered(
 )
 def test_readme_and_gestures_say_it_in_the_same_words(words: str) -> None:
     readme = (Path(__file__).parents[3] / "README.md").read_text()
-    assert words in " ".join(readme.split()) and words in GESTURES
+    assert words in " ".join(readme.split()) and words in help_text()
 
 
 def test_beside_the_square_of_a_wide_image_all_is_asked_and_shown_too(

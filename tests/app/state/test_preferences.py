@@ -42,6 +42,8 @@ OTHER_VALUES: dict[str, Any] = {
     "splitters": {"main": (500, 290)},
     "hidden_panes": ("generator",),
     "swapped": True,
+    "theme": "light",
+    "single_keys": False,
     "recent_volumes": ("/data/a.nrrd", "/data/ü \udce9.nrrd"),
     "recent_models": ("/data/model",),
     "recent_transfer_functions": ("/data/tf.json",),

@@ -34,14 +34,14 @@ def test_nothing_visible_is_said_with_a_way_out(
 ) -> None:
     monkeypatch.setattr(FakeEngine, "image", draw)
     window = make_window(model=None)
-    banner = window.emptiness[1].banner
-    assert banner.text == ""
+    notice = window.notice
+    assert notice.text == ""
     empty = TransferFunction(OpacityTF((100.0, 200.0)), make_tf().color)
     window.state.preview(empty)
     qtbot.wait(50)
-    assert banner.text == ""  # not while something is dragged
+    assert notice.text == ""  # not while something is dragged
     window.state.finish_preview("drag")
-    qtbot.waitUntil(lambda: "transparent" in banner.text)
-    banner.findChild(QPushButton).click()
-    qtbot.waitUntil(lambda: banner.text == "")
+    qtbot.waitUntil(lambda: "transparent" in notice.text)
+    notice.findChild(QPushButton).click()
+    qtbot.waitUntil(lambda: notice.text == "")
     assert window.state.transfer_function != empty

@@ -27,7 +27,7 @@ def test_the_generators_error_is_that_of_the_square_of_the_same_inputs(
     window.generator.imageShown.emit(inputs, drawn)
     window.reference.imageShown.emit(inputs, truth)
     # Half of the square is .2 off, but for the seam between the halves.
-    error = float(window.generator.note.removeprefix("RMSE "))
+    error = float(window.generator.note.removeprefix("error "))
     assert error == pytest.approx(np.sqrt(0.5) * 0.2, abs=0.01)
     window.state.move_view(View(80.0))
     assert window.generator.note == ""
@@ -59,7 +59,7 @@ def test_a_click_on_the_error_shows_where_it_is(make_window: Callable[..., MainW
     window.reference.imageShown.emit(inputs, truth)
     plain = color(0.25, 0.25)
     assert plain == color(0.75, 0.25)
-    window.generator.toggle_note()
+    window.image_error.set_wanted(not window.image_error.is_wanted)
     assert color(0.25, 0.25).value() > color(0.75, 0.25).value()
     # It stays wanted, but is not shown of another image.
     window.state.move_view(View(80.0))
@@ -67,7 +67,7 @@ def test_a_click_on_the_error_shows_where_it_is(make_window: Callable[..., MainW
     window.state.set_view(inputs.view)
     window.reference.imageShown.emit(inputs, truth)
     assert color(0.25, 0.25) != plain
-    window.generator.toggle_note()
+    window.image_error.set_wanted(not window.image_error.is_wanted)
     assert color(0.25, 0.25) == plain
 
 
@@ -76,7 +76,7 @@ def test_images_under_different_light_are_not_compared(
 ) -> None:
     builders.scene = Scene.of(builders.volumes["ramp"], 16, "direct")
     window = make_window()
-    qtbot.waitUntil(lambda: window.generator.note.startswith("RMSE"))
+    qtbot.waitUntil(lambda: window.generator.note.startswith("error"))
     window.workspace.reference.choose(lighting="global")
     qtbot.waitUntil(lambda: window.workspace.is_settled)
     window.generator.imageShown.emit(window.state.inputs, np.zeros((16, 16, 4), np.float32))

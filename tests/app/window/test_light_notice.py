@@ -42,18 +42,18 @@ def test_a_light_that_goes_out_is_told_and_offered(
     monkeypatch.setattr(dispatcher, "SOON_SECONDS", -1.0)
     window = make_window(model=None)
     builders.volumes["other"] = make_volume()
-    banner, work = window.light_notice.banner, window.workspace.reference
+    notice, work = window.notice, window.workspace.reference
     window.workspace.open_volume(Path("other"))
     qtbot.waitUntil(lambda: window.workspace.is_settled and window.workspace.opened is not None)
     qtbot.waitUntil(lambda: window.workspace._analyst.is_ready)
     window.state.set_view(View(azimuth=50.0))
-    qtbot.waitUntil(lambda: "without light" in banner.text)
+    qtbot.waitUntil(lambda: "without light" in notice.text)
     assert work.settings.lighting == "none"
-    assert window.reference_bar.light.text() == "Light: none (too slow)"
-    buttons: dict[str, Any] = {b.text(): b for b in banner.findChildren(QPushButton)}
+    assert window.reference_controls.light.title == "None (too slow)"
+    buttons: dict[str, Any] = {b.text(): b for b in notice.findChildren(QPushButton)}
     buttons["Light it"].click()
     assert work.settings.lighting == "direct"
-    assert banner.text == ""
+    assert notice.text == ""
 
 
 def test_the_last_image_stays_while_another_light_is_prepared(

@@ -6,11 +6,10 @@ import threading
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from PySide6.QtCore import QPoint, QRect, QSize, Qt
+from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDialog, QMessageBox
@@ -132,37 +131,36 @@ def test_without_a_model_the_reference_has_the_window_and_training_is_offered(
 ) -> None:
     window = make_window(model=None)
     assert window.generator.isHidden()
-    assert window.training_bar.isVisible()
-    assert "No model" in window.training_bar.text
+    assert window.training_card.train.isEnabled() and not window.training_card.isVisible()
     assert window.errors == []
     assert "512 × 512" in window.reference.detail
 
 
-def test_the_offer_takes_no_height_while_the_reference_is_alone(
-    make_window: WindowMaker,
-) -> None:
-    window = make_window(model=None)
-    bar, pane = window.training_bar, window.reference
-    window.up_axis_bar.hide()
-    QTest.qWait(50)
-    assert pane.isAncestorOf(bar)
-    height, editor = pane.height(), window.editor.mapTo(window, QPoint())
-    # What came of a training is a sentence: it has a row.
+def test_what_floats_moves_nothing(make_window: WindowMaker) -> None:
+    window = make_window()
+
+    def places() -> list[QRect]:
+        QTest.qWait(20)
+        parts = (window.generator.canvas, window.reference.canvas, window.editor, window)
+        return [QRect(part.mapToGlobal(QPoint()), part.size()) for part in parts]
+
+    before = places()
+    for text in ("It failed.", "It failed, too. " * 20):
+        window.notice.tell(text, tone="error")
+        assert places() == before
+    window.up_axis_card.ask("+z")
+    window.crop_card.set_shown(True)
+    window.training.progressed.emit(0.5, "training")
+    assert places() == before
     window.training.failed.emit("The file is truncated; copy it again.")
-    QTest.qWait(50)
-    assert bar.isVisible() and not pane.isAncestorOf(bar)
-    assert pane.height() < height
-    assert window.editor.mapTo(window, QPoint()) == editor
-    bar.dismiss.click()
-    assert pane.isAncestorOf(bar)
-    # So has the offer while something stands beside the reference.
-    window.latent_state.choose(shown=True)
-    QTest.qWait(50)
-    assert bar.isVisible() and not pane.isAncestorOf(bar)
-    window.latent_state.choose(shown=False)
-    QTest.qWait(50)
-    assert pane.isAncestorOf(bar)
-    assert pane.height() == height
+    action(window, "Rectangle").trigger()
+    assert places() == before
+    images = QRect(window.panes.mapTo(window, QPoint()), window.panes.size())
+    floating = (window.notice, window.up_axis_card, window.crop_card, window.training_card)
+    seen = [QRect(each.mapTo(window, QPoint()), each.size()) for each in floating]
+    assert all(each.isVisible() for each in floating)
+    assert all(images.contains(each) for each in seen)
+    assert not [1 for one in seen for other in seen if one is not other and one.intersects(other)]
 
 
 def test_the_editor_can_make_room_for_the_images(make_window: WindowMaker) -> None:
@@ -204,46 +202,13 @@ def test_a_click_trains_nothing_before_it_is_confirmed(
     started: list[object] = []
     monkeypatch.setattr(window.training, "start", lambda path, **_: started.append(path))
     for answer, count in (("Cancel", 0), ("Train", 1)):
-        window.training_bar.train.click()
+        window.training_card.train.trigger()
         assert len(started) == 0
         (question,) = (b for b in window.findChildren(QMessageBox) if b.isVisible())
         assert "ramp" in question.text() and "minutes" in question.informativeText()
         (button,) = (b for b in question.buttons() if b.text().replace("&", "") == answer)
         button.click()
         assert len(started) == count and not question.isVisible()
-
-
-def test_what_ends_something_is_never_where_a_training_is_begun(
-    qtbot: QtBot, make_window: WindowMaker
-) -> None:
-    window = make_window(model=None)
-    up, bar = window.up_axis_bar, window.training_bar
-    ending: list[QRect] = []
-    beginning: list[QRect] = []
-
-    def note() -> None:
-        QApplication.processEvents()
-        for found, buttons in (
-            (ending, (up.leave, bar.cancel, bar.dismiss)),
-            (beginning, (bar.train, bar.open)),
-        ):
-            found += [
-                QRect(b.mapTo(window, QPoint(0, 0)), b.size()) for b in buttons if b.isVisible()
-            ]
-
-    for browsing in (False, True):
-        window.latent_state.choose(shown=browsing)
-        for asks in (True, False):
-            up.setVisible(asks)
-            note()
-            window.training.progressed.emit(0.5, "training")
-            note()
-            window.training.failed.emit("It failed.")
-            note()
-            bar.dismiss.click()
-            note()
-    assert len(ending) > 8 and len(beginning) > 8
-    assert not [(one, other) for one in ending for other in beginning if one.intersects(other)]
 
 
 def test_the_reference_is_lit_like_the_training_images(
@@ -279,12 +244,12 @@ def test_the_hint_appears_outside_the_training_range_and_goes_again(
     make_window: WindowMaker,
 ) -> None:
     window = make_window()
-    assert window.generator.canvas.hint == ""
+    assert window.generator.hint == ""
     window.state.set_view(View(elevation=89.0))
-    assert "elevation 89°" in window.generator.canvas.hint
-    assert window.reference.canvas.hint == ""
+    assert "elevation 89°" in window.generator.hint
+    assert window.reference.hint == ""
     window.state.set_view(HOME_VIEW)
-    assert window.generator.canvas.hint == ""
+    assert window.generator.hint == ""
 
 
 def test_an_edited_tf_is_kept_for_the_next_run(
@@ -412,7 +377,7 @@ def test_the_reference_renderer_can_be_chosen(
     settle(qtbot, window)
     assert builders.settings[-1].renderer == "raycast"
     assert builders.references[0].closed
-    assert window.reference_bar.drawing.text() == "Ray caster"
+    assert window.workspace.reference.choices.drawing == "raycast"
     window.workspace.reference.choose(drawing="vtk")
     settle(qtbot, window)
     assert builders.settings[-1].renderer == "vtk"
@@ -468,9 +433,9 @@ def test_the_sample_volumes_are_in_the_menu(
 
 def test_help_opens_without_blocking(make_window: WindowMaker) -> None:
     window = make_window()
-    for name in ("Gestures", "About tfscope"):
+    for name in ("Keys and gestures", "About tfscope"):
         action(window, name).trigger()
-    titles = {"Gestures", "About tfscope"}
+    titles = {"Keys and gestures", "About tfscope"}
     boxes = [b for b in window.findChildren(QDialog) if b.windowTitle() in titles]
     assert len(boxes) == 2
     for box in boxes:
@@ -508,7 +473,7 @@ def test_the_light_is_moved_where_both_images_follow_it(
     volume = builders.volumes["ramp"]
     builders.scene = Scene.of(volume, 16, "direct", movable_light=True)
     window = make_window()
-    assert window.reference_bar.ball.isVisible()
+    assert window.reference_controls.ball.isVisible()
     assert builders.settings[-1].lighting == "direct"
     window.state.set_light(LightDirection(20.0, 10.0))
     settle(qtbot, window)
@@ -516,7 +481,7 @@ def test_the_light_is_moved_where_both_images_follow_it(
         assert engine.requests[-1].inputs.light == LightDirection(20.0, 10.0)
     assert shown(window.generator) == shown(window.reference)
     window.state.set_light(LightDirection(85.0, 0.0))
-    assert "light azimuth 85°" in window.generator.canvas.hint
+    assert "light azimuth 85°" in window.generator.hint
 
 
 @pytest.mark.parametrize("lighting", ["none", "direct"])
@@ -525,7 +490,7 @@ def test_a_fixed_light_is_not_offered_to_be_moved(
 ) -> None:
     builders.scene = Scene.of(builders.volumes["ramp"], 16, lighting)
     window = make_window()
-    ball = window.reference_bar.ball
+    ball = window.reference_controls.ball
     assert ball.isVisible() == (lighting != "none")
     assert not ball.isEnabled() and "model" in ball.toolTip()
     assert builders.generators[-1].requests[-1].inputs.light is None
@@ -537,7 +502,7 @@ def test_without_a_model_the_reference_has_the_window_alone_and_is_lit(
     window = make_window(model=None)
     assert window.reference.isVisible() and not window.generator.isVisible()
     assert builders.settings[-1].lighting == "direct"
-    assert window.reference_bar.ball.isVisible()
+    assert window.reference_controls.ball.isVisible()
     assert builders.references[-1].requests[-1].inputs.light == LightDirection()
     window.workspace.reference.choose(lighting="none")
     settle(qtbot, window)
@@ -634,32 +599,17 @@ def test_under_global_light_vtk_draws_coarser_itself(
     assert reference.requests[-1].quality.pixels.width <= max(pixels.width / 4, 16)
     window.state.finish_view()
     settle(qtbot, window)
-    assert "Trained with no light" in window.generator.canvas.hint
+    assert "Trained with no light" in window.generator.hint
 
 
 def test_the_light_says_whether_anybody_chose_it(make_window: WindowMaker) -> None:
     window = make_window(model=None)
-    work, bar = window.workspace.reference, window.reference_bar
+    work, bar = window.workspace.reference, window.reference_controls
     work.choose(lighting="none")
-    assert bar.light.text() == "Light: none"
+    assert bar.light.accessibleName() == "Light: None"
+    assert "automatically" not in bar.light.toolTip()
     work.choose(lighting="auto")
-    assert bar.light.text().endswith("(auto)")
-
-
-@pytest.mark.parametrize(
-    ("screen", "size"),
-    [((1280, 680), (1280, 680)), ((3840, 2100), (1280, 860)), ((1280, 1000), (1280, 860))],
-)
-def test_the_first_window_fits_the_screen(
-    make_window: WindowMaker,
-    monkeypatch: pytest.MonkeyPatch,
-    screen: tuple[int, int],
-    size: tuple[int, int],
-) -> None:
-    fake = SimpleNamespace(availableSize=lambda: QSize(*screen))
-    monkeypatch.setattr(MainWindow, "screen", lambda _window: fake)
-    window = make_window()
-    assert (window.width(), window.height()) == size
+    assert "automatically" in bar.light.toolTip()
 
 
 def test_a_pan_is_told_where_it_can_be_seen(make_window: WindowMaker) -> None:
@@ -677,4 +627,4 @@ def test_the_menu_knows_a_remembered_trackball(
     preferences.set(trackball=True)
     window = MainWindow(builders.make(), preferences=preferences)
     qtbot.addWidget(window)
-    assert action(window, "Turn freely").isChecked()
+    assert action(window, "Free rotation").isChecked()

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from fake_models import make_model
 from PySide6.QtGui import QAction, QImage
-from PySide6.QtWidgets import QLabel
 from pytestqt.qtbot import QtBot
 from ramp import make_tf
 from window_fakes import FakeBuilders
@@ -113,8 +112,7 @@ def test_the_title_names_the_papers_networks_and_their_errors(
     figures = {"holdout": {"rmse": 0.08, "emd": 0.02}, "kinds": {"step": {"rmse": 0.1}}}
     window = make_window(model=make_model(tmp_path / "model", metrics=figures))
     assert window.generator.title == "Paper's networks"
-    labels = window.generator.findChildren(QLabel)
-    (tip,) = [label.toolTip() for label in labels if label.text() == window.generator.title]
+    tip = window.generator.caption.toolTip()
     assert "RMSE 0.080, colour EMD 0.020; by kind of TF: steps 0.100." in tip
     window.workspace.open_model(None)
-    assert window.generator.title == "Model"
+    assert window.generator.title == "Generator"

@@ -24,7 +24,7 @@ def entries(menu: QMenu) -> list[str]:
 
 
 def menu_of(window: MainWindow, *titles: str) -> QMenu:
-    menu: object = window.menuBar()
+    menu: object = window.top_bar.menu_bar
     for title in titles:
         found = [a.menu() for a in menu.actions() if a.text().replace("&", "") == title]  # type: ignore[attr-defined]
         menu = found[0]

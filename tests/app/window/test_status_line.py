@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import pytest
+from PySide6.QtGui import QTextDocument
 from pytestqt.qtbot import QtBot
 
 from app.state.viewer_state import ViewerState
@@ -19,7 +20,7 @@ def state() -> ViewerState:
 def line(qtbot: QtBot, state: ViewerState) -> StatusLine:
     line = StatusLine(state)
     qtbot.addWidget(line)
-    line.resize(600, 24)
+    line.resize(1200, 24)
     line.show()
     return line
 
@@ -29,7 +30,7 @@ def test_a_long_sentence_ends_before_the_views_numbers(line: StatusLine) -> None
     assert line.news == LONG
     assert line._news.text().endswith("…")
     assert line._news.toolTip() == LONG
-    assert line._news.geometry().right() <= line._view.geometry().left()
+    assert line._left.geometry().right() <= line._view.geometry().left()
 
 
 def test_whole_sentences_are_shown_as_many_as_there_is_room_for(line: StatusLine) -> None:
@@ -42,7 +43,7 @@ def test_whole_sentences_are_shown_as_many_as_there_is_room_for(line: StatusLine
     line.resize(140, 24)
     assert line._news.fontMetrics().horizontalAdvance(line._news.text()) <= line._news.width()
     line.tell(first)
-    line.resize(600, 24)
+    line.resize(1200, 24)
     assert line._news.text() == first and line._news.toolTip() == ""
 
 
@@ -85,3 +86,24 @@ def test_the_views_numbers_are_about_the_up_axis(line: StatusLine, state: Viewer
     state.set_view(View(40.0, -10.0))
     state.set_up_axis("-z")
     assert line.view_text == "azimuth 40°   elevation -10°   roll 0°   distance 1.00"
+
+
+def test_keys_stand_where_there_is_no_sentence(line: StatusLine) -> None:
+    line.set_keys("[Drag] turn  [Shift Del] remove")
+    assert line._keys.isVisible()
+    plain = QTextDocument()
+    plain.setHtml(line._keys.text())
+    words = plain.toPlainText().split()
+    assert words == ["Drag", "turn", "Shift", "Del", "remove"]
+    line.tell("Saved a.png.")
+    assert not line._keys.isVisible() and line._news.isVisible()
+    line.tell("")
+    assert line._keys.isVisible()
+
+
+def test_the_views_numbers_are_left_out_of_a_narrow_line(line: StatusLine) -> None:
+    assert line._view.isVisible()
+    line.resize(1000, 24)
+    assert not line._view.isVisible()
+    line.resize(1200, 24)
+    assert line._view.isVisible()

@@ -24,7 +24,7 @@ def test_it_is_asked_once_with_pictures(
     qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
 ) -> None:
     window = make_window()
-    bar = window.up_axis_bar
+    bar = window.up_axis_card
     assert bar.isVisible()
     # Before there are pictures it is as high as with them.
     height = bar.sizeHint().height()
@@ -55,9 +55,9 @@ def test_who_leaves_it_is_not_asked_again(
     qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
 ) -> None:
     window = make_window()
-    window.up_axis_bar.dismissed.emit()
+    window.up_axis_card.dismissed.emit()
     reopen(qtbot, window, "ramp")
-    assert window.up_axis_bar.isHidden()
+    assert window.up_axis_card.isHidden()
 
 
 def test_a_file_that_says_it_is_believed(
@@ -65,7 +65,7 @@ def test_a_file_that_says_it_is_believed(
 ) -> None:
     builders.volumes["ramp"] = replace(make_volume(), up="+y")
     window = make_window()
-    assert window.up_axis_bar.isHidden() and window.state.up_axis == "+y"
+    assert window.up_axis_card.isHidden() and window.state.up_axis == "+y"
     window.state.set_up_axis("-x")
     reopen(qtbot, window, "ramp")
     assert window.state.up_axis == "-x"
@@ -75,8 +75,8 @@ def test_an_axis_that_is_chosen_elsewhere_is_an_answer(
     qtbot: QtBot, make_window: Callable[..., MainWindow]
 ) -> None:
     window = make_window(model=None)
-    assert not window.up_axis_bar.isHidden()
+    assert not window.up_axis_card.isHidden()
     window.state.set_up_axis("-x")
-    assert window.up_axis_bar.isHidden()
+    assert window.up_axis_card.isHidden()
     reopen(qtbot, window, "ramp")
-    assert window.up_axis_bar.isHidden() and window.state.up_axis == "-x"
+    assert window.up_axis_card.isHidden() and window.state.up_axis == "-x"

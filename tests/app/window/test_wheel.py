@@ -76,7 +76,7 @@ def assert_wheel_changes_nothing(parent: QWidget) -> int:
 
 def test_no_control_of_the_window_follows_the_wheel_unasked(make_window: WindowMaker) -> None:
     window = make_window()
-    window.crop_bar.set_shown(True)
+    window.crop_card.set_shown(True)
     window.latent_state.choose(shown=True)
     tf, crop = window.state.transfer_function, window.state.crop
     choices = window.sensitivity_state.choices, window.latent_state.choices

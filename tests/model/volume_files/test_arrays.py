@@ -181,7 +181,7 @@ def test_nothing_outside_an_hdf5_file_is_read(tmp_path):
         file["c"] = h5py.ExternalLink(str(tmp_path / "b.h5"), "x")
     with h5py.File(tmp_path / "b.h5", "w") as file:
         file["x"] = ARRAY
-    with pytest.raises(VolumeError, match="holds no arrays"):
+    with pytest.raises(VolumeError, match="holds no array"):
         read_volume(path)
 
 
@@ -283,3 +283,44 @@ def test_a_file_that_is_cut_is_refused(tmp_path, name):
                 np.testing.assert_array_equal(read_volume(path).voxels, ARRAY)
         file.write_bytes(whole)
     assert isinstance(path, Path)
+
+
+def test_channels_have_the_names_of_ome_zarr(tmp_path):
+    array = np.stack([voxels(), voxels() + 1])
+    group = zarr.open_group(tmp_path / "a.zarr", mode="w", zarr_format=2)
+    group.create_array("0", data=array, chunks=(1, 2, 5, 7))
+    axes = [{"name": "c", "type": "channel"}] + [{"name": n, "type": "space"} for n in "zyx"]
+    group.attrs["multiscales"] = [{"axes": axes, "datasets": [{"path": "0"}]}]
+    group.attrs["omero"] = {"channels": [{"label": "DAPI"}, {"label": "GFP"}]}
+    volume = read_volume(tmp_path / "a.zarr", choice=Choice(channel="GFP"))
+    np.testing.assert_array_equal(volume.voxels, array[1])
+
+
+@pytest.mark.parametrize(
+    ("make", "word"),
+    [
+        (lambda f: f.create_dataset("d", data=np.zeros((3, 3, 3), "f4,i4")), "records"),
+        (lambda f: f.create_dataset("d", data="text"), "no numbers"),
+        (lambda f: f.__setitem__("d", h5py.ExternalLink("other.h5", "x")), "link to another file"),
+    ],
+)
+def test_hdf5_says_what_it_holds_instead_of_an_array(tmp_path, make, word):
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        make(file)
+    with pytest.raises(VolumeError, match=rf"only d \(.*{word}"):
+        read_volume(tmp_path / "a.h5")
+
+
+def test_an_archive_that_lost_its_end_is_truncated(tmp_path):
+    np.savez_compressed(tmp_path / "a.npz", voxels())
+    path = tmp_path / "a.npz"
+    path.write_bytes(path.read_bytes()[:-40])
+    with pytest.raises(VolumeError, match="truncated"):
+        read_volume(path)
+
+
+def test_numbers_wider_than_64_bits_become_64(tmp_path):
+    np.save(tmp_path / "a.npy", voxels("float32").astype(np.longdouble))
+    volume = read_volume(tmp_path / "a.npy")
+    assert volume.voxels.dtype == np.float64
+    np.testing.assert_array_equal(volume.voxels, voxels("float32"))

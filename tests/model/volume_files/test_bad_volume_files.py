@@ -157,7 +157,7 @@ BAD_FILES = {
     "negative vtk": (legacy(b"DIMENSIONS 7 5 6", b"DIMENSIONS 7 -5 6"), r"-5 x 6, which cannot be"),
     "five axes nrrd": (
         nrrd("encoding: raw", array=voxels(shape=(2, 2, 2, 2, 2))),
-        r"has 5 axes",
+        r"of 5 axes",
     ),
     # More than the memory.
     "huge nrrd": (nrrd_header(ARRAY_3D + "sizes: 100000 100000 100000"), r"1819\.0 TiB.*memory"),

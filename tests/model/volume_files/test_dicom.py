@@ -32,6 +32,25 @@ def itk(folder):
     return reader.Execute()
 
 
+def test_nuclear_medicine_has_the_place_of_its_detector(tmp_path):
+    detector = item(ImagePositionPatient=[0, 0, 10], ImageOrientationPatient=[1, 0, 0, 0, 1, 0])
+    tags = {"Modality": "NM", "SpacingBetweenSlices": -2.5, "ImageOrientationPatient": None}
+    ds = dataset(voxels(), frames=len(voxels()), DetectorInformationSequence=detector, **tags)
+    volume = read_volume(save(tmp_path / "a.dcm", ds))
+    # As ITK places it: downwards, here read from below.
+    np.testing.assert_array_equal(volume.voxels, voxels()[::-1])
+    assert volume.spacing[2] == 2.5
+    assert volume.origin == (0, 0, 10 - 2.5 * (len(voxels()) - 1))
+    assert volume.up == "+z"
+
+
+def test_an_index_into_colours_and_a_name_of_another_kind(tmp_path):
+    ds = dataset(voxels(), frames=len(voxels()), PhotometricInterpretation="PALETTE COLOR")
+    volume = read_volume(save(tmp_path / "a.tif", ds))
+    np.testing.assert_array_equal(volume.voxels, voxels())
+    assert "look-up table" in said(volume) and "a DICOM file" in said(volume)
+
+
 @pytest.mark.parametrize("case", ["no_preamble_implicit", "un_undefined_all", "enhanced_single"])
 def test_files_that_itk_reads_in_the_same_way(case):
     volume = read_volume(CASES / case)

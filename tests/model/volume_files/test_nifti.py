@@ -43,6 +43,31 @@ def test_the_sform_holds(file, spacing, note):
     assert note in said(volume)
 
 
+def test_spm_factor_of_analyze_is_applied(tmp_path):
+    nib.save(nib.AnalyzeImage(fast_first(voxels("int16")), AFFINE), tmp_path / "a.img")
+    header = bytearray((tmp_path / "a.hdr").read_bytes())
+    header[112:116] = np.float32(2.5).tobytes()
+    (tmp_path / "a.hdr").write_bytes(header)
+    volume = read_volume(tmp_path / "a.img")
+    expected = nib.load(tmp_path / "a.img").get_fdata()
+    np.testing.assert_allclose(volume.voxels, expected.T)
+    assert "factor 2.5" in said(volume)
+
+
+def test_a_name_of_another_kind_and_a_lost_mark(tmp_path):
+    nib.save(nib.Nifti1Image(fast_first(voxels("int16")), AFFINE), tmp_path / "a.nii")
+    content = (tmp_path / "a.nii").read_bytes()
+    (tmp_path / "a.nrrd").write_bytes(content)
+    volume = read_volume(tmp_path / "a.nrrd")
+    np.testing.assert_array_equal(volume.voxels, voxels("int16"))
+    assert "kind '.nii'" in said(volume)
+    (tmp_path / "a.nii").write_bytes(content[:344] + b"xxx" + content[347:])
+    assert "lacks the mark" in said(read_volume(tmp_path / "a.nii"))
+    (tmp_path / "a.nii").write_bytes(content[:70] + b"\x09\0" + content[72:])
+    with pytest.raises(VolumeError, match="its data type 9 is none of NIfTI-1's"):
+        read_volume(tmp_path / "a.nii")
+
+
 WRITERS = {
     "a.nii": nib.Nifti1Image,
     "b.nii.gz": nib.Nifti1Image,

@@ -18,7 +18,7 @@ from volume_writers import (
     write_nrrd,
 )
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
-from vtkmodules.vtkCommonCore import vtkStringArray
+from vtkmodules.vtkCommonCore import vtkBitArray, vtkStringArray
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkIOLegacy import vtkStructuredPointsWriter
 from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLImageDataWriter
@@ -277,3 +277,62 @@ def test_an_offset_comes_back_from_its_text():
 def test_components_of_itk_are_said(tmp_path):
     path = write_itk(tmp_path / "a.mha", voxels("uint8", (6, 5, 7, 3)), vector=True)
     assert "Every voxel has 3 components; their magnitude is read" in said(read_volume(path))
+
+
+def test_metaimage_is_neither_mirrored_nor_sheared(tmp_path):
+    array = voxels()
+    image = sitk.GetImageFromArray(array)
+    image.SetDirection((1, 0, 0, 0, 1, 0, 0, 0, -1))
+    sitk.WriteImage(image, str(tmp_path / "flip.mha"))
+    volume = read_volume(tmp_path / "flip.mha")
+    np.testing.assert_array_equal(volume.voxels, array[::-1])
+    # Where ITK has the last slice.
+    last = image.TransformIndexToPhysicalPoint((0, 0, len(array) - 1))
+    assert volume.origin == pytest.approx(last)
+    assert "left-handed" in said(volume) and volume.up == "+z"
+    fields = ["ElementSpacing = 1 1 2", "TransformMatrix = 1 0 0 0 1 0 0 .6 .8"]
+    volume = read_volume(write_metaimage(tmp_path / "shear.mha", array, *fields))
+    assert "sheared back" in said(volume) and volume.missing is not None
+    assert volume.spacing == pytest.approx((1, 1, 1.6))
+
+
+def test_a_vti_that_its_direction_mirrors(tmp_path):
+    image = vtk_image(ARRAY)
+    image.SetDirectionMatrix(1, 0, 0, 0, 1, 0, 0, 0, -1)
+    writer = vtkXMLImageDataWriter()
+    writer.SetFileName(str(tmp_path / "a.vti"))
+    writer.SetInputData(image)
+    writer.Write()
+    volume = read_volume(tmp_path / "a.vti")
+    np.testing.assert_array_equal(volume.voxels, ARRAY[::-1])
+    point = [0.0, 0.0, 0.0]
+    image.TransformIndexToPhysicalPoint(0, 0, len(ARRAY) - 1, point)
+    assert volume.origin == pytest.approx(tuple(point))
+
+
+def test_a_vti_without_arrays_spacing_or_whole_bytes_says_so(tmp_path):
+    path = tmp_path / "a.vti"
+    writer = vtkXMLImageDataWriter()
+    writer.SetFileName(str(path))
+    writer.SetDataModeToAscii()
+    image = vtk_image(ARRAY)
+    writer.SetInputData(image)
+    writer.Write()
+    spacing = " ".join(f"{step:g}" for step in image.GetSpacing())
+    assert f'Spacing="{spacing}"' in path.read_text()
+    path.write_text(path.read_text().replace(f'Spacing="{spacing}"', ""))
+    assert "no voxel spacing" in said(read_volume(path))
+    bits = vtkBitArray()
+    bits.SetName("bits")
+    bits.SetNumberOfValues(ARRAY.size)
+    bits.FillComponent(0, 1)
+    image.GetPointData().SetScalars(bits)
+    writer.Write()
+    with pytest.raises(VolumeError, match="array of bits"):
+        read_volume(path)
+    empty = vtkImageData()
+    empty.SetDimensions(5, 5, 5)
+    writer.SetInputData(empty)
+    writer.Write()
+    with pytest.raises(VolumeError, match="holds no values"):
+        read_volume(path)

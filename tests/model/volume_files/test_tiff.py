@@ -37,6 +37,33 @@ def imagej(path, array, axes, **metadata):
     return path
 
 
+def test_channels_have_the_names_of_ome(tmp_path):
+    array = np.stack([voxels(), voxels() + 1])
+    names = ["DAPI", "GFP"]
+    path = tmp_path / "a.ome.tif"
+    tifffile.imwrite(path, array, ome=True, metadata={"axes": "CZYX", "Channel": {"Name": names}})
+    volume = read_volume(path, choice=Choice(channel="gfp"))
+    np.testing.assert_array_equal(volume.voxels, array[1])
+    assert [content.name for content in volume.file.contents] == names
+    with pytest.raises(VolumeError, match="there are DAPI, GFP"):
+        read_volume(path, choice=Choice(channel="RFP"))
+
+
+@pytest.mark.parametrize("part", [0.4, 0.6, 0.9])
+def test_a_file_that_lost_its_end_says_so(tmp_path, part):
+    path = tmp_path / "a.tif"
+    tifffile.imwrite(path, voxels(), compression="lzw")
+    path.write_bytes(path.read_bytes()[: int(part * path.stat().st_size)])
+    with pytest.raises(VolumeError, match="truncated"):
+        read_volume(path)
+
+
+def test_a_resolution_for_print_is_said_to_be_left_out(tmp_path):
+    path = tmp_path / "a.tif"
+    tifffile.imwrite(path, voxels(), resolution=(72, 72), resolutionunit="INCH")
+    assert "72 pixels per inch" in described(read_volume(path))
+
+
 @pytest.mark.parametrize(
     ("file", "dimensions", "spacing", "unit", "value_range"),
     [

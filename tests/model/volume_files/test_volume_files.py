@@ -139,8 +139,8 @@ def test_nrrd_with_few_columns_is_no_vector(tmp_path):
     [
         ("(0.5,0,0) (0,2,0) (0,0,3)", []),
         ("(-0.5,0,0) (0,-2,0) (0,0,3)", ["turned"]),
-        ("(0,2,0) (3,0,0) (0,0,0.5)", ["mirrored"]),
-        ("(-0.5,0,0) (0,2,0) (0,0,3)", ["mirrored"]),
+        ("(0,2,0) (3,0,0) (0,0,0.5)", ["left-handed", "turned"]),
+        ("(-0.5,0,0) (0,2,0) (0,0,3)", ["left-handed", "turned"]),
         ("(0.3,0.4,0) (-1.6,1.2,0) (0,0,3)", ["oblique"]),
         ("(0,0,0) (0,2,0) (0,0,nan)", ["x, z is unusable"]),
     ],
@@ -158,17 +158,46 @@ def test_nrrd_directions_keep_the_index_frame(tmp_path, directions, notes):
     )
     volume = read_volume(path)
     lengths = {"(0,2,0) (3,0,0) (0,0,0.5)": (2, 3, 0.5), "(0,0,0) (0,2,0) (0,0,nan)": (1, 2, 1)}
-    assert_volume(volume, array, lengths.get(directions, SPACING))
+    spacing, origin = lengths.get(directions, SPACING), ORIGIN
+    if "left-handed" in notes:
+        array = array[::-1]
+        origin = (*ORIGIN[:2], ORIGIN[2] + (len(array) - 1) * spacing[2])
+    assert_volume(volume, array, spacing, origin)
     assert volume.units == "K"
     assert len(volume.notes) == len(notes)
     for note, word in zip(volume.notes, notes, strict=True):
         assert word in note
 
 
-def test_a_left_handed_space_with_plain_axes_is_mirrored(tmp_path):
-    fields = ["encoding: raw", "space: LAS", "space directions: (1,0,0) (0,1,0) (0,0,1)"]
-    (note,) = read_volume(write_nrrd(tmp_path / "a.nrrd", voxels(), *fields)).notes
-    assert "mirrored" in note
+@pytest.mark.parametrize("space", ["LAS", "3D-left-handed"])
+def test_a_left_handed_space_with_plain_axes_is_not_shown_mirrored(tmp_path, space):
+    fields = ["encoding: raw", f"space: {space}", "space directions: (1,0,0) (0,1,0) (0,0,2)"]
+    volume = read_volume(write_nrrd(tmp_path / "a.nrrd", voxels(), *fields))
+    assert "left-handed" in volume.notes[0]
+    np.testing.assert_array_equal(volume.voxels, voxels()[::-1])
+    assert volume.origin == (0, 0, 2 * (len(voxels()) - 1))
+
+
+def test_nrrd_without_an_order_of_bytes_says_what_is_assumed(tmp_path):
+    path = write_nrrd(tmp_path / "a.nrrd", voxels(), "encoding: raw", "spacings: 1 1 1")
+    path.write_bytes(path.read_bytes().replace(b"endian: little\n", b""))
+    assert "little-endian is assumed" in " ".join(read_volume(path).notes)
+
+
+def test_nrrd_spacing_by_the_ends_of_the_axes(tmp_path):
+    nz, ny, nx = voxels().shape
+    ends = f"axis maxs: {0.5 * (nx - 1)} {2 * (ny - 1)} {3 * nz}"
+    fields = ["encoding: raw", "axis mins: 0 0 0", ends, "centers: node node cell"]
+    volume = read_volume(write_nrrd(tmp_path / "a.nrrd", voxels(), *fields))
+    assert volume.spacing == pytest.approx((0.5, 2, 3))
+    assert "no voxel spacing" not in " ".join(volume.notes)
+
+
+def test_nrrd_axes_in_different_units_become_one(tmp_path):
+    fields = ["encoding: raw", "spacings: 500 0.8 2", 'units: "um" "mm" "mm"']
+    volume = read_volume(write_nrrd(tmp_path / "a.nrrd", voxels(), *fields))
+    assert volume.spacing == pytest.approx((500, 800, 2000))
+    assert volume.file.spacing_unit == "um"
 
 
 # --- MetaImage ----------------------------------------------------------------------------

@@ -42,7 +42,8 @@ def write_nrrd(path: Path, array, *fields: str, data: bytes | None = None, kind=
     """Write a NRRD by hand; `fields` come after type, dimension and sizes."""
     sizes = " ".join(str(n) for n in array.shape[::-1])
     lines = ["NRRD0005", "# by hand", f"type: {kind}", f"dimension: {array.ndim}"]
-    lines += [f"sizes: {sizes}", *fields]
+    order = [] if any(field.startswith("endian") for field in fields) else ["endian: little"]
+    lines += [f"sizes: {sizes}", *order, *fields]
     payload = array.tobytes() if data is None else data
     path.write_bytes("\n".join(lines).encode() + b"\n\n" + payload)
     return path

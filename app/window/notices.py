@@ -1,45 +1,63 @@
-"""A bar below the images for errors and important notices."""
+"""Notices over the images: errors, offers, and what is to be known."""
 
 from __future__ import annotations
 
 from functools import partial
+from typing import Literal
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QApplication, QFrame, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
-from app.controls import Action, action_button, text_button
+from app import theme
+from app.controls import Action, action_button, announce
+from app.icons import IconButton
 
-MOST_NOTICES = 4
-"""Notices that are shown at once; older ones give way."""
+WIDTH = 480
+"""Of a notice at most, as longer lines are hard to read."""
+
+MOST_SHOWN, MOST_KEPT = 3, 20
+"""Notices that are shown at once, and that are kept until there is room."""
 
 MOST_ACTIONS = 2
 """Buttons of one notice, apart from the one that dismisses it."""
 
+NoticeTone = Literal["plain", "error"]
 
-class NoticeBar(QFrame):
-    """Lists notices, the newest lowest, until the user dismisses each; hidden without any.
 
-    It grows upwards: when the lowest is dismissed, the button of the next is in its place.
-    Escape dismisses the notice whose button has the focus.
+class Notices(QWidget):
+    """Lists notices, the newest first, until the user dismisses each; hidden without any.
+
+    Of many the newest are shown, and how many more there are. When the first is dismissed, the
+    button of the next is in its place. Escape dismisses the notice whose button has the focus.
     """
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setProperty("role", "notice")
         self._lines: list[_Line] = []
         self._column = QVBoxLayout(self)
-        self._column.setContentsMargins(12, 6, 8, 6)
+        self._column.setContentsMargins(0, 0, 0, 0)
         self._column.setSpacing(4)
+        self.more = QLabel()
+        self.more.setProperty("role", "dim")
+        self.more.setAlignment(Qt.AlignmentFlag.AlignHCenter)
+        self.more.setStyleSheet(f"color: {theme.ON_IMAGE.dim}")
+        self._column.addWidget(self.more)
+        self.more.hide()
         self.hide()
 
     @property
     def text(self) -> str:
-        """The displayed sentences, one a line, the newest first; empty if there is none."""
+        """The sentences, one a line, the newest first; empty if there is none."""
         return "\n".join(line.text for line in self._lines)
 
-    def tell(self, text: str, *actions: Action, key: str = "") -> None:
-        """Show a notice below those that are there.
+    @property
+    def has_focus(self) -> bool:
+        """Whether a notice takes the keys."""
+        return any(line.has_focus for line in self._lines)
+
+    def tell(self, text: str, *actions: Action, key: str = "", tone: NoticeTone = "plain") -> None:
+        """Show a notice above those that are there.
 
         Parameters
         ----------
@@ -49,6 +67,7 @@ class NoticeBar(QFrame):
             At most two buttons. Each removes the notice before it acts.
         key : str
             The notice replaces one with the same key; empty for none.
+        tone : {"plain", "error"}
 
         Raises
         ------
@@ -62,23 +81,30 @@ class NoticeBar(QFrame):
                 self._remove(line)
         if not text:
             return
-        line = _Line(text, key)
+        line = _Line(text, key, tone)
         for action in actions:
             line.row.addWidget(action_button(action, partial(self._remove, line)))
         line.row.addWidget(line.dismissal)
         line.dismissal.clicked.connect(partial(self._remove, line))
         self._lines.insert(0, line)
-        self._column.addWidget(line)
-        line.show()
-        for old in self._lines[MOST_NOTICES:]:
+        self._column.insertWidget(0, line)
+        for old in self._lines[MOST_KEPT:]:
             self._remove(old)
-        self.show()
+        self._show()
+        announce(self, text, at_once=tone == "error")
 
     def clear(self, key: str = "") -> None:
         """Remove the notice with a key; without one, remove all."""
         for line in [*self._lines]:
             if not key or line.key == key:
                 self._remove(line)
+
+    def dismiss_newest(self) -> bool:
+        """Remove the notice that is shown first; return False if there is none."""
+        if self._lines:
+            self._remove(self._lines[0])
+            return True
+        return False
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Dismiss the notice that has the focus on Escape."""
@@ -89,6 +115,24 @@ class NoticeBar(QFrame):
                     return
         super().keyPressEvent(event)
 
+    def sizeHint(self) -> QSize:
+        """Return the size of notices of the usual width."""
+        return QSize(WIDTH, self._column.heightForWidth(WIDTH))
+
+    def minimumSizeHint(self) -> QSize:
+        """Take any width."""
+        return QSize(0, 0)
+
+    def _show(self) -> None:
+        """Show the newest notices, and how many more there are."""
+        for place, line in enumerate(self._lines):
+            line.setVisible(place < MOST_SHOWN)
+        hidden = len(self._lines) - MOST_SHOWN
+        self.more.setText(f"and {hidden} more")
+        self.more.setVisible(hidden > 0)
+        self.setVisible(bool(self._lines))
+        self.updateGeometry()
+
     def _remove(self, line: _Line, _checked: bool = False) -> None:
         if line not in self._lines:
             return
@@ -98,31 +142,32 @@ class NoticeBar(QFrame):
         self._column.removeWidget(line)
         line.hide()
         line.deleteLater()
-        if not self._lines:
-            self.hide()
-        elif focused:
+        self._show()
+        if self._lines and focused:
             # Escape, pressed again, dismisses the next one.
             self._lines[min(place, len(self._lines) - 1)].dismissal.setFocus()
 
 
-class _Line(QWidget):
+class _Line(QFrame):
     """One notice: its sentence, then its buttons."""
 
-    def __init__(self, text: str, key: str) -> None:
+    def __init__(self, text: str, key: str, tone: NoticeTone) -> None:
         super().__init__()
         self.key = key
+        self.setProperty("role", "card")
+        self.setProperty("tone", tone)
+        self.setCursor(Qt.CursorShape.ArrowCursor)
         self._label = QLabel(text)
         # File names in errors are plain text, and worth copying.
         self._label.setTextFormat(Qt.TextFormat.PlainText)
         self._label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._label.setWordWrap(True)
+        self.setAccessibleName(f"Error: {text}" if tone == "error" else text)
         self.row = QHBoxLayout(self)
-        self.row.setContentsMargins(0, 0, 0, 0)
+        self.row.setContentsMargins(12, 4, 4, 4)
         self.row.setSpacing(8)
         self.row.addWidget(self._label, 1)
-        self.dismissal = text_button("✕", "Dismiss (Escape)")
-        self.dismissal.setAccessibleName("Dismiss")
-        self.dismissal.setAutoRaise(True)
+        self.dismissal = IconButton("close", "Dismiss", "Escape", colors=theme.ON_IMAGE)
 
     @property
     def text(self) -> str:

@@ -1,4 +1,4 @@
-"""A bar that asks which of a volume's axes points up, where its file does not say."""
+"""A card that asks which of a volume's axes points up, where its file does not say."""
 
 from __future__ import annotations
 
@@ -7,19 +7,21 @@ from functools import partial
 
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QImage
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QToolButton, QWidget
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QToolButton, QVBoxLayout, QWidget
 
+from app import theme
 from app.controls import picture_icon, picture_tip
+from app.icons import IconButton
 from model.scene.axes import AXES
 
-ICON = 48
+ICON = 56
 """Side of the pictures on the buttons, in pixels."""
 
 PICTURE = 200
 """Side of the pictures that are shown beside the mouse."""
 
 
-class UpAxisBar(QFrame):
+class UpAxisCard(QFrame):
     """Asks with six buttons, one per axis; hidden until :meth:`ask`, and after the answer."""
 
     chosen = Signal(str)
@@ -29,30 +31,40 @@ class UpAxisBar(QFrame):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setProperty("role", "panel")
+        self.setProperty("role", "card")
+        self.setCursor(Qt.CursorShape.ArrowCursor)
         self._buttons: dict[str, QToolButton] = {}
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(12, 6, 8, 6)
-        layout.addWidget(QLabel("Which way is up?"))
-        # At the left: at the right, the offer of a training comes and goes.
-        self.leave = QPushButton("Hide")
-        self.leave.setToolTip("Keep the volume as it stands, and do not ask again")
-        self.leave.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        title = QLabel("Which way is up?")
+        title.setProperty("role", "title")
+        self.leave = IconButton(
+            "close",
+            "Leave it",
+            tip="Keep the volume as it stands, and do not ask again",
+            colors=theme.ON_IMAGE,
+        )
         self.leave.clicked.connect(self._dismiss)
-        layout.addWidget(self.leave)
+        head = QHBoxLayout()
+        head.addWidget(title)
+        head.addStretch()
+        head.addWidget(self.leave)
+        pictures = QHBoxLayout()
+        pictures.setSpacing(4)
         for axis in AXES:
             button = QToolButton()
             button.setText(axis.replace("-", "−"))
-            button.setAutoRaise(True)
             button.setIconSize(QSize(ICON, ICON))
-            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextUnderIcon)
             button.setAccessibleName(f"{axis} is up")
-            # After a click the bar is gone, and another button would have its focus.
+            # After a click the card is gone, and another button would have its focus.
             button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
             button.clicked.connect(partial(self._choose, axis))
             self._buttons[axis] = button
-            layout.addWidget(button)
-        layout.addStretch()
+            pictures.addWidget(button)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(12, 4, 8, 8)
+        column.setSpacing(2)
+        column.addLayout(head)
+        column.addLayout(pictures)
         self.hide()
 
     def ask(self, present: str = "") -> None:

@@ -1,45 +1,43 @@
-"""A badge over an image that is not up to date, while the newer one takes its time."""
+"""Tells when an image is not up to date, and the newer one takes its time."""
 
 from __future__ import annotations
 
-from PySide6.QtCore import QObject, QTimer
+from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.engines.client import EngineClient
 from app.engines.messages import ImageRequest
 from app.engines.states import EngineState
-from app.image_view.image_canvas import ImageCanvas
 from model.scene.inputs import SceneInputs
 
 LATE_MS = 500
 """Time without an image after which the user is told that one is being drawn."""
 
-DRAWING = "drawing …"
 
-
-class LateBadge(QObject):
-    """Says over an image that it is not the wanted one yet.
+class Lateness(QObject):
+    """Follows what an engine was asked for, and which of it is shown.
 
     Parameters
     ----------
     client : EngineClient
-    canvas : ImageCanvas
-        Shows the engine's images.
+    parent : QObject
     """
 
-    def __init__(self, client: EngineClient, canvas: ImageCanvas) -> None:
-        super().__init__(canvas)
-        self._canvas = canvas
+    changed = Signal(bool)
+    """Emitted with whether the image is not the wanted one, and has not been for a while."""
+
+    def __init__(self, client: EngineClient, parent: QObject) -> None:
+        super().__init__(parent)
         self._wanted: SceneInputs | None = None
         self._shown: SceneInputs | None = None
         self._patience = QTimer(self, singleShot=True, interval=LATE_MS)
-        self._patience.timeout.connect(lambda: canvas.set_badge(DRAWING))
+        self._patience.timeout.connect(lambda: self.changed.emit(True))
         client.imageRequested.connect(self._wait)
         client.stateChanged.connect(self._follow)
 
     def note(self, inputs: SceneInputs) -> None:
         """Note that an image is shown, of these inputs."""
         self._shown = inputs
-        self._canvas.set_badge("")
+        self.changed.emit(False)
         if self._wanted in (None, inputs):
             self._patience.stop()
         else:
@@ -57,4 +55,4 @@ class LateBadge(QObject):
         elif state is not EngineState.WORKING:
             self._wanted = None
             self._patience.stop()
-            self._canvas.set_badge("")
+            self.changed.emit(False)

@@ -5,12 +5,12 @@ import base64
 from PySide6.QtGui import QColor, QImage
 from pytestqt.qtbot import QtBot
 
-from app.window.up_axis_bar import ICON, UpAxisBar
+from app.window.up_axis_card import ICON, UpAxisCard
 from model.scene.axes import AXES
 
 
 def test_each_button_answers_with_its_axis(qtbot: QtBot) -> None:
-    bar = UpAxisBar()
+    bar = UpAxisCard()
     qtbot.addWidget(bar)
     chosen: list[str] = []
     bar.chosen.connect(chosen.append)
@@ -25,7 +25,7 @@ def test_each_button_answers_with_its_axis(qtbot: QtBot) -> None:
 
 
 def test_pictures_are_shown_and_forgotten_at_the_next_question(qtbot: QtBot) -> None:
-    bar = UpAxisBar()
+    bar = UpAxisCard()
     qtbot.addWidget(bar)
     bar.ask()
     image = QImage(128, 64, QImage.Format.Format_RGB888)

@@ -1,14 +1,15 @@
-"""A compact bar above the reference image: light, brightness, quality, and what draws it."""
+"""Controls of how the reference image is drawn: light and brightness, quality, renderer."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from functools import partial
 from typing import Any
 
+from PySide6.QtCore import QObject
 from PySide6.QtGui import QActionGroup
-from PySide6.QtWidgets import QHBoxLayout, QMenu, QToolButton, QWidget, QWidgetAction
+from PySide6.QtWidgets import QMenu, QWidgetAction
 
+from app.caption_button import CaptionButton
 from app.controls import add_action, add_title
 from app.engines.engines import ReferenceSettings
 from app.image_view.brightness_slider import BrightnessSlider
@@ -26,7 +27,11 @@ LIGHTINGS = {
     "global": "Global: with shadows",
 }
 
-LONGEST_LIGHTS = ("Light: none (too slow)", "Light: direct (auto)", "Light: global (auto)")
+LIGHT_NAMES = {"none": "None", "direct": "Direct", "global": "Global"}
+"""Light that there is, on the button."""
+
+IN_LIGHT = {"none": "no light", "direct": "direct light", "global": "global light"}
+"""Light that there is, in the image's caption."""
 
 DISTANCES = {
     None: "Automatic: 0.5 voxels, or as the model beside",
@@ -50,10 +55,8 @@ DRAWINGS = {
     "raycast": "Ray caster alone",
 }
 
-SHORT_DRAWINGS = {"auto": "Renderer", "vtk": "VTK", "raycast": "Ray caster"}
 
-
-class ReferenceBar(QWidget):
+class ReferenceControls(QObject):
     """Shows and changes how the reference image is drawn.
 
     Parameters
@@ -61,6 +64,12 @@ class ReferenceBar(QWidget):
     state : ViewerState
     work : ReferenceWork
     brightness : Brightness
+
+    Attributes
+    ----------
+    ball : LightBall
+    light : CaptionButton
+        Says which light there is; its menu has the others.
     """
 
     def __init__(
@@ -68,28 +77,15 @@ class ReferenceBar(QWidget):
         state: ViewerState,
         work: ReferenceWork,
         brightness: Brightness,
-        parent: QWidget | None = None,
+        parent: QObject | None = None,
     ) -> None:
         super().__init__(parent)
         self._work = work
         self._brightness = brightness
         self._actions: dict[str, dict[Any, Any]] = {}
         self.ball = LightBall(state)
-        self.light = self._button("Light of the reference image, and brightness of both")
-        self.quality = self._button("Sample distance and size of the reference image")
-        self.drawing = self._button("What draws the reference image")
-        self.quality.setText("Quality")
-        self.fill_light(self._menu_of(self.light))
-        self.fill_quality(self._menu_of(self.quality))
-        self.fill_drawing(self._menu_of(self.drawing))
-        # What stands beside them stays where it is when another is chosen.
-        _keep_width(self.light, LONGEST_LIGHTS)
-        _keep_width(self.drawing, SHORT_DRAWINGS.values())
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(4)
-        for widget in (self.light, self.ball, self.quality, self.drawing):
-            row.addWidget(widget)
+        self.light = CaptionButton()
+        self.fill_light(self.light.add_menu())
         work.choicesChanged.connect(self._show_choices)
         work.settingsChanged.connect(self._show_settings)
         work.lightRangeChanged.connect(self._offer_ball)
@@ -133,35 +129,15 @@ class ReferenceBar(QWidget):
         for name, actions in self._actions.items():
             for action in actions.get(getattr(choices, name), ()):
                 action.setChecked(True)
-        self.drawing.setText(SHORT_DRAWINGS[choices.drawing])
         self._show_settings(self._work.settings)
 
     def _show_settings(self, settings: ReferenceSettings) -> None:
-        note = ""
-        if self._work.choices.lighting == "auto":
-            unlit = settings.lighting == "none" and self._work.light_is_slow
-            note = " (too slow)" if unlit else " (auto)"
-        self.light.setText(f"Light: {settings.lighting}{note}")
+        is_automatic = self._work.choices.lighting == "auto"
+        unlit = is_automatic and settings.lighting == "none" and self._work.light_is_slow
+        self.light.set_title(LIGHT_NAMES[settings.lighting] + (" (too slow)" if unlit else ""))
+        self.light.setAccessibleName(f"Light: {self.light.title}")
+        chosen = "Light, chosen automatically" if is_automatic else "Light"
+        self.light.setToolTip(f"{chosen}\nOf the ground truth, and brightness of both images")
 
     def _offer_ball(self, limits: LightRange | None) -> None:
         self.ball.set_light(self._work.settings.light, limits)
-
-    def _button(self, tip: str) -> QToolButton:
-        button = QToolButton()
-        button.setToolTip(tip)
-        button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        return button
-
-    def _menu_of(self, button: QToolButton) -> QMenu:
-        menu = QMenu(button)
-        button.setMenu(menu)
-        return menu
-
-
-def _keep_width(button: QToolButton, texts: Iterable[str]) -> None:
-    """Make a button as wide as the longest text that it may have."""
-    widths = []
-    for text in texts:
-        button.setText(text)
-        widths.append(button.sizeHint().width())
-    button.setMinimumWidth(max(widths))

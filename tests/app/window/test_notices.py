@@ -8,15 +8,19 @@ from PySide6.QtCore import QObject, QPoint, Qt, Signal
 from PySide6.QtWidgets import QApplication, QPushButton, QToolButton, QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
+from app import controls
 from app.controls import Action
-from app.window.notice_bar import NoticeBar
+from app.window.notices import Notices
 
 
 @pytest.fixture
-def bar(qtbot: QtBot) -> Iterator[NoticeBar]:
+def bar(qtbot: QtBot) -> Iterator[Notices]:
     window = QWidget()
-    bar = NoticeBar()
-    QVBoxLayout(window).addWidget(bar)
+    window.resize(520, 400)
+    bar = Notices()
+    column = QVBoxLayout(window)
+    column.addWidget(bar)
+    column.addStretch()
     qtbot.addWidget(window)
     with qtbot.waitActive(window):
         window.show()
@@ -25,11 +29,11 @@ def bar(qtbot: QtBot) -> Iterator[NoticeBar]:
     window.close()
 
 
-def shown_buttons(bar: NoticeBar) -> list[str]:
+def shown_buttons(bar: Notices) -> list[str]:
     return [b.text() for b in bar.findChildren(QPushButton) if b.isVisible()]
 
 
-def test_notices_are_listed_newest_first_and_cleared(bar: NoticeBar) -> None:
+def test_notices_are_listed_newest_first_and_cleared(bar: Notices) -> None:
     assert not bar.isVisible()
     for text in ("one", "two", "one"):
         bar.tell(text)
@@ -39,13 +43,43 @@ def test_notices_are_listed_newest_first_and_cleared(bar: NoticeBar) -> None:
     assert bar.text == "" and not bar.isVisible()
 
 
-def test_many_notices_leave_room_for_the_window(bar: NoticeBar) -> None:
-    for number in range(9):
+def test_of_many_notices_the_newest_are_shown(qtbot: QtBot, bar: Notices) -> None:
+    for number in range(5):
         bar.tell(f"notice {number}")
-    assert bar.text.splitlines() == ["notice 8", "notice 7", "notice 6", "notice 5"]
+    assert bar.text.splitlines() == [f"notice {number}" for number in (4, 3, 2, 1, 0)]
+
+    def seen() -> list[str]:
+        return [line.text for line in bar._lines if line.isVisible()]
+
+    assert seen() == ["notice 4", "notice 3", "notice 2"]
+    assert bar.more.isVisible() and bar.more.text() == "and 2 more"
+    assert bar.dismiss_newest()
+    assert seen() == ["notice 3", "notice 2", "notice 1"]
+    assert bar.more.text() == "and 1 more"
+    bar.clear()
+    assert not bar.dismiss_newest()
 
 
-def test_a_notice_replaces_the_one_of_its_key(bar: NoticeBar) -> None:
+def test_an_error_is_marked(bar: Notices) -> None:
+    bar.tell("It failed.", tone="error")
+    bar.tell("It is found.")
+    assert [line.property("tone") for line in bar._lines] == ["plain", "error"]
+    assert bar._lines[1].accessibleName() == "Error: It failed."
+
+
+def test_a_screen_reader_says_errors_at_once(bar: Notices, monkeypatch: pytest.MonkeyPatch) -> None:
+    said: list[tuple[str, str]] = []
+    monkeypatch.setattr(
+        controls.QAccessible,
+        "updateAccessibility",
+        lambda event: said.append((event.message(), event.politeness().name)),
+    )
+    bar.tell("It is found.")
+    bar.tell("It failed.", tone="error")
+    assert said == [("It is found.", "Polite"), ("It failed.", "Assertive")]
+
+
+def test_a_notice_replaces_the_one_of_its_key(bar: Notices) -> None:
     bar.tell("no model", key="model")
     bar.tell("an error")
     bar.tell("another model", key="model")
@@ -60,7 +94,7 @@ def test_a_notice_replaces_the_one_of_its_key(bar: NoticeBar) -> None:
     assert bar.text == "an error"
 
 
-def test_a_button_acts_once_and_removes_its_notice_first(qtbot: QtBot, bar: NoticeBar) -> None:
+def test_a_button_acts_once_and_removes_its_notice_first(qtbot: QtBot, bar: Notices) -> None:
     seen: list[str] = []
     bar.tell("below")
     bar.tell(
@@ -76,7 +110,7 @@ def test_a_button_acts_once_and_removes_its_notice_first(qtbot: QtBot, bar: Noti
         bar.tell("crowded", *[Action("x", list)] * 3)
 
 
-def test_escape_dismisses_one_after_another(qtbot: QtBot, bar: NoticeBar) -> None:
+def test_escape_dismisses_one_after_another(qtbot: QtBot, bar: Notices) -> None:
     bar.tell("two")
     bar.tell("one", Action("Act", list))
     bar.findChildren(QPushButton)[0].setFocus()
@@ -86,16 +120,16 @@ def test_escape_dismisses_one_after_another(qtbot: QtBot, bar: NoticeBar) -> Non
     assert bar.text == "" and not bar.isVisible()
 
 
-def test_each_notice_has_its_own_dismissal(qtbot: QtBot, bar: NoticeBar) -> None:
-    bar.tell("above")
+def test_each_notice_has_its_own_dismissal(qtbot: QtBot, bar: Notices) -> None:
     bar.tell("<b>below</b> & more")
+    bar.tell("above")
     dismissals = [b for b in bar.findChildren(QToolButton) if b.accessibleName() == "Dismiss"]
     below = max(dismissals, key=lambda b: b.mapTo(bar, b.rect().topLeft()).y())
     qtbot.mouseClick(below, Qt.MouseButton.LeftButton)
     assert bar.text == "above"
 
 
-def test_a_signal_can_tell(bar: NoticeBar) -> None:
+def test_a_signal_can_tell(bar: Notices) -> None:
     class Source(QObject):
         problem = Signal(str)
 
@@ -106,11 +140,13 @@ def test_a_signal_can_tell(bar: NoticeBar) -> None:
 
 
 def test_the_next_button_takes_the_place_of_the_one_that_was_pressed(
-    qtbot: QtBot, bar: NoticeBar
+    qtbot: QtBot, bar: Notices
 ) -> None:
     for text in ("older", "newer"):
         bar.tell(text)
     older, newer = (bar._lines[n].dismissal for n in (1, 0))
-    qtbot.waitUntil(lambda: newer.mapTo(bar, QPoint()).y() > older.mapTo(bar, QPoint()).y())
+    qtbot.waitUntil(lambda: newer.mapTo(bar, QPoint()).y() < older.mapTo(bar, QPoint()).y())
+    place = newer.mapTo(bar, QPoint())
     newer.click()
     assert bar.text == "older"
+    qtbot.waitUntil(lambda: older.mapTo(bar, QPoint()) == place)

@@ -1,4 +1,4 @@
-"""One line with the planes of the crop box, as sliders and as voxels."""
+"""A card with the planes of the crop box, as sliders and as voxels."""
 
 from __future__ import annotations
 
@@ -6,9 +6,19 @@ import math
 from functools import partial
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QApplication, QFrame, QHBoxLayout, QLabel, QPushButton, QWidget
+from PySide6.QtWidgets import (
+    QApplication,
+    QFrame,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
 
-from app.controls import text_button
+from app import theme
+from app.icons import IconButton
 from app.number_entry import WholeNumberBox
 from app.state.crop_planes import (
     WITHOUT_VOLUME,
@@ -21,8 +31,8 @@ from app.state.viewer_state import ViewerState
 from app.window.span_slider import SpanSlider
 from model.scene.crop import CropBox
 
-HEIGHT = 34
-"""Of the line, in pixels."""
+SLIDER_WIDTH = 180
+"""Of a slider at least, in pixels."""
 
 PADDING = 22
 """Width of a voxel's box beside its number, in pixels."""
@@ -33,7 +43,7 @@ SLIDER_TIP = (
 )
 
 
-class CropBar(QFrame):
+class CropCard(QFrame):
     """Shows the state's crop box and changes it; initially hidden.
 
     Parameters
@@ -42,14 +52,14 @@ class CropBar(QFrame):
     """
 
     shownChanged = Signal(bool)
-    """Emitted when the line is shown or hidden, other than with its window."""
+    """Emitted when the card is shown or hidden, other than with its window."""
 
     def __init__(self, state: ViewerState, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._state = state
         self._dimensions = WITHOUT_VOLUME
-        self.setProperty("role", "panel")
-        self.setFixedHeight(HEIGHT)
+        self.setProperty("role", "card")
+        self.setCursor(Qt.CursorShape.ArrowCursor)
         self.names = [QLabel() for _ in range(3)]
         self.sliders = [SpanSlider() for _ in range(3)]
         self.planes = [(_voxel_box(), _voxel_box()) for _ in range(3)]
@@ -58,8 +68,9 @@ class CropBar(QFrame):
         # After a click, keys such as W are the window's again.
         self.whole.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.whole.clicked.connect(lambda: state.set_crop(None))
-        self.dismiss = text_button("✕", "Hide this line; what is cropped stays so")
-        self.dismiss.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.dismiss = IconButton(
+            "close", "Close", "K", "What is cropped stays so", colors=theme.ON_IMAGE
+        )
         self.dismiss.clicked.connect(lambda: self.set_shown(False))
         self._lay_out()
         state.cropChanged.connect(self._show)
@@ -69,11 +80,11 @@ class CropBar(QFrame):
 
     @property
     def is_shown(self) -> bool:
-        """Whether the line is there while its window is."""
+        """Whether the card is there while its window is."""
         return not self.isHidden()
 
     def set_shown(self, shown: bool) -> None:
-        """Show or hide the line; the crop box stays as it is."""
+        """Show or hide the card; the crop box stays as it is."""
         focus = QApplication.focusWidget()
         if not shown and focus is not None and self.isAncestorOf(focus):
             # Otherwise the next number box would have it.
@@ -95,27 +106,32 @@ class CropBar(QFrame):
         self._show()
 
     def _lay_out(self) -> None:
-        row = QHBoxLayout(self)
-        row.setContentsMargins(12, 0, 6, 0)
-        row.setSpacing(6)
         title = QLabel("Crop")
         title.setProperty("role", "title")
-        row.addWidget(title)
+        head = QHBoxLayout()
+        head.addWidget(title)
+        head.addStretch()
+        head.addWidget(self.whole)
+        head.addWidget(self.dismiss)
+        rows = QGridLayout()
+        rows.setHorizontalSpacing(8)
+        rows.setVerticalSpacing(4)
+        rows.setColumnStretch(2, 1)
         for axis, (first, last) in enumerate(self.planes):
             slider = self.sliders[axis]
             slider.setToolTip(SLIDER_TIP)
-            row.addSpacing(8)
-            row.addWidget(self.names[axis])
-            row.addWidget(first)
-            row.addWidget(slider, 1)
-            row.addWidget(last)
+            slider.setMinimumWidth(SLIDER_WIDTH)
+            for column, widget in enumerate((self.names[axis], first, slider, last)):
+                rows.addWidget(widget, axis, column)
             slider.moved.connect(partial(self._drag, axis))
             slider.released.connect(self._state.finish_crop)
             for side, box in enumerate((first, last)):
                 box.valueChanged.connect(partial(self._type, axis, side))
-        row.addSpacing(8)
-        row.addWidget(self.whole)
-        row.addWidget(self.dismiss)
+        column_of_all = QVBoxLayout(self)
+        column_of_all.setContentsMargins(12, 6, 8, 8)
+        column_of_all.setSpacing(4)
+        column_of_all.addLayout(head)
+        column_of_all.addLayout(rows)
 
     def _name(self) -> None:
         for axis, count in enumerate(self._dimensions):

@@ -9,7 +9,7 @@ from pytestqt.qtbot import QtBot
 
 from app.engines.engines import ReferenceSettings
 from app.state.training_run import TrainingRun
-from app.window.training_bar import HEIGHT, TrainingBar
+from app.window.training_card import TrainingCard
 
 VERDICT = "The model is 1.2 times as slow as the ray caster. With the volume at hand, it serves."
 
@@ -37,37 +37,33 @@ def run() -> FakeRun:
 
 
 @pytest.fixture
-def bar(qtbot: QtBot, run: FakeRun) -> TrainingBar:
-    bar = TrainingBar(run)
+def bar(qtbot: QtBot, run: FakeRun) -> TrainingCard:
+    bar = TrainingCard(run)
     qtbot.addWidget(bar)
-    bar.resize(1200, HEIGHT)
     bar.set_offered(True)
     return bar
 
 
-def visible(bar: TrainingBar) -> list[str]:
+def visible(bar: TrainingCard) -> list[str]:
     kinds = [*bar.findChildren(QPushButton), *bar.findChildren(QToolButton)]
-    return [b.text().partition(" ")[0] for b in kinds if b.isVisibleTo(bar)]
+    return [b.text() or b.accessibleName() for b in kinds if b.isVisibleTo(bar)]
 
 
 def press(qtbot: QtBot, button: QPushButton | QToolButton) -> None:
     qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
 
 
-def test_a_volume_without_a_model_is_offered_one(qtbot: QtBot, bar: TrainingBar) -> None:
-    assert not bar.isHidden()
-    assert bar.height() == HEIGHT
-    assert visible(bar) == ["Train", "Open"]
-    assert "No model" in bar.text and "2 min" in bar.train.text()
+def test_a_volume_without_a_model_is_offered_one(qtbot: QtBot, bar: TrainingCard) -> None:
+    # In the menus, not over the image.
+    assert bar.isHidden() and bar.train.isEnabled()
+    assert "2 min" in bar.train.text()
     with qtbot.waitSignal(bar.trainRequested):
-        press(qtbot, bar.train)
-    with qtbot.waitSignal(bar.openRequested):
-        press(qtbot, bar.open)
+        bar.train.trigger()
     bar.set_offered(False)
-    assert bar.isHidden()
+    assert not bar.train.isEnabled()
 
 
-def test_the_button_says_where_a_model_learns_another_light(bar: TrainingBar) -> None:
+def test_the_entry_says_where_a_model_learns_another_light(bar: TrainingCard) -> None:
     for lighting in ("none", "direct"):
         bar.set_settings(ReferenceSettings(lighting))
         assert "light" not in bar.train.text()
@@ -76,7 +72,7 @@ def test_the_button_says_where_a_model_learns_another_light(bar: TrainingBar) ->
 
 
 def test_a_training_stays_in_sight_and_can_be_cancelled(
-    qtbot: QtBot, bar: TrainingBar, run: FakeRun
+    qtbot: QtBot, bar: TrainingCard, run: FakeRun
 ) -> None:
     run.progressed.emit(0.25, "training, about 50 s left")
     bar.set_offered(False)
@@ -92,14 +88,16 @@ def test_a_training_stays_in_sight_and_can_be_cancelled(
     run.cancelled.emit()
     assert bar.isHidden()
     bar.set_offered(True)
-    assert visible(bar) == ["Train", "Open"]
+    assert bar.train.isEnabled()
     run.progressed.emit(0.0, "preparing")
     assert bar.cancel.isEnabled()
+    # One at a time.
+    assert not bar.train.isEnabled()
 
 
-def test_a_trained_model_is_shown_when_asked(qtbot: QtBot, bar: TrainingBar, run: FakeRun) -> None:
+def test_a_trained_model_is_shown_when_asked(qtbot: QtBot, bar: TrainingCard, run: FakeRun) -> None:
     run.finished.emit(Path("model"))
-    assert visible(bar) == ["Show", "✕"]
+    assert visible(bar) == ["Use", "Dismiss"]
     assert bar.text == f"Trained on engine. {VERDICT}"
     # Another volume, with a model, is open by now.
     bar.set_offered(False)
@@ -111,24 +109,22 @@ def test_a_trained_model_is_shown_when_asked(qtbot: QtBot, bar: TrainingBar, run
 
 
 def test_what_has_failed_is_said_and_can_be_tried_again(
-    qtbot: QtBot, bar: TrainingBar, run: FakeRun
+    qtbot: QtBot, bar: TrainingCard, run: FakeRun
 ) -> None:
     sentence = "/data/engine.nrrd: the file is truncated; copy it again. " * 5
     run.failed.emit(sentence)
-    assert visible(bar) == ["Train", "Open", "✕"]
+    assert visible(bar) == ["Train…", "Dismiss"]
     assert bar.text == sentence
     bar.set_offered(False)
-    assert visible(bar) == ["✕"]
+    assert visible(bar) == ["Dismiss"]
     press(qtbot, bar.dismiss)
     assert bar.isHidden()
 
 
-def test_what_has_no_room_is_in_the_tooltip(qtbot: QtBot, bar: TrainingBar, run: FakeRun) -> None:
-    bar.show()
+def test_a_long_sentence_is_shown_as_a_whole(qtbot: QtBot, bar: TrainingCard, run: FakeRun) -> None:
     run.finished.emit(Path("model"))
-    bar.resize(500, HEIGHT)
-    assert bar.width() == 500
-    assert bar._label.text().endswith("…")
-    assert bar._label.toolTip() == bar.text
-    bar.resize(3000, HEIGHT)
-    assert (bar._label.text(), bar._label.toolTip()) == (bar.text, "")
+    bar.resize(bar.sizeHint())
+    one = bar.height()
+    run.failed.emit("The file is truncated; copy it again. " * 6)
+    assert bar.sizeHint().height() > one
+    assert bar.property("tone") == "error"

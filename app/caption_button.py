@@ -1,0 +1,193 @@
+"""A button of words: a title, what is to be known of it now, and the menu behind both."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QFont, QFontMetrics, QImage, QPainter, QPaintEvent, QPen
+from PySide6.QtWidgets import QMenu, QSizePolicy, QToolButton
+
+from app import theme
+
+Tone = Literal["dim", "change", "attention", "error"]
+"""Colour of the detail: usual, under way, to be noticed, or wrong."""
+
+HEIGHT = 24
+PADDING, GAP = 8, 7
+SWATCH = 36, 8
+"""Width and height of the colours before a title, in pixels."""
+
+ARROW = 7
+"""Width of the arrow that says that there is a menu, in pixels."""
+
+GROUND_OPACITY = 215
+"""Of the ground over an image, of 255."""
+
+
+class CaptionButton(QToolButton):
+    """Shows a title and a detail in one line, as wide as they are; a click opens its menu.
+
+    Where there is less room, the detail gives way, then the title's middle.
+
+    Parameters
+    ----------
+    on_image : bool
+        Whether it floats over an image: it is dark then, whatever the theme.
+    """
+
+    def __init__(self, on_image: bool = False) -> None:
+        super().__init__()
+        self._on_image = on_image
+        self._title = self._detail = ""
+        self._tone: Tone = "dim"
+        self._swatch: QImage | None = None
+        self._folds = False
+        self.setFixedHeight(HEIGHT)
+        self.setSizePolicy(QSizePolicy.Policy.Maximum, QSizePolicy.Policy.Fixed)
+        self.setCursor(Qt.CursorShape.ArrowCursor)
+        self.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        # After a click, keys such as W are the window's again.
+        self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+
+    @property
+    def title(self) -> str:
+        """The title, as a whole."""
+        return self._title
+
+    @property
+    def detail(self) -> str:
+        """The detail, as a whole."""
+        return self._detail
+
+    @property
+    def tone(self) -> Tone:
+        """Colour of the detail."""
+        return self._tone
+
+    def set_title(self, title: str) -> None:
+        """Set the title."""
+        self._set(title, self._detail, self._tone)
+
+    def set_detail(self, detail: str, tone: Tone = "dim") -> None:
+        """Set the detail and its colour."""
+        self._set(self._title, detail, tone)
+
+    def set_swatch(self, colors: NDArray[np.uint8]) -> None:
+        """Show colours (n, 3) from left to right before the title."""
+        row = np.ascontiguousarray(colors)
+        image = QImage(row.tobytes(), len(row), 1, 3 * len(row), QImage.Format.Format_RGB888)
+        self._swatch = image.copy()
+        self.updateGeometry()
+        self.update()
+
+    def set_folded(self, folded: bool) -> None:
+        """Leave the detail out, or show it again."""
+        if folded != self._folds:
+            self._folds = folded
+            self.updateGeometry()
+            self.update()
+
+    def add_menu(self) -> QMenu:
+        """Give it a menu, and return that."""
+        menu = QMenu(self)
+        menu.setToolTipsVisible(True)
+        self.setMenu(menu)
+        return menu
+
+    def sizeHint(self) -> QSize:
+        """Return the size of all of its words."""
+        width = 2 * PADDING + self._width_of(self._title, True)
+        if self._swatch is not None:
+            width += SWATCH[0] + GAP
+        if self._detail and not self._folds:
+            width += GAP + self._width_of(self._detail)
+        if self.menu() is not None:
+            width += GAP + ARROW
+        return QSize(width, HEIGHT)
+
+    def minimumSizeHint(self) -> QSize:
+        """Return a size with a few letters of the title."""
+        return QSize(min(self.sizeHint().width(), 64), HEIGHT)
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint ground, title, detail and arrow."""
+        colors = theme.ON_IMAGE if self._on_image else theme.present()
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(Qt.PenStyle.NoPen)
+        ground = QColor(colors.window if self._on_image else colors.panel)
+        if self.underMouse() or self.isDown():
+            ground = QColor(colors.field)
+        elif self._on_image:
+            ground.setAlpha(GROUND_OPACITY)
+        else:
+            ground.setAlpha(0)
+        painter.setBrush(ground)
+        if self.hasFocus():
+            painter.setPen(QPen(QColor(colors.change), 2))
+        painter.drawRoundedRect(QRectF(self.rect()).adjusted(1, 1, -1, -1), 4, 4)
+        right = self.width() - PADDING
+        if self.menu() is not None:
+            self._paint_arrow(painter, QColor(colors.dim), right - ARROW)
+            right -= ARROW + GAP
+        self._paint_words(painter, colors, right)
+        painter.end()
+
+    def _paint_words(self, painter: QPainter, colors: theme.Colors, right: int) -> None:
+        left, height = PADDING, self.height()
+        if self._swatch is not None:
+            wide, high = SWATCH
+            painter.drawImage(QRectF(left, (height - high) / 2, wide, high), self._swatch)
+            left += wide + GAP
+        flags = Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignLeft
+        enabled = self.isEnabled()
+        font = self._font(bold=True)
+        metrics = QFontMetrics(font)
+        title = metrics.elidedText(self._title, Qt.TextElideMode.ElideMiddle, max(right - left, 0))
+        painter.setFont(font)
+        painter.setPen(QColor(colors.text if enabled else colors.disabled))
+        painter.drawText(QRectF(left, 0, right - left, height), flags, title)
+        left += metrics.horizontalAdvance(title) + GAP
+        if not self._detail or self._folds or right - left < 20:
+            return
+        font = self._font()
+        detail = QFontMetrics(font).elidedText(
+            self._detail, Qt.TextElideMode.ElideRight, right - left
+        )
+        painter.setFont(font)
+        painter.setPen(QColor(getattr(colors, self._tone)))
+        painter.drawText(QRectF(left, 0, right - left, height), flags, detail)
+
+    def _paint_arrow(self, painter: QPainter, color: QColor, left: int) -> None:
+        middle = self.height() / 2
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(color)
+        painter.drawPolygon(
+            [
+                QPointF(left, middle - 2),
+                QPointF(left + ARROW, middle - 2),
+                QPointF(left + ARROW / 2, middle + 2.5),
+            ]
+        )
+
+    def _set(self, title: str, detail: str, tone: Tone) -> None:
+        if (title, detail, tone) == (self._title, self._detail, self._tone):
+            return
+        self._title, self._detail, self._tone = title, detail, tone
+        self.setAccessibleName(", ".join(filter(None, (title, detail))))
+        self.updateGeometry()
+        self.update()
+
+    def _font(self, bold: bool = False) -> QFont:
+        font = QFont(self.font())
+        font.setPixelSize(theme.SMALL_PIXELS if self._on_image else theme.TEXT_PIXELS)
+        if bold:
+            font.setWeight(QFont.Weight.DemiBold)
+        return font
+
+    def _width_of(self, text: str, bold: bool = False) -> int:
+        # A pixel more, as Qt cuts what just fits.
+        return QFontMetrics(self._font(bold)).horizontalAdvance(text) + 1

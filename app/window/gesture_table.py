@@ -1,0 +1,125 @@
+"""Keys and gestures by where they work: the one table of the status line and of the help."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Gesture:
+    """What one does, and what happens.
+
+    Attributes
+    ----------
+    keys : str
+        As in the help.
+    effect : str
+    short : tuple of str
+        Keys and effect in the status line while the mouse is there; empty for not at all.
+    """
+
+    keys: str
+    effect: str
+    short: tuple[str, str] | tuple[()] = ()
+
+
+GESTURES: dict[str, tuple[Gesture, ...]] = {
+    "Images": (
+        Gesture("Drag, or arrow keys", "turn", ("Drag", "turn")),
+        Gesture(
+            "Wheel, or + and −",
+            "come closer to what is under the mouse, move away",
+            ("Wheel", "closer"),
+        ),
+        Gesture("Click in an image", "which values show there?", ("Click", "values here")),
+        Gesture("R, then drag in an image", "draw a rectangle (L: a lasso)", ("R", "region")),
+        Gesture("Right drag, or Ctrl and drag; Page up, down", "roll"),
+        Gesture("Middle drag, or Shift and drag; Ctrl and arrow keys", "pan"),
+        Gesture("Double click, or Home", "return to the first view"),
+        Gesture("Alt and arrow keys", "the view before, the view after"),
+        Gesture("Click a face of the cube", "look from there; drag it to turn"),
+        Gesture("Drag a round handle of the crop box (K)", "move that plane"),
+        Gesture("C, D", "both images or one; where the generator's is off"),
+        Gesture("O", "the opacity images"),
+        Gesture("Drag the ball in the top bar, or Ctrl, Shift and drag", "move the light"),
+    ),
+    "Regions": (
+        Gesture(
+            "Drag its edge or corner", "move or resize it", ("Drag", "edge: move, corner: resize")
+        ),
+        Gesture("Shift and Delete", "remove it", ("Shift Del", "remove")),
+        Gesture("Escape", "return to the whole image", ("Esc", "whole image")),
+    ),
+    "Value under the mouse": (
+        Gesture("Hover over the opacity curve", "where is this value visible?"),
+        Gesture(
+            "With Ctrl, or in What if",
+            "what would an edit there change?",
+            ("Ctrl", "what an edit changes"),
+        ),
+        Gesture("Wheel over the curve", "width of the band", ("Wheel", "band width")),
+        Gesture("P", "keep the value under the mouse", ("P", "keep")),
+        Gesture("Hold W", "what would a mode there change?", ("W", "what if")),
+        Gesture("Drag beside the handles", "keep a band of several values"),
+        Gesture("Escape, or click beside the handles", "return to the images"),
+        Gesture("Click a numbered flag", "add a mode there"),
+    ),
+    "Transfer function": (
+        Gesture("Drag a mode's peak", "its value and opacity"),
+        Gesture("Drag a square at its side", "its width"),
+        Gesture("Double click beside the handles", "add a mode", ("Double click", "add a mode")),
+        Gesture("Drag a line at an end of the range", "stretch the TF (with Ctrl: cut it)"),
+        Gesture("Ctrl and wheel, middle drag; Home", "zoom and move the axis; all of it"),
+        Gesture("Click the colour strip", "add a colour stop"),
+        Gesture("Double click a colour stop", "choose its colour"),
+        Gesture("Arrow keys, faster with Shift", "nudge the selection"),
+        Gesture("Delete", "remove the selection"),
+        Gesture("T", "the TF decoded from the model's code"),
+    ),
+    "Map of TFs (B)": (
+        Gesture("Move the mouse over the map", "picture and TF of that place"),
+        Gesture("Click", "make it the TF", ("Click", "take this TF")),
+        Gesture("Wheel over the map", "come closer, until thumbnails appear", ("Wheel", "closer")),
+        Gesture("Drag beside it, or with Shift", "draw a new one", ("Shift drag", "new rectangle")),
+        Gesture("Drag in the rectangle, at its edges", "move it, resize it"),
+        Gesture("Middle drag, or Ctrl and drag", "move the map"),
+        Gesture("Wheel over a picture of the grid", "divide that cell; return"),
+        Gesture("D", "a model's pictures of decoded TFs, or of the codes"),
+        Gesture("Home", "the whole map"),
+        Gesture("Escape", "stop what is running; close the map", ("Esc", "close")),
+    ),
+    "Window": (
+        Gesture("F6, Shift and F6", "the next area, the one before"),
+        Gesture("F9", "the TF editor away, and back"),
+        Gesture("F10, or Alt in a narrow window", "the menus"),
+        Gesture("Escape", "end what was begun last; dismiss the newest notice"),
+    ),
+}
+"""By area; in each, those of the status line first."""
+
+
+def status_keys(area: str) -> str:
+    """Return an area's gestures for the status line: "[Drag] turn  [Wheel] closer"."""
+    shown = [gesture.short for gesture in GESTURES[area] if gesture.short]
+    return "  ".join(f"[{keys}] {effect}" for keys, effect in shown)
+
+
+def help_text(wanted: str = "") -> str:
+    """Return the help's page, or what in it has all of some words.
+
+    Parameters
+    ----------
+    wanted : str
+        Words to look for; empty for everything.
+    """
+    words = wanted.lower().split()
+    parts = []
+    for area, gestures in GESTURES.items():
+        rows = [
+            f"<tr><td>{gesture.keys}</td><td>{gesture.effect}</td></tr>"
+            for gesture in gestures
+            if all(word in f"{area} {gesture.keys} {gesture.effect}".lower() for word in words)
+        ]
+        if rows:
+            parts.append(f"<h3>{area}</h3><table cellspacing='6'>{''.join(rows)}</table>")
+    return "".join(parts) or "<p>There is none with these words.</p>"

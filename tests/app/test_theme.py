@@ -1,0 +1,63 @@
+from __future__ import annotations
+
+import pytest
+from PySide6.QtGui import QColor, QPalette
+from PySide6.QtWidgets import QApplication
+
+from app import theme
+from app.theme import DARK, LIGHT, Colors, apply_theme
+
+
+def luminance(color: str) -> float:
+    """Relative luminance of WCAG 2."""
+    parts = [int(color[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+    linear = [p / 12.92 if p <= 0.04045 else ((p + 0.055) / 1.055) ** 2.4 for p in parts]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def contrast(one: str, other: str) -> float:
+    low, high = sorted((luminance(one), luminance(other)))
+    return (high + 0.05) / (low + 0.05)
+
+
+def test_the_measure_knows_black_on_white() -> None:
+    assert contrast("#000000", "#ffffff") == pytest.approx(21)
+    # A grey that is known to just pass, and its neighbour that does not.
+    assert contrast("#767676", "#ffffff") > 4.5 > contrast("#777777", "#ffffff")
+
+
+@pytest.mark.parametrize("colors", [DARK, LIGHT], ids=["dark", "light"])
+def test_every_text_can_be_read_on_every_ground(colors: Colors) -> None:
+    for ink in colors.inks.values():
+        for ground in colors.grounds.values():
+            assert contrast(ink, ground) >= 4.5, (ink, ground)
+    # What is chosen in a menu, and what is pressed.
+    assert contrast(colors.window, colors.change) >= 4.5
+    assert contrast(colors.text, colors.pressed) >= 4.5
+
+
+def test_the_dark_theme_is_dark_and_the_light_one_paper() -> None:
+    def lightness(color: str) -> float:
+        return QColor(color).lightnessF()
+
+    assert all(lightness(c) <= 0.18 for c in DARK.grounds.values())
+    assert all(0.77 <= lightness(c) <= 0.89 for c in LIGHT.grounds.values())
+
+
+def test_grounds_are_neutral(qapp: QApplication) -> None:
+    for colors in (DARK, LIGHT):
+        for ground in colors.grounds.values():
+            assert QColor(ground).hslSaturationF() < 0.08
+
+
+def test_the_names_follow_the_theme(qapp: QApplication) -> None:
+    try:
+        apply_theme(qapp, "light")
+        assert LIGHT.text == theme.TEXT and LIGHT.panel == theme.PANEL
+        assert theme.present() is LIGHT
+        assert qapp.palette().color(QPalette.ColorRole.Window) == QColor(LIGHT.window)
+        # What lies over an image is dark in both.
+        assert theme.ON_IMAGE is DARK
+    finally:
+        apply_theme(qapp, "dark")
+    assert theme.present() is DARK

@@ -1,0 +1,354 @@
+"""The window's measures: what has room, what folds, and what never moves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+
+import pytest
+from PySide6.QtCore import QPoint, QRect, Qt
+from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QAbstractButton, QApplication, QLineEdit, QToolButton, QWidget
+from pytestqt.qtbot import QtBot
+
+from app.image_view.orientation_cube import OrientationCube
+from app.window.gesture_table import GESTURES, help_text, status_keys
+from app.window.main_window import MainWindow
+from model.scene.region import Outline
+
+WindowMaker = Callable[..., MainWindow]
+
+LEAST = 1000, 640
+
+
+def place(widget: QWidget, window: QWidget) -> QRect:
+    return QRect(widget.mapTo(window, QPoint()), widget.size())
+
+
+def action(window: MainWindow, keys: str) -> QAction:
+    (found,) = [
+        a
+        for a in window.findChildren(QAction)
+        if QKeySequence(keys) in a.shortcuts() and a.isEnabled()
+    ]
+    return found
+
+
+def open_all(window: MainWindow) -> None:
+    """Have everything float over the images that can."""
+    window.crop_card.set_shown(True)
+    window.up_axis_card.ask("+z")
+    for number in range(2):
+        window.notice.tell(f"/a/long/folder/engine{number}.nrrd: the file is truncated. " * 3)
+    window.training.progressed.emit(0.5, "training")
+    QApplication.processEvents()
+
+
+@pytest.mark.parametrize("browsing", [False, True])
+def test_all_but_the_editor_has_room_in_the_smallest_window(
+    make_window: WindowMaker, browsing: bool
+) -> None:
+    window = make_window()
+    window.latent_state.choose(shown=browsing)
+    open_all(window)
+    parts = (window.top_bar, window.panes, window.status)
+    assert max(part.minimumSizeHint().width() for part in parts) <= LEAST[0]
+    # Beside an editor of 220 pixels and its line.
+    assert sum(part.minimumSizeHint().height() for part in parts) <= LEAST[1] - 226
+
+
+@pytest.mark.parametrize("size", [(1000, 36), (1180, 36), (1440, 36), (2560, 36)])
+def test_nothing_in_the_top_bar_is_cut(make_window: WindowMaker, size: tuple[int, int]) -> None:
+    window = make_window()
+    bar = window.top_bar
+    bar.setParent(None)
+    bar.volume.set_title("a volume whose file has a name of quite some length, 2026-11-25, final")
+    bar.setMinimumWidth(0)
+    bar.resize(*size)
+    bar.show()
+    QApplication.processEvents()
+    assert bar.is_folded == (size[0] < 1180)
+    shown = [w for w in bar.children() if isinstance(w, QWidget) and w.isVisible()]
+    places = sorted((place(w, bar) for w in shown), key=lambda rect: rect.left())
+    assert places[0].left() >= 0 and places[-1].right() < size[0]
+    assert all(one.right() < other.left() for one, other in pairwise(places))
+    for button in bar.findChildren(QToolButton):
+        if button.isVisible() and button is not bar.volume:
+            assert button.width() >= button.minimumSizeHint().width()
+    bar.close()
+    bar.deleteLater()
+
+
+def test_the_images_touch_the_window_and_each_other(make_window: WindowMaker) -> None:
+    window = make_window()
+    left, right = (place(p.canvas, window) for p in (window.generator, window.reference))
+    assert left.left() == 0 and right.right() == window.width() - 1
+    assert left.top() == right.top() == window.top_bar.height() == 36
+    assert right.left() - left.right() == 2  # One pixel lies between.
+    assert window.status.height() == 24
+
+
+def test_the_windows_size_is_the_same_whatever_comes(
+    make_window: WindowMaker, qtbot: QtBot
+) -> None:
+    window = make_window()
+    size = window.size()
+    for browsing in (True, False):
+        window.latent_state.choose(shown=browsing)
+        open_all(window)
+        assert window.size() == size
+    action(window, "R").trigger()
+    window.training.failed.emit("The file is truncated; copy it again.")
+    QTest.qWait(20)
+    assert window.size() == size
+
+
+def test_there_is_one_cube_and_it_is_on_the_rightmost_image(make_window: WindowMaker) -> None:
+    window = make_window()
+
+    def seen() -> list[QWidget]:
+        cubes = window.findChildren(OrientationCube)
+        return [cube.parentWidget() for cube in cubes if cube.isVisible()]
+
+    assert seen() == [window.reference.canvas]
+    window.panes.swap()
+    assert seen() == [window.generator.canvas]
+    window.panes.swap()
+    window.panes.show_images("generator")
+    assert seen() == [window.generator.canvas]
+    window.latent_state.choose(shown=True)
+    assert seen() == [window.reference.canvas]
+
+
+def test_the_tools_are_on_the_left_image_and_leave_the_browser_alone(
+    make_window: WindowMaker,
+) -> None:
+    window = make_window()
+    tools = window.tools
+    assert tools.parentWidget() is window.generator.canvas and tools.isVisible()
+    tools.rectangle.click()
+    assert window.sensitivity_state.tool == "rectangle"
+    tools.lasso.click()
+    assert window.sensitivity_state.tool == "lasso" and not tools.rectangle.isChecked()
+    tools.lasso.click()
+    assert window.sensitivity_state.tool is None
+    tools.crop.click()
+    assert window.crop_card.isVisible()
+    QTest.keyClick(window, Qt.Key.Key_Escape)
+    assert not window.crop_card.isVisible() and not tools.crop.isChecked()
+    window.panes.swap()
+    assert tools.parentWidget() is window.reference.canvas
+    window.latent_state.choose(shown=True)
+    assert not tools.isVisible()
+
+
+def test_compare_leaves_one_image_and_difference_needs_both(make_window: WindowMaker) -> None:
+    window = make_window()
+    bar = window.top_bar
+    assert window.panes.images == [window.generator, window.reference]
+    assert bar.compare.isChecked() and bar.difference.isEnabled()
+    action(window, "D").trigger()
+    assert window.image_error.is_wanted and bar.difference.isChecked()
+    bar.difference.click()
+    assert not window.image_error.is_wanted
+    action(window, "C").trigger()
+    assert window.panes.images == [window.generator]
+    assert not bar.compare.isChecked() and not bar.difference.isEnabled()
+    bar.compare.click()
+    assert len(window.panes.images) == 2 and bar.compare.isChecked()
+
+
+def test_without_a_model_there_is_nothing_to_compare(make_window: WindowMaker) -> None:
+    window = make_window(model=None)
+    assert not window.top_bar.compare.isEnabled() and not window.top_bar.compare.isChecked()
+
+
+def test_at_the_start_no_sentence_is_on_screen(make_window: WindowMaker) -> None:
+    window = make_window()
+    assert not window.notice.isVisible() and not window.training_card.isVisible()
+    assert not window.crop_card.isVisible() and not window.status.news
+    above = (window.top_bar, window.panes)
+    controls = [
+        button
+        for part in above
+        for button in part.findChildren(QAbstractButton)
+        if button.isVisible() and button.parentWidget() is not window.up_axis_card
+    ]
+    # Volume, light, four buttons; two captions, three tools.
+    assert len(controls) <= 11
+
+
+def test_every_button_with_an_icon_says_its_name_and_key(make_window: WindowMaker) -> None:
+    window = make_window()
+    window.latent_state.choose(shown=True)
+    open_all(window)
+    parts = (window.top_bar, window.panes, window.notice, window.crop_card, window.up_axis_card)
+    without_text = [
+        button
+        for part in (*parts, window.training_card)
+        for button in part.findChildren(QAbstractButton)
+        if not button.text()
+        and not button.icon().isNull()
+        # Qt's own, of a menu bar without room, which folds before, and in a field.
+        and button.objectName() != "qt_menubar_ext_button"
+        and not isinstance(button.parentWidget(), QLineEdit)
+    ]
+    assert len(without_text) > 12
+    for button in without_text:
+        name = button.accessibleName()
+        assert name, button
+        assert button.toolTip().startswith(name), button.toolTip()
+
+
+def test_every_control_above_the_editor_is_reached_by_tab(make_window: WindowMaker) -> None:
+    window = make_window()
+    open_all(window)
+    parts = (window.top_bar, window.generator, window.reference, window.crop_card)
+    for part in parts:
+        for button in part.findChildren(QAbstractButton):
+            if button.isVisible():
+                assert button.focusPolicy() & Qt.FocusPolicy.TabFocus, button.accessibleName()
+    for canvas in (window.generator.canvas, window.reference.canvas):
+        assert canvas.focusPolicy() & Qt.FocusPolicy.TabFocus
+
+
+def test_f6_goes_from_area_to_area_and_back(qtbot: QtBot, make_window: WindowMaker) -> None:
+    window = make_window()
+    window.activateWindow()
+    window.reference.canvas.setFocus()
+    qtbot.waitUntil(window.reference.canvas.hasFocus)
+
+    def area() -> str:
+        focus = QApplication.focusWidget()
+        areas = {
+            "top": window.top_bar,
+            "left": window.generator.canvas,
+            "right": window.reference.canvas,
+            "editor": window.editor,
+        }
+        return next(n for n, a in areas.items() if a is focus or a.isAncestorOf(focus))
+
+    seen = [area()]
+    for _ in range(4):
+        QTest.keyClick(QApplication.focusWidget(), Qt.Key.Key_F6)
+        seen.append(area())
+    assert seen == ["right", "editor", "top", "left", "right"]
+    back = []
+    for _ in range(3):
+        QTest.keyClick(QApplication.focusWidget(), Qt.Key.Key_F6, Qt.KeyboardModifier.ShiftModifier)
+        back.append(area())
+    assert back == ["left", "top", "editor"]
+
+
+def test_single_keys_can_be_switched_off(make_window: WindowMaker) -> None:
+    window = make_window()
+    compare, browse = action(window, "C"), action(window, "Ctrl+B")
+    assert QKeySequence("B") in browse.shortcuts()
+    (switch,) = [a for a in window.findChildren(QAction) if a.text() == "Single-&key shortcuts"]
+    switch.trigger()
+    assert not compare.shortcuts()
+    assert browse.shortcuts() == [QKeySequence("Ctrl+B")]
+    switch.trigger()
+    assert compare.shortcuts() == [QKeySequence("C")]
+    assert QKeySequence("B") in browse.shortcuts()
+
+
+def test_keys_of_folded_menus_still_work(qtbot: QtBot, make_window: WindowMaker) -> None:
+    window = make_window()
+    window.activateWindow()
+    canvas = window.reference.canvas
+    canvas.setFocus()
+    qtbot.waitUntil(canvas.hasFocus)
+    window.top_bar._fold(True)
+    assert not window.top_bar.menu_bar.isVisible() and window.top_bar.menus.isVisible()
+    QTest.keyClick(canvas, Qt.Key.Key_C)
+    assert window.panes.images == [window.generator]
+    titles = [a.text() for a in window.top_bar.menus.actions() if a.menu() is not None]
+    assert titles == ["&File", "&Edit", "&View", "&Region", "&Help"]
+
+
+def test_alt_alone_opens_the_folded_menus(
+    make_window: WindowMaker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    window = make_window()
+    opened: list[bool] = []
+    monkeypatch.setattr(window.top_bar, "open_menus", lambda: opened.append(True))
+    window.top_bar._fold(True)
+    QTest.keyPress(window, Qt.Key.Key_Alt)
+    QTest.keyClick(window, Qt.Key.Key_F7, Qt.KeyboardModifier.AltModifier)
+    QTest.keyRelease(window, Qt.Key.Key_Alt)
+    assert not opened
+    QTest.keyPress(window, Qt.Key.Key_Alt)
+    QTest.keyRelease(window, Qt.Key.Key_Alt)
+    assert opened == [True]
+
+
+def test_the_legend_is_on_the_rightmost_image_alone(make_window: WindowMaker) -> None:
+    window = make_window()
+    canvases = [pane.canvas for pane in (window.generator, window.reference)]
+    before = [canvas.grab().toImage() for canvas in canvases]
+    action(window, "Ctrl+L").trigger()
+    after = [canvas.grab().toImage() for canvas in canvases]
+    assert after[0] == before[0] and after[1] != before[1]
+
+
+def test_an_image_is_named_with_its_state(make_window: WindowMaker) -> None:
+    window = make_window()
+    window.generator.set_note("error .004")
+    assert window.generator.canvas.accessibleName() == "Generator, error .004"
+
+
+@pytest.mark.parametrize(
+    ("size", "square", "image"),
+    # Heights of the images in windows of 900, 640 and 720 pixels, with an editor of 35 %.
+    [((1440, 524), 470, 400), ((1000, 355), 300, 300), ((1280, 402), 350, 480)],
+)
+def test_map_and_grid_are_equal_squares_beside_the_image(
+    make_window: WindowMaker, size: tuple[int, int], square: int, image: int
+) -> None:
+    window = make_window()
+    panes, browser = window.panes, window.browser
+    window.latent_state.choose(shown=True)
+    panes.setParent(None)
+    panes.resize(*size)
+    panes.show()
+    QApplication.processEvents()
+    for part in (browser.map, browser.grid):
+        assert part.width() == part.height() >= square
+        assert panes.rect().contains(place(part, panes))
+    assert browser.map.size() == browser.grid.size()
+    assert browser.map.y() == browser.grid.y() == browser.bar.height() == 36
+    assert window.reference.width() >= image
+    assert window.reference.height() == size[1]
+    hidden = [w for w in browser.bar.children() if isinstance(w, QWidget) and w.isVisible()]
+    assert all(browser.bar.rect().contains(place(w, browser.bar)) for w in hidden)
+    panes.close()
+    panes.deleteLater()
+
+
+def test_the_status_line_and_the_help_have_one_table(make_window: WindowMaker) -> None:
+    window = make_window()
+    assert window.status.keys == status_keys("Images")
+    assert "[Drag] turn" in window.status.keys and "[R] region" in window.status.keys
+    whole = help_text()
+    for gestures in GESTURES.values():
+        assert all(g.effect in whole for g in gestures)
+    found = help_text("lasso")
+    assert "draw a rectangle" in found and "the menus" not in found
+
+
+def test_what_is_under_the_mouse_says_its_keys(qtbot: QtBot, make_window: WindowMaker) -> None:
+    window = make_window()
+    QTest.mouseMove(window.reference.canvas, QPoint(200, 200))
+    images = window.reference.canvas.statusTip()
+    assert images == status_keys("Images")
+    corners = ((0.2, 0.2), (0.6, 0.2), (0.6, 0.6), (0.2, 0.6))
+    window.sensitivity_state.add_region(Outline(corners))
+    # The mouse is over the image, and has not moved.
+    assert window.status.keys == status_keys("Regions") == window.reference.canvas.statusTip()
+    window.sensitivity_state.activate(None)
+    assert window.status.keys == images
+    assert "Ctrl" not in window.editor.statusTip()
+    window.sensitivity_state.hover(150.0)
+    assert window.editor.statusTip() == status_keys("Value under the mouse")
