@@ -393,7 +393,12 @@ class Workspace(QObject):
         volume, (view, crop) = opened.volume, self._looks.start(opened.fingerprint)
         up = self._preferences.volume(opened.fingerprint).up_axis or volume.up
         self._state.start_view(
-            volume.proportions, up, volume.axis_labels, view, opened.shown, self.reference.reach
+            volume.proportions,
+            up,
+            volume.axis_labels,
+            view or volume.file.view,
+            opened.shown,
+            self.reference.reach,
         )
         self.volumeOpened.emit(opened)
         self._preferences.note_volume(opened.fingerprint, opened.path)

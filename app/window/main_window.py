@@ -41,6 +41,7 @@ from app.state.workspace import Workspace
 from app.tf_editor.decoded_layer import DecodedLayer
 from app.tf_editor.editor import TransferFunctionEditor
 from app.tf_editor.plot_memory import PlotMemory
+from app.window.compact_saving import CompactSaving
 from app.window.crop_card import CropCard
 from app.window.emptiness_notice import EmptinessNotice
 from app.window.figure import Subject
@@ -177,6 +178,7 @@ class MainWindow(QMainWindow):
         self.pictures = PictureSaving(self, self.state, self.files, shown)
         self.movies = MovieSaving(self, self.state, self.files, shown, self.workspace.latent.path)
         self.browser.movieRequested.connect(self.movies.save_path)
+        self.compact = CompactSaving(self, self.state, self.workspace, self.files)
         self._question = UpAxisQuestion(
             self.up_axis_card,
             self.state,
@@ -198,6 +200,7 @@ class MainWindow(QMainWindow):
             files=self.files,
             pictures=self.pictures,
             movies=self.movies,
+            compact=self.compact,
             state=self.state,
             workspace=self.workspace,
             preferences=self.preferences,
@@ -250,10 +253,8 @@ class MainWindow(QMainWindow):
         self.workspace.reference.settingsChanged.connect(
             lambda settings: self.brightness.set_lighting("exact", settings.lighting)
         )
-        self.workspace.reference.settingsChanged.connect(
-            lambda settings: self.reference.set_light(IN_LIGHT[settings.lighting])
-        )
-        self.reference.set_light(IN_LIGHT[self.workspace.reference.settings.lighting])
+        self.workspace.reference.settingsChanged.connect(lambda _settings: self._name_light())
+        self._name_light()
         self.workspace.latent.path.brightness = self.brightness.of
         self.workspace.sensitivity.trials.set_brightness(self.brightness)
         self.workspace.rangeChanged.connect(self._show_range)
@@ -267,7 +268,8 @@ class MainWindow(QMainWindow):
         self.workspace.volumeStarted.connect(self.plot_memory.settle)
         self.workspace.hintChanged.connect(self.generator.set_hint)
         for source in (
-            self.workspace, self.opening, self.files, self.pictures, self.movies, self.browser,
+            self.workspace, self.opening, self.files, self.pictures, self.movies, self.compact,
+            self.browser,
         ):  # fmt: skip
             source.problem.connect(partial(self._tell, source))
             source.news.connect(self.status.tell)
@@ -275,6 +277,12 @@ class MainWindow(QMainWindow):
         self.training_card.trainRequested.connect(self._ask_training)
         self.training_card.trained.connect(self.opening.open_model)
         self.workspace.reference.settingsChanged.connect(self.training_card.set_settings)
+
+    def _name_light(self) -> None:
+        """Say in which light the reference is drawn, and where the volume is a compressed one."""
+        opened = self.workspace.opened
+        copy = ", compact" if opened is not None and opened.volume.file.is_lossy else ""
+        self.reference.set_light(IN_LIGHT[self.workspace.reference.settings.lighting] + copy)
 
     @property
     def errors(self) -> list[str]:
@@ -353,12 +361,14 @@ class MainWindow(QMainWindow):
             event.ignore()
             return
         self.movies.cancel()
+        self.compact.cancel()
         self.workspace.stop()
         self.training.cancel()
         self._memory.note()
         self.hide()
         self.workspace.join()
         self.movies.join()
+        self.compact.join()
         self.training.join()
         self.preferences.finish()
         event.accept()
@@ -500,6 +510,7 @@ class MainWindow(QMainWindow):
         self.setWindowTitle(f"{volume.name} ({shape}) – tfscope")
         self.top_bar.volume.set_title(volume.name)
         self.top_bar.volume.set_detail(shape)
+        self._name_light()
         self.browser.set_units(volume.units)
         self.overlays.subject = Subject(volume.units, Scale.of(volume, opened.shown))
         self.files.volume_name = volume.name

@@ -23,6 +23,7 @@ from app.state.workspace import Workspace
 from app.tf_editor.editor import TransferFunctionEditor
 from app.theme import apply_theme
 from app.window.caption_menus import CaptionMenus
+from app.window.compact_saving import CompactSaving
 from app.window.crop_card import CropCard
 from app.window.file_dialogs import FileDialogs
 from app.window.file_opening import FileOpening
@@ -61,6 +62,7 @@ class WindowParts:
     files : FileDialogs
     pictures : PictureSaving
     movies : MovieSaving
+    compact : CompactSaving
     state : ViewerState
     workspace : Workspace
     preferences : Preferences
@@ -82,6 +84,7 @@ class WindowParts:
     files: FileDialogs
     pictures: PictureSaving
     movies: MovieSaving
+    compact: CompactSaving
     state: ViewerState
     workspace: Workspace
     preferences: Preferences
@@ -168,11 +171,13 @@ class Menus(QObject):
         """Add what there is to know of the open volume and its file."""
         opening, workspace = self._parts.opening, self._parts.workspace
         others = add_action(menu, "Other &volumes in this file…", opening.ask_for_content)
+        compact = add_action(menu, "Save compact v&olume…", self._parts.compact.save)
         about = add_action(menu, "Volume p&roperties…", opening.show_properties, "Ctrl+I")
 
         def enable() -> None:
             opened = workspace.opened
             about.setEnabled(opened is not None)
+            compact.setEnabled(opened is not None)
             others.setEnabled(opened is not None and bool(opened.volume.file.contents))
 
         workspace.volumeStarted.connect(enable)

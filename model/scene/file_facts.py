@@ -60,6 +60,8 @@ class FileFacts:
         The one to show the volume through at first, over the range to show it over.
     view : View or None
         The one to see it from at first.
+    is_lossy : bool
+        Whether the voxels are a compressed copy's, near to what they were.
     """
 
     format: str = ""
@@ -69,3 +71,4 @@ class FileFacts:
     contents: tuple[Content, ...] = ()
     tf: TransferFunction | None = None
     view: View | None = None
+    is_lossy: bool = False

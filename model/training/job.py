@@ -172,7 +172,7 @@ class TrainingJob:
             size = preset_size(self.preset, self.architecture)
             return replace(size, color_attention=self.color_attention)
         size = preset_size(self.preset, "paper")
-        return replace(size, modulation=False, deep_codec=False)
+        return replace(size, modulation=False, opacity_modulation=False, deep_codec=False)
 
     @property
     def options(self) -> TrainingOptions:

@@ -65,15 +65,16 @@ def run_job(
             execution = shared_execution(job, source.scene, device)
             if first:
                 on_execution(execution)
+            start = None if job.start is None else WarmStart.read(job.start)
             plan = TrainingPlan(
                 source=source,
                 preset=job.preset,
-                size=job.size,
+                size=job.size if start is None else start.size_of(job.size),
                 options=job.options,
                 budget=job.budget,
                 folder=job.out,
                 device=device,
-                start=None if job.start is None else WarmStart.read(job.start),
+                start=start,
                 execution=execution,
                 volume=volume,
             )

@@ -218,6 +218,7 @@ def read_compact(path: Path, choice: Choice = LARGEST) -> Grid:
             head.space,
             tf=tf,
             view=head.view,
+            is_lossy=not coded.is_exact,
         ),
     )
 
