@@ -24,10 +24,16 @@ class NumberBox(QDoubleSpinBox):
     its value is the logarithm of the number that is shown and typed.
 
     `valueChanged` is emitted only for changes by the user; see :meth:`show_value`.
+
+    Parameters
+    ----------
+    is_short : bool
+        Whether no zero is shown before the point, where room is scarce.
     """
 
-    def __init__(self, parent: QWidget | None = None) -> None:
+    def __init__(self, parent: QWidget | None = None, *, is_short: bool = False) -> None:
         super().__init__(parent)
+        self._is_short = is_short
         self._digits = 6
         self._meaning = ""
         self._limits: tuple[float, float, ValueScale] | None = None
@@ -73,7 +79,8 @@ class NumberBox(QDoubleSpinBox):
         return self._written(value_at(value, self._scale))
 
     def _written(self, number: float) -> str:
-        return f"{number + 0.0:.{self._digits}g}"
+        text = f"{number + 0.0:.{self._digits}g}"
+        return text.removeprefix("0") if self._is_short and text.startswith("0.") else text
 
     def valueFromText(self, text: str) -> float:
         """Read a number; an unchanged text keeps the exact value."""
