@@ -88,7 +88,9 @@ class BandLayer(QObject):
         area.opacity.addItem(self._rect, ignoreBounds=True)
         self.tag = BandTag(area)
         self.tag.release.clicked.connect(lambda: sensitivity.unpin())
-        for changed in (area.axisChanged, area.heightChanged, dispatcher.visibilityAnswered):
+        for changed in (
+            area.axisChanged, area.heightChanged, area.recolored, dispatcher.visibilityAnswered,
+        ):  # fmt: skip
             changed.connect(self.refresh)
         sensitivity.bandChanged.connect(lambda _band: self.refresh())
         sensitivity.bandChangeFinished.connect(self.refresh)

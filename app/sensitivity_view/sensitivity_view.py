@@ -110,6 +110,7 @@ class SensitivityView(QObject):
         QShortcut(QKeySequence("F8"), self._editor, self.chips.panel.click)
         findings.openChanged.connect(lambda _open: self._fold())
         findings.renameRequested.connect(self.chips.ask_name)
+        self._editor.area.recolored.connect(self.source.refresh)
         self.source.saidChanged.connect(self.chips.say_source)
         self.band.tag.add.addRequested.connect(findings.add_mode_over_band)
         for cover in (self.exact, self.learned):
@@ -136,7 +137,7 @@ class SensitivityView(QObject):
             area.widget, *self.responses.flags, *self._editor.card.controls,
             self.band.tag.add, self.band.tag.release,
             findings.rename, findings.close_button, *(each for row in rows for each in row),
-            findings.height_box, *findings.adds, self.what_if.button,
+            findings.height_box, *findings.adds, self.what_if.button, self.source,
         ]  # fmt: skip
         for one, other in pairwise(order):
             QWidget.setTabOrder(one, other)

@@ -54,6 +54,10 @@ class SourceLabel(QLabel):
         self.setTextFormat(Qt.TextFormat.RichText)
         self.setWordWrap(True)
         explain(self)
+        # By Tab, too; Enter opens the glossary.
+        flags = Qt.TextInteractionFlag
+        self.setTextInteractionFlags(flags.LinksAccessibleByMouse | flags.LinksAccessibleByKeyboard)
+        self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         for signal in (dispatcher.regionAnswered, dispatcher.fieldAnswered):
             signal.connect(self.refresh)
         state.choicesChanged.connect(lambda _choices: self.refresh())

@@ -152,6 +152,8 @@ class TransferFunctionEditor(QFrame):
     def _lay_out(self) -> None:
         header = QWidget()
         header.setFixedHeight(HEADER_HEIGHT)
+        self.areas: list[QWidget] = [header, self.area.widget, self.card]
+        """Parts that keys go to one after the other."""
         self._header = QHBoxLayout(header)
         self._header.setContentsMargins(8, 0, 8, 0)
         self._header.setSpacing(4)

@@ -100,6 +100,7 @@ class ModeCard(QFrame):
         for changed in (area.axisChanged, area.heightChanged, area.flagsMoved):
             changed.connect(self.place)
         area.readoutChanged.connect(self.place)
+        area.recolored.connect(self.refresh)
         self.refresh()
 
     @property

@@ -17,6 +17,10 @@ SHOWN_DIGITS = 4
 """Digits of a number that are shown, beside those that both limits share."""
 
 
+HARDLY = 0.05
+"""Part of a digit that does not count: limits such as 1 and 255 share none."""
+
+
 class NumberBox(QDoubleSpinBox):
     """Spin box for numbers such as 1e-9, 0.5 and 3e12; typed numbers apply on Enter or focus loss.
 
@@ -58,7 +62,7 @@ class NumberBox(QDoubleSpinBox):
         # Leading digits shared by both limits, as in 1,000,000 and 1,000,001, do not count.
         span = hi - lo if scale == "linear" else 1.0
         common = math.log10(max(abs(lo), abs(hi), span) / span) if scale == "linear" else 0.0
-        self._digits = min(SHOWN_DIGITS + math.ceil(common), 17)
+        self._digits = min(SHOWN_DIGITS + math.ceil(common - HARDLY), 17)
         with self.entry.new_limits():
             self.setDecimals(min(max(digits, 0), _MAX_DECIMALS))
             self.setRange(lo, hi)

@@ -154,6 +154,7 @@ class OpacityLayer(QObject):
         self._curve.setPen(pg.mkPen(theme.CURVE, width=1.6))
         dashed = pg.mkPen(theme.DIM_TEXT, width=1.2, style=Qt.PenStyle.DashLine)
         self._selected_curve.setPen(dashed)
+        self.refresh()
 
     def _add_curve(self) -> Any:
         curve = pg.PlotCurveItem(antialias=True)

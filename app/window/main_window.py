@@ -433,7 +433,8 @@ class MainWindow(QMainWindow):
     def _focus_areas(self) -> list[QWidget]:
         """Return the areas of the window that F6 goes through."""
         images = [pane.canvas for pane in self.panes.images]
-        return [self.top_bar, self.browser, *images, self.crop_card, self.editor]
+        dock = [*self.editor.areas, self.sensitivity.findings]
+        return [self.top_bar, self.browser, *images, self.crop_card, *dock]
 
     def _show_browser(self, choices: LatentChoices) -> None:
         """Show the latent browser in the generator's place, or the generator again."""

@@ -24,7 +24,7 @@ from window_fakes import FakeBuilders
 from app.sensitivity_view.peak_flag import place_flags
 from app.sensitivity_view.response_layer import round_below
 from app.state.sensitivity_state import SensitivityState
-from app.theme import DARK, LIGHT, Colors
+from app.theme import DARK, LIGHT, Colors, apply_theme
 from app.window.main_window import MainWindow
 from model.scene.region import Outline
 from model.sensitivity.intervals import Interval
@@ -474,3 +474,43 @@ def test_values_that_no_longer_show_stay_only_for_who_edits_them(
     window.state.undo()
     qtbot.waitUntil(lambda: values() == ["119.6 to 127.5   100 %"])
     assert dispatcher.visibility is not None
+
+
+def test_f6_goes_through_header_plot_card_and_panel(qtbot: QtBot, window: MainWindow) -> None:
+    window.activateWindow()
+    qtbot.waitUntil(window.isActiveWindow)
+    window.sensitivity.findings.set_open(True)
+    window.editor.select_strongest()
+    window.reference.canvas.setFocus()
+    areas = [*window.editor.areas, window.sensitivity.findings]
+    reached = []
+    for _ in range(8):
+        QTest.keyClick(window, Qt.Key.Key_F6)
+        focus = QApplication.focusWidget()
+        inside = [n for n, area in enumerate(areas) if area is focus or area.isAncestorOf(focus)]
+        reached += inside[-1:]
+    assert reached[:4] == [0, 1, 2, 3]
+
+
+def test_another_theme_is_taken_by_all_that_is_painted(
+    qtbot: QtBot, qapp: QApplication, window: MainWindow
+) -> None:
+    window.editor.select_strongest()
+    window.sensitivity_state.hover(150.0, effect=False)
+    try:
+        apply_theme(qapp, "light")
+        qapp.processEvents()
+        area, view = window.editor.area, window.sensitivity
+        assert QColor(view.responses._curves["exact"].opts["pen"].color()) == QColor(LIGHT.change)
+        assert window.editor.opacity._curve.opts["pen"].color() == QColor(LIGHT.curve)
+        assert area.second_labels._color == QColor(LIGHT.change)
+        assert LIGHT.field in window.editor.card.color_button.styleSheet()
+        assert LIGHT.visible in view.band.tag.text.styleSheet()
+        assert LIGHT.text in view.source.text() and DARK.text not in view.source.text()
+        picture = area.widget.grab().toImage()
+        corner = area.rect.topLeft() + QPoint(30, 6)
+        ratio = picture.devicePixelRatio()
+        assert picture.pixelColor(corner * ratio) == QColor(LIGHT.plot)
+    finally:
+        apply_theme(qapp, "dark")
+        qapp.processEvents()
