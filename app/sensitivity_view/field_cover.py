@@ -182,10 +182,11 @@ class FieldCover(QObject):
     def _uncover(self) -> None:
         was_shown, self._shown_as = self._shown_as, None
         self.bar.hide()
-        self._pane.canvas.show_cover(None)
-        self._pane.canvas.update()
+        # What another has laid there, such as a picture of the map, is not this one's to take.
         if was_shown is not None:
+            self._pane.canvas.show_cover(None)
             self.changed.emit()
+        self._pane.canvas.update()
 
     def _show(self, colored: NDArray[np.float64], measure: Shown, meaning: str) -> None:
         """Cover the image by a picture, whose colours are said in the bar."""

@@ -67,6 +67,10 @@ class Workspace(QObject):
     library : Library
     """
 
+    readingStarted = Signal(str)
+    """Emitted with the name of the file or folder that is about to be read."""
+    readingEnded = Signal()
+    """Emitted when it was read, or was not."""
     volumeRead = Signal()
     """Emitted when a volume has been read: problems from now on are this volume's."""
     volumeOpened = Signal(object)
@@ -126,6 +130,7 @@ class Workspace(QObject):
         self._opened: OpenedVolume | None = None
         self._first_range: RangeChoice | None = None
         self._first_scale: ValueScale | None = None
+        self._reading = ""
         self.sensitivity.chooser.is_outside = lambda: bool(self._hint())
         self.sensitivity.is_drawing = self._draws_reference
         self.sensitivity.is_starting = lambda: self._order.is_under_way
@@ -142,6 +147,7 @@ class Workspace(QObject):
         self._model.ready.connect(self._generator_ready)
         self._model.failed.connect(self._follow_scene)
         self._clients[1].settled.connect(self.sensitivity.take_up_differences)
+        self._opening.progressed.connect(self._tell_progress)
         self._order.done.connect(self.sensitivity.ask)
         for client in self._clients:
             client.settled.connect(self._report_settled)
@@ -218,7 +224,15 @@ class Workspace(QObject):
         else:
             self.news.emit(f"Reading {path.name} …")
         self._first_range, self._first_scale = first_range, first_scale
+        self._reading = path.name
+        self.readingStarted.emit(path.name)
         self._opening.read(path, raw, self._volume_read, self._volume_failed, choice, is_remembered)
+
+    def cancel_reading(self) -> None:
+        """Give up reading a volume; the open one stays."""
+        if self._opening.is_busy:
+            self._opening.abandon()
+            self._volume_failed(f"{self._reading}: the reading was cancelled.")
 
     def open_model(self, folder: Path | None) -> None:
         """Load a generator in the background; None for no model."""
@@ -268,6 +282,7 @@ class Workspace(QObject):
     def draw_missing(self, drawn: bool) -> None:
         """Draw the open volume's missing voxels, or leave them transparent, as at first."""
         if self._opened is not None and self.has_missing and drawn != self.draws_missing:
+            self._preferences.note_volume(self._opened.fingerprint, draws_missing=drawn)
             self._ranging.draw_missing(self._opened, drawn, self._range_taken, self._volume_failed)
 
     def show_on_scale(self, scale: ValueScale) -> None:
@@ -293,8 +308,22 @@ class Workspace(QObject):
             part.join()
 
     def _volume_read(self, opened: OpenedVolume) -> None:
-        """Show a volume that was read; first compute it over another range if one is wanted."""
+        """Show a volume that was read, with its missing voxels if they were drawn the last time."""
+        self.readingEnded.emit()
         self.volumeRead.emit()
+        known = self._preferences.volume(opened.fingerprint)
+        if known.draws_missing and opened.volume.missing is not None:
+            show, failed = self._show_over_wanted, partial(self._show_nevertheless, opened)
+            self._opening.draw_missing(opened, True, show, failed)
+        else:
+            self._show_over_wanted(opened)
+
+    def _show_nevertheless(self, opened: OpenedVolume, text: str) -> None:
+        self._show_over_wanted(opened)
+        self.problem.emit(text)
+
+    def _show_over_wanted(self, opened: OpenedVolume) -> None:
+        """Show a volume; first compute it over another range if one is wanted."""
         kept = self._keeper.load(opened.fingerprint)
         show = partial(self._volume_opened, kept)
         try:
@@ -393,7 +422,17 @@ class Workspace(QObject):
         self._state.start_volume(opened.default, kept, crop)
         self.volumeStarted.emit()
 
+    def _tell_progress(self, what: str, done: int, count: int) -> None:
+        if not self._opening.is_busy:
+            # Told before it was cancelled.
+            return
+        text = f"Reading {self._reading}: {done} of {count} {what} …"
+        self.news.emit(text)
+        if self._opened is None:
+            self._clients[1].wait(text)
+
     def _volume_failed(self, text: str) -> None:
+        self.readingEnded.emit()
         if self._opened is None:
             self._clients[1].fail(text)
             self._generator.pause(NO_VOLUME)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject, QTimer, Signal
 from PySide6.QtWidgets import QFileDialog, QWidget
 
 from app.controls import Action
@@ -33,6 +33,10 @@ TF_SUFFIX = ".json"
 
 VOLUME_OFFER = "volume of the model"
 """Key of the notice that offers a model's volume."""
+
+
+READING, SLOW_MS = "reading", 1000
+"""Key of the notice that offers to cancel a reading, and after which time it appears."""
 
 
 class FileOpening(QObject):
@@ -74,6 +78,11 @@ class FileOpening(QObject):
         workspace.volumeOpened.connect(self._remember_layout)
         workspace.volumeStarted.connect(self._ask_for_content)
         workspace.volumeStarted.connect(self._open_awaited_model)
+        self._slow = QTimer(self, singleShot=True, interval=SLOW_MS)
+        self._slow.timeout.connect(self._offer_cancel)
+        self._reading = ""
+        workspace.readingStarted.connect(self._note_reading)
+        workspace.readingEnded.connect(self._forget_reading)
 
     def open(self, path: Path) -> None:
         """Open a file or folder as what it is: a volume, a model or a TF."""
@@ -137,6 +146,18 @@ class FileOpening(QObject):
         known = self._known_choice(path) if choice is None else choice
         self._choice = None if known is None else (path, known)
         self._workspace.open_volume(path, layout, choice=known, is_remembered=choice is None)
+
+    def _note_reading(self, name: str) -> None:
+        self._reading = name
+        self._slow.start()
+
+    def _forget_reading(self) -> None:
+        self._slow.stop()
+        self._notice.clear(READING)
+
+    def _offer_cancel(self) -> None:
+        cancel = Action("Cancel", self._workspace.cancel_reading)
+        self._notice.tell(f"{self._reading} is being read.", cancel, key=READING)
 
     def ask_for_content(self) -> None:
         """List what the open volume's file holds, to choose from."""

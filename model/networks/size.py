@@ -34,6 +34,8 @@ class NetworkSize:
         Whether the codes of view and TFs also scale and shift the translation
         decoder's features at every resolution. The paper's network has only
         the tiled codes; small networks then learn colours very slowly.
+    opacity_modulation : bool
+        Whether they do so in the opacity generator, too.
     deep_codec : bool
         Whether the latent decoder has two hidden layers instead of the paper's one.
     color_attention : bool
@@ -53,6 +55,7 @@ class NetworkSize:
     latent_dim: int = 8
     nodes: int = 1_610_000
     modulation: bool = False
+    opacity_modulation: bool = False
     deep_codec: bool = False
     color_attention: bool = False
     architecture: Architecture = "paper"

@@ -13,7 +13,9 @@ from model.networks.size import Architecture, NetworkSize
 Precision = Literal["float32", "bfloat16"]
 """Digits that optimization steps are computed in."""
 
-_SMALL = NetworkSize(0.25, modulation=True, deep_codec=True, architecture="refined")
+_SMALL = NetworkSize(
+    0.25, modulation=True, opacity_modulation=True, deep_codec=True, architecture="refined"
+)
 
 PRESETS: dict[str, NetworkSize] = {
     "draft": replace(_SMALL, image_size=64, opacity_size=64),

@@ -65,15 +65,16 @@ def run_job(
             execution = shared_execution(job, source.scene, device)
             if first:
                 on_execution(execution)
+            start = None if job.start is None else WarmStart.read(job.start)
             plan = TrainingPlan(
                 source=source,
                 preset=job.preset,
-                size=job.size,
+                size=job.size if start is None else start.size_of(job.size),
                 options=job.options,
                 budget=job.budget,
                 folder=job.out,
                 device=device,
-                start=None if job.start is None else WarmStart.read(job.start),
+                start=start,
                 execution=execution,
                 volume=volume,
             )
@@ -106,16 +107,7 @@ def _source(job: TrainingJob, volume: Volume | None, device: str) -> SampleSourc
             _check_volume(job, volume, store)
         return StoredSource(store)
     assert volume is not None
-    scene = Scene.of(
-        volume,
-        job.size.image_size,
-        job.lighting,
-        job.window,
-        job.renderer,
-        job.movable_light,
-        job.tf_family,
-        job.up,
-    )
+    scene = job.scene_of(volume)
     on_gpu = device == "cuda" and scene.renderer == "raycast" and cuda.is_available()
     return StreamSource(
         volume,

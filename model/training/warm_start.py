@@ -45,6 +45,11 @@ class WarmStart:
         """
         return cls(weights_digest(folder), *load_model(folder))
 
+    def size_of(self, size: NetworkSize) -> NetworkSize:
+        """Return a network size with the additions of the model, which a run goes on with."""
+        own = self.card.size
+        return replace(size, opacity_modulation=own.opacity_modulation)
+
     def check(self, size: NetworkSize, scene: Scene) -> None:
         """Refuse a model of another network size or an incompatible scene.
 

@@ -19,6 +19,7 @@ from model.volume_files.dicom_stack import Stack, stacks_of
 from model.volume_files.dicom_volume import read_stack, value_type
 from model.volume_files.grid import Grid
 from model.volume_files.library_log import log_of
+from model.volume_files.progress import counted
 
 SUFFIXES = (".dcm", ".dicom", ".ima")
 
@@ -54,7 +55,7 @@ def list_dicom(files: Sequence[Path]) -> tuple[list[Stack], tuple[str, ...]]:
     VolumeError
         When a file is foreign, damaged or cut off, or none holds an image.
     """
-    read = [read_dicom_file(path) for path in files]
+    read = [read_dicom_file(path) for path in counted("files listed", files)]
     images = [file for file in read if file.kind is not None]
     others = [file for file in read if file.kind is None]
     classes = {file.text("SOPClassUID") for file in images}
@@ -62,6 +63,7 @@ def list_dicom(files: Sequence[Path]) -> tuple[list[Stack], tuple[str, ...]]:
         # Of a file that was cut off there may be only the beginning of its class.
         begun = (file.text("SOPClassUID"), file.meta_text("MediaStorageSOPClassUID"))
         is_image = any(each.startswith(part) for each in classes for part in begun)
+        is_image |= not classes and any(_is_image_class(part) for part in begun)
         if "Rows" in file.tags or is_image:
             raise truncated(file.path, "it has no pixels")
     notes: tuple[str, ...] = ()
@@ -128,6 +130,13 @@ def _read(files: Sequence[Path], like: Path | None, choice: Choice) -> Grid:
         notes=choice_notes(contents) + notes + grid.notes,
         facts=replace(grid.facts, contents=contents),
     )
+
+
+def _is_image_class(identifier: str) -> bool:
+    """Whether objects of a class are images, by the standard's name of it."""
+    from pydicom.uid import UID
+
+    return "Image Storage" in UID(identifier).name
 
 
 def _without_copies(images: list[DicomFile]) -> tuple[list[DicomFile], int]:

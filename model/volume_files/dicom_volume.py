@@ -24,6 +24,7 @@ from model.volume_files.frame import (
     usable_spacing,
 )
 from model.volume_files.grid import Grid
+from model.volume_files.progress import counted
 from model.volume_files.shear import Shear, sheared_back
 
 EVEN = 0.02
@@ -73,7 +74,7 @@ def read_stack(stack: Stack) -> Grid:
     check_grid(folder, (first.columns, first.rows, len(frames)), dtype)
     values = np.empty((len(frames), first.rows, first.columns), dtype)
     missing: NDArray[np.bool_] | None = None
-    for z, frame in enumerate(frames):
+    for z, frame in enumerate(counted("slices read", frames)):
         padding = _fill(values[z], frame)
         if padding is not None and padding.any():
             if missing is None:

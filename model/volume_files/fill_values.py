@@ -14,6 +14,21 @@ LEAST_SHARE = 0.001
 FEWEST = 8
 """Times that a value occurs, in a small volume."""
 
+USUAL = (
+    -9999.0,
+    -99999.0,
+    -999.0,
+    -32768.0,
+    32767.0,
+    65535.0,
+    1e20,
+    1e30,
+    1e36,
+    9.969209968386869e36,
+)
+"""Values, or float32 numbers near them, that programs write where nothing was measured: a few
+copies suffice."""
+
 FAR = 4.0
 """Distance from the others from which on a value is far away, in widths of the others' range."""
 
@@ -53,7 +68,9 @@ def far_away_values(scalars: NDArray[np.generic], missing: NDArray[np.bool_] | N
         return []
     chosen = _sample(scalars, missing)
     values, counts = np.unique(chosen, return_counts=True)
-    least = max(LEAST_SHARE * len(chosen), FEWEST)
+    numbers = np.abs(values.astype(np.float64)[:, None] - np.array(USUAL))
+    is_usual = (numbers <= 1e-6 * np.abs(USUAL)).any(axis=1)
+    least = np.where(is_usual, FEWEST, max(LEAST_SHARE * len(chosen), FEWEST))
     fills: list[float] = []
     kept = np.ones(len(values), bool)
     while len(fills) < MOST_FILLS and np.count_nonzero(kept) > FEWEST_OTHERS:
@@ -77,9 +94,15 @@ def _sample(scalars: NDArray[np.generic], missing: NDArray[np.bool_] | None) -> 
 
 
 def _farthest(
-    values: NDArray[np.generic], counts: NDArray[np.int64], kept: NDArray[np.bool_], least: float
+    values: NDArray[np.generic],
+    counts: NDArray[np.int64],
+    kept: NDArray[np.bool_],
+    least: NDArray[np.floating],
 ) -> int | None:
-    """Return the place of a repeated value that is far from all others that are kept."""
+    """Return the place of a repeated value that is far from all others that are kept.
+
+    Values are repeated that occur at least `least` times, a number for each.
+    """
     found, most = None, FAR
     for place in np.flatnonzero(kept & (counts >= least)):
         others = kept.copy()
@@ -121,7 +144,10 @@ def _is_apart(
 
 
 def _beyond(
-    values: NDArray[np.generic], counts: NDArray[np.int64], kept: NDArray[np.bool_], least: float
+    values: NDArray[np.generic],
+    counts: NDArray[np.int64],
+    kept: NDArray[np.bool_],
+    least: NDArray[np.floating],
 ) -> NDArray[np.bool_]:
     """Mark the repeated values at both ends that lie apart from the next one that is kept."""
     beyond = np.zeros(len(values), bool)
@@ -132,6 +158,6 @@ def _beyond(
     inner = numbers[-3] - numbers[2]
     for ends in (places[:2], places[-2:][::-1]):
         gap = abs(float(values[ends[0]]) - float(values[ends[1]]))
-        if counts[ends[0]] >= least and gap > inner:
+        if counts[ends[0]] >= least[ends[0]] and gap > inner:
             beyond[ends[0]] = True
     return beyond

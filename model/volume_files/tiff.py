@@ -32,6 +32,9 @@ MINISWHITE, PALETTE = 0, 3
 _HARMLESS = re.compile(r"metadata> raised|subfiletype|GDAL_NODATA|OME series failed to read \d")
 """What tifffile warns of though the pixels are right."""
 
+_HARMLESS_OF_PAGES = re.compile(_HARMLESS.pattern + r"|ImageJ series metadata invalid")
+"""The same where the file has several pages."""
+
 _BROKEN_CHAIN = re.compile(r"invalid (page offset|offset to page)")
 """What tifffile says where the file ends before its last page."""
 
@@ -55,6 +58,9 @@ def opened_tiff(path: Path) -> Iterator[TiffFile]:
                 if not len(tiff.pages):
                     raise damaged(path, "it has no pages")
                 yield tiff
+                # A stack that lies behind a single page was cut off, others were only described
+                # wrongly.
+                is_described = len(tiff.pages) == 1
         except VolumeError:
             if any(_BROKEN_CHAIN.search(warning) for warning in warnings):
                 # What is wrong with the pages that are left is only a consequence.
@@ -73,7 +79,8 @@ def opened_tiff(path: Path) -> Iterator[TiffFile]:
         except Exception as error:
             # Decoders raise errors of many kinds.
             raise damaged(path, f"its pixels cannot be unpacked: {first_line(error)}") from None
-    if serious := [warning for warning in warnings if not _HARMLESS.search(warning)]:
+    harmless = _HARMLESS if is_described else _HARMLESS_OF_PAGES
+    if serious := [warning for warning in warnings if not harmless.search(warning)]:
         said = re.sub(r"^<tifffile\.\w+ [^>]*> ", "", serious[0])
         raise damaged(path, f"tifffile says '{said.rstrip('.')}'")
 
@@ -102,7 +109,7 @@ def read_tiff(path: Path, choice: Choice = LARGEST) -> Grid:
         values, units, notes = calibrated(tiff, values)
         scale = voxel_scale(tiff, stacks.index(stack))
         spacing, spacing_notes = usable_spacing(scale.spacing)
-        notes += _kind_notes(stack)
+        notes += _kind_notes(stack) + _header_notes(tiff, stack)
         if len(volumes) < len(stacks):
             notes += (f"Flat images were left out: {len(stacks) - len(volumes)}.",)
         return Grid(
@@ -200,6 +207,19 @@ def _without_data(
         return None, ()
     missing: NDArray[np.bool_] = values == value
     return (missing, ()) if missing.ndim == 3 and missing.any() else (None, ())
+
+
+def _header_notes(tiff: TiffFile, stack: Stack) -> tuple[str, ...]:
+    """Say that a program's description is left out as it cannot be read, or does not fit."""
+    text, kind = tiff.pages.first.description or "", stack.series.kind
+    if "<OME" in text[:4096] and kind != "ome":
+        return (
+            "The file's OME header is damaged and left out: channels and times, if there are any, "
+            "alternate among the slices.",
+        )
+    if text.startswith("ImageJ=") and kind != "imagej":
+        return ("ImageJ's description does not fit the file's images, which are read in order.",)
+    return ()
 
 
 def _kind_notes(stack: Stack) -> tuple[str, ...]:

@@ -16,6 +16,7 @@ from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen_inde
 from model.volume_files.file_names import NamedSeries, named_series, natural_key
 from model.volume_files.frame import usable_spacing
 from model.volume_files.grid import Grid
+from model.volume_files.progress import counted
 from model.volume_files.tiff import SUFFIXES, opened_tiff, read_tiff
 from model.volume_files.tiff_scale import Scale, calibrated, voxel_scale
 from model.volume_files.tiff_stack import Stack, check_pages, read_stack, stack_of
@@ -94,7 +95,7 @@ def _read(
     values: NDArray[np.generic] = np.empty((count, ny, nx, samples), dtype)
     units = ""
     notes: tuple[str, ...] = ()
-    for z, path in enumerate(series.files):
+    for z, path in enumerate(counted("slices read", series.files)):
         with opened_tiff(path) as tiff:
             stack = stack_of(tiff.series[0])
             _check_slice(path, series.files[0], stack, len(tiff.pages), (size, dtype, samples))

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.volume_files.checks import check_grid, check_present, damaged, truncated, unsupported
+from model.volume_files.progress import counted
 
 if TYPE_CHECKING:
     from tifffile import TiffFile, TiffPageSeries
@@ -210,7 +211,7 @@ def read_stack(path: Path, stack: Stack, index: Mapping[int, int]) -> NDArray[np
     if is_planar and series.dataoffset is not None and inner != "SYX":
         _read_contiguous(path, stack, planes, values)
     elif is_planar and len(series.pages) * _plane_size(stack) == series.size:
-        for target, number in zip(values, planes, strict=True):
+        for target, number in zip(values, counted("slices read", planes), strict=True):
             pixels = series.pages[number].asarray(maxworkers=1)
             _put(target, pixels, inner)
     else:
@@ -252,7 +253,7 @@ def _read_contiguous(
     offset = int(stack.series.dataoffset or 0)
     with path.open("rb") as file:
         buffer = np.empty(values.shape[1:], stored)
-        for target, number in zip(values, planes, strict=True):
+        for target, number in zip(values, counted("slices read", planes), strict=True):
             file.seek(offset + number * size)
             check_present(path, file.readinto(buffer.view(np.uint8).data), size)
             target[...] = buffer

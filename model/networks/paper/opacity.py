@@ -10,6 +10,7 @@ from torch import Tensor, nn
 
 from model.networks.blocks import (
     ImageDiscriminator,
+    Modulation,
     ResidualBlock,
     TFEncoder,
     concatenate,
@@ -53,11 +54,15 @@ class OpacityGenerator(LatentCodec):
         # 512 channels while the image is small, then half as many after each doubling.
         full = [min(512, 32 * 2 ** (doublings - i)) for i in range(doublings)]
         blocks: list[nn.Module] = []
-        for i, (a, b) in enumerate(pairwise([*map(c, full), 1])):
+        outputs = [*map(c, full), 1]
+        for i, (a, b) in enumerate(pairwise(outputs)):
             # All pixels of the first block are equal, so a kernel of size 1 suffices.
             kernel = 1 if i == 0 else 3
             blocks.append(ResidualBlock(a, b, kernel, last=b == 1, doubles=True))
         self.image = nn.Sequential(*blocks, nn.Tanh())
+        # Of all blocks but the last, whose output is the image.
+        modulated = outputs[1:-1] if size.opacity_modulation else []
+        self.modulations = nn.ModuleList(Modulation(c(512), n) for n in modulated)
         initialize(self)
 
     def forward(self, inputs: EncodedInputs) -> OpacityOutput:
@@ -74,7 +79,11 @@ class OpacityGenerator(LatentCodec):
     def decode_image(self, view: Tensor, latent: Tensor) -> Tensor:
         """Opacity images (N, 1, S, S) in [-1, 1] from codes of views and latent codes."""
         fused = self.merge(concatenate(view, self.latent(latent)))
-        image: Tensor = self.image(fused[:, :, None, None])
+        image: Tensor = fused[:, :, None, None]
+        for i, layer in enumerate(self.image):
+            image = layer(image)
+            if i < len(self.modulations):
+                image = self.modulations[i](image, fused)
         return image
 
 

@@ -701,3 +701,15 @@ def test_the_caption_names_the_picture_under_the_mouse(qtbot: QtBot, window: Mai
     qtbot.waitUntil(lambda: not window.browser.preview.is_shown)
     assert (caption.title, caption.detail) == before
     assert window.reference.title == "Ground truth"
+
+
+def test_the_picture_under_the_mouse_stays_while_the_image_is_drawn_anew(
+    qtbot: QtBot, window: MainWindow
+) -> None:
+    move(qtbot, window.browser.map, (-0.3, -0.2))
+    qtbot.waitUntil(lambda: window.browser.preview.is_shown)
+    assert window.reference.canvas.cover is not None
+    window.workspace.reference.choose(size=64)
+    qtbot.waitUntil(lambda: window.workspace.is_settled)
+    assert window.browser.preview.is_shown
+    assert window.reference.canvas.cover is not None

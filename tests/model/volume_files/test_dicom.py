@@ -454,3 +454,10 @@ def test_pixels_larger_than_their_tags_are_refused(tmp_path):
         save(tmp_path / f"{z}.dcm", ds)
     with pytest.raises(VolumeError, match="another size than its tags"):
         read_volume(tmp_path)
+
+
+def test_a_file_that_was_cut_before_its_image_is_truncated(tmp_path):
+    path = save(tmp_path / "a.dcm", dataset(voxels()[0]))
+    path.write_bytes(path.read_bytes()[:330])
+    with pytest.raises(VolumeError, match=r"a\.dcm: the file is truncated"):
+        read_volume(path)

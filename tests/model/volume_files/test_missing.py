@@ -122,3 +122,11 @@ def test_nothing_but_what_is_missing(tmp_path):
     path = write_itk(tmp_path / "a.nrrd", np.full((3, 4, 5), np.nan, np.float32))
     with pytest.raises(VolumeError, match="every voxel is NaN or infinite"):
         read_volume(path)
+
+
+@pytest.mark.parametrize(("fill", "is_known"), [(-9999, True), (-12345, False)])
+def test_few_copies_suffice_of_what_is_usually_written(fill, is_known):
+    array = np.tile(body("float32"), (2, 2, 2))
+    array[5, 6, 7:20] = fill
+    assert len(array.ravel()) * 0.001 > 13
+    assert far_away_values(array, None) == ([fill] if is_known else [])

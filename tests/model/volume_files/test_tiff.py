@@ -49,6 +49,18 @@ def test_channels_have_the_names_of_ome(tmp_path):
         read_volume(path, choice=Choice(channel="RFP"))
 
 
+def test_descriptions_that_cannot_be_used_are_said(tmp_path):
+    path = tmp_path / "a.ome.tif"
+    tifffile.imwrite(path, np.stack([voxels(), voxels()]), ome=True, metadata={"axes": "CZYX"})
+    path.write_bytes(path.read_bytes().replace(b"</OME>", b"</OMX>"))
+    assert "OME header is damaged" in described(read_volume(path))
+    text = "ImageJ=1.53t\nimages=90\nslices=90\n"
+    tifffile.imwrite(path, voxels(), description=text, metadata=None)
+    volume = read_volume(path)
+    np.testing.assert_array_equal(volume.voxels, voxels())
+    assert "does not fit" in described(volume)
+
+
 @pytest.mark.parametrize("part", [0.4, 0.6, 0.9])
 def test_a_file_that_lost_its_end_says_so(tmp_path, part):
     path = tmp_path / "a.tif"

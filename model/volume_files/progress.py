@@ -1,0 +1,50 @@
+"""Progress of reading many slices, and its end on demand.
+
+Whoever reads in a thread of their own watches it there; readers tell how far they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import TypeVar
+
+from model.errors import VolumeError
+
+Listener = Callable[[str, int, int], object]
+"""Called with what is done, how many of it are, and of how many."""
+
+_listener: ContextVar[Listener | None] = ContextVar("listener", default=None)
+
+T = TypeVar("T")
+
+
+class ReadingCancelledError(VolumeError):
+    """Raised by a listener, within the reader, to end it."""
+
+
+@contextmanager
+def watched(listener: Listener) -> Iterator[None]:
+    """Have a listener called for what is read in this thread meanwhile."""
+    token = _listener.set(listener)
+    try:
+        yield
+    finally:
+        _listener.reset(token)
+
+
+def counted(what: str, items: Sequence[T]) -> Iterator[T]:
+    """Yield items, and tell before each how many are done.
+
+    Parameters
+    ----------
+    what : str
+        What is done, such as ``"slices read"``.
+    items : sequence
+    """
+    listener = _listener.get()
+    for number, item in enumerate(items):
+        if listener is not None:
+            listener(what, number, len(items))
+        yield item
