@@ -69,8 +69,9 @@ class ModeCard(QFrame):
         """What is selected, in words."""
         self.setProperty("role", "mode card")
         self.setFixedHeight(HEIGHT)
-        # Over the gaps between its fields the plot's cursor would promise a drag.
+        # Between its fields, the mouse is not the plot's.
         self.setCursor(Qt.CursorShape.ArrowCursor)
+        self.setAttribute(Qt.WidgetAttribute.WA_NoMousePropagation)
         self.value, self.width_box, self.height_box = (NumberBox(is_short=True) for _ in range(3))
         self._captions: dict[QWidget, QLabel] = {}
         self.color_button = QToolButton()
