@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QObject, QPoint, Qt
+from PySide6.QtCore import QObject, QPoint, QRect, Qt
 from PySide6.QtGui import QColor
-from PySide6.QtWidgets import QFrame, QGraphicsRectItem, QHBoxLayout, QLabel
+from PySide6.QtWidgets import QFrame, QGraphicsRectItem, QHBoxLayout, QLabel, QWidget
 
 from app import theme
 from app.icons import IconButton
@@ -19,7 +19,8 @@ from app.tf_editor.plot_area import PlotArea
 from model.scene.tf_perturbation import edit_over
 from model.scene.value_text import value_text
 
-TAG_HEIGHT = 26
+TAG_HEIGHT, KEPT_HEIGHT = 20, 26
+"""Heights of the tag: without its buttons, and with them."""
 
 
 class BandTag(QFrame):
@@ -28,7 +29,6 @@ class BandTag(QFrame):
     def __init__(self, area: PlotArea) -> None:
         super().__init__(area.widget.viewport())
         self.setProperty("role", "tag")
-        self.setFixedHeight(TAG_HEIGHT)
         # Between its buttons, the mouse is not the plot's.
         self.setCursor(Qt.CursorShape.ArrowCursor)
         self.setAttribute(Qt.WidgetAttribute.WA_NoMousePropagation)
@@ -39,7 +39,7 @@ class BandTag(QFrame):
         row.setContentsMargins(8, 0, 4, 0)
         row.setSpacing(4)
         for button in (self.add, self.release):
-            button.setFixedHeight(TAG_HEIGHT - 2)
+            button.setFixedHeight(KEPT_HEIGHT - 2)
         for part in (self.text, self.add, self.release):
             row.addWidget(part)
         self.hide()
@@ -52,6 +52,7 @@ class BandTag(QFrame):
             button.setVisible(is_kept)
         # Under the mouse, it would take the plot's place.
         self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents, not is_kept)
+        self.setFixedHeight(KEPT_HEIGHT if is_kept else TAG_HEIGHT)
         self._row.activate()
         self.adjustSize()
         self.show()
@@ -141,5 +142,26 @@ class BandLayer(QObject):
         plot, width = self._area.rect, self.tag.width()
         left = self._area.pixel(self._area.opacity, place, 0.0).x() - width // 2
         left = min(max(left, plot.left()), max(plot.right() - width, plot.left()))
-        # Below the flags.
-        self.tag.move(QPoint(left, plot.top() + 24))
+        self.tag.move(left, self._free_height(left))
+
+    def _free_height(self, left: int) -> int:
+        """Where the tag covers neither flags nor the card, from the top of the plot on."""
+        plot, size = self._area.rect, self.tag.size()
+        others = [
+            child.geometry()
+            for child in self._area.widget.viewport().findChildren(
+                QWidget, options=Qt.FindChildOption.FindDirectChildrenOnly
+            )
+            if child is not self.tag and child.isVisible()
+        ]
+        taken = [*others, *self._area.handle_boxes()]
+        lowest = plot.bottom() + 1 - size.height()
+        heights = range(plot.top(), lowest + 1, 4)
+        return next(
+            (
+                y
+                for y in heights
+                if not any(QRect(QPoint(left, y), size).intersects(box) for box in taken)
+            ),
+            plot.top(),
+        )

@@ -517,3 +517,22 @@ def test_another_theme_is_taken_by_all_that_is_painted(
     finally:
         apply_theme(qapp, "dark")
         qapp.processEvents()
+
+
+def test_the_tag_of_a_band_covers_neither_flags_nor_card_nor_handles(
+    qtbot: QtBot, window: MainWindow
+) -> None:
+    resize(qtbot, window, 1280, 720)
+    window.editor.select_strongest()
+    flag, card, tag = (
+        window.sensitivity.responses.flags[0], window.editor.card, window.sensitivity.band.tag,
+    )  # fmt: skip
+    qtbot.waitUntil(flag.isVisible)
+    for value in np.linspace(100.0, 200.0, 21):
+        window.sensitivity_state.hover(float(value), effect=False)
+        box = tag.geometry()
+        assert window.editor.area.rect.contains(box)
+        assert not box.intersects(flag.geometry()) and not box.intersects(card.geometry())
+        for handle in window.editor.opacity.peaks:
+            at = window.editor.area.widget.mapFromScene(handle.scenePos())
+            assert not box.contains(at)
