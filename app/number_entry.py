@@ -32,6 +32,11 @@ class NumberEntry(QObject):
         Its typing comes first: Ctrl+Z takes back what was typed and not yet entered.
     refusal : callable
         Returns why a text is not taken, in a sentence; empty if it is.
+
+    Attributes
+    ----------
+    is_below : bool
+        Whether the reason stands below the box, instead of above it.
     """
 
     def __init__(self, box: QSpinBox | QDoubleSpinBox, refusal: Callable[[str], str]) -> None:
@@ -39,6 +44,7 @@ class NumberEntry(QObject):
         self._box = box
         self._refusal = refusal
         self._note: _Reason | None = None
+        self.is_below = False
         WheelGuard(box)
         box.installEventFilter(self)
         box.lineEdit().textEdited.connect(self.forget)
@@ -53,7 +59,7 @@ class NumberEntry(QObject):
         reason = self._refusal(self._box.lineEdit().text())
         if reason:
             self.forget()
-            self._note = _Reason(self._box, reason)
+            self._note = _Reason(self._box, reason, self.is_below)
             self._mark(True)
             self._box.setAccessibleDescription(reason)
         return not reason
@@ -157,17 +163,19 @@ class NumberEntry(QObject):
 
 
 class _Reason(QLabel):
-    """Says above a box why its number is refused, for as long as box and window are in sight."""
+    """Says at a box why its number is refused, for as long as box and window are in sight."""
 
-    def __init__(self, box: QAbstractSpinBox, reason: str) -> None:
+    def __init__(self, box: QAbstractSpinBox, reason: str, is_below: bool) -> None:
         super().__init__(reason, box, Qt.WindowType.ToolTip)
         self._box = box
+        self._is_below = is_below
         self._window = box.window()
         self.setProperty("role", "refusal")
         self.setTextFormat(Qt.TextFormat.PlainText)
         self.setAttribute(Qt.WidgetAttribute.WA_ShowWithoutActivating)
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        for watched in {box, self._window}:
+        # The box may lie in a card that moves.
+        for watched in {box, box.parentWidget() or box, self._window}:
             watched.installEventFilter(self)
         self._place()
 
@@ -190,9 +198,10 @@ class _Reason(QLabel):
         room = self._box.screen().availableGeometry()
         corner = self._box.mapToGlobal(QPoint(0, 0))
         x = max(min(corner.x(), room.right() - self.width()), room.left())
-        # Above the box, as the next one to be filled in is mostly below.
+        # Above the box where the next one to be filled in is below.
         above, below = corner.y() - 2 - self.height(), corner.y() + self._box.height() + 2
-        self.move(x, above if above >= room.top() else below)
+        is_low = below + self.height() > room.bottom()
+        self.move(x, above if above >= room.top() and (is_low or not self._is_below) else below)
         self.show()
 
 

@@ -185,8 +185,7 @@ QMenu::separator {{ height: 1px; background: {c.line}; margin: 4px 8px; }}
 QStatusBar {{ color: {c.dim}; font-size: {SMALL_PIXELS}px; }}
 QStatusBar::item {{ border: none; }}
 QToolTip {{ background: {c.field}; color: {c.text}; border: 1px solid {c.line}; padding: 4px; }}
-QSplitter::handle:horizontal {{ background: {c.line}; }}
-QSplitter::handle:vertical {{ background: {c.panel}; border-top: 1px solid {c.line}; }}
+QSplitter::handle {{ background: {c.line}; }}
 QAbstractSpinBox, QLineEdit {{
     background: {c.field}; border: 1px solid {c.line}; border-radius: 4px; padding: 3px 6px;
     selection-background-color: {c.change}; selection-color: {c.window};
@@ -232,7 +231,45 @@ QLabel[role="readout"] {{
 }}
 QFrame[role="panel"] {{ background: {c.panel}; }}
 QFrame[role="line"] {{ background: {c.line}; border: none; }}
+{_dock(c)}
 {_on_image(ON_IMAGE)}
+"""
+
+
+def _dock(c: Colors) -> str:
+    """Return the style of the dock: chips, the card at a handle, flags and the panel's rows."""
+    return f"""
+QToolButton[role="chip"] {{
+    background: transparent; border: 1px solid transparent; border-radius: 4px;
+    padding: 0px 4px; font-size: {SMALL_PIXELS}px;
+}}
+QToolButton[role="chip"]:hover {{ background: {c.field}; }}
+QToolButton[role="chip"]:checked {{ background: transparent; border-color: transparent; }}
+QToolButton[role="chip"][off="true"] {{ color: {c.dim}; }}
+QToolButton[role="chip"]:focus {{ border: 2px solid {c.change}; }}
+QToolButton[role="chip"]:disabled {{ color: {c.disabled}; }}
+QToolButton[role="chip"]::menu-indicator {{ image: none; }}
+QFrame[role="mode card"], QFrame[role="tag"] {{
+    background: {c.field}; border: 1px solid {c.line}; border-radius: 6px;
+}}
+QFrame[role="mode card"] QLabel, QFrame[role="mode card"] QAbstractSpinBox,
+QFrame[role="tag"] QLabel, QFrame[role="side"] QLabel, QFrame[role="side"] QToolButton,
+QFrame[role="side"] QAbstractSpinBox, QFrame[role="side"] QPushButton {{
+    font-size: {SMALL_PIXELS}px;
+}}
+QAbstractSpinBox[role="card"] {{
+    background: transparent; border-color: transparent; padding: 0px 2px;
+}}
+QAbstractSpinBox[role="card"]:hover {{ border-color: {c.line}; }}
+QAbstractSpinBox[role="card"]:focus {{ border: 1px solid {c.change}; background: {c.panel}; }}
+QAbstractSpinBox[role="card"][refused="true"] {{ border-color: {c.error}; }}
+QToolButton[role="change flag"] {{
+    background: {c.change}; color: {c.window}; border: none; border-radius: 3px;
+    padding: 0px 5px; font-size: {SMALL_PIXELS}px;
+}}
+QToolButton[role="change flag"]:focus {{ border: 2px solid {c.text}; }}
+QFrame[role="side"] {{ background: {c.panel}; border: none; border-left: 1px solid {c.line}; }}
+QScrollArea[role="side"], QWidget[role="side page"] {{ background: transparent; border: none; }}
 """
 
 

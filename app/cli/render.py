@@ -107,7 +107,7 @@ def choose_tf(
         tf = TransferFunction.load(path)
         fitted = _noticed(path, tf, fit_to_volume(tf, volume))
         volume = volume.over(fitted.scalar_range, fitted.scale)
-    narrow = narrow_part(fitted.opacity)
+    narrow = narrow_part(fitted.opacity, fitted.color)
     if narrow is not None:
         low, high = values_at(narrow.remedy, narrow.scale)
         warn(f"{path}: {narrow.sentence.rstrip('.')}; give --range {low:.10g},{high:.10g}.")

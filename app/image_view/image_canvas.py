@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRect, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QPen, QResizeEvent
+from PySide6.QtGui import QColor, QFocusEvent, QImage, QPainter, QPaintEvent, QPen, QResizeEvent
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app import theme
@@ -20,11 +20,25 @@ _MARGIN = 14
 PROGRESS_HEIGHT = 2
 """Of the line at the upper edge that says how much of an image is there, in pixels."""
 
+BY_KEYS = (
+    Qt.FocusReason.TabFocusReason,
+    Qt.FocusReason.BacktabFocusReason,
+    Qt.FocusReason.ShortcutFocusReason,
+)
+"""Ways in which keys bring the focus."""
+
 LEAST_GAP = 8
 """Pixels beside a picture that are not only rounding of its proportions."""
 
 Decoration = Callable[[QPainter, QRect], None]
 """Paints over an image, given the rectangle that it fills."""
+
+
+def paint_ring(painter: QPainter, rect: QRect) -> None:
+    """Paint the ring of what has the keys inside a rectangle."""
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    painter.setPen(QPen(QColor(theme.ON_IMAGE.change), 2))
+    painter.drawRect(rect.adjusted(1, 1, -1, -1))
 
 
 def to_qimage(rgba: NDArray[np.float32], brightness: float = 1.0) -> QImage:
@@ -71,6 +85,7 @@ class ImageCanvas(QWidget):
         self._message = ""
         self._message_color = theme.ON_IMAGE.dim
         self._progress: float | None = None
+        self._is_ringed = False
         self._cover: QImage | None = None
         self._decorations: list[Decoration] = []
 
@@ -109,6 +124,18 @@ class ImageCanvas(QWidget):
         """Tell that images of another size would fill the canvas."""
         super().resizeEvent(event)
         self.resized.emit()
+
+    def focusInEvent(self, event: QFocusEvent) -> None:
+        """Show a ring around the image that keys have brought the focus to."""
+        self._is_ringed = event.reason() in BY_KEYS
+        self.update()
+        super().focusInEvent(event)
+
+    def focusOutEvent(self, event: QFocusEvent) -> None:
+        """Show no ring any more."""
+        self._is_ringed = False
+        self.update()
+        super().focusOutEvent(event)
 
     def place_of(self, position: QPointF) -> tuple[float, float]:
         """Return a position as fractions of the square in the middle, to the right and down."""
@@ -213,6 +240,8 @@ class ImageCanvas(QWidget):
             done = round(self._progress * self.width())
             color = QColor(theme.ON_IMAGE.change)
             painter.fillRect(QRect(0, 0, done, PROGRESS_HEIGHT), color)
+        if self._is_ringed:
+            paint_ring(painter, self.rect())
         painter.end()
 
     def _image_rect(self, image: QImage) -> QRect:

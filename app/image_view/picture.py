@@ -1,13 +1,10 @@
-"""Pictures for files and the clipboard: a rendering over a background, with a legend."""
+"""Pictures for files and the clipboard: a rendering over a background."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QRect
-from PySide6.QtGui import QImage, QPainter
+from PySide6.QtGui import QImage
 
 from model.errors import RenderError
 from model.rendering.brightness import brighten
@@ -25,10 +22,9 @@ BAND_ROWS = 64
 def compose(
     rgba: NDArray[np.float32] | NDArray[np.uint8],
     background: Background | None,
-    legend_painter: Callable[[QPainter, QRect], object] | None = None,
     brightness: float = 1.0,
 ) -> QImage:
-    """Put a rendering over a background, and a legend over both.
+    """Put a rendering over a background.
 
     Parameters
     ----------
@@ -37,8 +33,6 @@ def compose(
         0..255.
     background : tuple of int or None
         Red, green and blue, 0..255; None for a transparent one.
-    legend_painter : callable or None
-        Paints over the picture, given the rectangle that it fills.
     brightness : float
         See :func:`model.rendering.brightness.brighten`.
 
@@ -78,13 +72,6 @@ def compose(
         band *= 255
         band += 0.5  # uint8 cuts off: rounds to the nearest
         levels[rows] = band[..., :channels].astype(np.uint8)
-    if legend_painter is not None:
-        painter = QPainter(image)
-        painter.setRenderHints(
-            QPainter.RenderHint.Antialiasing | QPainter.RenderHint.SmoothPixmapTransform
-        )
-        legend_painter(painter, QRect(0, 0, width, height))
-        painter.end()
     return image
 
 

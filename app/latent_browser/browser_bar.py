@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QMenu, QPushButton, QToolB
 
 from app.caption_button import CaptionButton
 from app.controls import add_action
+from app.glosses import SENTENCES
 from app.icons import IconButton, icon
 from app.image_view.image_canvas import to_qimage
 from app.latent_browser.map_colors import lookup_table
@@ -23,7 +24,10 @@ COLORINGS: dict[Coloring, tuple[str, str]] = {
     "opacity": ("Opacity", "How opaque the picture is on the whole"),
     "modes": ("Modes", "How many peaks the TF has"),
     "distance": ("Distance", "How far the TF's code is from the present TF's"),
-    "error": ("Model error", "How far the model's picture is from the ray caster's"),
+    "error": (
+        "Model error",
+        f"How far the model's picture is from the ray caster's. RMSE: {SENTENCES['RMSE']}",
+    ),
 }
 
 ENGINES: dict[EngineChoice, tuple[str, str]] = {

@@ -3,17 +3,35 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QEvent, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QImage, QMouseEvent, QPainter, QPaintEvent, QPen, QWheelEvent
+from PySide6.QtGui import (
+    QColor,
+    QFocusEvent,
+    QImage,
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QWheelEvent,
+)
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app import theme
-from app.image_view.image_canvas import to_qimage
+from app.image_view.image_canvas import BY_KEYS, paint_ring, to_qimage
 from app.state.brightness import Brightness
 from app.state.latent_pictures import GridPicture
 from model.latent.interpolation import CELLS
 
 GAP = 3
 STALE_OPACITY = 0.45
+
+STEPS: dict[int, tuple[int, int]] = {
+    Qt.Key.Key_Left: (-1, 0),
+    Qt.Key.Key_Right: (1, 0),
+    Qt.Key.Key_Up: (0, -1),
+    Qt.Key.Key_Down: (0, 1),
+}
+"""Cells to the right and down that an arrow key goes."""
 
 
 class CellGrid(QWidget):
@@ -38,8 +56,10 @@ class CellGrid(QWidget):
         self._stale = False
         self._cell: int | None = None
         self._turned = 0.0
+        self._is_ringed = False
         self.setMouseTracking(True)
-        self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setAccessibleName("Grid of pictures")
         self.setMinimumSize(QSize(180, 180))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         brightness.changed.connect(self._paint_images)
@@ -106,6 +126,8 @@ class CellGrid(QWidget):
                 painter.setBrush(Qt.BrushStyle.NoBrush)
                 painter.setPen(QPen(QColor(theme.ON_IMAGE.change), 2))
                 painter.drawRect(rect)
+        if self._is_ringed:
+            paint_ring(painter, self.rect())
         painter.end()
 
     def _paint_count(self, painter: QPainter, rect: QRectF, count: int, drawn: bool) -> None:
@@ -146,6 +168,38 @@ class CellGrid(QWidget):
         elif self._turned <= -1:
             self._turned = 0.0
             self.widened.emit()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Go from cell to cell by arrow keys, take one by Enter, divide it by + and return by −."""
+        key, cell = event.key(), self._cell
+        if key in STEPS:
+            right, down = STEPS[key]
+            row, column = divmod(cell or 0, CELLS)
+            row, column = (
+                min(max(n + step, 0), CELLS - 1) for n, step in ((row, down), (column, right))
+            )
+            self._hover(0 if cell is None else row * CELLS + column)
+        elif key in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and cell in self._images:
+            self.chosen.emit(cell)
+        elif key in (Qt.Key.Key_Plus, Qt.Key.Key_Equal) and cell is not None:
+            self.zoomed.emit(cell)
+        elif key == Qt.Key.Key_Minus:
+            self.widened.emit()
+        else:
+            super().keyPressEvent(event)
+
+    def focusInEvent(self, event: QFocusEvent) -> None:
+        """Show a ring where keys have brought the focus."""
+        self._is_ringed = event.reason() in BY_KEYS
+        self.update()
+        super().focusInEvent(event)
+
+    def focusOutEvent(self, event: QFocusEvent) -> None:
+        """No cell is chosen by keys any more."""
+        self._is_ringed = False
+        self._hover(None)
+        self.update()
+        super().focusOutEvent(event)
 
     def sizeHint(self) -> QSize:
         """Return a size at which the whole window fits on a laptop's screen."""

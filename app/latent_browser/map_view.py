@@ -1,4 +1,7 @@
-"""The map: points, thumbnails and marks, with brush, lasso, hovering, panning and zooming."""
+"""The map: points, thumbnails and marks, with brush, lasso, hovering, panning and zooming.
+
+The module is long because the mouse and the keys have the same of all of them.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,9 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import (
     QColor,
+    QFocusEvent,
     QImage,
+    QKeyEvent,
     QMouseEvent,
     QPainter,
     QPaintEvent,
@@ -21,7 +26,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app import theme
-from app.image_view.image_canvas import to_qimage
+from app.image_view.image_canvas import BY_KEYS, paint_ring, to_qimage
 from app.latent_browser import map_marks as marks
 from app.latent_browser.map_colors import Shades
 from app.latent_browser.map_frame import MapFrame
@@ -48,6 +53,15 @@ CLICK_REACH = 4
 """A press that moves less is a click."""
 
 WHEEL_FACTOR = 1.2
+KEY_STEP = 12
+"""Pixels that an arrow key goes."""
+
+ARROWS: dict[int, tuple[int, int]] = {
+    Qt.Key.Key_Left: (-1, 0),
+    Qt.Key.Key_Right: (1, 0),
+    Qt.Key.Key_Up: (0, -1),
+    Qt.Key.Key_Down: (0, 1),
+}
 NEIGHBOURS = 8
 DENSITY_UNTIL = 1.3
 """Zoom up to which density contours are painted."""
@@ -98,7 +112,9 @@ class MapView(QWidget):
         self._before: Brush = latent.brush
         self._lasso: list[Place] = []
         self.setMouseTracking(True)
-        self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
+        self._is_ringed = False
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setAccessibleName("Map of TFs")
         self.setMinimumSize(QSize(180, 180))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         for signal in (
@@ -218,6 +234,8 @@ class MapView(QWidget):
         if latent.hover is not None and self._pressed is None:
             self._paint_hover(painter, latent.hover, map_.radius)
         marks.paint_legend(painter, frame, self._shades.legend)
+        if self._is_ringed:
+            paint_ring(painter, self.rect())
         if self._pictures.has_own_codes:
             marks.paint_singular_values(painter, frame, map_.samples.singular_values)
         elif self._note:
@@ -305,6 +323,41 @@ class MapView(QWidget):
         notches = event.angleDelta().y() / 120
         self._set_frame(self._frame.zoomed(WHEEL_FACTOR**notches, event.position()))
         self._hover(event.position())
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Go over the map by arrow keys, take a TF by Enter, come closer and back by + and −."""
+        key = event.key()
+        place = self._latent.hover or self._session.place or self._frame.center
+        at = self._frame.pixel(place)
+        if key in ARROWS:
+            right, down = ARROWS[key]
+            moved = at + QPointF(KEY_STEP * right, KEY_STEP * down)
+            self._hover(
+                QPointF(
+                    min(max(moved.x(), 0.0), float(self.width())),
+                    min(max(moved.y(), 0.0), float(self.height())),
+                )
+            )
+        elif key in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and self._latent.hover is not None:
+            self.chosen.emit()
+        elif key in (Qt.Key.Key_Plus, Qt.Key.Key_Equal):
+            self._set_frame(self._frame.zoomed(WHEEL_FACTOR, at))
+        elif key == Qt.Key.Key_Minus:
+            self._set_frame(self._frame.zoomed(1 / WHEEL_FACTOR, at))
+        else:
+            super().keyPressEvent(event)
+
+    def focusInEvent(self, event: QFocusEvent) -> None:
+        """Show a ring where keys have brought the focus."""
+        self._is_ringed = event.reason() in BY_KEYS
+        self.update()
+        super().focusInEvent(event)
+
+    def focusOutEvent(self, event: QFocusEvent) -> None:
+        """Show no ring any more."""
+        self._is_ringed = False
+        self.update()
+        super().focusOutEvent(event)
 
     def sizeHint(self) -> QSize:
         """Return a size at which the whole window fits on a laptop's screen."""

@@ -1,19 +1,130 @@
-"""The colour bar of a field, painted over its image."""
+"""The colour bar of a field over its image, with the menu of how fields are drawn."""
 
 from __future__ import annotations
 
 import numpy as np
-from PySide6.QtCore import QRect, QRectF, Qt
-from PySide6.QtGui import QColor, QImage, QPainter, QPen
+from PySide6.QtCore import QEvent, QObject, QRect, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter, QPaintEvent, QPen
+from PySide6.QtWidgets import QToolButton
 
 from app import theme
+from app.image_view.image_canvas import ImageCanvas
+from app.sensitivity_view.field_menu import FieldMenu
+from app.state.sensitivity_state import SensitivityState
 from model.sensitivity.display import Shown, color_bar
 from model.sensitivity.global_scale import global_color_bar
 
-WIDTH, HEIGHT, MARGIN = 150, 9, 12
+BAR, HEIGHT, MARGIN = QSize(140, 10), 24, 8
 
 ROOM = 60
-"""Height of the lines above the bar, at most, in pixels."""
+"""Height of the lines above a painted bar, at most, in pixels."""
+
+MORE = "▾"
+
+
+class ColorBar(QToolButton):
+    """Says what the colours over an image mean; its menu has the ways to draw them.
+
+    Parameters
+    ----------
+    canvas : ImageCanvas
+    sensitivity : SensitivityState
+    """
+
+    def __init__(self, canvas: ImageCanvas, sensitivity: SensitivityState) -> None:
+        super().__init__(canvas)
+        self._canvas = canvas
+        self._bar = QImage()
+        self._texts = ("", "", "")
+        font = self.font()
+        font.setPixelSize(theme.SMALL_PIXELS)
+        self.setFont(font)
+        self.setFixedHeight(HEIGHT)
+        self.setCursor(Qt.CursorShape.ArrowCursor)
+        # After a click, keys such as W are the window's again.
+        self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self._menu = FieldMenu(sensitivity, self)
+        self.setMenu(self._menu)
+        canvas.installEventFilter(self)
+        self.hide()
+
+    def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
+        """Stay at the middle of the lower edge."""
+        if event.type() == QEvent.Type.Resize:
+            self._place()
+        return False
+
+    @property
+    def said(self) -> str:
+        """What the bar says, from its left end on; empty while it is hidden."""
+        low, high, meaning = self._texts
+        return "" if self.isHidden() else f"{low} to {high} {meaning}"
+
+    def show_scale(
+        self, measure: Shown, texts: tuple[str, str, str], tip: str, *, is_global: bool
+    ) -> None:
+        """Show a scale.
+
+        Parameters
+        ----------
+        measure : {"change", "signed", "visible"}
+            Whose colours it has.
+        texts : tuple of str
+            Its lower end, its upper end, and what they are.
+        tip : str
+            All that is to be said about it.
+        is_global : bool
+            Whether it is the scale of the fields of all values, from 0.
+        """
+        self._bar = _shades(measure, is_global)
+        self._texts = texts
+        self.setToolTip(tip)
+        self.setAccessibleName(f"Colours: {texts[0]} to {texts[1]} {texts[2]}")
+        self._place()
+        self.show()
+        self.update()
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint lower end, bar, upper end and meaning."""
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        colors = theme.ON_IMAGE
+        painter.setPen(QColor(colors.change if self.hasFocus() else colors.line))
+        painter.setBrush(QColor(colors.panel))
+        painter.drawRoundedRect(QRectF(self.rect()).adjusted(0.5, 0.5, -0.5, -0.5), 4, 4)
+        x = float(MARGIN)
+        low, high, meaning = self._texts
+        for text, color in (
+            (low, colors.dim), (None, ""), (high, colors.text), (meaning, colors.dim),
+            (MORE, colors.dim),
+        ):  # fmt: skip
+            if text is None:
+                box = QRectF(x, (HEIGHT - BAR.height()) / 2, self._bar_width, BAR.height())
+                painter.drawImage(box, self._bar)
+                x += self._bar_width + MARGIN
+                continue
+            painter.setPen(QColor(color))
+            wide = self._width_of(text)
+            flags = Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignLeft
+            painter.drawText(QRectF(x, 0, wide + 2, HEIGHT), flags, text)
+            x += wide + MARGIN
+
+    @property
+    def _bar_width(self) -> float:
+        """Narrower in a narrow image."""
+        return min(BAR.width(), max(self._canvas.width() / 4, 30))
+
+    def _width_of(self, text: str) -> float:
+        return QFontMetricsF(self.font()).horizontalAdvance(text)
+
+    def _place(self) -> None:
+        texts = (*self._texts, MORE)
+        width = round(sum(self._width_of(text) + MARGIN for text in texts) + self._bar_width)
+        self.setFixedWidth(min(width + 2 * MARGIN, max(self._canvas.width() - 2 * MARGIN, 40)))
+        # Over the scale bar's and the legend's corners it is not.
+        at = self._canvas.width() // 2 - self.width() // 2
+        self.move(at, self._canvas.height() - HEIGHT - MARGIN)
 
 
 def paint_bar(
@@ -40,16 +151,20 @@ def paint_bar(
     is_global : bool
         Whether it is the scale of the fields of all values, from 0.
     """
-    shades = global_color_bar(WIDTH) if is_global else color_bar(measure, WIDTH)
-    colors = np.rint(255 * shades).astype(np.uint8)[None]
-    bar = QImage(
-        np.ascontiguousarray(colors).data, WIDTH, 1, 3 * WIDTH, QImage.Format.Format_RGB888
-    ).copy()
-    x, y = rect.left() + MARGIN, rect.bottom() - MARGIN - HEIGHT
-    painter.drawImage(QRectF(x, y, WIDTH, HEIGHT), bar)
+    bar = _shades(measure, is_global)
+    x, y = rect.left() + MARGIN, rect.bottom() - MARGIN - BAR.height()
+    painter.drawImage(QRectF(x, y, BAR.width(), BAR.height()), bar)
     painter.setPen(QPen(QColor(theme.ON_IMAGE.dim), 1))
     painter.setBrush(Qt.BrushStyle.NoBrush)
-    painter.drawRect(QRectF(x, y, WIDTH, HEIGHT))
+    painter.drawRect(QRectF(x, y, BAR.width(), BAR.height()))
     painter.setPen(QColor(theme.ON_IMAGE.text))
     flags = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignBottom | Qt.TextFlag.TextWordWrap
     painter.drawText(QRectF(x, y - 4 - ROOM, right - MARGIN - x, ROOM), flags, text)
+
+
+def _shades(measure: Shown, is_global: bool) -> QImage:
+    """Return a bar's colours as a picture of one row."""
+    width = BAR.width()
+    shades = global_color_bar(width) if is_global else color_bar(measure, width)
+    colors = np.ascontiguousarray(np.rint(255 * shades).astype(np.uint8)[None])
+    return QImage(colors.data, width, 1, 3 * width, QImage.Format.Format_RGB888).copy()

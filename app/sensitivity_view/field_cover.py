@@ -8,14 +8,15 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, QRect
-from PySide6.QtGui import QImage, QPainter
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtGui import QImage
 
 from app.engines.messages import BlockFieldsRequest, Request, ValueVisibilityRequest
 from app.engines.states import EngineState
 from app.image_view.engine_pane import EnginePane
 from app.image_view.image_canvas import to_qimage
-from app.sensitivity_view.color_bar import paint_bar
+from app.sensitivity_view.color_bar import ColorBar
+from app.short_numbers import short
 from app.state.sensitivity_answers import SOURCE_NAMES, Answer, WhatIfAnswer
 from app.state.sensitivity_dispatcher import SensitivityDispatcher
 from app.state.sensitivity_state import SensitivityState
@@ -73,6 +74,9 @@ class FieldCover(QObject):
         Returns the answer to show in this pane, or None.
     """
 
+    changed = Signal()
+    """Emitted when a field is shown, or none any more."""
+
     def __init__(
         self,
         pane: EnginePane,
@@ -94,18 +98,18 @@ class FieldCover(QObject):
         self._caption = ""
         self._hint = ""
         self._what_if: WhatIfAnswer | None = None
-        self._bar: Shown | None = None
+        self._shown_as: Shown | None = None
+        self.bar = ColorBar(pane.canvas, sensitivity)
         pane.imageShown.connect(self._take_image)
         pane.client.stateChanged.connect(self._check_stop)
         dispatcher.fieldAnswered.connect(self.refresh)
         sensitivity.bandChanged.connect(lambda _band: self.refresh())
         sensitivity.choicesChanged.connect(lambda _choices: self.refresh())
-        pane.canvas.add_decoration(self._paint)
 
     @property
     def caption(self) -> str:
-        """Text under the colour bar; empty if no field is shown."""
-        return self._caption if self._bar is not None else ""
+        """What the colours mean, as a sentence; empty if no field is shown."""
+        return self._caption if self._shown_as is not None else ""
 
     @property
     def scale(self) -> float:
@@ -158,9 +162,8 @@ class FieldCover(QObject):
         difference = np.asarray(what_if.difference.mean(axis=-1), dtype=np.float64)
         self._scale, self._is_of_all = scale_of(difference, LEAST_DIFFERENCE), False
         colored = overlay(what_if.image, difference, self._scale, "signed")
-        self._bar = "signed"
         self._caption = f"{self._scale:.2g} (brighter): difference of pixel values by the edit"
-        self._pane.canvas.show_cover(_picture(colored))
+        self._show(colored, "signed", "by the edit")
 
     def _take_image(self, inputs: SceneInputs, image: NDArray[np.float32]) -> None:
         self._images[inputs] = image[..., :3]
@@ -177,9 +180,28 @@ class FieldCover(QObject):
             self._uncover()
 
     def _uncover(self) -> None:
-        self._bar = None
-        self._pane.canvas.show_cover(None)
+        was_shown, self._shown_as = self._shown_as, None
+        self.bar.hide()
+        # What another has laid there, such as a picture of the map, is not this one's to take.
+        if was_shown is not None:
+            self._pane.canvas.show_cover(None)
+            self.changed.emit()
         self._pane.canvas.update()
+
+    def _show(self, colored: NDArray[np.float64], measure: Shown, meaning: str) -> None:
+        """Cover the image by a picture, whose colours are said in the bar."""
+        self._shown_as = measure
+        self._pane.canvas.show_cover(_picture(colored))
+        high = f"{100 * self._scale:.2g} %" if measure == "visible" else short(self._scale)
+        is_signed = measure == "signed" and not self._is_of_all
+        texts = (short(-self._scale), short(self._scale, signed=True), meaning)
+        self.bar.show_scale(
+            measure,
+            texts if is_signed else ("0", high, meaning),
+            self._caption,
+            is_global=self._is_of_all,
+        )
+        self.changed.emit()
 
     def _cover(self, answer: Answer[Any], image: NDArray[np.float32]) -> None:
         if isinstance(answer.request, ValueVisibilityRequest):
@@ -190,7 +212,7 @@ class FieldCover(QObject):
         # One scale for exact and learned fields, so that their colours can be compared.
         others = [a for a in self._dispatcher.both_shown_fields if a not in (None, answer)]
         every = [answer, *(other for other in others if other is not None)]
-        if not self._keeps_scale or self._bar != choices.measure:
+        if not self._keeps_scale or self._shown_as != choices.measure:
             self._own = max(scale_of(middle_square(self._shown(each))) for each in every)
             ends = [end for each in every if (end := self._end_of_all(each)) is not None]
             # Lines are drawn at fractions of the field's own end.
@@ -210,14 +232,13 @@ class FieldCover(QObject):
             colored = overlay_globally(image, field, self._own, self._scale)
         else:
             colored = overlay(image, field, self._scale, choices.measure, trust)
-        self._bar = choices.measure
         self._caption = self._described(answer)
-        self._pane.canvas.show_cover(_picture(colored))
+        self._show(colored, choices.measure, f"per .01, {SOURCE_NAMES[answer.source]}")
 
     def _cover_visible(self, answer: Answer[Any], image: NDArray[np.float32]) -> None:
         """Show where values are visible."""
         field = np.asarray(answer.value, dtype=np.float64)
-        if not self._keeps_scale or self._bar != "visible":
+        if not self._keeps_scale or self._shown_as != "visible":
             self._own = self._scale = scale_of(middle_square(field), LEAST_SEEN)
             self._is_of_all = False
         field, image = _square_together(field, image)
@@ -226,10 +247,9 @@ class FieldCover(QObject):
             colored = _with_contours(image, field, self._scale, "visible")
         else:
             colored = overlay(image, field, self._scale, "visible")
-        self._bar = "visible"
         values = range_text(answer.request.values, self._state.scalar_range, self._state.scale)
         self._caption = f"{self._scale:.2g}: part of a pixel that shows {values}{self._way_back}"
-        self._pane.canvas.show_cover(_picture(colored))
+        self._show(colored, "visible", "of the pixel")
 
     @property
     def _keeps_scale(self) -> bool:
@@ -314,17 +334,6 @@ class FieldCover(QObject):
         square = middle_square(levels)
         square[:] = trust_levels(learned.value, middle_square(exact.value), len(square))
         return levels
-
-    def _paint(self, painter: QPainter, rect: QRect) -> None:
-        """Paint the colour bar into the lower left corner."""
-        if self._bar is None:
-            return
-        is_signed = self._bar == "signed" and not self._is_of_all
-        low = f"−{self._scale:.2g} (darker)" if is_signed else "0"
-        # Where the image is wider than the square, so may the text be.
-        right = self._pane.canvas.picture_rect.right()
-        text = f"{low} to {self._caption}"
-        paint_bar(painter, rect, right, self._bar, text, self._is_of_all)
 
 
 def _is_square(image: NDArray[np.floating]) -> bool:

@@ -1,4 +1,4 @@
-"""Panel of findings: edits that show most, values of a place or region, what if."""
+"""Panel of findings: values of a region or place, edits that show most, what if, who answered."""
 
 from __future__ import annotations
 
@@ -8,29 +8,31 @@ from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QTimer, Signal
+from PySide6.QtCore import QEvent, Qt, Signal
 from PySide6.QtWidgets import (
-    QGridLayout,
+    QFrame,
     QHBoxLayout,
     QLabel,
-    QSizePolicy,
+    QScrollArea,
     QStackedWidget,
+    QToolButton,
     QVBoxLayout,
     QWidget,
 )
 
-from app.controls import ElidedLabel, quiet_button
-from app.glosses import explain, gloss
+from app.controls import ElidedLabel, text_button
+from app.icons import IconButton
 from app.sensitivity_view.add_button import AddButton
-from app.sensitivity_view.field_bar import FieldBar
-from app.sensitivity_view.held_button import HeldButton
 from app.sensitivity_view.listed_values import ListedValues
 from app.sensitivity_view.measured_edits import MeasuredEdits
+from app.sensitivity_view.panel_rows import HEIGHT, LOW_HEIGHT, PanelRow
 from app.sensitivity_view.response_layer import ResponseLayer
-from app.state.sensitivity_answers import SOURCE_NAMES, WhatIfAnswer
-from app.state.sensitivity_dispatcher import BAND_REST_MS, SensitivityDispatcher
+from app.sensitivity_view.what_if import WhatIfQuestion
+from app.short_numbers import short
+from app.state.sensitivity_dispatcher import SensitivityDispatcher
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
+from app.tf_editor.editor import HEADER_HEIGHT
 from app.tf_editor.number_box import NumberBox
 from model.scene.tf_emphasis import (
     add_mode,
@@ -39,24 +41,26 @@ from model.scene.tf_emphasis import (
     lower_value,
     raise_value,
 )
-from model.scene.tf_perturbation import edit_around
 from model.scene.transfer_function import TF_SAMPLES, OpacityTF
 from model.scene.value_text import range_text, value_text
+from model.sensitivity.contributions import percentages
 
-PANEL_WIDTH = 300
+PANEL_WIDTH = 276
 ROWS = 3
+HEADING_HEIGHT = 22
+
+LOW_BELOW = 266
+"""Height of the panel below which its rows are lower, and *What if* stands in a heading."""
+
+OPEN_FROM = 1600
+"""Width of the editor from which the panel is open unless it was closed."""
 
 MIXED = 3.0
-"""Ratio of the size of a change to that of the mean brightness from which both are said."""
-
-WHAT_IF_TIP = (
-    "Show what a mode at the value under the mouse (or where the curve is highest) would change: "
-    "click to see it until the next click, or hold (W)"
-)
+"""Ratio of the size of a change to that of the mean brightness from which it is mixed."""
 
 
-class FindingsPanel(QWidget):
-    """Lists the edits that show most, or the values of the clicked place or of the region.
+class FindingsPanel(QFrame):
+    """Lists what is visible in the active region or at the clicked place, and edits that show most.
 
     Parameters
     ----------
@@ -68,15 +72,13 @@ class FindingsPanel(QWidget):
     measured : MeasuredEdits
     shown_colors : callable
         Returns the colours (n, 3) that the active region shows now.
+    what_if : WhatIfQuestion
     source : QWidget
         Says who answered.
-    visible : QWidget
-        Says what is visible.
     """
 
-    whatIfShown = Signal(object)
-    """Emitted with a :class:`WhatIfAnswer` while the button is held."""
-    whatIfEnded = Signal()
+    renameRequested = Signal()
+    openChanged = Signal(bool)
 
     def __init__(
         self,
@@ -86,8 +88,8 @@ class FindingsPanel(QWidget):
         layer: ResponseLayer,
         measured: MeasuredEdits,
         shown_colors: Callable[[], NDArray[np.float32]],
+        what_if: WhatIfQuestion,
         source: QWidget,
-        visible: QWidget,
         parent: QWidget | None = None,
     ) -> None:
         super().__init__(parent)
@@ -97,37 +99,85 @@ class FindingsPanel(QWidget):
         self._layer = layer
         self._measured = measured
         self._shown_colors = shown_colors
+        self._what_if = what_if
+        self._wanted: bool | None = None
+        """Whether the user wants it open; None for where there is room."""
+        self._has_room = False
         self.values = ListedValues(state, sensitivity, dispatcher, ROWS, self)
-        self._band_rest = QTimer(self, singleShot=True, interval=BAND_REST_MS)
-        self._what_if: dict[str, WhatIfAnswer] = {}
-        self._tried = 0.0
+        self.setProperty("role", "side")
         self.setFixedWidth(PANEL_WIDTH)
-        self.heading = QLabel()
-        self.heading.setProperty("role", "title")
-        self.values_button = quiet_button(
-            "Values",
-            "List the values that are visible in the region, to raise or lower them, or to show "
-            "some alone;\nonce more, or Escape: back to the edits",
-        )
-        self.values_button.setCheckable(True)
-        self.rows = [QLabel() for _ in range(ROWS)]
+        self.heading, self.values_heading, self.edits_heading = ElidedLabel(), QLabel(), QLabel()
+        self.values_note, self.edits_note = QLabel(), QLabel()
+        self.rename = IconButton("rename", "Rename the region")
+        self.close_button = IconButton("close", "Close", "Esc")
         self.adds = [AddButton("this value") for _ in range(ROWS)]
-        self.raises = [quiet_button("▲", "Raise the opacity of these values") for _ in range(ROWS)]
-        self.lowers = [quiet_button("▼", "Lower the opacity of these values") for _ in range(ROWS)]
-        self.isolates = [quiet_button("only", "Show these values alone") for _ in range(ROWS)]
-        self.height_box = NumberBox()
-        self.height_box.setFixedWidth(56)
+        self.raises, self.lowers, self.isolates = (
+            [_row_button(text, width, tip) for _ in range(ROWS)]
+            for text, width, tip in (
+                ("▲", 24, "Raise the opacity of these values"),
+                ("▼", 24, "Lower the opacity of these values"),
+                ("Only", 40, "Show these values alone"),
+            )
+        )
+        trios = zip(self.raises, self.lowers, self.isolates, strict=True)
+        self.value_rows = [PanelRow((0, 40), trio) for trio in trios]
+        self.edit_rows = [PanelRow((44, 50, 0), (add,)) for add in self.adds]
+        for rows in (self.value_rows, self.edit_rows):
+            for row in rows:
+                row.set_siblings(rows)
+        self.height_box = NumberBox(is_short=True)
+        self.height_box.setFixedSize(44, 22)
+        self.height_box.setAccessibleName("Opacity of the edits")
         self.height_box.show_value(sensitivity.choices.height)
         self.height_box.setToolTip("Opacity of the modes whose effect is listed")
-        self.what_if_button = HeldButton("What if")
-        self.field_bar = FieldBar(sensitivity, self._best_value)
-        self.result = ElidedLabel()
+        self.result = QLabel()
+        self.result.setWordWrap(True)
         self.result.setProperty("role", "dim")
         self._said = QStackedWidget()
-        self._said.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Maximum)
-        self._lay_out(source, visible)
+        self._lay_out(source)
         self._connect()
         self.refresh()
+        self._show_open()
+
+    @property
+    def is_open(self) -> bool:
+        """Whether it is to be seen."""
+        asked = self._sensitivity.choices.shown
+        return asked and (self._has_room if self._wanted is None else self._wanted)
+
+    @property
+    def is_asked_for(self) -> bool:
+        """Whether it is open because somebody opened it."""
+        return self.is_open and bool(self._wanted)
+
+    def set_open(self, is_open: bool) -> None:
+        """Open or close it."""
+        self._wanted = is_open
+        if is_open and not self._sensitivity.choices.shown:
+            self._sensitivity.choose(shown=True)
+        self._show_open()
+
+    def fold(self, width: int, height: int) -> None:
+        """Take less room in a low editor, and open by itself in a wide one."""
+        self._has_room = width >= OPEN_FROM
+        is_low = height < LOW_BELOW
+        for row in (*self.value_rows, *self.edit_rows):
+            row.setFixedHeight(LOW_HEIGHT if is_low else HEIGHT)
+        target = self._edits_line if is_low else self._foot
+        if target.indexOf(self._what_if.button) < 0:
+            target.insertWidget(1 if is_low else 0, self._what_if.button)
+        self.edits_heading.setText("Edits" if is_low else "Edits that show most")
+        self._show_open()
+
+    def leaveEvent(self, event: QEvent) -> None:
+        """List what shows by now, once nobody is about to click a row again."""
+        super().leaveEvent(event)
+        self.values.hold(False)
+
+    def _show_open(self) -> None:
+        if self.isHidden() == self.is_open:
+            self.setVisible(self.is_open)
+            self.openChanged.emit(self.is_open)
 
     def add_mode(self, index: int, striking: bool = False) -> None:
         """Add a mode in an interval, if wanted in a colour that stands out: one undo step."""
@@ -152,182 +202,145 @@ class FindingsPanel(QWidget):
         self._state.commit(added, "add mode")
 
     def refresh(self) -> None:
-        """Show the present edits or values; what is not up to date is dim."""
-        dispatcher, values = self._dispatcher, self.values.is_listed
-        fresh = self.values.is_fresh if values else dispatcher.is_fresh(dispatcher.region_answer)
-        self.heading.setText(self.values.heading if values else "Where an edit shows most")
-        self.values_button.setChecked(values)
-        for index in range(ROWS):
-            here = index < len(self.values.found if values else self._layer.intervals)
-            text = ""
-            if here:
-                text = self._found_text(index) if values else self._interval_text(index)
-            self.rows[index].setText(text)
-            self.rows[index].setEnabled(fresh)
-            self.adds[index].setVisible(here and not values)
-            for buttons in (self.raises, self.lowers, self.isolates):
-                buttons[index].setVisible(here and values)
-            for button in (
-                self.adds[index], self.raises[index], self.lowers[index], self.isolates[index],
-            ):  # fmt: skip
-                button.setEnabled(fresh)
-        if not self.rows[0].text():
-            self.rows[0].setText(self._nothing_text(values, fresh))
-        self.field_bar.fade.setVisible(dispatcher.learned_fits)
-        self._enable_what_if()
+        """Show the present values and edits; what is not up to date is dim."""
+        asked = self._sensitivity
+        self.heading.set_full_text(asked.region_name)
+        self.rename.setEnabled(asked.active is not None)
+        self.values_heading.setText("Values visible" if asked.place is None else "Values here")
+        fresh = self.values.is_fresh
+        for index, row in enumerate(self.value_rows):
+            row.setVisible(index < len(self.values.found))
+            row.setEnabled(fresh)
+            if index < len(self.values.found):
+                self._show_value(index)
+        self._note(self.values_note, not self.values.found, self._no_value_text(fresh))
+        fresh = self._dispatcher.is_fresh(self._dispatcher.region_answer)
+        effects = []
+        for index, row in enumerate(self.edit_rows):
+            row.setVisible(index < len(self._layer.intervals))
+            row.setEnabled(fresh)
+            if index < len(self._layer.intervals):
+                effects.append(self._show_edit(index))
+        self._note(self.edits_note, not self._layer.intervals, self._no_edit_text(fresh))
+        self._layer.say_effects(effects)
+        self._what_if.enable()
 
-    def _nothing_text(self, values: bool, fresh: bool) -> str:
+    def _note(self, label: QLabel, is_needed: bool, text: str) -> None:
+        label.setText(text if is_needed else "")
+        label.setVisible(is_needed)
+
+    def _no_value_text(self, fresh: bool) -> str:
         if fresh:
-            if values:
-                return "nothing: it is black"
+            return "nothing: it is black"
+        return "computing …" if self._dispatcher.chooser.available else ""
+
+    def _no_edit_text(self, fresh: bool) -> str:
+        if fresh:
             # Or it only rises towards values that hardly any voxel has: see the curve.
             return (
                 "no edit shows here"
                 if self._layer.is_flat
                 else "no value stands out: see the curve"
             )
-        waiting = (
-            bool(self._dispatcher.chooser.available) if values else self._dispatcher.is_waiting
-        )
-        if not waiting:
+        if not self._dispatcher.is_waiting:
             return ""
-        slow = not values and self._dispatcher.exact_source == "differences"
+        slow = self._dispatcher.exact_source == "differences"
         return "computing some 90 images …" if slow else "computing …"
 
-    def _enable_what_if(self) -> None:
-        lacking = ""
-        if not self._dispatcher.chooser.available:
-            lacking = "Switch Sensitivity on first"
-        elif self._what_if_edit() is None:
-            lacking = "Point at a value in the plot of the TF first"
-        self.what_if_button.setEnabled(not lacking)
-        self.what_if_button.setToolTip(_tip(WHAT_IF_TIP, lacking))
-
-    def start_what_if(self) -> None:
-        """Have the edit at the band, or at the best interval, rendered."""
-        edit = self._what_if_edit()
-        if edit is not None and self._dispatcher.trials.ask_what_if(edit):
-            lo, hi = self._state.scalar_range
-            self._tried = lo + (hi - lo) * int(edit.argmax()) / (TF_SAMPLES - 1)
-            self.what_if_button.setChecked(True)
-            self._what_if.clear()
-            self._say("rendering …")
-
-    def leave_what_if(self) -> bool:
-        """Show the fields again; return False if they are."""
-        was_shown = self.what_if_button.isChecked()
-        self.end_what_if()
-        return was_shown
-
-    def end_what_if(self) -> None:
-        """Show the fields again; the numbers stay."""
-        if self.what_if_button.isChecked():
-            self.what_if_button.setChecked(False)
-            self._band_rest.stop()
-            self.whatIfEnded.emit()
-
-    def _lay_out(self, source: QWidget, visible: QWidget) -> None:
-        # As high with any of the buttons, so that the images above keep their size.
-        some = self.adds[0], self.raises[0], self.isolates[0], self.values_button
-        tallest = max(button.sizeHint().height() for button in some)
+    def _lay_out(self, source: QWidget) -> None:
         head = QHBoxLayout()
-        self.heading.setMinimumHeight(tallest)
-        head.addWidget(self.heading)
-        head.addStretch()
-        head.addWidget(self.values_button)
-        grid = QGridLayout()
-        grid.setContentsMargins(0, 0, 0, 0)
-        grid.setVerticalSpacing(2)
-        grid.setHorizontalSpacing(4)
-        grid.setColumnStretch(0, 1)
-        for index, row in enumerate(self.rows):
-            explain(row)
-            row.setMinimumHeight(tallest)
-            grid.addWidget(row, index, 0)
-            row_buttons = (
-                self.adds[index],
-                self.raises[index],
-                self.lowers[index],
-                self.isolates[index],
-            )
-            for column, button in enumerate(row_buttons, start=1):
-                grid.addWidget(button, index, column)
-        height = QHBoxLayout()
-        label = QLabel("Edits of opacity")
-        label.setProperty("role", "dim")
-        label.setToolTip(self.height_box.toolTip())
-        for widget in (label, self.height_box, self.what_if_button):
-            height.addWidget(widget)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(6)
-        layout.addLayout(head)
+        head.setContentsMargins(12, 0, 4, 0)
+        head.setSpacing(0)
+        self.heading.setProperty("role", "title")
+        self.heading.setFixedHeight(HEADER_HEIGHT)
+        head.addWidget(self.heading, 1)
+        for button in (self.rename, self.close_button):
+            head.addWidget(button)
+        page = QWidget()
+        page.setProperty("role", "side page")
+        column = QVBoxLayout(page)
+        column.setContentsMargins(8, 0, 8, 4)
+        column.setSpacing(0)
+        self._edits_line = QHBoxLayout()
+        opacity = QLabel("opacity")
+        opacity.setToolTip(self.height_box.toolTip())
+        self._edits_line.setSpacing(6)
+        self._edits_line.addWidget(self.edits_heading)
+        self._edits_line.addStretch()
+        self._edits_line.addWidget(opacity)
+        self._edits_line.addWidget(self.height_box)
+        for label in (self.values_heading, self.values_note, self.edits_heading, opacity):
+            label.setProperty("role", "dim")
+        self.edits_note.setProperty("role", "dim")
+        for label in (self.values_heading, self.values_note, self.edits_heading, self.edits_note):
+            label.setContentsMargins(4, 0, 0, 0)
+            label.setFixedHeight(HEADING_HEIGHT)
+        self._foot = QHBoxLayout()
+        self._foot.setContentsMargins(4, 6, 0, 0)
+        self._foot.setSpacing(8)
         # A result takes the place of who answered: whatever else is there keeps its own.
         for line in (source, self.result):
             self._said.addWidget(line)
-        layout.addWidget(self._said)
-        layout.addWidget(visible)
-        layout.addLayout(grid)
-        layout.addStretch()
-        layout.addLayout(height)
-        layout.addWidget(self.field_bar)
+        self._foot.addWidget(self._said, 1)
+        column.addWidget(self.values_heading)
+        column.addWidget(self.values_note)
+        for row in self.value_rows:
+            column.addWidget(row)
+        column.addLayout(self._edits_line)
+        column.addWidget(self.edits_note)
+        for row in self.edit_rows:
+            column.addWidget(row)
+        column.addLayout(self._foot)
+        column.addStretch()
+        scroll = QScrollArea()
+        scroll.setProperty("role", "side")
+        scroll.setWidgetResizable(True)
+        scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        scroll.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        scroll.setWidget(page)
+        scroll.setMinimumHeight(60)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(1, 0, 0, 0)
+        layout.setSpacing(0)
+        layout.addLayout(head)
+        layout.addWidget(scroll, 1)
 
     def _connect(self) -> None:
-        sensitivity = self._sensitivity
+        sensitivity, what_if = self._sensitivity, self._what_if
         for index in range(ROWS):
             self.adds[index].addRequested.connect(
                 lambda striking, i=index: self.add_mode(i, striking)
             )
-            self.raises[index].clicked.connect(lambda _=False, i=index: self._emphasize(i, "raise"))
-            self.lowers[index].clicked.connect(lambda _=False, i=index: self._emphasize(i, "lower"))
-            self.isolates[index].clicked.connect(
-                lambda _=False, i=index: self._emphasize(i, "isolate")
-            )
+            for how, buttons in (
+                ("raise", self.raises), ("lower", self.lowers), ("isolate", self.isolates),
+            ):  # fmt: skip
+                buttons[index].clicked.connect(partial(self._emphasize, index, how))
         self._layer.peakClicked.connect(self.add_mode)
-        self._layer.intervalsChanged.connect(lambda _intervals: self._forget_result())
-        self._measured.changed.connect(self.refresh)
-        self.values.changed.connect(self.refresh)
-        trials = self._dispatcher.trials
-        trials.whatIfAnswered.connect(self._take_what_if)
-        trials.dropped.connect(self._say)
-        self._dispatcher.regionAnswered.connect(self.refresh)
-        self._state.inputsChanged.connect(self._forget_result)
-        sensitivity.regionsChanged.connect(self._forget_result)
-        self.values_button.clicked.connect(self._list_values)
-        self.what_if_button.turnedOn.connect(self.start_what_if)
-        self.what_if_button.turnedOff.connect(self.end_what_if)
+        for changed in (
+            self._layer.ranked, self._measured.changed, self.values.changed,
+            self._dispatcher.regionAnswered, self._state.inputsChanged,
+            sensitivity.regionsChanged, sensitivity.choicesChanged,
+        ):  # fmt: skip
+            changed.connect(lambda *_: self.refresh())
+        sensitivity.choicesChanged.connect(lambda _choices: self._show_open())
         self.height_box.valueChanged.connect(lambda height: sensitivity.choose(height=height))
-        self.field_bar.addRequested.connect(self.add_mode_over_band)
-        sensitivity.choicesChanged.connect(lambda _choices: self._forget_result())
-        sensitivity.bandChanged.connect(lambda _band: self._follow_band())
-        self._band_rest.timeout.connect(self.start_what_if)
+        self.rename.clicked.connect(self.renameRequested)
+        self.close_button.clicked.connect(lambda: self.set_open(False))
+        what_if.resultChanged.connect(self._show_result)
 
-    def _list_values(self, wanted: bool) -> None:
-        if wanted:
-            self.values.list_region()
-        else:
-            self.values.leave()
-
-    def _best_value(self) -> float | None:
-        return self._layer.intervals[0].value if self._layer.intervals else None
+    def _show_result(self, result: str) -> None:
+        self.result.setText(result)
+        self._said.setCurrentIndex(1 if result else 0)
 
     def _width(self) -> float:
         """Standard deviation of edits in the data's units."""
         lo, hi = self._state.scalar_range
         return self._sensitivity.choices.width * (hi - lo) / (TF_SAMPLES - 1)
 
-    def _what_if_edit(self) -> NDArray[np.float32] | None:
-        edit, value = self._dispatcher.edit(), self._best_value()
-        if edit is None and value is None:
-            value = self._layer.strongest
-        if edit is None and value is not None:
-            width = self._sensitivity.choices.width
-            edit = edit_around(value, self._state.scalar_range, width)
-        return edit
-
-    def _emphasize(self, index: int, how: str) -> None:
+    def _emphasize(self, index: int, how: str, _checked: bool = False) -> None:
         if index >= len(self.values.found):
             return
+        self.values.hold(True)
         tf, found = self._state.transfer_function, self.values.found[index]
         functions: dict[str, Callable[[OpacityTF, float, float], OpacityTF]] = {
             "raise": raise_value,
@@ -337,70 +350,61 @@ class FindingsPanel(QWidget):
         opacity = functions[how](tf.opacity, found.value, self._width())
         self._state.commit(replace(tf, opacity=opacity), f"{how} value")
 
-    def _follow_band(self) -> None:
-        """Have what is asked for at another value rendered, and forget what was not."""
-        self._enable_what_if()
-        if self.what_if_button.isChecked():
-            self._band_rest.start()
-        else:
-            self._say("")
-
-    def _say(self, result: str) -> None:
-        self.result.set_full_text(result)
-        self._said.setCurrentIndex(1 if result else 0)
-
-    def _forget_result(self) -> None:
-        self._say("")
-        self.refresh()
-
-    def _take_what_if(self, answer: WhatIfAnswer) -> None:
-        self._what_if[SOURCE_NAMES[answer.source]] = answer
-        texts = []
-        for name, one in self._what_if.items():
-            predicted = one.what_if.predicted
-            said = "" if predicted is None else f" (promised {predicted:.3f})"
-            texts.append(f"{name} changes {one.what_if.rmse:.3f}{said}")
-        self._say(f"At {self._text(self._tried)}: {', '.join(texts)}")
-        if self.what_if_button.isChecked():
-            self.whatIfShown.emit(answer)
-
-    def _text(self, value: float) -> str:
-        return value_text(value, self._state.scalar_range, self._state.scale)
-
-    def _interval_text(self, index: int) -> str:
-        interval = self._layer.intervals[index]
-        predicted = self._effect(interval.predicted(self._sensitivity.choices.height))
-        measured = self._measured.found(interval)
-        if measured is None:
-            effect = "…"
-        elif self._sensitivity.choices.measure == "change":
-            effect = self._effect(measured.rmse)
-        else:
-            effect = self._effect(measured.brightness)
-            if measured.rmse > MIXED * abs(measured.brightness):
-                effect += f" ({gloss('±')}{measured.rmse:.2g})"
-        self.rows[index].setToolTip(
-            f"{self._text(interval.low)} to {self._text(interval.high)}: a mode of this opacity "
-            "changes the region's pixels\nby so much (1 is from black to white), rendered and "
-            "shown in the present brightness.\n(±): so much on the average where some become "
-            f"brighter and others darker.\nThe curve, of faint edits, promises: {predicted}."
-        )
-        text = f"{index + 1}   {self._text(interval.value)}   {effect}"
-        # Rich text would swallow the spaces.
-        return f"<span style='white-space: pre'>{text}</span>" if "<" in text else text
-
-    def _effect(self, change: float) -> str:
-        if self._sensitivity.choices.measure == "change":
-            return f"changes {change:.2g}"
-        return f"{'brighter' if change > 0 else 'darker'} {change:+.2g}"
-
-    def _found_text(self, index: int) -> str:
+    def _show_value(self, index: int) -> None:
         found = self.values.found[index]
-        self.rows[index].setToolTip("Share of what is visible there")
         reach = range_text(found.reach, self._state.scalar_range, self._state.scale)
-        return f"{reach}   {100 * found.share:.0f} %"
+        texts = (reach, f"{percentages(self.values.found)[index]} %")
+        tip = "These values, and their share of what is visible there"
+        self.value_rows[index].say(texts, tip, share=found.share)
+        for button, what in (
+            (self.raises[index], "Raise"),
+            (self.lowers[index], "Lower"),
+            (self.isolates[index], "Only"),
+        ):
+            button.setAccessibleName(f"{what} {reach}")
+
+    def _show_edit(self, index: int) -> tuple[str, str]:
+        """Fill a row, and return the edit's effect as a number and as words."""
+        interval, state = self._layer.intervals[index], self._state
+        value, low, high = (
+            value_text(each, state.scalar_range, state.scale)
+            for each in (interval.value, interval.low, interval.high)
+        )
+        number, word = self._effect(interval.predicted(self._sensitivity.choices.height))
+        tip = (
+            f"{low} to {high}: a mode of this opacity changes the region's pixels\nby so much (1 "
+            "is from black to white), rendered and shown in the present brightness.\n"
+            f"The curve, of faint edits, promises: {word} {number}."
+        )
+        measured = self._measured.found(interval)
+        number, word = "", "…"
+        if measured is not None and self._sensitivity.choices.measure == "change":
+            number, word = self._effect(measured.rmse)
+        elif measured is not None:
+            number, word = self._effect(measured.brightness)
+            if measured.rmse > MIXED * abs(measured.brightness):
+                word = "mixed"
+                tip += (
+                    f"\nMixed: some pixels become brighter and others darker, by "
+                    f"{short(measured.rmse)} (±) on the average."
+                )
+        self.edit_rows[index].say((value, number, word), tip, badge=str(index + 1))
+        by = "" if measured is None else f", {word} by {number.lstrip('+−')}"
+        name = f"Edit {index + 1} at {value}{by}; Enter adds it"
+        self.adds[index].setAccessibleName(f"Add edit {index + 1} at {value}{by}")
+        return number, name
+
+    def _effect(self, change: float) -> tuple[str, str]:
+        """Return a change as a number and in a word."""
+        if self._sensitivity.choices.measure == "change":
+            return short(change), "changes"
+        return short(change, signed=True), "brighter" if change > 0 else "darker"
 
 
-def _tip(text: str, lacking: str) -> str:
-    """Return a tooltip; where something is lacking, it comes first."""
-    return f"{lacking}.\n{text}" if lacking else text
+def _row_button(text: str, width: int, tip: str) -> QToolButton:
+    button = text_button(text, tip)
+    button.setFixedWidth(width)
+    button.setProperty("role", "chip")
+    # After a click, keys such as W are the window's again.
+    button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+    return button

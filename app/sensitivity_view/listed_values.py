@@ -43,17 +43,13 @@ class ListedValues(QObject):
         self._sensitivity = sensitivity
         self._dispatcher = dispatcher
         self._count = count
-        self._lists_region = False
         self._place: ImageRegion | None = None
+        self._holds = False
         self.found: tuple[Contribution, ...] = ()
         dispatcher.pickAnswered.connect(self._find)
         dispatcher.visibilityAnswered.connect(self._find)
         sensitivity.placeChanged.connect(lambda _place: self._find())
-
-    @property
-    def is_listed(self) -> bool:
-        """Whether values are listed."""
-        return self._lists_region or self._sensitivity.place is not None
+        sensitivity.regionsChanged.connect(self._find)
 
     @property
     def is_fresh(self) -> bool:
@@ -61,25 +57,20 @@ class ListedValues(QObject):
         answer = self._answer
         return answer is not None and answer.is_of(self._state.inputs)
 
-    @property
-    def heading(self) -> str:
-        """Title of the list."""
-        if self._sensitivity.place is not None:
-            return "At the clicked place"
-        return f"Visible: {self._sensitivity.region_name.lower()}"
+    def hold(self, holds: bool) -> None:
+        """Keep values in their order, and those that no longer show, or list what shows now.
 
-    def list_region(self) -> None:
-        """List the values of the active region, or of the whole image."""
-        self._lists_region = True
-        self._find()
+        Whoever clicks the same button twice means the same value.
+        """
+        if holds != self._holds:
+            self._holds = holds
+            self._find()
 
     def leave(self) -> bool:
-        """List no values; return False if none are."""
-        if not self.is_listed:
+        """List the region's values again; return False if they are."""
+        if self._sensitivity.place is None:
             return False
-        self._lists_region = False
         self._sensitivity.pick(None)
-        self._find()
         return True
 
     @property
@@ -91,13 +82,12 @@ class ListedValues(QObject):
         return answer if answer is not None and answer.request.regions[0] == outline else None
 
     def _find(self) -> None:
-        answer = self._answer if self.is_listed else None
+        answer = self._answer
         if answer is None:
             self.found = ()
         else:
             scalar_range, place = self._state.scalar_range, answer.request.regions[0]
-            # Whoever clicks the same button twice means the same value.
-            before = self.found if place == self._place else ()
+            before = self.found if self._holds and place == self._place else ()
             found = contributions(answer.value[0], scalar_range)
             self._place, self.found = place, follow(before, found, scalar_range)[: self._count]
         self.changed.emit()

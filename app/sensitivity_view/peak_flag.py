@@ -1,57 +1,73 @@
-"""A flag in a plot that marks a peak and can be clicked."""
+"""A flag over the plot that marks a peak, says what an edit there does, and makes it."""
 
 from __future__ import annotations
 
-from PySide6.QtCore import QPointF, QRectF, Qt, Signal
-from PySide6.QtGui import QColor, QPainter, QPolygonF
-from PySide6.QtWidgets import (
-    QGraphicsObject,
-    QGraphicsSceneMouseEvent,
-    QStyleOptionGraphicsItem,
-    QWidget,
-)
+from collections.abc import Sequence
 
-from app import theme
+from PySide6.QtCore import QRect, Qt
+from PySide6.QtGui import QKeyEvent
+from PySide6.QtWidgets import QToolButton, QWidget
+
+HEIGHT = 19
+GAP = 3
+"""Least distance between two flags, in pixels."""
 
 
-class PeakFlag(QGraphicsObject):
-    """A numbered flag at a peak of the responses, which can be clicked.
+class PeakFlag(QToolButton):
+    """A numbered flag that can be clicked, or reached by Tab and pressed by Enter.
 
     Parameters
     ----------
     number : int
-    color : str
     """
 
-    clicked = Signal()
-
-    def __init__(self, number: int, color: str) -> None:
+    def __init__(self, number: int) -> None:
         super().__init__()
-        self.setFlag(QGraphicsObject.GraphicsItemFlag.ItemIgnoresTransformations)
+        self.number = number
+        self.setProperty("role", "change flag")
+        self.setFixedHeight(HEIGHT)
+        # After a click, keys such as W are the window's again.
+        self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.setCursor(Qt.CursorShape.PointingHandCursor)
-        self.setZValue(90)
-        self._number, self._color = number, QColor(color)
+        self.say("", "")
 
-    def boundingRect(self) -> QRectF:
-        """Return the area of the flag in pixels."""
-        return QRectF(-9, -2, 18, 22)
+    def say(self, effect: str, name: str) -> None:
+        """Show what the edit does; the name says it in words."""
+        self.setText(f"{self.number}  {effect}".rstrip())
+        self.setAccessibleName(name)
+        self.setToolTip(f"{name}\nClick to add a mode here".lstrip())
+        self.adjustSize()
 
-    def paint(
-        self, painter: QPainter, _option: QStyleOptionGraphicsItem, _widget: QWidget | None = None
-    ) -> None:
-        """Draw a pointed label with the number."""
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(self._color)
-        painter.drawRoundedRect(QRectF(-8, 0, 16, 14), 3, 3)
-        painter.drawPolygon(QPolygonF([QPointF(-4, 13), QPointF(4, 13), QPointF(0, 19)]))
-        painter.setPen(QColor(theme.BACKGROUND))
-        painter.drawText(QRectF(-8, 0, 16, 14), Qt.AlignmentFlag.AlignCenter, str(self._number))
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Make the edit by Enter."""
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            self.click()
+        else:
+            super().keyPressEvent(event)
 
-    def mousePressEvent(self, event: QGraphicsSceneMouseEvent) -> None:
-        """Accept the press, so that the release arrives here."""
-        event.accept()
 
-    def mouseReleaseEvent(self, _event: QGraphicsSceneMouseEvent) -> None:
-        """Emit the click."""
-        self.clicked.emit()
+def place_flags(flags: Sequence[QWidget], centers: Sequence[int], plot: QRect) -> None:
+    """Put flags at the upper edge of a plot, over their places, beside one another.
+
+    Parameters
+    ----------
+    flags : sequence of QWidget
+    centers : sequence of int
+        Where each would stand in the middle, in pixels.
+    plot : QRect
+    """
+    order = sorted(range(len(flags)), key=lambda index: centers[index])
+    lefts = [0] * len(flags)
+    free = plot.left()
+    for index in order:
+        width = flags[index].width()
+        lefts[index] = max(free, centers[index] - width // 2)
+        free = lefts[index] + width + GAP
+    # What would reach beyond the right edge goes back, and pushes its neighbours.
+    end = plot.right() + 1
+    for index in reversed(order):
+        width = flags[index].width()
+        lefts[index] = min(lefts[index], end - width)
+        end = lefts[index] - GAP
+    for flag, left in zip(flags, lefts, strict=True):
+        flag.move(left, plot.top())

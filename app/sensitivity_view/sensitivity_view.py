@@ -2,21 +2,28 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject
+from PySide6.QtGui import QKeySequence, QShortcut
+from PySide6.QtWidgets import QWidget
 
 from app.image_view.engine_pane import EnginePane
-from app.sensitivity_view.choice_bar import ChoiceBar
+from app.sensitivity_view.band_layer import BandLayer
+from app.sensitivity_view.chip_bar import ChipBar
 from app.sensitivity_view.field_cover import FieldCover
 from app.sensitivity_view.findings_panel import FindingsPanel
 from app.sensitivity_view.measured_edits import MeasuredEdits
+from app.sensitivity_view.plot_mouse import PlotMouse
 from app.sensitivity_view.region_layer import RegionLayer
 from app.sensitivity_view.response_layer import ResponseLayer
+from app.sensitivity_view.responses_table import ResponsesTable
 from app.sensitivity_view.source_label import SourceLabel
-from app.sensitivity_view.visible_label import VisibleLabel
+from app.sensitivity_view.visible_layer import VisibleLayer
+from app.sensitivity_view.what_if import WhatIfQuestion
 from app.state.sensitivity_answers import Answer, Source, WhatIfAnswer
 from app.state.sensitivity_export import shown_result
 from app.state.sensitivity_state import SensitivityState
@@ -57,18 +64,25 @@ class SensitivityView(QObject):
         self._sensitivity = sensitivity
         self._workspace = workspace
         self._dispatcher = dispatcher = workspace.sensitivity
-        self.regions = [RegionLayer(pane.canvas, sensitivity) for pane in (generator, reference)]
+        self._opened_by_place = False
+        self._editor = editor
+        self._panes = generator, reference
+        self.regions = [RegionLayer(pane.canvas, sensitivity) for pane in self._panes]
         self.exact = FieldCover(
             reference, state, sensitivity, dispatcher, lambda: self._field("exact")
         )
         self.learned = FieldCover(
             generator, state, sensitivity, dispatcher, lambda: self._field("learned")
         )
-        self.responses = ResponseLayer(editor.area, state, sensitivity, dispatcher)
-        self.bar = ChoiceBar(sensitivity)
+        area = editor.area
+        self.mouse = PlotMouse(area, state, sensitivity)
+        self.visible = VisibleLayer(area, sensitivity, dispatcher)
+        self.responses = ResponseLayer(area, state, sensitivity, dispatcher)
+        self.band = BandLayer(area, state, sensitivity, dispatcher, self.visible)
+        self.chips = ChipBar(sensitivity, area.histogram)
         self.source = SourceLabel(sensitivity, dispatcher, workspace)
-        self.visible = VisibleLabel(sensitivity, dispatcher)
         self.measured = MeasuredEdits(state, sensitivity, dispatcher, self.responses, self)
+        self.what_if = WhatIfQuestion(state, sensitivity, dispatcher, self.responses, self)
         self.findings = FindingsPanel(
             state,
             sensitivity,
@@ -76,31 +90,104 @@ class SensitivityView(QObject):
             self.responses,
             self.measured,
             self._shown_colors,
+            self.what_if,
             self.source,
-            self.visible,
         )
-        editor.add_to_header(self.bar)
+        editor.add_to_header(self.chips)
         editor.add_beside(self.findings)
-        sensitivity.choicesChanged.connect(lambda choices: self.findings.setVisible(choices.shown))
-        # What the edit would do to another image is another question.
-        state.inputsChanged.connect(self.findings.end_what_if)
+        self._connect()
+        self._order_focus()
+        self._fold()
+
+    def _connect(self) -> None:
+        sensitivity, findings = self._sensitivity, self.findings
+        self._editor.resized.connect(self._fold)
+        for asked_for in (sensitivity.regionDrawn, self.chips.regionChosen):
+            asked_for.connect(lambda: findings.set_open(True))
+        sensitivity.placeChanged.connect(self._follow_place)
+        self.chips.panel.clicked.connect(findings.set_open)
+        self.chips.tableRequested.connect(self.show_table)
+        QShortcut(QKeySequence("F8"), self._editor, self.chips.panel.click)
+        findings.openChanged.connect(lambda _open: self._fold())
+        findings.renameRequested.connect(self.chips.ask_name)
+        self._editor.area.recolored.connect(self.source.refresh)
+        self.source.saidChanged.connect(self.chips.say_source)
+        self.band.tag.add.addRequested.connect(findings.add_mode_over_band)
         for cover in (self.exact, self.learned):
-            workspace.hintChanged.connect(cover.set_hint)
-        self.findings.whatIfShown.connect(self._show_what_if)
-        self.findings.whatIfEnded.connect(self._end_what_if)
+            self._workspace.hintChanged.connect(cover.set_hint)
+            cover.changed.connect(self._show_one_bar)
+        self.what_if.shown.connect(self._show_what_if)
+        self.what_if.ended.connect(self._end_what_if)
+
+    def show_table(self) -> ResponsesTable:
+        """List the curve's numbers."""
+        columns, rows = self.responses.table()
+        title = f"Change: {self._sensitivity.region_name}"
+        dialog = ResponsesTable(title, columns, rows, self._editor)
+        dialog.open()
+        return dialog
+
+    def _order_focus(self) -> None:
+        """Let Tab go from the header to the plot, its flags and its card, and to the panel."""
+        chips, findings, area = self.chips, self.findings, self._editor.area
+        rows = zip(findings.raises, findings.lowers, findings.isolates, strict=True)
+        order: list[QWidget] = [
+            *self._editor.header_controls,
+            chips.region, chips.change, chips.more, chips.visible, chips.voxels, chips.panel,
+            area.widget, *self.responses.flags, *self._editor.card.controls,
+            self.band.tag.add, self.band.tag.release,
+            findings.rename, findings.close_button, *(each for row in rows for each in row),
+            findings.height_box, *findings.adds, self.what_if.button, self.source,
+        ]  # fmt: skip
+        for one, other in pairwise(order):
+            QWidget.setTabOrder(one, other)
+
+    def _fold(self) -> None:
+        editor = self._editor
+        self.findings.fold(editor.width(), editor.height())
+        is_open = self.findings.is_open
+        self.chips.fold(editor.width(), is_open)
+        self.chips.panel.setChecked(is_open)
+
+    def _follow_place(self, place: object) -> None:
+        if place is not None:
+            self._opened_by_place = not self.findings.is_open
+            self.findings.set_open(True)
+        elif self._opened_by_place:
+            self._opened_by_place = False
+            if self._sensitivity.active is None:
+                self.findings.set_open(False)
+
+    def toggle_pin(self) -> None:
+        """Keep the band of values, or the best one, when the mouse leaves; or release it."""
+        band, best = self._sensitivity.band, self.responses.intervals
+        if band is not None and band.pinned:
+            self._sensitivity.unpin()
+        elif band is not None:
+            self._sensitivity.pin()
+        elif best:
+            self._sensitivity.pin(best[0].value)
 
     def escape(self) -> bool:
         """End the last of what is under way; return False if nothing is.
 
-        That is a region that is to be drawn, a pinned band, or a list of values.
+        That is a region that is to be drawn, a pinned band, an edit that is tried, a clicked
+        place, a region, or the open panel.
         """
         asked = self._sensitivity
         if asked.tool is not None:
             asked.set_tool(None)
         elif asked.band is not None and asked.band.pinned:
             asked.unpin()
+        elif self.what_if.leave() or self.findings.values.leave():
+            pass
+        elif asked.active is not None:
+            asked.activate(None)
+            self.findings.set_open(False)
+        elif self.findings.is_asked_for:
+            self.findings.set_open(False)
         else:
-            return self.findings.leave_what_if() or self.findings.values.leave()
+            return False
         return True
 
     def result(self) -> SensitivityResult | None:
@@ -115,13 +202,30 @@ class SensitivityView(QObject):
     def _field(self, wanted: Source) -> Answer[Any] | None:
         band = self._sensitivity.band
         if band is not None and not band.effect:
-            return self._dispatcher.seen
+            # Of the data, whoever draws: one image shows it, and the other stays as it is.
+            return self._dispatcher.seen if wanted == self._left else None
         fields, exact = self._dispatcher.shown_fields, self._dispatcher.exact_source
         if wanted == "learned" and "learned" in self._dispatcher.chooser.available:
             # Not the ray caster's meanwhile: it would be taken for the model's.
             return fields.get("learned")
         order = (exact, "learned") if wanted == "exact" else ("learned", exact)
         return next((fields[source] for source in order if source in fields), None)
+
+    @property
+    def _left(self) -> Source:
+        """Whose pane is the left one of those that are shown."""
+        shown = [pane for pane in self._panes if not pane.isHidden()] or self._panes
+        left = min(shown, key=lambda pane: pane.x())
+        return "learned" if left is self._panes[0] else "exact"
+
+    def _show_one_bar(self) -> None:
+        """Show the colour bar over the left one of the images that have a field."""
+        covers = (
+            [self.learned, self.exact] if self._left == "learned" else [self.exact, self.learned]
+        )
+        shown = [cover for cover in covers if cover.caption]
+        for cover in covers:
+            cover.bar.setVisible(cover in shown[:1])
 
     def _image(self) -> NDArray[np.float32] | None:
         inputs = self._state.inputs

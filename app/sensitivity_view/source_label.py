@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QLabel, QWidget
 
 from app import theme
 from app.glosses import explain, gloss, without_links
-from app.sensitivity_view.response_layer import EXACT, LEARNED
 from app.state.sensitivity_answers import Agreement, Source
 from app.state.sensitivity_dispatcher import SensitivityDispatcher
 from app.state.sensitivity_state import SensitivityState
@@ -36,6 +35,8 @@ class SourceLabel(QLabel):
         Knows the model and what it was trained on.
     """
 
+    saidChanged = Signal(str)
+
     def __init__(
         self,
         state: SensitivityState,
@@ -53,6 +54,10 @@ class SourceLabel(QLabel):
         self.setTextFormat(Qt.TextFormat.RichText)
         self.setWordWrap(True)
         explain(self)
+        # By Tab, too; Enter opens the glossary.
+        flags = Qt.TextInteractionFlag
+        self.setTextInteractionFlags(flags.LinksAccessibleByMouse | flags.LinksAccessibleByKeyboard)
+        self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         for signal in (dispatcher.regionAnswered, dispatcher.fieldAnswered):
             signal.connect(self.refresh)
         state.choicesChanged.connect(lambda _choices: self.refresh())
@@ -86,15 +91,16 @@ class SourceLabel(QLabel):
         if self._problem and choices.shown:
             text = f"<span style='color:{theme.WARNING}'>{self._problem}</span>"
         self.setText(text)
+        self.saidChanged.emit(self.said)
 
     def _source_text(self) -> str:
         dispatcher = self._dispatcher
         exact, learned = dispatcher.exact_source, "learned"
         parts = []
         if exact in dispatcher.regions:
-            parts.append(f"<span style='color:{EXACT}'>■</span> {gloss(GLOSSES[exact])}")
+            parts.append(f"<span style='color:{theme.CHANGE}'>━</span> {gloss(GLOSSES[exact])}")
         if learned in dispatcher.regions:
-            parts.append(f"<span style='color:{LEARNED}'>■</span> {gloss('Learned')}")
+            parts.append(f"<span style='color:{theme.CHANGE}'>╍</span> {gloss('Learned')}")
             agreement = dispatcher.region_agreement
             if agreement is not None:
                 parts.append(self._agreement_text(agreement))

@@ -111,6 +111,8 @@ class KnownVolume:
     crop : tuple of float
         Least fractions along x, y and z of the part that is shown, then the greatest; empty for
         all of it.
+    draws_missing : bool
+        Whether voxels are drawn where nothing was measured.
     choice : str
         What was chosen of a file of several volumes, see :meth:`Choice.parse`; empty for nothing.
     models : tuple of str
@@ -140,6 +142,7 @@ class KnownVolume:
     light: tuple[float, ...] = ()
     brightness: float | None = None
     crop: tuple[float, ...] = ()
+    draws_missing: bool = False
     choice: str = ""
     regions: tuple[KnownRegion, ...] = ()
     active_region: str = ""
@@ -349,6 +352,7 @@ _VOLUME_CHECKS: Checks = {
     "light": _light,
     "brightness": either(one_of(None), number(0.25, 4.0)),
     "crop": _crop,
+    "draws_missing": _flag,
     "regions": valid_of(_region, MOST_MARKS),
     "active_region": text,
     "region_count": whole_number(0, 10**9),

@@ -16,6 +16,7 @@ EngineChoice = Literal["automatic", "exact", "learned"]
 FieldStyle = Literal["map", "contours", "blocks"]
 FieldScale = Literal["own", "all"]
 Tool = Literal["rectangle", "lasso"]
+Layer = Literal["curve", "visible"]
 
 NARROWEST, WIDEST = 1.0, TF_SAMPLES / 8
 """Limits of the width of edits, in bins."""
@@ -39,6 +40,8 @@ class Choices:
     ----------
     shown : bool
         Whether sensitivities are computed and shown at all.
+    curve, visible : bool
+        Whether the plot has the curve of changes, and the area of what is visible.
     measure : {"change", "signed"}
     engine : {"automatic", "exact", "learned"}
         Who answers; automatic takes the exact engine where it is fast enough.
@@ -60,6 +63,8 @@ class Choices:
     """
 
     shown: bool = True
+    curve: bool = True
+    visible: bool = True
     measure: Measure = "signed"
     engine: EngineChoice = "automatic"
     width: float = EDIT_WIDTH
@@ -107,6 +112,8 @@ class SensitivityState(QObject):
     regionsChanged = Signal()
     """Emitted when the active region, its outline, or the list of regions has changed."""
     regionChangeFinished = Signal()
+    regionDrawn = Signal()
+    """Emitted after the user has drawn a new region."""
     bandChanged = Signal(object)
     """Emitted with the band of values, or None."""
     bandChangeFinished = Signal()
@@ -143,6 +150,17 @@ class SensitivityState(QObject):
             self.choices = choices
             self.choicesChanged.emit(choices)
 
+    def show_layer(self, layer: Layer, on: bool) -> None:
+        """Show the curve or the area in the plot, or not; without both, nothing is computed."""
+        choices = self.choices
+        layers = {name: choices.shown and getattr(choices, name) for name in ("curve", "visible")}
+        layers[layer] = on
+        if any(layers.values()):
+            self.choose(shown=True, **layers)
+        else:
+            # Both come back when all is switched on again.
+            self.choose(shown=False, curve=True, visible=True)
+
     def widen(self, notches: float) -> None:
         """Make edits wider by notches of the mouse wheel, within the limits."""
         width = self.choices.width * WIDTH_PER_NOTCH**notches
@@ -161,6 +179,7 @@ class SensitivityState(QObject):
         self.active = len(self.regions) - 1
         self._end_pick()
         self.regionsChanged.emit()
+        self.regionDrawn.emit()
 
     def change_region(self, outline: Outline, reach: Reach = SQUARE) -> None:
         """Move or reshape the active region during a drag; some of it stays in the image.

@@ -287,6 +287,7 @@ class Workspace(QObject):
     def draw_missing(self, drawn: bool) -> None:
         """Draw the open volume's missing voxels, or leave them transparent, as at first."""
         if self._opened is not None and self.has_missing and drawn != self.draws_missing:
+            self._preferences.note_volume(self._opened.fingerprint, draws_missing=drawn)
             self._ranging.draw_missing(self._opened, drawn, self._range_taken, self._volume_failed)
 
     def show_on_scale(self, scale: ValueScale) -> None:
@@ -312,9 +313,22 @@ class Workspace(QObject):
             part.join()
 
     def _volume_read(self, opened: OpenedVolume) -> None:
-        """Show a volume that was read; first compute it over another range if one is wanted."""
+        """Show a volume that was read, with its missing voxels if they were drawn the last time."""
         self.readingEnded.emit()
         self.volumeRead.emit()
+        known = self._preferences.volume(opened.fingerprint)
+        if known.draws_missing and opened.volume.missing is not None:
+            show, failed = self._show_over_wanted, partial(self._show_nevertheless, opened)
+            self._opening.draw_missing(opened, True, show, failed)
+        else:
+            self._show_over_wanted(opened)
+
+    def _show_nevertheless(self, opened: OpenedVolume, text: str) -> None:
+        self._show_over_wanted(opened)
+        self.problem.emit(text)
+
+    def _show_over_wanted(self, opened: OpenedVolume) -> None:
+        """Show a volume; first compute it over another range if one is wanted."""
         kept = self._keeper.load(opened.fingerprint)
         show = partial(self._volume_opened, kept)
         try:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from PySide6.QtWidgets import QColorDialog
 from app.state.viewer_state import ViewerState
 from app.tf_editor.handle import DragHandle
 from app.tf_editor.moves import HandleMoves
-from app.tf_editor.plot_area import PlotArea
+from app.tf_editor.plot_area import PINS_HEIGHT, STRIP_HEIGHT, PlotArea
 from app.tf_editor.popup import pop_up
 from app.tf_editor.selection import Selection
 from model.scene import tf_editing as edits
@@ -22,6 +23,9 @@ from model.scene.transfer_function import ColorTF
 from model.scene.value_scale import value_at
 
 _PIXELS = 1024
+
+PIN_PLACE = -0.5 * PINS_HEIGHT / STRIP_HEIGHT
+"""Where pins stand, in heights of the strip from its lower edge."""
 
 
 class ColorLayer(QObject):
@@ -72,7 +76,7 @@ class ColorLayer(QObject):
         selected = self._selection.indices("color")
         for index, (value, *rgb) in enumerate(color.stops):
             place = self._area.axis.place(value)
-            self._stops[index].setPos(place, 0.5)
+            self._stops[index].setPos(place, PIN_PLACE)
             self._stops[index].setVisible(0.0 <= place <= 1.0)
             self._stops[index].set_look(QColor.fromRgbF(*rgb), index in selected)
 
@@ -91,10 +95,22 @@ class ColorLayer(QObject):
 
     def choose_color(self, index: int) -> QColorDialog:
         """Open the colour dialog for a stop, with a preview in the images."""
-        _value, *rgb = self._state.transfer_function.color.stops[index]
+        return self._choose(self._state.transfer_function.color, index)
+
+    def choose_color_at(self, value: float) -> QColorDialog:
+        """Open the colour dialog for the stop at a value, or for one that is added there."""
+        tf = self._state.transfer_function
+        near = tf.opacity.bin_width / 2
+        for index, stop in enumerate(tf.color.stops):
+            if abs(stop[0] - value) <= near:
+                return self._choose(tf.color, index)
+        return self._choose(*edits.add_stop(tf.color, value))
+
+    def _choose(self, before: ColorTF, index: int) -> QColorDialog:
+        _value, *rgb = before.stops[index]
         dialog = QColorDialog(QColor.fromRgbF(*rgb), self._area.widget)
         dialog.setWindowTitle("Colour of the stop")
-        dialog.currentColorChanged.connect(lambda color: self._preview_color(index, color))
+        dialog.currentColorChanged.connect(partial(self._preview_color, before, index))
         dialog.accepted.connect(lambda: self._state.finish_preview("colour"))
         dialog.rejected.connect(self._state.cancel_preview)
         # The stop belongs to the present volume's TF.
@@ -103,10 +119,10 @@ class ColorLayer(QObject):
         dialog.open()
         return dialog
 
-    def _preview_color(self, index: int, color: QColor) -> None:
+    def _preview_color(self, before: ColorTF, index: int, color: QColor) -> None:
         tf = self._state.transfer_function
         rgb = color.redF(), color.greenF(), color.blueF()
-        self._state.preview(replace(tf, color=edits.recolor_stop(tf.color, index, rgb)))
+        self._state.preview(replace(tf, color=edits.recolor_stop(before, index, rgb)))
 
     def _commit(self, color: ColorTF, text: str) -> None:
         tf = self._state.transfer_function

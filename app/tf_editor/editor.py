@@ -1,18 +1,20 @@
-"""The transfer-function editor: plots, number fields and keyboard shortcuts."""
+"""The transfer-function editor: header, plots, the card at the handle, keyboard shortcuts."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QPoint, Qt
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtCore import QPoint, QSize, Signal
+from PySide6.QtGui import QKeySequence, QResizeEvent, QShortcut
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QVBoxLayout, QWidget
 
+from app.icons import IconButton
 from app.state.viewer_state import ViewerState
 from app.tf_editor.axis_gestures import AxisGestures
 from app.tf_editor.color_layer import ColorLayer
 from app.tf_editor.keys import EditorKeys
+from app.tf_editor.mode_card import ModeCard
 from app.tf_editor.moves import HandleMoves, handle_name
-from app.tf_editor.numbers import NumbersPanel
 from app.tf_editor.opacity_layer import OpacityLayer
 from app.tf_editor.plot_area import PlotArea
 from app.tf_editor.popup import pop_up
@@ -27,26 +29,25 @@ from model.scene.value_scale import ValueScale
 SMALL_RANGE = 0.2
 """Share of all values below which a range is hard to edit while all of them are shown."""
 
-_HINT = "<br>".join(
-    (
-        "Presets, colours, range and axis of the transfer function. In its plots:",
-        "Double-click: add a mode or point; click the strip: add a colour",
-        "Shift or Ctrl and click, or a frame drawn with Shift: select several (Ctrl+A: all)",
-        "Arrows: move; with Shift: farther; Delete: remove; Insert: add",
-        "Tab: next handle; Enter on a colour: choose it",
-        "Ctrl and wheel, + and -: zoom; middle button: pan; Home: show all",
-        "Drag the lines at the ends: range",
-    )
-)
+HEADER_HEIGHT = 34
+
+LEAST_WIDTH = 960
+LEAST_HEIGHT, GREATEST_HEIGHT = 220, 460
+"""Least width, and limits of its height unless it is dragged, in pixels."""
+
+CAPTIONED_FROM = 1180
+"""Width from which the card at a handle says what its numbers are, in pixels."""
 
 
 class TransferFunctionEditor(QFrame):
-    """Edits a state's TF over a volume's histogram.
+    """Edits a state's TF over a volume's histogram; the lower third of the window.
 
     Parameters
     ----------
     state : ViewerState
     """
+
+    resized = Signal()
 
     def __init__(self, state: ViewerState, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -66,18 +67,12 @@ class TransferFunctionEditor(QFrame):
         self.keys = EditorKeys(
             self.area, state, self.selection, self.moves, self.opacity, self.color, self.gestures
         )
-        self.numbers = NumbersPanel(state, self.selection, self.moves, self)
+        self.card = ModeCard(self.area, state, self.selection, self.moves)
         self.menu = TransferFunctionMenu(state, self.area, self.range, self.moves, self)
         self.menu.show_all.connect(self.gestures.show_all)
         self.menu.replaced.connect(self.select_strongest)
         self.menu.range_shown.connect(self.show_range)
-        self.presets = QToolButton()
-        self.presets.setText("Presets")
-        self.presets.setToolTip("Transfer functions to begin with, and how the volume looks then")
-        self.presets.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        # After a click, keys such as W are the window's again.
-        self.presets.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        self.presets.setMenu(self.menu.presets)
+        self.add_button = IconButton("plus", "Add mode", "Insert")
         self._is_new = False
         self._lay_out()
         self._connect()
@@ -155,29 +150,53 @@ class TransferFunctionEditor(QFrame):
             self.selection.select("opacity", max(range(len(handles)), key=lambda i: handles[i][1]))
 
     def _lay_out(self) -> None:
-        self.menu.button.setToolTip(_HINT)
-        self._header = QHBoxLayout()
-        self._header.setSpacing(10)
-        self._header.addWidget(self.menu.button)
-        self._header.addWidget(self.presets)
+        header = QWidget()
+        header.setFixedHeight(HEADER_HEIGHT)
+        self.areas: list[QWidget] = [header, self.area.widget, self.card]
+        """Parts that keys go to one after the other."""
+        self._header = QHBoxLayout(header)
+        self._header.setContentsMargins(8, 0, 8, 0)
+        self._header.setSpacing(4)
+        menu = self.menu
+        self.header_controls: list[QWidget] = [
+            menu.presets_button, menu.colors_button, self.add_button, menu.button,
+        ]  # fmt: skip
+        for button in self.header_controls:
+            self._header.addWidget(button)
         self._header.addStretch()
         plots = QVBoxLayout()
-        plots.setSpacing(6)
-        plots.addLayout(self._header)
+        plots.setSpacing(0)
+        plots.addWidget(header)
         plots.addWidget(self.area.widget, 1)
         self._row = QHBoxLayout(self)
-        self._row.setContentsMargins(14, 10, 14, 10)
-        self._row.setSpacing(18)
+        self._row.setContentsMargins(0, 0, 0, 0)
+        self._row.setSpacing(0)
         self._row.addLayout(plots, 1)
-        self._row.addWidget(self.numbers)
+        self.setMinimumHeight(LEAST_HEIGHT)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Fold what there is no room for."""
+        super().resizeEvent(event)
+        is_narrow = self.width() < CAPTIONED_FROM
+        self.card.set_short(is_narrow)
+        self.menu.set_narrow(is_narrow)
+        self.resized.emit()
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the size from which on all has room, once it is folded."""
+        return super().minimumSizeHint().boundedTo(QSize(LEAST_WIDTH, LEAST_HEIGHT))
+
+    def sizeHint(self) -> QSize:
+        """Return a size at which nothing is folded."""
+        return QSize(CAPTIONED_FROM, LEAST_HEIGHT)
 
     def add_to_header(self, widget: QWidget) -> None:
-        """Add controls beside the title."""
-        self._header.insertWidget(self._header.count() - 1, widget, 1)
+        """Add controls at the right of the header."""
+        self._header.addWidget(widget)
 
     def add_beside(self, widget: QWidget) -> None:
-        """Add a panel between the plots and the numbers."""
-        self._row.insertWidget(1, widget)
+        """Add a panel at the right, as high as header and plots."""
+        self._row.addWidget(widget)
 
     def _connect(self) -> None:
         self._state.transferFunctionChangeFinished.connect(
@@ -187,9 +206,26 @@ class TransferFunctionEditor(QFrame):
         self.area.opacityDoubleClicked.connect(self.opacity.add)
         self.area.opacityMenuRequested.connect(self._opacity_menu)
         self.area.stripClicked.connect(self.color.add)
-        self.numbers.addRequested.connect(self.keys.add_in_the_middle)
-        self.numbers.removeRequested.connect(self.remove_selected)
-        self.numbers.colorRequested.connect(self.keys.choose_color)
+        self.add_button.clicked.connect(lambda: self.keys.add_in_the_middle())
+        self.card.removeRequested.connect(self.remove_selected)
+        self.card.colorRequested.connect(self._choose_color)
+        self._state.transferFunctionChanged.connect(self._name_adding)
+        QShortcut(QKeySequence("F2"), self, self.card.edit)
+
+    def _name_adding(self) -> None:
+        """Say what is added, modes or points."""
+        name = f"Add {handle_name(self._state.transfer_function.opacity)}"
+        self.add_button.setAccessibleName(name)
+        self.add_button.setToolTip(f"{name} (Insert)")
+
+    def _choose_color(self) -> None:
+        """Open the colour of the selected stop, or at the selected mode or point."""
+        index = self.selection.index("opacity")
+        if index is None:
+            self.keys.choose_color()
+        else:
+            handles = edits.opacity_handles(self._state.transfer_function.opacity)
+            self.color.choose_color_at(handles[index][0])
 
     def remove_selected(self) -> None:
         """Remove the selected modes, points or colour stops."""

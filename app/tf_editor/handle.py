@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 from PySide6.QtCore import QPoint, QPointF, QRectF, Qt, Signal
-from PySide6.QtGui import QColor, QPainter, QPen
+from PySide6.QtGui import QColor, QPainter, QPen, QPolygonF
 from PySide6.QtWidgets import (
     QGraphicsItem,
     QGraphicsObject,
@@ -20,8 +20,8 @@ from app import theme
 
 Shape = Literal["circle", "square", "pin", "line"]
 
-_RADIUS = {"circle": 6.5, "square": 4.5, "pin": 7.0, "line": 0.0}
-_REACH = 11.0
+_RADIUS = {"circle": 6.0, "square": 4.0, "pin": 6.0, "line": 0.0}
+_REACH = 12.0
 """Half the edge of the square that reacts to the mouse, in pixels; larger than the mark."""
 
 
@@ -49,7 +49,7 @@ class DragHandle(QGraphicsObject):
         self.setAcceptHoverEvents(True)
         self.setCursor(Qt.CursorShape.PointingHandCursor)
         self._shape = shape
-        self._fill = QColor(theme.TEXT)
+        self._fill = QColor(theme.CURVE)
         self._selected = False
         self._ringed = False
         self._hovered = False
@@ -74,6 +74,11 @@ class DragHandle(QGraphicsObject):
         return self._selected
 
     @property
+    def is_mark(self) -> bool:
+        """True for a mark on a curve; False for a line."""
+        return self._shape != "line"
+
+    @property
     def is_hovered(self) -> bool:
         """True while the mouse is over the handle."""
         return self._hovered
@@ -94,17 +99,22 @@ class DragHandle(QGraphicsObject):
         if self._ringed:
             painter.setPen(QPen(QColor(theme.ACCENT), 2.0))
             painter.setBrush(Qt.BrushStyle.NoBrush)
-            painter.drawEllipse(QPointF(), radius + 3.0, radius + 3.0)
-        painter.setPen(QPen(QColor(theme.BACKGROUND), 1.0))
-        painter.setBrush(QColor(theme.TEXT))
+            painter.drawEllipse(QPointF(), radius + 3.5, radius + 3.5)
+        painter.setPen(QPen(QColor(theme.PLOT), 1.0))
+        painter.setBrush(QColor(theme.CURVE))
         self._draw(painter, radius)
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(self._fill)
-        self._draw(painter, radius - 2.0)
+        self._draw(painter, radius - 1.6)
 
     def _draw(self, painter: QPainter, radius: float) -> None:
         if self._shape == "square":
             painter.drawRect(QRectF(-radius, -radius, 2 * radius, 2 * radius))
+        elif self._shape == "pin":
+            roof = (QPointF(-radius, 0), QPointF(0, -radius), QPointF(radius, 0))
+            painter.drawPolygon(
+                QPolygonF([*roof, QPointF(radius, radius), QPointF(-radius, radius)])
+            )
         else:
             painter.drawEllipse(QPointF(), radius, radius)
 

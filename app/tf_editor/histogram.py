@@ -1,8 +1,7 @@
-"""The volume's histogram behind the opacity plot, with an axis for the numbers of voxels."""
+"""The volume's histogram behind the opacity plot."""
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -13,8 +12,8 @@ from PySide6.QtGui import QColor
 from app import theme
 from app.tf_editor.unit_axis import ScalarAxis
 from model.scene.transfer_function import Range
+from model.scene.value_scale import ValueScale, values_at
 
-COUNT_AXIS_WIDTH = 40
 _BEYOND = 0.015
 """How far the outermost bins may reach out of the plot: whole-number bins do, by half of one."""
 
@@ -24,34 +23,23 @@ _WIDEST_GAP = 8
 _COMB = 0.1
 """Least share of empty bins in narrow gaps that makes a histogram a comb."""
 
-_SUPERSCRIPTS = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
-
 
 class HistogramLayer:
-    """Draws numbers of voxels, logarithmically, and labels their scale.
+    """Draws numbers of voxels, logarithmically.
 
     Parameters
     ----------
     view : pyqtgraph.ViewBox
         Plot with heights from 0 to 1.
-    axis : pyqtgraph.AxisItem
-        Axis at the right of the plot.
     """
 
-    def __init__(self, view: Any, axis: Any) -> None:
-        self._axis = axis
-        color = QColor(theme.DIM_TEXT)
-        color.setAlpha(46)
-        self._curve: Any = pg.PlotCurveItem(fillLevel=0, pen=None, brush=color)
+    def __init__(self, view: Any) -> None:
+        self._curve: Any = pg.PlotCurveItem(fillLevel=0, pen=None)
         self._curve.setZValue(-10)
         view.addItem(self._curve, ignoreBounds=True)
         self._counts: NDArray[np.int64] = np.zeros(1, dtype=np.int64)
         self._drawn: NDArray[np.float64] = np.zeros(1)
         self._edges: NDArray[np.float64] = np.array([0.0, 1.0])
-        axis.setWidth(COUNT_AXIS_WIDTH)
-        axis.setLabel("Voxels")
-        axis.setToolTip("Voxels per bin of the histogram, on a logarithmic scale")
-        axis.setTicks([[]])
 
     @property
     def counts(self) -> NDArray[np.int64]:
@@ -63,12 +51,33 @@ class HistogramLayer:
         """Edges of the bins, one more than counts."""
         return self._edges
 
+    @property
+    def is_shown(self) -> bool:
+        """Whether it is drawn."""
+        return bool(self._curve.isVisible())
+
+    def set_shown(self, shown: bool) -> None:
+        """Draw it, or not."""
+        self._curve.setVisible(shown)
+
+    def recolor(self) -> None:
+        """Take the colours of the theme in use."""
+        self._curve.setBrush(QColor(theme.VOXELS))
+
+    def said_at(self, value: float, scale: ValueScale) -> str:
+        """Return the number of voxels in the bin of a value, in words; empty outside of all."""
+        index = int(np.searchsorted(self._edges, value, side="right")) - 1
+        if not 0 <= index < len(self._counts):
+            return ""
+        low, high = values_at(self._edges[index : index + 2], scale)
+        count = int(self._counts[index])
+        return f"{count:,} {'voxel' if count == 1 else 'voxels'} of {low:.5g} to {high:.5g}"
+
     def set_data(self, counts: NDArray[np.int64], edges: NDArray[np.float64]) -> None:
         """Take another volume's histogram; :meth:`draw` shows it."""
         self._counts = np.asarray(counts, dtype=np.int64)
         self._edges = np.asarray(edges, dtype=np.float64)
         self._drawn = without_comb(self._counts)
-        self._axis.setTicks([count_ticks(math.ceil(self._drawn.max()))])
 
     def draw(self, axis: ScalarAxis) -> None:
         """Draw the part that an axis shows."""
@@ -110,26 +119,6 @@ def without_comb(counts: NDArray[np.int64]) -> NDArray[np.float64]:
     for first, last in zip(teeth[:-1][~narrow], teeth[1:][~narrow], strict=True):
         drawn[first + 1 : last] = 0.0
     return drawn
-
-
-def count_ticks(most: int) -> list[tuple[float, str]]:
-    """Label powers of ten up to a number of voxels, at most five of them.
-
-    Returns
-    -------
-    list of (height, text)
-        Heights of 0 to 1, where 1 stands for the largest number.
-    """
-    top = max(math.log1p(most), 1.0)
-    powers = range(math.floor(math.log10(max(most, 1))) + 1)
-    step = math.ceil(len(powers) / 4)
-    return [(math.log1p(10**n) / top, _power_text(n)) for n in powers if n % step == 0]
-
-
-def _power_text(exponent: int) -> str:
-    if exponent < 2:
-        return str(10**exponent)
-    return "10" + str(exponent).translate(_SUPERSCRIPTS)
 
 
 def percentile_range(

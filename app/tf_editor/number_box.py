@@ -17,6 +17,10 @@ SHOWN_DIGITS = 4
 """Digits of a number that are shown, beside those that both limits share."""
 
 
+HARDLY = 0.05
+"""Part of a digit that does not count: limits such as 1 and 255 share none."""
+
+
 class NumberBox(QDoubleSpinBox):
     """Spin box for numbers such as 1e-9, 0.5 and 3e12; typed numbers apply on Enter or focus loss.
 
@@ -24,10 +28,16 @@ class NumberBox(QDoubleSpinBox):
     its value is the logarithm of the number that is shown and typed.
 
     `valueChanged` is emitted only for changes by the user; see :meth:`show_value`.
+
+    Parameters
+    ----------
+    is_short : bool
+        Whether no zero is shown before the point, where room is scarce.
     """
 
-    def __init__(self, parent: QWidget | None = None) -> None:
+    def __init__(self, parent: QWidget | None = None, *, is_short: bool = False) -> None:
         super().__init__(parent)
+        self._is_short = is_short
         self._digits = 6
         self._meaning = ""
         self._limits: tuple[float, float, ValueScale] | None = None
@@ -52,7 +62,7 @@ class NumberBox(QDoubleSpinBox):
         # Leading digits shared by both limits, as in 1,000,000 and 1,000,001, do not count.
         span = hi - lo if scale == "linear" else 1.0
         common = math.log10(max(abs(lo), abs(hi), span) / span) if scale == "linear" else 0.0
-        self._digits = min(SHOWN_DIGITS + math.ceil(common), 17)
+        self._digits = min(SHOWN_DIGITS + math.ceil(common - HARDLY), 17)
         with self.entry.new_limits():
             self.setDecimals(min(max(digits, 0), _MAX_DECIMALS))
             self.setRange(lo, hi)
@@ -73,7 +83,8 @@ class NumberBox(QDoubleSpinBox):
         return self._written(value_at(value, self._scale))
 
     def _written(self, number: float) -> str:
-        return f"{number + 0.0:.{self._digits}g}"
+        text = f"{number + 0.0:.{self._digits}g}"
+        return text.removeprefix("0") if self._is_short and text.startswith("0.") else text
 
     def valueFromText(self, text: str) -> float:
         """Read a number; an unchanged text keeps the exact value."""

@@ -16,8 +16,8 @@ from PySide6.QtWidgets import QGraphicsPathItem
 from app import theme
 from app.state.viewer_state import ViewerState
 from app.tf_editor.handle import DragHandle
+from app.tf_editor.mode_card import WIDTHS
 from app.tf_editor.moves import HandleMoves, handle_name
-from app.tf_editor.numbers import WIDTHS
 from app.tf_editor.plot_area import PlotArea
 from app.tf_editor.popup import pop_up
 from app.tf_editor.selection import Selection
@@ -59,16 +59,16 @@ class OpacityLayer(QObject):
         self._moves = moves
         self._fill = QGraphicsPathItem()
         self._fill.setPen(QPen(Qt.PenStyle.NoPen))
-        view.addItem(self._fill, ignoreBounds=True)
-        self._curve = self._add_curve(pg.mkPen(theme.TEXT, width=1.6))
-        self._selected_curve = self._add_curve(
-            pg.mkPen(theme.ACCENT, width=1.2, style=Qt.PenStyle.DashLine)
-        )
+        area.back.addItem(self._fill, ignoreBounds=True)
+        self._curve = self._add_curve()
+        self._selected_curve = self._add_curve()
         self._peaks: list[DragHandle] = []
         self._flanks = [self._add_flank() for _ in range(2)]
         state.transferFunctionChanged.connect(self.refresh)
         selection.changed.connect(self.refresh)
         area.axisChanged.connect(self.refresh)
+        area.recolored.connect(self._recolor)
+        self._recolor()
 
     @property
     def peaks(self) -> tuple[DragHandle, ...]:
@@ -148,10 +148,16 @@ class OpacityLayer(QObject):
             handle.setPos(place, self._area.scale.height(mode.amplitude * _FLANK))
             inside = tf.scalar_range[0] <= mode.mean + side * mode.width <= tf.scalar_range[1]
             handle.setVisible(inside and 0.0 <= place <= 1.0)
-            handle.set_look(QColor(theme.ACCENT), True, ringed=self._selection.flank == number)
+            handle.set_look(QColor(theme.CURVE), True, ringed=self._selection.flank == number)
 
-    def _add_curve(self, pen: Any) -> Any:
-        curve = pg.PlotCurveItem(pen=pen, antialias=True)
+    def _recolor(self) -> None:
+        self._curve.setPen(pg.mkPen(theme.CURVE, width=1.6))
+        dashed = pg.mkPen(theme.DIM_TEXT, width=1.2, style=Qt.PenStyle.DashLine)
+        self._selected_curve.setPen(dashed)
+        self.refresh()
+
+    def _add_curve(self) -> Any:
+        curve = pg.PlotCurveItem(antialias=True)
         self._view.addItem(curve, ignoreBounds=True)
         return curve
 
@@ -192,12 +198,12 @@ class OpacityLayer(QObject):
         mode = opacity.modes[index]
         height = self._area.scale.height(mode.amplitude)
         self._area.show_readout(
-            self._view, mode.mean, height, f"{WIDTHS[self._state.scale].lower()} {mode.width:.4g}"
+            self._view, mode.mean, height, f"{WIDTHS[self._state.scale]} {mode.width:.4g}"
         )
 
     def _finish_drag(self) -> None:
-        self._area.hide_readout()
         self._moves.finish(f"drag {handle_name(self._state.transfer_function.opacity)}")
+        self._area.hide_readout()
 
     def _peak_menu(self, index: int, point: QPoint) -> None:
         opacity = self._state.transfer_function.opacity

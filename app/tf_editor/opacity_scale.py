@@ -12,7 +12,7 @@ BEND = 0.002
 """Opacity below which the logarithmic scale is almost linear, so that it has a 0."""
 
 _TOP = math.asinh(1 / BEND)
-_MARKED = {0.001: "", 0.01: "0.01", 0.1: "0.1"}
+_MARKED = {0.001: "", 0.01: ".01", 0.1: ".1"}
 """Labels of opacities between 0 and 1: that of the least would lie over the 0."""
 
 
@@ -47,6 +47,6 @@ class OpacityScale:
     def ticks(self) -> list[tuple[float, str]]:
         """Return heights and their labels."""
         if not self.logarithmic:
-            return [(0, "0"), (0.25, ""), (0.5, "0.5"), (0.75, ""), (1, "1")]
+            return [(0, "0"), (0.5, ".5"), (1, "1")]
         between = [(self.height(opacity), text) for opacity, text in _MARKED.items()]
         return [(0, "0"), *between, (1, "1")]

@@ -2,51 +2,34 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, QPoint, QPointF, Qt, Signal
-from PySide6.QtWidgets import QGraphicsItem, QLabel
+from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, QRect, Qt, Signal
+from PySide6.QtGui import QHelpEvent
+from PySide6.QtWidgets import QGraphicsItem, QLabel, QToolTip, QWidget
 
 from app import theme
+from app.tf_editor.handle import DragHandle
 from app.tf_editor.histogram import HistogramLayer
 from app.tf_editor.opacity_scale import OpacityScale
+from app.tf_editor.plot_labels import PlotLabels, Side
 from app.tf_editor.unit_axis import ScalarAxis
 from model.scene.transfer_function import Range
 from model.scene.value_scale import ValueScale
 
-STRIP_HEIGHT = 44
-AXIS_WIDTH = 52
+LEFT_MARGIN, RIGHT_MARGIN, TOP_MARGIN = 36, 44, 8
+"""Room beside the plots for their numbers, and above them, in pixels."""
+
+STRIP_HEIGHT, PINS_HEIGHT, LABELS_HEIGHT = 14, 14, 20
+"""Heights of the colours, of their pins below, and of the numbers, in pixels."""
+
+HEADROOM = 16
+"""Pixels above the opacity 1, for flags and the grips of the range."""
+
 _READOUT_GAP = 18
-MOST_TICKS = 5
-TICK_ROOM = 9
-"""Pixels from an axis' ends in which there are no ticks: their labels would be cut."""
-
-_SIDE_ROOM = 0.025
-"""Margin at either end of the axis, as a fraction of it, for handles and grips at the ends."""
-
-
-class _InnerAxis(pg.AxisItem):  # type: ignore[misc]
-    """An axis without ticks so near its ends that their labels would be cut."""
-
-    def tickValues(
-        self, minVal: float, maxVal: float, size: float
-    ) -> list[tuple[float, list[float]]]:
-        """Return pyqtgraph's ticks between the ends: finer ones where only one would be left."""
-        room = TICK_ROOM / max(size, 1.0) * (maxVal - minVal)
-        levels = [
-            (spacing, [v for v in values if minVal + room <= v <= maxVal - room])
-            for spacing, values in super().tickValues(minVal, maxVal, size)
-        ]
-        while len(levels) > 1 and len(levels[0][1]) < 2:
-            spacing, values = levels[1]
-            values = sorted([*levels[0][1], *values])
-            if len(values) > MOST_TICKS:
-                values = [v for v in values if round(v / spacing) % 2 == 0]
-            levels[:2] = [(spacing, values)]
-        return levels
 
 
 class PlotArea(QObject):
@@ -67,6 +50,12 @@ class PlotArea(QObject):
         The widget with both plots, for a layout.
     opacity, strip : pyqtgraph.ViewBox
         The opacity plot above and the colour strip below.
+    second : pyqtgraph.ViewBox
+        A plot of another quantity behind the opacity's.
+    back : pyqtgraph.ViewBox
+        The ground behind both, with the opacity's scale: for areas, over which lines are seen.
+    second_labels : PlotLabels
+        Its numbers, at the right.
     """
 
     opacityClicked = Signal()
@@ -75,6 +64,14 @@ class PlotArea(QObject):
     stripClicked = Signal(float)
     axisChanged = Signal()
     """Emitted when other values are visible, or a scale is another."""
+    heightChanged = Signal()
+    """Emitted when the opacity plot has another size."""
+    readoutChanged = Signal()
+    """Emitted when the numbers of a drag appear or go."""
+    flagsMoved = Signal()
+    """Emitted when widgets over the plot have moved."""
+    recolored = Signal()
+    """Emitted when the colours are those of another theme."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -82,33 +79,129 @@ class PlotArea(QObject):
         self.data_range: Range = (0.0, 1.0)
         self.scale = OpacityScale()
         self._drawn: dict[Any, tuple[NDArray[np.floating], Range, bool]] = {}
+        self._units = ""
         self.widget: Any = pg.GraphicsLayoutWidget()
-        self.widget.setBackground(theme.PANEL)
         self.widget.setProperty("role", "plots")
         self.widget.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self.widget.ci.setContentsMargins(0, 0, 8, 4)
-        self.widget.ci.layout.setVerticalSpacing(2)
+        self.widget.setAccessibleName("Transfer function")
+        self.widget.setMinimumSize(200, 60)
+        layout = self.widget.ci.layout
+        self.widget.ci.setContentsMargins(0, TOP_MARGIN, 0, 0)
+        layout.setSpacing(0)
         self.opacity: Any = self._add_view(row=0)
         self.strip: Any = self._add_view(row=1)
         self.strip.setXLink(self.opacity)
-        self.opacity.setXRange(-_SIDE_ROOM, 1.0 + _SIDE_ROOM, padding=0)
-        self.opacity.setYRange(-0.02, 1.06, padding=0)
+        self.opacity.setXRange(0.0, 1.0, padding=0)
         self.strip.setYRange(0, 1, padding=0)
-        self.widget.ci.layout.setRowFixedHeight(1, STRIP_HEIGHT)
-        self._opacities: Any = self._add_axis("left", self.opacity, row=0, col=0)
-        self._opacities.setWidth(AXIS_WIDTH)
-        self._opacities.setLabel("Opacity")
-        self._opacities.setTicks([self.scale.ticks()])
-        self._values: Any = self._add_axis("bottom", self.strip, row=2, col=1)
-        # Beside the axis of a second scale, which is at column 2.
-        counts = self._add_axis("right", self.opacity, row=0, col=3)
-        counts.setToolTip("Number of voxels in each bin of the histogram, on a logarithmic scale")
-        self.histogram = HistogramLayer(self.opacity, counts)
+        for row, height in enumerate((STRIP_HEIGHT, PINS_HEIGHT, LABELS_HEIGHT), start=1):
+            layout.setRowFixedHeight(row, height)
+        for column, width in ((0, LEFT_MARGIN), (2, RIGHT_MARGIN)):
+            layout.setColumnFixedWidth(column, width)
+        self._opacities = self._add_labels("left", 0, 0, "Opacity")
+        self.second_labels = self._add_labels("right", 0, 2, "")
+        self._values = self._add_labels("bottom", 3, 1, "Scalar value")
+        self.second, self.back = self._add_view_behind(1), self._add_view_behind(2)
+        self._lines: list[Any] = []
+        self.histogram = HistogramLayer(self.back)
         self._readout = QLabel(self.widget)
         self._readout.setProperty("role", "readout")
         self._readout.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         self._readout.hide()
+        self.flags: list[QWidget] = []
+        """Widgets over the plot that nothing else may cover."""
+        self.opacity.sigResized.connect(lambda *_: self._fit_heights())
         self.widget.scene().sigMouseClicked.connect(self._clicked)
+        for watched in (self.widget, self.widget.viewport()):
+            watched.installEventFilter(self)
+        self._recolor()
+
+    @property
+    def headroom(self) -> float:
+        """Height above the opacity 1, in that of the opacities."""
+        return HEADROOM / max(float(self.opacity.height()) - HEADROOM, 1.0)
+
+    @property
+    def rect(self) -> QRect:
+        """The opacity plot in pixels of the widget."""
+        box = self.opacity.sceneBoundingRect()
+        return QRect(
+            self.widget.mapFromScene(box.topLeft()), self.widget.mapFromScene(box.bottomRight())
+        )
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Take the colours of another theme, and say how many voxels a bar stands for."""
+        kind = event.type()
+        if kind == QEvent.Type.PaletteChange and watched is self.widget:
+            self._recolor()
+        elif kind == QEvent.Type.ToolTip and watched is self.widget.viewport():
+            where = cast(QHelpEvent, event)
+            said = self._said_at(where.pos())
+            if said:
+                QToolTip.showText(where.globalPos(), said, self.widget)
+                return True
+        return False
+
+    def _said_at(self, point: QPoint) -> str:
+        """What there is to say of the histogram's bar at a pixel; empty over a handle."""
+        is_free = not any(isinstance(item, DragHandle) for item in self.widget.items(point))
+        if not (is_free and self.rect.contains(point) and self.histogram.is_shown):
+            return ""
+        place = float(self.opacity.mapSceneToView(self.widget.mapToScene(point)).x())
+        return self.histogram.said_at(self.axis.value(place), self.axis.labels)
+
+    def pixel(self, plot: Any, place: float, height: float) -> QPoint:
+        """Return where a place of one of the plots is, in pixels of the widget."""
+        at = self.widget.mapFromScene(plot.mapViewToScene(QPointF(place, height)))
+        return QPoint(at.x(), at.y())
+
+    def handle_boxes(self) -> list[QRect]:
+        """Return where the handles in sight are, in pixels of the widget."""
+        boxes = []
+        for item in self.opacity.childGroup.childItems():
+            if isinstance(item, DragHandle) and item.isVisible() and item.is_mark:
+                center = self.widget.mapFromScene(item.scenePos())
+                boxes.append(QRect(center.x() - 7, center.y() - 7, 14, 14))
+        return boxes
+
+    def add_flag(self, flag: QWidget) -> None:
+        """Put a widget over the plot, which nothing else shall cover."""
+        flag.setParent(self.widget.viewport())
+        self.flags.append(flag)
+
+    def _recolor(self) -> None:
+        self.widget.setBackground(theme.PANEL)
+        self.back.setBackgroundColor(theme.PLOT)
+        self.histogram.recolor()
+        self._label_opacities()
+        self._label_values()
+        self.recolored.emit()
+
+    def _fit_heights(self) -> None:
+        """Let opacities reach from the strip to below the headroom, and the rest with them."""
+        for view in (self.opacity, self.back):
+            view.setYRange(0.0, 1.0 + self.headroom, padding=0)
+        for view in (self.second, self.back):
+            view.setGeometry(self.opacity.sceneBoundingRect())
+        self._label_opacities()
+        self.heightChanged.emit()
+
+    def _label_opacities(self) -> None:
+        whole = 1.0 + self.headroom
+        ticks = self.scale.ticks()
+        self._opacities.set_labels([(at / whole, text) for at, text in ticks], theme.DIM_TEXT)
+        while len(self._lines) < len(ticks):
+            self._lines.append(pg.InfiniteLine(angle=0))
+            self._lines[-1].setZValue(-20)
+            self.back.addItem(self._lines[-1], ignoreBounds=True)
+        for line, (at, text) in zip(self._lines, ticks, strict=False):
+            line.setPos(at)
+            style = Qt.PenStyle.DotLine if text == ".5" else Qt.PenStyle.SolidLine
+            line.setPen(pg.mkPen(theme.BORDER, width=1, style=style))
+        for number, line in enumerate(self._lines):
+            line.setVisible(number < len(ticks))
+
+    def _label_values(self) -> None:
+        self._values.set_labels(self.axis.marks(self._units), theme.DIM_TEXT)
 
     def set_data(
         self,
@@ -121,14 +214,15 @@ class PlotArea(QObject):
         """Show a volume's histogram and all of its values; see the editor's method."""
         self.data_range = data_range
         self.histogram.set_data(counts, edges)
+        self._units = units
         title = "Scalar value, logarithmic" if scale == "log" else "Scalar value"
-        self._values.setLabel(f"{title} ({units})" if units else title)
+        self._values.setToolTip(f"{title} ({units})" if units else title)
         self.set_axis(ScalarAxis.over(data_range, self.axis.scale != "linear", scale))
 
     def set_axis(self, axis: ScalarAxis) -> None:
         """Show other values, or on another scale."""
         self.axis = axis
-        self._values.setTicks([axis.ticks()])
+        self._label_values()
         self.histogram.draw(axis)
         for item in self._drawn:
             self._draw(item)
@@ -137,7 +231,7 @@ class PlotArea(QObject):
     def set_scale(self, scale: OpacityScale) -> None:
         """Spread the opacities over the plot in another way."""
         self.scale = scale
-        self._opacities.setTicks([scale.ticks()])
+        self._label_opacities()
         for item in self._drawn:
             self._draw(item)
         self.axisChanged.emit()
@@ -194,8 +288,7 @@ class PlotArea(QObject):
 
     def show_readout(self, plot: Any, value: float, height: float, text: str) -> None:
         """Show numbers beside a point of one of the plots."""
-        place = self.axis.place(value)
-        at = self.widget.mapFromScene(plot.mapViewToScene(QPointF(place, height)))
+        at = self.pixel(plot, self.axis.place(value), height)
         self._readout.setText(text)
         self._readout.adjustSize()
         size = self._readout.size()
@@ -203,32 +296,25 @@ class PlotArea(QObject):
         x = at.x() + _READOUT_GAP if on_right else at.x() - _READOUT_GAP - size.width()
         y = min(max(at.y() - size.height() // 2, 0), self.widget.height() - size.height())
         self._readout.move(x, y)
-        self._readout.show()
+        if self._readout.isHidden():
+            self._readout.show()
+            self.readoutChanged.emit()
 
     def hide_readout(self) -> None:
         """Hide the numbers again."""
-        self._readout.hide()
+        if not self._readout.isHidden():
+            self._readout.hide()
+            self.readoutChanged.emit()
 
-    def add_second_scale(self) -> tuple[Any, Any]:
-        """Add a plot behind the opacity's, with an axis of its own at the right.
-
-        Returns
-        -------
-        view : pyqtgraph.ViewBox
-        axis : pyqtgraph.AxisItem
-        """
+    def _add_view_behind(self, steps: int) -> Any:
+        """Return a plot at the opacity's place, behind it."""
         view = pg.ViewBox(enableMouse=False, enableMenu=False, defaultPadding=0)
         view.disableAutoRange()
         view.setAcceptedMouseButtons(Qt.MouseButton.NoButton)
         self.widget.scene().addItem(view)
-        view.setZValue(self.opacity.zValue() - 1)
+        view.setZValue(self.opacity.zValue() - steps)
         view.setXLink(self.opacity)
-        self.opacity.sigResized.connect(
-            lambda *_: view.setGeometry(self.opacity.sceneBoundingRect())
-        )
-        axis = _InnerAxis("right", linkView=view, pen=theme.BORDER, textPen=theme.DIM_TEXT)
-        self._place_axis(axis, row=0, col=2)
-        return view, axis
+        return view
 
     def _add_view(self, row: int) -> Any:
         """Add a plot without panning, zooming and context menu."""
@@ -239,15 +325,11 @@ class PlotArea(QObject):
         self.widget.addItem(view, row=row, col=1)
         return view
 
-    def _add_axis(self, side: str, view: Any, row: int, col: int) -> Any:
-        axis = pg.AxisItem(side, linkView=view, pen=theme.BORDER, textPen=theme.DIM_TEXT)
-        self._place_axis(axis, row, col)
-        return axis
-
-    def _place_axis(self, axis: Any, row: int, col: int) -> None:
-        axis.setStyle(tickLength=-4)
-        axis.enableAutoSIPrefix(False)
-        self.widget.addItem(axis, row=row, col=col)
+    def _add_labels(self, side: Side, row: int, column: int, tip: str) -> PlotLabels:
+        labels = PlotLabels(side)
+        labels.setToolTip(tip)
+        self.widget.ci.addItem(labels, row=row, col=column)
+        return labels
 
     def _clicked(self, event: Any) -> None:
         """Emit the signal for a click on one of the plots; handles accept their own clicks."""
@@ -264,6 +346,9 @@ class PlotArea(QObject):
                 self.opacityDoubleClicked.emit(value, self.scale.opacity(at.y()))
             elif left:
                 self.opacityClicked.emit()
-        elif self.strip.sceneBoundingRect().contains(position) and left:
+        elif (
+            self.strip.sceneBoundingRect().adjusted(0, 0, 0, PINS_HEIGHT).contains(position)
+            and left
+        ):
             place = self.strip.mapSceneToView(position).x()
             self.stripClicked.emit(self.axis.value(place))

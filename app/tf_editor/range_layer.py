@@ -21,7 +21,7 @@ LEAST_DISTANCE = 0.004
 """Smallest distance between the lines after a drag, as a fraction of the plot's width."""
 
 _REACH = 5.0
-_GRIP = 8.0, 22.0
+_GRIP = 7.0, 22.0
 """Width and height of the grips, in pixels."""
 _TIP = (
     "Drag to stretch the TF to another range, as by window and level.\n"
@@ -98,12 +98,12 @@ class RangeLayer(QObject):
         """The TF that was cut last, after that and before."""
         self._begun = state.transfer_function
         self.lines = (self._add_line(0), self._add_line(1))
-        self._shades = [
-            (_add_shade(area.opacity, 1.08), _add_shade(area.strip, 1.0)) for _ in range(2)
-        ]
-        area.opacity.sigResized.connect(lambda *_: self._size_lines())
+        self._shades = [(_add_shade(area.opacity), _add_shade(area.strip)) for _ in range(2)]
+        area.heightChanged.connect(self._size_lines)
+        area.recolored.connect(self._recolor)
         area.axisChanged.connect(self.refresh)
         state.transferFunctionChanged.connect(self.refresh)
+        self._recolor()
         self.refresh()
 
     def refresh(self) -> None:
@@ -142,6 +142,15 @@ class RangeLayer(QObject):
         height = self._area.opacity.height() * high / (high - low)
         for line in self.lines:
             line.set_height(height)
+        for above, _ in self._shades:
+            box = above.rect()
+            above.setRect(box.left(), 0.0, box.width(), high)
+
+    def _recolor(self) -> None:
+        color = QColor(theme.PANEL)
+        color.setAlpha(190)
+        for shade in (each for pair in self._shades for each in pair):
+            shade.setBrush(QBrush(color))
 
     def _begin(self, line: RangeLine) -> None:
         self._before = self._state.transfer_function
@@ -183,11 +192,8 @@ class RangeLayer(QObject):
         self._state.finish_preview("range")
 
 
-def _add_shade(view: Any, height: float) -> QGraphicsRectItem:
-    shade = QGraphicsRectItem(0.0, 0.0, 0.0, height)
-    color = QColor(theme.BACKGROUND)
-    color.setAlpha(190)
-    shade.setBrush(QBrush(color))
+def _add_shade(view: Any) -> QGraphicsRectItem:
+    shade = QGraphicsRectItem(0.0, 0.0, 0.0, 1.0)
     shade.setPen(QPen(Qt.PenStyle.NoPen))
     shade.setZValue(60)
     shade.setAcceptedMouseButtons(Qt.MouseButton.NoButton)

@@ -1,4 +1,4 @@
-"""The menu of the TF editor: presets, colours, conversions, range and axis."""
+"""The menus of the TF editor: presets, colours, conversions, range and axis."""
 
 from __future__ import annotations
 
@@ -7,11 +7,13 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QPoint, QSignalBlocker, QSize, Qt, Signal
 from PySide6.QtGui import QIcon, QImage, QPixmap
 from PySide6.QtWidgets import QMenu, QToolButton, QWidget
 
 from app.controls import add_action
+from app.icons import BUTTON, IconButton
 from app.state.viewer_state import ViewerState
 from app.tf_editor.histogram import percentile_range
 from app.tf_editor.moves import HandleMoves
@@ -28,11 +30,25 @@ from model.scene.transfer_function import TF_SAMPLES, Range, TransferFunction
 
 SWATCH = QSize(30, 14)
 
+PRESETS_TIP = "Transfer functions to begin with, and how the volume looks then"
+
+HINT = "<br>".join(
+    (
+        "Range, axis and kind of the transfer function. In its plots:",
+        "Double-click: add a mode or point; click the strip: add a colour",
+        "Shift or Ctrl and click, or a frame drawn with Shift: select several (Ctrl+A: all)",
+        "Arrows: move; with Shift: farther; Delete: remove; Insert: add",
+        "F2: type its numbers; Tab: next handle; Enter on a colour: choose it",
+        "Ctrl and wheel, + and -: zoom; middle button: pan; Home: show all",
+        "Drag the lines at the ends: range",
+    )
+)
+
 PERCENTILES = {"0.1 to 99.9 % of the voxels": (0.1, 99.9), "1 to 99 % of the voxels": (1.0, 99.0)}
 
 
 class TransferFunctionMenu(QObject):
-    """A button with the menu of everything that changes a TF as a whole.
+    """Buttons with the menus of everything that changes a TF as a whole.
 
     Parameters
     ----------
@@ -47,9 +63,10 @@ class TransferFunctionMenu(QObject):
 
     Attributes
     ----------
-    button : QToolButton
-    menu : QMenu
+    presets_button, colors_button, button : QToolButton
+        For presets, colours, and the rest.
     presets : PresetMenu
+    colors_menu, menu : QMenu
     """
 
     show_all = Signal()
@@ -74,28 +91,42 @@ class TransferFunctionMenu(QObject):
         self._area = area
         self._layer = layer
         self._moves = moves
-        self.button = QToolButton(parent)
-        self.button.setText("TF ▾")
-        self.button.setProperty("role", "title")
-        # After a click, keys such as W are the window's again.
-        self.button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        self.button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self.button = IconButton("more", "More", tip=HINT)
         self.menu = QMenu(self.button)
         self.menu.setToolTipsVisible(True)
-        self.button.setMenu(self.menu)
-        self.presets = PresetMenu(state, area, self.menu)
+        self.presets_button = _menu_button("Presets", "Presets ▾", PRESETS_TIP)
+        self.presets = PresetMenu(state, area, self.presets_button)
         self.presets.chosen.connect(self._use_preset)
+        self.colors_button = _menu_button("Colour map", "▾", "Colours of the transfer function")
+        self.colors_button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self.colors_menu = QMenu(self.colors_button)
+        for button, menu in (
+            (self.button, self.menu),
+            (self.presets_button, self.presets),
+            (self.colors_button, self.colors_menu),
+        ):
+            button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+            button.setMenu(menu)
         self.popup = RangePopup(state, layer, parent)
         self._fill()
         self.menu.aboutToShow.connect(self._refresh)
+        state.transferFunctionChanged.connect(lambda _tf: self._show_colors())
+        self.set_narrow(False)
+
+    def set_narrow(self, is_narrow: bool) -> None:
+        """Make the colours' button narrower, or as wide as usual."""
+        self.colors_button.setIconSize(QSize(40 if is_narrow else 64, 10))
+        self._show_colors()
+
+    def _show_colors(self) -> None:
+        size, color = self.colors_button.iconSize(), self._state.transfer_function.color
+        shown = np.linspace(*color.scalar_range, size.width())
+        self.colors_button.setIcon(_swatch(color(shown), size))
 
     def _fill(self) -> None:
-        self.menu.addMenu(self.presets)
-        self.colors_menu = self.menu.addMenu("Colours")
         self.colors_menu.setStyleSheet(f"QMenu {{ icon-size: {SWATCH.width()}px; }}")
         # Filled when first opened: colour maps take time to import.
         self.colors_menu.aboutToShow.connect(self._fill_colors)
-        self.menu.addSeparator()
         self._as_curve = add_action(self.menu, "As free curve", self.to_curve)
         self._as_modes = add_action(self.menu, "As modes", self.to_modes)
         add_action(self.menu, "New empty curve", self.start_curve)
@@ -168,7 +199,7 @@ class TransferFunctionMenu(QObject):
             return
         for name in COLOR_MAPS:
             action = add_action(self.colors_menu, name, partial(self.use_color_map, name))
-            action.setIcon(_swatch(name))
+            action.setIcon(_swatch(map_colors(name, SWATCH.width()), SWATCH))
         self.colors_menu.addSeparator()
         add_action(self.colors_menu, "Reverse the colours", self.reverse_colors)
 
@@ -242,16 +273,24 @@ class TransferFunctionMenu(QObject):
             self.replaced.emit()
 
 
-def _swatch(name: str) -> QIcon:
-    """Picture of a colour map."""
-    row = np.rint(map_colors(name, SWATCH.width()) * 255).astype(np.uint8)
-    pixels = np.ascontiguousarray(np.broadcast_to(row, (SWATCH.height(), *row.shape)))
+def _menu_button(name: str, text: str, tip: str) -> QToolButton:
+    button = QToolButton()
+    button.setProperty("role", "flat")
+    button.setText(text)
+    button.setAccessibleName(name)
+    button.setToolTip(tip)
+    button.setFixedHeight(BUTTON)
+    # After a click, keys such as W are the window's again.
+    button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+    return button
+
+
+def _swatch(colors: NDArray[np.floating], size: QSize) -> QIcon:
+    """Picture of colours (width, 3)."""
+    row = np.rint(colors * 255).astype(np.uint8)
+    pixels = np.ascontiguousarray(np.broadcast_to(row, (size.height(), *row.shape)))
     image = QImage(
-        pixels.data,
-        SWATCH.width(),
-        SWATCH.height(),
-        3 * SWATCH.width(),
-        QImage.Format.Format_RGB888,
+        pixels.data, size.width(), size.height(), 3 * size.width(), QImage.Format.Format_RGB888
     )
     # A copy, as the image only refers to the array.
     return QIcon(QPixmap.fromImage(image.copy()))

@@ -13,8 +13,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from app.typed_numbers import MINUS
 from model.scene.transfer_function import Range
-from model.scene.value_scale import ValueScale, logarithmic_ticks
+from model.scene.value_scale import ValueScale, logarithmic_ticks, values_at
 
 _ROUND_STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)
 _BEND_SHARE = 1e-3
@@ -131,6 +132,31 @@ class ScalarAxis:
         if len(chosen) < 3:
             return [(self.place(float(text)), text) for _, text in ticks(self.visible, count)]
         return chosen
+
+    def marks(self, unit: str = "") -> list[tuple[float, str]]:
+        """Return both ends of what is visible, and round values between them, with their texts.
+
+        Parameters
+        ----------
+        unit : str
+            Said after the last number; may be empty.
+
+        Returns
+        -------
+        list of (place, text)
+            In order; the ends, which say what is shown, come first and last.
+        """
+        lo, hi = values_at(self.visible, self.labels).tolist()
+        # To some ten-thousandth of what is visible: more digits would only be noise.
+        step = 10.0 ** math.floor(math.log10((hi - lo) / 10_000))
+        digits = max(6, 4 + math.floor(math.log10(max(abs(lo), abs(hi)) / (hi - lo))))
+        if self.labels == "log":
+            ends = [_text(end, 4) for end in (lo, hi)]
+        else:
+            ends = [_text(round(end / step) * step, digits) for end in (lo, hi)]
+        inner = [(at, text) for at, text in self.ticks(9) if 0 < at < 1]
+        found = [(0.0, ends[0]), *inner, (1.0, f"{ends[1]} {unit}".rstrip())]
+        return [(at, text.replace("-", MINUS)) for at, text in found]
 
     def _decades(self) -> list[tuple[float, str]]:
         """Zero and powers of ten, then 2 and 5 times those, as far as there is room."""

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QMenu
 
 from app.caption_button import CaptionButton
 from app.controls import add_action
+from app.glosses import open_glossary
 from app.image_view.reference_controls import ReferenceControls
 from app.state.preferences import Preferences
 from app.state.workspace import Workspace
@@ -69,7 +70,7 @@ class CaptionMenus(QObject):
         menu.aboutToShow.connect(enable)
 
     def fill_generator(self, train: QAction, panes: PaneLayout) -> None:
-        """Offer other models, and to see this one's image alone."""
+        """Offer other models, to see this one's image alone, and what its error means."""
         menu = self._generator.add_menu()
         self._recent.add_models(menu)
         add_action(menu, "Open another model…", self._files.open_model)
@@ -77,6 +78,8 @@ class CaptionMenus(QObject):
         menu.addAction(train)
         menu.addSeparator()
         _add_alone(menu, panes, "generator")
+        window = self._generator.window
+        add_action(menu, "What is the error (RMSE)?", lambda: open_glossary(window(), "RMSE"))
 
     def fill_reference(
         self, train: QAction, controls: ReferenceControls, panes: PaneLayout

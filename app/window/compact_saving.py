@@ -5,17 +5,19 @@ from __future__ import annotations
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
-from PySide6.QtWidgets import QDialog, QProgressDialog, QWidget
+from PySide6.QtWidgets import QDialog, QWidget
 
 from app.state.compact_work import CompactWork
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
 from app.window.compact_dialog import CompactChoice, CompactDialog
 from app.window.file_dialogs import FileDialogs
+from app.window.save_progress import SaveProgress
 from model.evaluation.compact_saving import CompactOrder, CompactResult
 from model.volume_files.compact import SUFFIX
 
 COMPACT_FILTER = f"Compact volumes (*{SUFFIX})"
+TITLE = "Save compact volume"
 STEPS = 100
 
 
@@ -33,7 +35,7 @@ class CompactSaving(QObject):
 
     Attributes
     ----------
-    progress : QProgressDialog or None
+    progress : SaveProgress or None
         What is seen of the work, with the button that ends it.
     """
 
@@ -51,7 +53,7 @@ class CompactSaving(QObject):
         self._workspace = workspace
         self._files = files
         self._place = Path()
-        self.progress: QProgressDialog | None = None
+        self.progress: SaveProgress | None = None
         self.work = CompactWork(self)
         self.work.progressed.connect(self._show)
         self.work.done.connect(self._saved)
@@ -74,7 +76,7 @@ class CompactSaving(QObject):
         if not accepted:
             return
         name = self._files.proposed_name("volume", SUFFIX)
-        place = self._files.ask_for_place("Save compact volume", COMPACT_FILTER, (SUFFIX,), name)
+        place = self._files.ask_for_place(TITLE, COMPACT_FILTER, (SUFFIX,), name)
         if place is not None:
             self.write(choice, place)
 
@@ -83,15 +85,8 @@ class CompactSaving(QObject):
         opened, state = self._workspace.opened, self._state
         assert opened is not None
         self._place = place
-        self.progress = QProgressDialog(
-            f"Compressing {opened.volume.name} …", "Cancel", 0, STEPS, self._parent
-        )
-        self.progress.setWindowTitle("Save compact volume")
-        self.progress.setMinimumDuration(0)
-        self.progress.setAutoClose(False)
-        self.progress.setAutoReset(False)
-        self.progress.canceled.connect(self.cancel)
-        self.progress.setValue(0)
+        what = f"Compressing {opened.volume.name} …"
+        self.progress = SaveProgress(TITLE, what, STEPS, self.cancel, self._parent)
         order = CompactOrder(
             place, choice.megabytes, choice.error, state.transfer_function, state.view
         )
@@ -126,6 +121,4 @@ class CompactSaving(QObject):
     def _close_progress(self) -> None:
         progress, self.progress = self.progress, None
         if progress is not None:
-            progress.blockSignals(True)
-            progress.close()
-            progress.deleteLater()
+            progress.end()

@@ -111,8 +111,7 @@ def figure(
     else:
         names = [*TITLES] if which == "both" else [which]
         shown = [
-            (name, compose(images[name][0], look.background, None, images[name][1]))
-            for name in names
+            (name, compose(images[name][0], look.background, images[name][1])) for name in names
         ]
     places = panels(look, which)
     if len(shown) == 1 and (shown[0][1].width(), shown[0][1].height()) == (look.width, look.height):

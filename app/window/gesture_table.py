@@ -74,6 +74,7 @@ GESTURES: dict[str, tuple[Gesture, ...]] = {
         Gesture("Double click a colour stop", "choose its colour"),
         Gesture("Arrow keys, faster with Shift", "nudge the selection"),
         Gesture("Delete", "remove the selection"),
+        Gesture("F2", "type the numbers of the selection; Tab goes on"),
         Gesture("T", "the TF decoded from the model's code"),
     ),
     "Map of TFs (B)": (
@@ -90,6 +91,7 @@ GESTURES: dict[str, tuple[Gesture, ...]] = {
     ),
     "Window": (
         Gesture("F6, Shift and F6", "the next area, the one before"),
+        Gesture("F8", "values and edits beside the TF, or away"),
         Gesture("F9", "the TF editor away, and back"),
         Gesture("F10, or Alt in a narrow window", "the menus"),
         Gesture("Escape", "end what was begun last; dismiss the newest notice"),

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QRect
 from PySide6.QtGui import QImage, QPainter
 
+from app.glosses import SENTENCES
 from app.image_view.engine_pane import EnginePane
 from app.image_view.image_canvas import to_qimage
 from app.sensitivity_view.color_bar import paint_bar
@@ -21,9 +22,8 @@ from model.scene.inputs import SceneInputs
 Image = NDArray[np.float32]
 
 TIP = (
-    "Error: root mean squared difference of the colours from the ground truth's, in the square\n"
-    "that both images show: 0 where they are equal, 1 from black to white. Difference (D) shows\n"
-    "where"
+    f"Error (RMSE, against the ground truth): {SENTENCES['RMSE']} Of the square that both images "
+    "show. Difference (D) shows where; the caption's menu leads to the glossary."
 )
 
 

@@ -6,8 +6,6 @@ their size. It lies above `image_view`, as its ticks are those of the TF editor.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from PySide6.QtCore import QPointF, QRect, QRectF, Qt
 from PySide6.QtGui import (
@@ -95,20 +93,6 @@ def paint_legend(
     below = QPointF(bar.right() - metrics.horizontalAdvance(reach), bar.bottom() + 1.3 * text)
     pens.write(below, reach)
     painter.restore()
-
-
-def legend_painter(
-    tf: TransferFunction,
-    units: str = "",
-    name: str = "",
-    background: Background | None = (0, 0, 0),
-) -> Callable[[QPainter, QRect], None]:
-    """Return a decoration of an image canvas, or of a picture, that paints a TF's legend."""
-
-    def paint(painter: QPainter, rect: QRect) -> None:
-        paint_legend(painter, rect, tf, units, name, background)
-
-    return paint
 
 
 def _title(units: str, name: str) -> str:

@@ -6,6 +6,7 @@ The module is long because it puts all parts of the window together, and compute
 from __future__ import annotations
 
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 
 from PySide6.QtCore import QEvent, QObject, QSize, Qt
@@ -17,7 +18,7 @@ from PySide6.QtGui import (
     QKeyEvent,
     QStatusTipEvent,
 )
-from PySide6.QtWidgets import QMainWindow, QMessageBox, QSplitter, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QMainWindow, QMessageBox, QVBoxLayout, QWidget
 
 from app.engines.client import EngineClient
 from app.engines.engines import FASTEST, REAL_BUILDERS, Builders, GeneratorSettings
@@ -39,6 +40,7 @@ from app.state.transfer_function_store import TransferFunctionStore
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
 from app.tf_editor.decoded_layer import DecodedLayer
+from app.tf_editor.dock_splitter import DockSplitter
 from app.tf_editor.editor import TransferFunctionEditor
 from app.tf_editor.plot_memory import PlotMemory
 from app.window.compact_saving import CompactSaving
@@ -53,7 +55,7 @@ from app.window.image_error import ImageError
 from app.window.key_hints import KeyHints
 from app.window.light_notice import LightNotice
 from app.window.logarithm_offer import LogarithmOffer
-from app.window.menus import Menus, WindowParts
+from app.window.menus import Menus
 from app.window.movie_saving import MovieSaving
 from app.window.narrow_notice import NarrowNotice
 from app.window.notices import Notices
@@ -69,6 +71,7 @@ from app.window.training_card import TrainingCard
 from app.window.up_axis_card import UpAxisCard
 from app.window.up_axis_question import UpAxisQuestion
 from app.window.window_memory import WindowMemory
+from app.window.window_parts import WindowParts
 from app.window.window_place import LARGEST, first_size
 from model.rendering.scale_bar import Scale
 from model.volume_files.choice import Choice
@@ -146,7 +149,7 @@ class MainWindow(QMainWindow):
         self.status = StatusLine(self.state)
         self._images = QWidget()
         self._floating = Floating(self._images)
-        self._splitter = QSplitter(Qt.Orientation.Vertical)
+        self._splitter = DockSplitter(self._images_and_floating(), self.editor)
         self._lay_out()
         self.overlays = Overlays(
             (self.generator, self.reference), self.state, self.workspace.decoded, self.preferences
@@ -300,7 +303,7 @@ class MainWindow(QMainWindow):
             self._show_effect(True)
         if event.key() == Qt.Key.Key_W and not event.modifiers():
             if not event.isAutoRepeat():
-                self.sensitivity.findings.start_what_if()
+                self.sensitivity.what_if.start()
         elif not (event.key() == Qt.Key.Key_Escape and self._escape()):
             super().keyPressEvent(event)
 
@@ -311,7 +314,7 @@ class MainWindow(QMainWindow):
         if event.key() == Qt.Key.Key_Alt and self._alt_alone and self.top_bar.is_folded:
             self.top_bar.open_menus()
         if event.key() == Qt.Key.Key_W and not event.isAutoRepeat():
-            self.sensitivity.findings.end_what_if()
+            self.sensitivity.what_if.end()
         else:
             super().keyReleaseEvent(event)
 
@@ -340,7 +343,7 @@ class MainWindow(QMainWindow):
     def changeEvent(self, event: QEvent) -> None:
         """End what is held when another window takes the keys."""
         if event.type() == QEvent.Type.ActivationChange and not self.isActiveWindow():
-            self.sensitivity.findings.end_what_if()
+            self.sensitivity.what_if.end()
         super().changeEvent(event)
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
@@ -384,19 +387,10 @@ class MainWindow(QMainWindow):
             self.workspace.reference.lightRangeChanged.connect(gestures.set_light_range)
             ViewKeys(pane.canvas, self.state)
         self.setMenuWidget(self.top_bar)
-        splitter = self._splitter
-        splitter.setHandleWidth(6)
-        splitter.setChildrenCollapsible(False)
-        splitter.addWidget(self._images_and_floating())
-        splitter.addWidget(self.editor)
-        # The editor stays where it is when a line below the images appears or goes.
-        splitter.setStretchFactor(0, 1)
-        splitter.setStretchFactor(1, 0)
-        splitter.setSizes([530, 260])
         central = QWidget()
         column = QVBoxLayout(central)
         column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(splitter)
+        column.addWidget(self._splitter)
         self.setCentralWidget(central)
         self.setStatusBar(self.status)
         self.setWindowTitle("tfscope")
@@ -427,11 +421,20 @@ class MainWindow(QMainWindow):
         self.overlays.lie_over(images[-1].canvas)
         self.tools.lie_over(None if self.panes.is_browsing else images[0].canvas)
         self._floating.set_middle_of(images[-1] if self.panes.is_browsing else None)
+        # Tab goes from the bar to the tools, then from image to image.
+        tools = self.tools
+        chain: list[QWidget] = [self.top_bar.save, tools.rectangle, tools.lasso, tools.crop]
+        for pane in images:
+            chain += [pane.canvas, pane.caption]
+        for before, after in pairwise(chain):
+            self.setTabOrder(before, after)
+        self.notice.come_after(chain[-1])
 
     def _focus_areas(self) -> list[QWidget]:
         """Return the areas of the window that F6 goes through."""
         images = [pane.canvas for pane in self.panes.images]
-        return [self.top_bar, self.browser, *images, self.crop_card, self.editor]
+        dock = [*self.editor.areas, self.sensitivity.findings]
+        return [self.top_bar, self.browser, *images, self.crop_card, *dock]
 
     def _show_browser(self, choices: LatentChoices) -> None:
         """Show the latent browser in the generator's place, or the generator again."""

@@ -2,41 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 
 from PySide6.QtCore import QObject
-from PySide6.QtGui import QAction, QActionGroup, QKeySequence
+from PySide6.QtGui import QActionGroup, QKeySequence
 from PySide6.QtWidgets import QApplication, QMainWindow, QMenu
 
 from app.controls import add_action
 from app.glosses import open_glossary
-from app.image_view.engine_pane import EnginePane
-from app.image_view.reference_controls import ReferenceControls
-from app.sensitivity_view.sensitivity_view import SensitivityView
-from app.state.latent_state import LatentState
-from app.state.preferences import Preferences
 from app.state.remembered import ThemeChoice
-from app.state.sensitivity_state import SensitivityState
-from app.state.viewer_state import ViewerState
-from app.state.workspace import Workspace
-from app.tf_editor.editor import TransferFunctionEditor
 from app.theme import apply_theme
 from app.window.caption_menus import CaptionMenus
-from app.window.compact_saving import CompactSaving
-from app.window.crop_card import CropCard
-from app.window.file_dialogs import FileDialogs
-from app.window.file_opening import FileOpening
 from app.window.help_pages import show_gestures, show_page
-from app.window.image_error import ImageError
-from app.window.movie_saving import MovieSaving
-from app.window.overlays import Overlays
-from app.window.pane_layout import PaneLayout
-from app.window.picture_saving import PictureSaving
 from app.window.recent_menu import RecentMenus
 from app.window.sample_menus import SampleMenus
-from app.window.top_bar import TopBar, show_action
-from app.window.training_card import TrainingCard
+from app.window.single_keys import SingleKeys
+from app.window.top_bar import show_action
+from app.window.window_parts import WindowParts
 from model.scene.axes import AXES
 from model.scene.orientation import STANDARD_VIEWS
 
@@ -50,57 +32,6 @@ their renderings.</p>
 Rendering</i>, IEEE TVCG 2018. The reference images are rendered by VTK
 or by tfscope's own ray caster.</p>
 <p>BSD 3-Clause licence.</p>"""
-
-
-@dataclass(frozen=True)
-class WindowParts:
-    """Parts of the window that menus act on.
-
-    Attributes
-    ----------
-    opening : FileOpening
-    files : FileDialogs
-    pictures : PictureSaving
-    movies : MovieSaving
-    compact : CompactSaving
-    state : ViewerState
-    workspace : Workspace
-    preferences : Preferences
-    generator, reference : EnginePane
-    bar : TopBar
-    controls : ReferenceControls
-    training : TrainingCard
-    error : ImageError
-    panes : PaneLayout
-    overlays : Overlays
-    crop : CropCard
-    editor : TransferFunctionEditor
-    sensitivity : SensitivityState
-    view : SensitivityView
-    latent : LatentState
-    """
-
-    opening: FileOpening
-    files: FileDialogs
-    pictures: PictureSaving
-    movies: MovieSaving
-    compact: CompactSaving
-    state: ViewerState
-    workspace: Workspace
-    preferences: Preferences
-    generator: EnginePane
-    reference: EnginePane
-    bar: TopBar
-    controls: ReferenceControls
-    training: TrainingCard
-    error: ImageError
-    panes: PaneLayout
-    overlays: Overlays
-    crop: CropCard
-    editor: TransferFunctionEditor
-    sensitivity: SensitivityState
-    view: SensitivityView
-    latent: LatentState
 
 
 class Menus(QObject):
@@ -118,7 +49,7 @@ class Menus(QObject):
         self._window = window
         self._parts = parts
         self._state = parts.state
-        self._all_keys: dict[QAction, list[QKeySequence]] = {}
+        self._single_keys = SingleKeys(window, parts.preferences)
         self._recent = RecentMenus(parts.opening, parts.workspace, parts.preferences)
         self._build_file(self._menu("&File"))
         self._build_edit(self._menu("&Edit"))
@@ -138,7 +69,7 @@ class Menus(QObject):
         captions.fill_volume(self._recent_menu, self._samples_menu, self._up_axes)
         captions.fill_generator(parts.training.train, parts.panes)
         captions.fill_reference(parts.training.train, parts.controls, parts.panes)
-        self._keep_single_keys()
+        self._single_keys.keep()
 
     def _menu(self, title: str) -> QMenu:
         return self._parts.bar.menu_bar.addMenu(title)
@@ -294,9 +225,9 @@ class Menus(QObject):
         full.setCheckable(True)
         menu.addSeparator()
         self._build_themes(menu.addMenu("&Theme"))
-        single = add_action(menu, "Single-&key shortcuts", self._toggle_single_keys)
+        single = add_action(menu, "Single-&key shortcuts", self._single_keys.toggle)
         single.setCheckable(True)
-        single.setChecked(bool(self._parts.preferences.value("single_keys")))
+        single.setChecked(self._single_keys.are_on)
 
     def _build_comparison(self, menu: QMenu) -> None:
         """Add what is shown of the two images."""
@@ -335,19 +266,6 @@ class Menus(QObject):
             action.setCheckable(True)
             action.setChecked(theme == preferences.value("theme"))
             group.addAction(action)
-
-    def _toggle_single_keys(self) -> None:
-        preferences = self._parts.preferences
-        preferences.set(single_keys=not preferences.value("single_keys"))
-        self._keep_single_keys()
-
-    def _keep_single_keys(self) -> None:
-        """Take the keys of single letters from all entries, or give them back."""
-        for action in self._window.findChildren(QAction):
-            keys = self._all_keys.setdefault(action, action.shortcuts())
-            if any(_is_letter(key) for key in keys):
-                wanted = bool(self._parts.preferences.value("single_keys"))
-                action.setShortcuts([k for k in keys if wanted or not _is_letter(k)])
 
     def _toggle_decoded(self) -> None:
         latent = self._parts.latent
@@ -411,7 +329,7 @@ class Menus(QObject):
         add_action(menu, "R&emove region", sensitivity.remove_region, "Shift+Delete")
         add_action(menu, "&Whole image", lambda: sensitivity.activate(None))
         menu.addSeparator()
-        add_action(menu, "&Pin the band of values", view.findings.field_bar.toggle_pin, "P")
+        add_action(menu, "&Pin the band of values", view.toggle_pin, "P")
         menu.addSeparator()
         add_action(
             menu, "Save &sensitivity as…", lambda: self._parts.files.save_sensitivity(view.result())
@@ -423,8 +341,3 @@ class Menus(QObject):
         add_action(menu, "G&lossary", lambda: open_glossary(window))
         add_action(menu, "&About tfscope", partial(show_page, window, "About tfscope", ABOUT))
         add_action(menu, "&Menus", self._parts.bar.open_menus, "F10")
-
-
-def _is_letter(keys: QKeySequence) -> bool:
-    """Whether a shortcut is a letter alone."""
-    return len(keys.toString()) == 1

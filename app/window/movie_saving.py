@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
-from PySide6.QtWidgets import QDialog, QProgressDialog, QWidget
+from PySide6.QtWidgets import QDialog, QWidget
 
 from app.engines.messages import MovieFrameRequest, Quality, Result
 from app.engines.states import EngineState
@@ -18,6 +18,7 @@ from app.window.figure import Subject, figure, pixels_of
 from app.window.file_dialogs import FileDialogs
 from app.window.movie_dialog import MovieChoice, MovieDialog, MovieKind
 from app.window.picture_dialog import PictureChoice
+from app.window.save_progress import SaveProgress
 from app.window.shown_images import ShownImages
 from model.errors import LatentError, RenderError
 from model.rendering.movie_file import SUFFIXES
@@ -58,7 +59,7 @@ class MovieSaving(QObject):
 
     Attributes
     ----------
-    progress : QProgressDialog or None
+    progress : SaveProgress or None
         What is seen of a movie under way, with the button that ends it.
     """
 
@@ -81,7 +82,7 @@ class MovieSaving(QObject):
         self._files = files
         self._shown = shown
         self._path = path
-        self.progress: QProgressDialog | None = None
+        self.progress: SaveProgress | None = None
         self._turning: _Turntable | None = None
         self._sequence = 0
         self._writing = MovieWriting("movie", self)
@@ -143,16 +144,8 @@ class MovieSaving(QObject):
         views = turntable(state.view, choice.count, state.up_axis, state.proportions, pivot)
         self._turning = _Turntable(choice, place, state.inputs, views, self._shown.subject)
         self._writing.start(place, choice.rate)
-        self.progress = QProgressDialog(
-            f"Drawing the pictures of {place.name} …", "Cancel", 0, choice.count, self._parent
-        )
-        self.progress.setWindowTitle("Save movie")
-        self.progress.setMinimumDuration(0)
-        # It closes once the movie is written: closed by itself, it would say that it was cancelled.
-        self.progress.setAutoClose(False)
-        self.progress.setAutoReset(False)
-        self.progress.canceled.connect(self.cancel)
-        self.progress.setValue(0)
+        what = f"Drawing the pictures of {place.name} …"
+        self.progress = SaveProgress("Save movie", what, choice.count, self.cancel, self._parent)
         self._draw_next()
 
     def cancel(self) -> None:
@@ -227,6 +220,4 @@ class MovieSaving(QObject):
     def _close_progress(self) -> None:
         progress, self.progress = self.progress, None
         if progress is not None:
-            progress.blockSignals(True)
-            progress.close()
-            progress.deleteLater()
+            progress.end()

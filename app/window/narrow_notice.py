@@ -46,7 +46,7 @@ class NarrowNotice(QObject):
         self._told = None
 
     def _judge(self, transfer_function: TransferFunction) -> None:
-        found = narrow_part(transfer_function.opacity)
+        found = narrow_part(transfer_function.opacity, transfer_function.color)
         if found == self._told:
             return
         self._told = found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from itertools import pairwise
 from typing import Literal
 
 from PySide6.QtCore import QSize, Qt
@@ -35,6 +36,7 @@ class Notices(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._lines: list[_Line] = []
+        self._before: QWidget | None = None
         self._column = QVBoxLayout(self)
         self._column.setContentsMargins(0, 0, 0, 0)
         self._column.setSpacing(4)
@@ -55,6 +57,10 @@ class Notices(QWidget):
     def has_focus(self) -> bool:
         """Whether a notice takes the keys."""
         return any(line.has_focus for line in self._lines)
+
+    def come_after(self, widget: QWidget) -> None:
+        """Have Tab go from a widget to the notices that come from now on."""
+        self._before = widget
 
     def tell(self, text: str, *actions: Action, key: str = "", tone: NoticeTone = "plain") -> None:
         """Show a notice above those that are there.
@@ -82,12 +88,17 @@ class Notices(QWidget):
         if not text:
             return
         line = _Line(text, key, tone)
-        for action in actions:
-            line.row.addWidget(action_button(action, partial(self._remove, line)))
-        line.row.addWidget(line.dismissal)
+        buttons: list[QWidget] = [action_button(a, partial(self._remove, line)) for a in actions]
+        buttons.append(line.dismissal)
         line.dismissal.clicked.connect(partial(self._remove, line))
         self._lines.insert(0, line)
         self._column.insertWidget(0, line)
+        for button in buttons:
+            line.row.addWidget(button)
+        if self._before is not None:
+            # Else Tab would reach them after all the rest of the window.
+            for one, other in pairwise([self._before, *buttons]):
+                QWidget.setTabOrder(one, other)
         for old in self._lines[MOST_KEPT:]:
             self._remove(old)
         self._show()

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from PySide6.QtCore import QByteArray, QEvent, QObject
 from PySide6.QtGui import QCursor, QGuiApplication
-from PySide6.QtWidgets import QMainWindow, QSplitter
+from PySide6.QtWidgets import QMainWindow
 
 from app.state.preferences import Preferences
 from app.state.viewer_state import ViewerState
+from app.tf_editor.dock_splitter import DockSplitter
 from app.tf_editor.moves import HandleMoves
 from app.window.pane_layout import PaneLayout, Shown
 from app.window.window_place import fitting_place
@@ -20,13 +21,17 @@ IMAGES: dict[tuple[str, ...], Shown] = {
 """Images to show, by what is hidden."""
 
 
+PARTS = 1000
+"""Parts of the window's height in which the TF editor's is kept, once it was dragged."""
+
+
 class WindowMemory(QObject):
     """Restores the window's size, its panes and its switches, and remembers them.
 
     Parameters
     ----------
     window : QMainWindow
-    splitter : QSplitter
+    splitter : DockSplitter
         Between the images and the TF editor.
     panes : PaneLayout
     state : ViewerState
@@ -37,7 +42,7 @@ class WindowMemory(QObject):
     def __init__(
         self,
         window: QMainWindow,
-        splitter: QSplitter,
+        splitter: DockSplitter,
         panes: PaneLayout,
         state: ViewerState,
         moves: HandleMoves,
@@ -50,7 +55,7 @@ class WindowMemory(QObject):
         self._restore()
         state.navigationChanged.connect(lambda: preferences.set(trackball=state.trackball))
         panes.wanted.connect(lambda _shown: self._note_panes())
-        splitter.splitterMoved.connect(lambda *_: self.note())
+        splitter.shareChanged.connect(self.note)
         window.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
@@ -64,10 +69,14 @@ class WindowMemory(QObject):
         geometry = bytes(self._window.saveGeometry().toBase64().data()).decode()
         self._preferences.set(
             window_geometry=geometry,
-            splitters={"main": tuple(self._splitter.sizes())},
+            splitters={"editor": self._editor_share()},
             colors_follow_modes=self._moves.colors_follow,
             swapped=self._panes.is_swapped,
         )
+
+    def _editor_share(self) -> tuple[int, ...]:
+        share = self._splitter.share
+        return () if share is None else (round(PARTS * share),)
 
     def _note_panes(self) -> None:
         hidden = next(hidden for hidden, shown in IMAGES.items() if shown == self._panes.shown)
@@ -78,9 +87,9 @@ class WindowMemory(QObject):
         if values.window_geometry:
             self._window.restoreGeometry(QByteArray.fromBase64(values.window_geometry.encode()))
             self._bring_back()
-        sizes = values.splitters.get("main", ())
-        if len(sizes) == self._splitter.count() and all(sizes):
-            self._splitter.setSizes(list(sizes))
+        share = values.splitters.get("editor", ())
+        if len(share) == 1 and 0 < share[0] < PARTS:
+            self._splitter.set_share(share[0] / PARTS)
         self._moves.colors_follow = values.colors_follow_modes
         self._state.set_trackball(values.trackball)
         if values.swapped:

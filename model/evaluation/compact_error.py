@@ -9,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 
 from model.errors import VolumeError
-from model.rendering.raycast.renderer import RaycastRenderer
 from model.samples.sampling import draw_sample
 from model.scene.scene import Scene
 from model.scene.volume import Volume
@@ -59,6 +58,9 @@ def image_error(
         Called with the fraction that is done.
     """
     scene = Scene.of(volume, SIZE, renderer="raycast")
+    # The window knows this module from its start, and Numba takes a second.
+    from model.rendering.raycast.renderer import RaycastRenderer
+
     renderers = [RaycastRenderer(v, "none", None, scene.sample_distance) for v in (volume, copy)]
     errors = []
     try:

@@ -1,4 +1,4 @@
-"""Parts of an opacity TF that are narrower than an entry of its look-up tables."""
+"""Parts of a TF that are narrower than an entry of its look-up tables."""
 
 from __future__ import annotations
 
@@ -10,12 +10,15 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from model.scene.transfer_function import TF_SAMPLES, OpacityTF, Range
+from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, Range
 from model.scene.value_scale import ValueScale
 from model.scene.value_text import range_text
 
 LEAST_RISE = 0.05
 """Height of a part worth a word, as a fraction of the largest opacity."""
+
+LEAST_SHADE = 0.1
+"""The same of a colour, of its full brightness."""
 
 LEAST_WIDTH = 0.7
 """Width of a part of a curve that is drawn about as it is, in entries of the tables. A single
@@ -72,7 +75,7 @@ class NarrowPart:
         return range_text(values, steps, self.scale)
 
 
-def narrow_part(opacity: OpacityTF) -> NarrowPart | None:
+def narrow_part(opacity: OpacityTF, color: ColorTF | None = None) -> NarrowPart | None:
     """Find what is narrower than an entry of the tables over a TF's range; None if nothing is.
 
     A step of a curve is none: it is drawn as a slope of one entry, wherever it is.
@@ -81,8 +84,12 @@ def narrow_part(opacity: OpacityTF) -> NarrowPart | None:
     ----------
     opacity : OpacityTF
         With its modes and points as they were made.
+    color : ColorTF, optional
+        Its narrow parts count where something is seen of them.
     """
     parts = [*(_of_curve(opacity) if opacity.points else _of_modes(opacity))]
+    if color is not None:
+        parts += _of_colors(color, opacity)
     if not parts:
         return None
     first = min(parts, key=lambda part: part[2])
@@ -110,10 +117,25 @@ def _of_modes(opacity: OpacityTF) -> Iterator[tuple[float, float, float]]:
 def _of_curve(opacity: OpacityTF) -> Iterator[tuple[float, float, float]]:
     """Yield the same of each peak and dip of a free curve that is narrower than an entry."""
     values, heights = np.array(opacity.points).T
-    least = LEAST_RISE * heights.max()
+    yield from _of_heights(values, heights, opacity.bin_width, LEAST_RISE * heights.max())
+
+
+def _of_colors(color: ColorTF, opacity: OpacityTF) -> Iterator[tuple[float, float, float]]:
+    """Yield the same of each peak and dip of red, green and blue where the TF is opaque."""
+    values, *channels = np.array(color.stops).T
+    least = LEAST_RISE * float(opacity.sample().max())
+    for heights in channels:
+        for part in _of_heights(values, heights, opacity.bin_width, LEAST_SHADE):
+            if float(opacity(np.linspace(*part[:2], 9)).max()) > least:
+                yield part
+
+
+def _of_heights(
+    values: NDArray[np.float64], heights: NDArray[np.float64], entry: float, least: float
+) -> Iterator[tuple[float, float, float]]:
     for curve in (heights, -heights):
         for first, last in _tops(curve):
-            part = _narrow_top(values, curve, first, last, opacity.bin_width, least)
+            part = _narrow_top(values, curve, first, last, entry, least)
             if part is not None:
                 yield part
 

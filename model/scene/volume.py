@@ -305,8 +305,7 @@ class Volume:
     @property
     def extent(self) -> Triple:
         """Distance between the first and the last voxel centre along x, y and z."""
-        x, y, z = ((n - 1) * s for n, s in zip(self.dimensions, self.spacing, strict=True))
-        return x, y, z
+        return extent_of(self.dimensions, self.spacing)
 
     @property
     def center(self) -> Triple:
@@ -429,6 +428,12 @@ class Volume:
         if self.missing is not None:
             digest.update(np.packbits(self.missing).data)
         return digest.hexdigest()
+
+
+def extent_of(dimensions: tuple[int, int, int], spacing: Triple) -> Triple:
+    """Distance between the first and the last node of a grid along x, y and z."""
+    x, y, z = ((count - 1) * step for count, step in zip(dimensions, spacing, strict=True))
+    return x, y, z
 
 
 def is_resolved(scalar_range: Range) -> bool:

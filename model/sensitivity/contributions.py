@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -96,6 +98,19 @@ def contributions(
             found.append(Contribution(float(values[middle]), float(sums[-1]) / total, reach))
     named = [one for one in found if one.share >= LEAST_SHARE]
     return tuple(sorted(named, key=lambda one: -one.share)[:count])
+
+
+def percentages(found: Sequence[Contribution]) -> tuple[int, ...]:
+    """Return shares in whole percent that add up to no more than all.
+
+    Rounding alone could make 101 of them; it is the one that was rounded up most that gives way.
+    """
+    exact = [100 * one.share for one in found]
+    whole = [round(share) for share in exact]
+    while sum(whole) > max(100, math.ceil(sum(exact) - 1e-6)):
+        most = max(range(len(whole)), key=lambda index: whole[index] - exact[index])
+        whole[most] -= 1
+    return tuple(whole)
 
 
 def follow(

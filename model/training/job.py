@@ -17,8 +17,9 @@ from model.files import write_atomically
 from model.json_files import MalformedError, build, read_json
 from model.networks.size import Architecture, NetworkSize
 from model.scene.axes import AXES
-from model.scene.scene import Lighting, RendererName, TFFamily
+from model.scene.scene import Lighting, RendererName, Scene, TFFamily
 from model.scene.transfer_function import Range
+from model.scene.volume import Volume
 from model.training.options import PRESETS, Budget, Precision, TrainingOptions, preset_size
 from model.volume_files.source import VolumeSource
 
@@ -183,6 +184,19 @@ class TrainingJob:
     def budget(self) -> Budget:
         """The training budget, in minutes or samples."""
         return Budget(self.minutes, self.samples)
+
+    def scene_of(self, volume: Volume) -> Scene:
+        """Scene in which a volume is learned whose samples are made meanwhile."""
+        return Scene.of(
+            volume,
+            self.size.image_size,
+            self.lighting,
+            self.window,
+            self.renderer,
+            self.movable_light,
+            self.tf_family,
+            self.up,
+        )
 
     def to_json(self) -> dict[str, Any]:
         """Return the job as plain data."""

@@ -48,16 +48,7 @@ def forecast_run(
         Measuring and saving, a few seconds a minute, are left out.
     """
     assert job.samples is not None
-    scene = Scene.of(
-        volume,
-        job.size.image_size,
-        job.lighting,
-        job.window,
-        job.renderer,
-        job.movable_light,
-        job.tf_family,
-        job.up,
-    )
+    scene = job.scene_of(volume)
     options = job.options
     schedule = Schedule(job.size, options, scene, torch.device("cpu"), volume=volume)
     seconds, begun = 0.0, 0.0

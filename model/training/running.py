@@ -107,16 +107,7 @@ def _source(job: TrainingJob, volume: Volume | None, device: str) -> SampleSourc
             _check_volume(job, volume, store)
         return StoredSource(store)
     assert volume is not None
-    scene = Scene.of(
-        volume,
-        job.size.image_size,
-        job.lighting,
-        job.window,
-        job.renderer,
-        job.movable_light,
-        job.tf_family,
-        job.up,
-    )
+    scene = job.scene_of(volume)
     on_gpu = device == "cuda" and scene.renderer == "raycast" and cuda.is_available()
     return StreamSource(
         volume,

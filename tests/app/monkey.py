@@ -38,9 +38,11 @@ from app.engines.engine import always
 from app.engines.messages import BatchRequest, ImageRequest, VisibilityRequest
 from app.engines.spare_memory import give_back_memory
 from app.engines.worker import THREAD_PREFIX
-from app.window.main_window import WINDOW_SIZE, MainWindow
+from app.window.main_window import MainWindow
 from model.errors import RenderError
 from tests.app.process_size import resident_mb
+
+WINDOW_SIZE = 1280, 860
 
 KEYS = "RLWFGTPVMCKXYZ123456789[]+-"
 SPECIAL = [

@@ -39,3 +39,15 @@ def test_the_whole_glossary_opens_at_its_top(qtbot: QtBot) -> None:
     assert page.toPlainText().startswith("Glossary")
     assert page.verticalScrollBar().value() == 0
     dialog.close()
+
+
+def test_every_term_leads_to_the_glossary_where_it_stands() -> None:
+    """No term has a sentence that nobody can reach: the source names each beside a link to it."""
+    sources = [
+        path.read_text(encoding="utf-8")
+        for path in GLOSSARY.parents[1].glob("app/**/*.py")
+        if path.name != "glosses.py"
+    ]
+    linked = [text for text in sources if re.search(r"\b(gloss|open_glossary)\(", text)]
+    for term in SENTENCES:
+        assert any(f'"{term}"' in text or f"'{term}'" in text for text in linked), term

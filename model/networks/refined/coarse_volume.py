@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from model.rendering.scalars import unit_planes
-from model.scene.volume import Triple, Volume
+from model.scene.volume import Triple, Volume, extent_of
 
 MEAN_STEPS = 255
 """Steps of the mean over the scalar range: those between the 256 bins of a TF."""
@@ -115,8 +115,7 @@ class CoarseVolume:
     @property
     def extent(self) -> Triple:
         """Distance between the first and the last node along x, y and z."""
-        x, y, z = ((n - 1) * s for n, s in zip(self.dimensions, self.spacing, strict=True))
-        return x, y, z
+        return extent_of(self.dimensions, self.spacing)
 
     @property
     def radius(self) -> float:

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor
 from pytestqt.qtbot import QtBot
 
@@ -65,3 +66,17 @@ def test_progress_is_a_line_at_the_upper_edge(canvas: ImageCanvas) -> None:
     assert before.copy(0, 2, 300, 98) == after.copy(0, 2, 300, 98)
     canvas.set_progress(None)
     assert canvas.grab().toImage() == before
+
+
+def test_keys_bring_a_ring_and_the_mouse_does_not(qtbot: QtBot, canvas: ImageCanvas) -> None:
+    canvas.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+    canvas.show()
+    qtbot.waitActive(canvas)
+    for reason, ring in (
+        (Qt.FocusReason.MouseFocusReason, False),
+        (Qt.FocusReason.TabFocusReason, True),
+    ):
+        canvas.clearFocus()
+        canvas.setFocus(reason)
+        qtbot.waitUntil(canvas.hasFocus)
+        assert (color_at(canvas, 0, 50) == QColor(ON_IMAGE.change)) == ring

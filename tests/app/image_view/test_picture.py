@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from PIL import Image
-from PySide6.QtCore import QRect
 from PySide6.QtGui import QColor, QImage, QPainter
 
 from app.image_view.image_canvas import to_qimage
@@ -78,15 +77,3 @@ def test_bad_values_do_no_harm_and_light_above_its_opacity_stays() -> None:
         painter.end()
         for x in range(4):
             assert on_black.pixelColor(x, 0) == black.pixelColor(x, 0)
-
-
-def test_the_legend_is_painted_over_the_whole_picture(rgba: NDArray[np.float32]) -> None:
-    seen: list[QRect] = []
-
-    def paint(painter: QPainter, rect: QRect) -> None:
-        seen.append(rect)
-        painter.fillRect(2, 3, 4, 5, QColor("red"))
-
-    for background in ((255, 255, 255), None):
-        assert compose(rgba, background, paint).pixelColor(4, 6) == QColor("red")
-    assert seen == [QRect(0, 0, 33, 131)] * 2

@@ -648,3 +648,68 @@ def test_a_grid_that_failed_is_asked_for_again(
     monkeypatch.setattr(engine, "images", images)
     with qtbot.waitSignal(pictures.gridDrawn):
         pictures.ask()
+
+
+def test_map_and_grid_are_used_by_keys(qtbot: QtBot, window: MainWindow) -> None:
+    map_view, grid, latent = window.browser.map, window.browser.grid, window.latent_state
+    before = window.state.transfer_function
+    QTest.keyClick(map_view, Qt.Key.Key_Right)
+    first = latent.hover
+    assert first is not None
+    QTest.keyClick(map_view, Qt.Key.Key_Right)
+    QTest.keyClick(map_view, Qt.Key.Key_Up)
+    assert latent.hover is not None
+    assert latent.hover[0] > first[0] and latent.hover[1] > first[1]
+    QTest.keyClick(map_view, Qt.Key.Key_Return)
+    assert window.state.transfer_function != before
+    zoom = map_view.frame.zoom
+    QTest.keyClick(map_view, Qt.Key.Key_Plus)
+    assert map_view.frame.zoom > zoom
+    QTest.keyClick(map_view, Qt.Key.Key_Minus)
+    assert map_view.frame.zoom == pytest.approx(zoom)
+    seen: list[int | None] = []
+    grid.hovered.connect(seen.append)
+    for key in (Qt.Key.Key_Right, Qt.Key.Key_Right, Qt.Key.Key_Down, Qt.Key.Key_Left):
+        QTest.keyClick(grid, key)
+    assert seen == [0, 1, 5, 4]
+    taken = window.state.transfer_function
+    assert 4 in grid.images
+    QTest.keyClick(grid, Qt.Key.Key_Return)
+    assert window.state.transfer_function != taken
+    brush = latent.brush
+    QTest.keyClick(grid, Qt.Key.Key_Plus)
+    assert latent.brush != brush
+    QTest.keyClick(grid, Qt.Key.Key_Minus)
+    assert latent.brush == pytest.approx(brush)
+
+
+def test_escape_closes_the_browser_where_nothing_runs(window: MainWindow) -> None:
+    QTest.keyClick(window.browser.map, Qt.Key.Key_Escape)
+    assert not window.browser.isVisible() and window.generator.isVisible()
+    widths = [pane.canvas.width() for pane in (window.generator, window.reference)]
+    assert abs(widths[0] - widths[1]) <= 1
+
+
+def test_the_caption_names_the_picture_under_the_mouse(qtbot: QtBot, window: MainWindow) -> None:
+    caption = window.reference.caption
+    before = caption.title, caption.detail
+    move(qtbot, window.browser.map, (0.2, 0.1))
+    qtbot.waitUntil(lambda: window.browser.preview.is_shown)
+    assert (caption.title, caption.detail) == ("Under the mouse", "click to take")
+    assert "samples" in caption.toolTip()
+    window.latent_state.set_hover(None)
+    qtbot.waitUntil(lambda: not window.browser.preview.is_shown)
+    assert (caption.title, caption.detail) == before
+    assert window.reference.title == "Ground truth"
+
+
+def test_the_picture_under_the_mouse_stays_while_the_image_is_drawn_anew(
+    qtbot: QtBot, window: MainWindow
+) -> None:
+    move(qtbot, window.browser.map, (-0.3, -0.2))
+    qtbot.waitUntil(lambda: window.browser.preview.is_shown)
+    assert window.reference.canvas.cover is not None
+    window.workspace.reference.choose(size=64)
+    qtbot.waitUntil(lambda: window.workspace.is_settled)
+    assert window.browser.preview.is_shown
+    assert window.reference.canvas.cover is not None

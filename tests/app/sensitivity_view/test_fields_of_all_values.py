@@ -12,6 +12,7 @@ from window_fakes import FakeBuilders
 
 from app.engines.messages import BlockFieldsRequest, FieldRangeRequest
 from app.image_view.image_canvas import to_qimage
+from app.sensitivity_view.field_menu import FieldMenu
 from app.window.main_window import MainWindow
 from model.rendering.raster import middle_square
 from model.scene.tf_perturbation import edit_over
@@ -130,20 +131,27 @@ def test_fields_of_pixels_have_the_scale_of_all_values_too(
     qtbot.waitUntil(lambda: exact.scale == 3.0)
 
 
-def test_the_bar_says_and_sets_what_is_chosen(window: MainWindow) -> None:
-    bar, state = window.sensitivity.findings.field_bar, window.sensitivity_state
-    styles = [bar.style_box.itemText(i) for i in range(bar.style_box.count())]
-    assert styles == ["Area", "Lines", "8×8", "16×16", "Pixels"]
-    for index, (style, blocks) in enumerate(
-        [("map", 16), ("contours", 16), ("blocks", 8), ("blocks", 16), ("blocks", 0)]
-    ):
-        bar.style_box.activated.emit(index)
+def test_the_menu_says_and_sets_what_is_chosen(window: MainWindow) -> None:
+    state = window.sensitivity_state
+    menu = FieldMenu(state, window)
+    styles, scales = (group.actions() for group, _entries in menu._choices)
+    assert [action.text() for action in styles] == [
+        "Area", "Contours", "8 × 8 blocks", "16 × 16 blocks", "Blocks of one pixel",
+    ]  # fmt: skip
+    wanted = [("map", 16), ("contours", 16), ("blocks", 8), ("blocks", 16), ("blocks", 0)]
+    for action, (style, blocks) in zip(styles, wanted, strict=True):
+        action.trigger()
         assert (state.choices.style, state.choices.blocks) == (style, blocks)
-        assert bar.style_box.currentIndex() == index
-    for index, (locked, scale) in enumerate([(False, "own"), (False, "all"), (True, "all")]):
-        bar.scale_box.activated.emit(index)
+        menu.aboutToShow.emit()
+        assert action.isChecked()
+    ends = [(False, "own"), (False, "all"), (True, "all")]
+    for action, (locked, scale) in zip(scales, ends, strict=True):
+        action.trigger()
         assert (state.choices.locked, state.choices.scale) == (locked, scale)
-        assert bar.scale_box.currentIndex() == index
+        menu.aboutToShow.emit()
+        assert action.isChecked()
+    menu.doubt.setChecked(True)
+    assert state.choices.fade
 
 
 def test_what_cannot_be_answered_is_said(

@@ -91,6 +91,20 @@ def hover(window: MainWindow, value: float, effect: bool = True) -> None:
     )  # fmt: skip
 
 
+def regions_listed(window: MainWindow) -> list[str]:
+    """The regions in the chip's menu, above its other entries."""
+    chips = window.sensitivity.chips
+    chips.fill_regions()
+    texts = [action.text() for action in chips.regions_menu.actions()]
+    return texts[: texts.index("")]
+
+
+def choose_in_region_menu(window: MainWindow, text: str) -> None:
+    window.sensitivity.chips.fill_regions()
+    actions = window.sensitivity.chips.regions_menu.actions()
+    next(action for action in actions if action.text().startswith(text)).trigger()
+
+
 def asked(builders: FakeBuilders, kind: type) -> list:
     return [request for request in builders.analysts[-1].others if type(request) is kind]
 
@@ -108,7 +122,7 @@ def test_both_engines_answer_as_soon_as_a_volume_is_open(window: MainWindow) -> 
     assert "cosine 1.00, good" in window.sensitivity.source.said
     (interval,) = responses.intervals
     assert interval.value == pytest.approx(100 + 100 * 100 / 255)
-    assert "1   139.2" in window.sensitivity.findings.rows[0].text()
+    assert "1   139.2" in window.sensitivity.findings.edit_rows[0].text
 
 
 def test_without_a_model_the_ray_caster_answers(qtbot: QtBot, make_window: WindowMaker) -> None:
@@ -129,11 +143,11 @@ def test_a_rectangle_is_drawn_moved_and_resized_in_either_image(
     )  # fmt: skip
     view = window.state.view
     QTest.keyClick(window, Qt.Key.Key_R)
-    assert window.sensitivity.bar.rectangle.isChecked()
+    assert state.tool == "rectangle"
     drag(reference, at(reference, 0.2, 0.3), at(reference, 0.4, 0.5), at(reference, 0.5, 0.6))
     assert state.tool is None
     assert np.ravel(state.outline.points[::2]) == pytest.approx([0.2, 0.3, 0.5, 0.6], abs=0.01)
-    assert window.sensitivity.bar.region.currentText() == "Region 1"
+    assert window.sensitivity.chips.region.caption == "Region 1 ▾"
     # In the other image: by its upper edge, then by its lower right corner.
     drag(generator, at(generator, 0.35, 0.3), at(generator, 0.4, 0.4), at(generator, 0.45, 0.5))
     assert np.ravel(state.outline.points[::2]) == pytest.approx([0.3, 0.5, 0.6, 0.8], abs=0.02)
@@ -161,16 +175,15 @@ def test_a_lasso_and_several_regions(qtbot: QtBot, window: MainWindow) -> None:
     drag(canvas, *(at(canvas, x, y) for x, y in around))
     assert len(state.outline.points) == 5
     state.add_region(Outline.rectangle(0, 0, 0.25, 0.25))
-    bar = window.sensitivity.bar
-    assert [bar.region.itemText(i) for i in range(3)] == ["Whole image", "Region 1", "Region 2"]
+    assert regions_listed(window) == ["Whole image", "Region 1", "Region 2"]
     state.rename_region("  lung ")
-    assert bar.region.currentText() == "lung"
+    assert window.sensitivity.chips.region.caption == "lung ▾"
     state.activate(0)
     qtbot.waitUntil(
         lambda: window.workspace.sensitivity.is_fresh(window.workspace.sensitivity.region_answer)
     )
-    bar.remove.click()
-    assert [bar.region.itemText(i) for i in range(2)] == ["Whole image", "lung"]
+    choose_in_region_menu(window, "Remove")
+    assert regions_listed(window) == ["Whole image", "lung"]
     assert state.outline == Outline()
     # A click with the tool draws nothing.
     QTest.keyClick(window, Qt.Key.Key_R)
@@ -183,7 +196,7 @@ def test_a_click_names_the_values_there_and_edits_them(
 ) -> None:
     canvas, findings = window.reference.canvas, window.sensitivity.findings
     QTest.mouseClick(canvas, Qt.MouseButton.LeftButton, pos=at(canvas, 0.3, 0.6))
-    qtbot.waitUntil(lambda: "100 %" in findings.rows[0].text())
+    qtbot.waitUntil(lambda: "100 %" in findings.value_rows[0].text)
     asked = [r for r in builders.analysts[-1].others if isinstance(r, PickRequest)]
     square = asked[-1].regions[0]
     xs, ys = zip(*square.points, strict=True)
@@ -201,9 +214,10 @@ def test_a_click_names_the_values_there_and_edits_them(
         window.state.undo()
         assert window.state.transfer_function == before
         qtbot.waitUntil(findings.raises[0].isEnabled)
-    findings.values_button.click()
-    assert window.sensitivity_state.place is None
-    qtbot.waitUntil(lambda: findings.rows[0].text().startswith("1 "))
+    assert findings.isVisible() and findings.values_heading.text() == "Values here"
+    QTest.keyClick(canvas, Qt.Key.Key_Escape)
+    assert window.sensitivity_state.place is None and findings.isHidden()
+    qtbot.waitUntil(lambda: findings.edit_rows[0].text.startswith("1 "))
 
 
 def test_hovering_shows_the_field_with_its_image(
@@ -233,20 +247,21 @@ def test_hovering_shows_the_field_with_its_image(
 def test_hovering_shows_where_the_value_is_visible_and_with_ctrl_what_an_edit_would_change(
     qtbot: QtBot, window: MainWindow, builders: FakeBuilders
 ) -> None:
-    state, cover = window.sensitivity_state, window.sensitivity.exact
+    state, cover = window.sensitivity_state, window.sensitivity.learned
     hover(window, 140.0, effect=False)
     qtbot.waitUntil(lambda: "part of a pixel that shows" in cover.caption)
     qtbot.waitUntil(lambda: not asked(builders, ValueVisibilityRequest)[-1].quality.live)
     assert not asked(builders, ValueSensitivityRequest)
     band = state.band
     assert band is not None and not band.effect
-    # The fake's field is .4 in every pixel; it is of the data, and so in both images.
+    # The fake's field is .4 in every pixel.
     image = cover.image_of(window.state.inputs)
     assert image is not None
     field = np.full((16, 16), (band.low - 100) / 100)
     expected = overlay(image, field, scale_of(field), "visible").astype(np.float32)
-    qtbot.waitUntil(lambda: window.reference.canvas.cover == to_qimage(expected))
-    qtbot.waitUntil(lambda: "part of a pixel" in window.sensitivity.learned.caption)
+    qtbot.waitUntil(lambda: window.generator.canvas.cover == to_qimage(expected))
+    # It is of the data, whoever draws: the other image stays as it is.
+    assert window.reference.canvas.cover is None
     assert window.sensitivity.result() is not None
     assert window.sensitivity.result().kind == "region"  # type: ignore[union-attr]
     # Ctrl asks the other question where the mouse is.
@@ -266,13 +281,13 @@ def test_in_what_if_an_edit_at_the_value_under_the_mouse_is_rendered(
     qtbot: QtBot, window: MainWindow
 ) -> None:
     hover(window, 140.0, effect=False)
-    findings = window.sensitivity.findings
-    qtbot.waitUntil(findings.what_if_button.isEnabled)
+    what_if = window.sensitivity.what_if
+    qtbot.waitUntil(what_if.button.isEnabled)
     QTest.keyPress(window, Qt.Key.Key_W)
     qtbot.waitUntil(lambda: "difference of pixel values" in window.sensitivity.exact.caption)
-    assert "140" in findings.result.full_text
+    assert "140" in what_if.result
     QTest.keyRelease(window, Qt.Key.Key_W)
-    qtbot.waitUntil(lambda: "part of a pixel" in window.sensitivity.exact.caption)
+    qtbot.waitUntil(lambda: "part of a pixel" in window.sensitivity.learned.caption)
 
 
 @pytest.mark.parametrize(
@@ -384,9 +399,9 @@ def test_the_wheel_widens_and_a_drag_pins_a_band(qtbot: QtBot, window: MainWindo
     QApplication.sendEvent(viewport, QEvent(QEvent.Type.Leave))
     hover(window, 110.0)
     assert state.band.values == pytest.approx((140.0, 160.0), abs=0.5)
-    qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
+    qtbot.waitUntil(lambda: window.generator.canvas.cover is not None)
     QTest.keyClick(window, Qt.Key.Key_P)
-    assert state.band is None and window.reference.canvas.cover is None
+    assert state.band is None and window.generator.canvas.cover is None
 
 
 def test_a_double_click_asks_for_no_values(window: MainWindow) -> None:
@@ -403,8 +418,8 @@ def test_a_kept_band_ends_as_users_expect(qtbot: QtBot, window: MainWindow, how:
     viewport, state = window.editor.area.widget.viewport(), window.sensitivity_state
     window.editor.select_strongest()
     drag(viewport, *(over_plot(window, value, 0.5) for value in (140.0, 150.0, 160.0)))
-    qtbot.waitUntil(lambda: "Escape" in window.sensitivity.exact.caption)
-    assert window.sensitivity.findings.field_bar.pin.isChecked()
+    qtbot.waitUntil(lambda: "Escape" in window.sensitivity.learned.caption)
+    assert window.sensitivity.band.tag.release.isVisible()
     if how == "click":
         QTest.mouseClick(viewport, Qt.MouseButton.LeftButton, pos=over_plot(window, 190.0, 0.7))
         assert state.band is not None and not state.band.pinned
@@ -412,8 +427,8 @@ def test_a_kept_band_ends_as_users_expect(qtbot: QtBot, window: MainWindow, how:
     else:
         focused = window.editor.area.widget if "plot" in how else window.reference.canvas
         QTest.keyClick(focused, Qt.Key.Key_Escape)
-    assert state.band is None and window.reference.canvas.cover is None
-    assert not window.sensitivity.findings.field_bar.pin.isChecked()
+    assert state.band is None and window.generator.canvas.cover is None
+    assert not window.sensitivity.band.tag.release.isVisible()
 
 
 def test_escape_ends_one_thing_after_the_other(window: MainWindow) -> None:
@@ -511,7 +526,7 @@ def test_regions_stay_for_the_next_time_step_and_go_with_another_shape(
         with qtbot.waitSignal(window.workspace.volumeOpened):
             window.workspace.open_volume(Path(name))
         assert state.outline == outline
-    assert window.sensitivity.bar.region.currentText() == "Whole image"
+    assert window.sensitivity.chips.region.caption == "Whole image ▾"
     qtbot.waitUntil(lambda: window.workspace.is_settled)
 
 
@@ -520,8 +535,8 @@ def test_a_flag_adds_the_mode_that_was_listed_or_one_in_a_striking_colour(
 ) -> None:
     before = window.state.transfer_function
     (interval,) = window.sensitivity.responses.intervals
-    flag = over_plot(window, interval.value, 1.05) + QPoint(0, 7)
-    QTest.mouseClick(window.editor.area.widget.viewport(), Qt.MouseButton.LeftButton, pos=flag)
+    flag = window.sensitivity.responses.flags[0]
+    QTest.mouseClick(flag, Qt.MouseButton.LeftButton)
     tf = window.state.transfer_function
     mode = tf.opacity.modes[-1]
     assert len(tf.opacity.modes) == len(before.opacity.modes) + 1
@@ -535,7 +550,7 @@ def test_a_flag_adds_the_mode_that_was_listed_or_one_in_a_striking_colour(
     listed = edited(unedited, edit, mode.amplitude).opacity_tf.sample()
     np.testing.assert_allclose(tf.opacity.sample(), listed, atol=0.01)
     # At once again: the answer is about the image before.
-    QTest.mouseClick(window.editor.area.widget.viewport(), Qt.MouseButton.LeftButton, pos=flag)
+    QTest.mouseClick(flag, Qt.MouseButton.LeftButton)
     window.sensitivity.findings.adds[0].click()
     assert window.state.transfer_function == tf
     window.state.undo()
@@ -555,17 +570,17 @@ def test_a_flag_adds_the_mode_that_was_listed_or_one_in_a_striking_colour(
 
 
 def test_what_if_shows_the_edit_while_the_key_is_held(qtbot: QtBot, window: MainWindow) -> None:
-    findings = window.sensitivity.findings
+    what_if = window.sensitivity.what_if
     QTest.keyPress(window, Qt.Key.Key_W)
     qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
     qtbot.waitUntil(lambda: window.generator.canvas.cover is not None)
     assert "difference" in window.sensitivity.exact.caption
     # The fake's second image is .1 brighter than the first.
-    assert "exact changes 0.100" in findings.result.full_text
-    assert "learned changes 0.100" in findings.result.full_text
+    assert "exact changes 0.100" in what_if.result
+    assert "learned changes 0.100" in what_if.result
     # Without a band, the mode is at the first value of the list.
     value = window.sensitivity.responses.intervals[0].value
-    tried = float(findings.result.full_text.removeprefix("At ").partition(":")[0])
+    tried = float(what_if.result.removeprefix("At ").partition(":")[0])
     assert tried == pytest.approx(value, abs=0.5)
     QTest.keyRelease(window, Qt.Key.Key_W)
     assert window.reference.canvas.cover is None
@@ -573,12 +588,12 @@ def test_what_if_shows_the_edit_while_the_key_is_held(qtbot: QtBot, window: Main
 
 def test_what_if_after_the_key_is_released_covers_nothing(qtbot: QtBot, window: MainWindow) -> None:
     QTest.keyClick(window, Qt.Key.Key_W)
-    qtbot.waitUntil(lambda: "learned changes" in window.sensitivity.findings.result.full_text)
+    qtbot.waitUntil(lambda: "learned changes" in window.sensitivity.what_if.result)
     assert window.generator.canvas.cover is None
 
 
 def test_a_click_on_what_if_lasts_until_the_next_one(qtbot: QtBot, window: MainWindow) -> None:
-    button, exact = window.sensitivity.findings.what_if_button, window.reference.canvas
+    button, exact = window.sensitivity.what_if.button, window.reference.canvas
     button.click()
     qtbot.waitUntil(lambda: exact.cover is not None)
     assert button.isChecked()
@@ -609,7 +624,10 @@ def test_switched_off_nothing_is_asked_or_shown(
 ) -> None:
     window.sensitivity_state.pin(150.0)
     qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
-    window.sensitivity.bar.shown.click()
+    window.sensitivity.chips.change.click()
+    assert window.sensitivity_state.choices.shown
+    window.sensitivity.chips.visible.click()
+    assert not window.sensitivity_state.choices.shown
     assert window.reference.canvas.cover is None
     assert not window.sensitivity.findings.isVisible()
     # Of what was asked before, some may still be answered.
@@ -660,20 +678,22 @@ def test_the_values_that_a_region_shows_are_named(
         return np.array(rows, dtype=np.float32)
 
     monkeypatch.setattr(builders.analysts[-1], "visibility", two_values)
-    label, state = window.sensitivity.visible, window.sensitivity_state
+    state, findings = window.sensitivity_state, window.sensitivity.findings
 
     def text() -> str:
-        # No line ends between a value and its share.
-        return label.text().replace("\N{NO-BREAK SPACE}", " ")
+        return ", ".join(row.text for row in findings.value_rows if row.text)
 
     state.add_region(Outline.rectangle(0.1, 0.1, 0.4, 0.4))
     state.finish_region()
-    qtbot.waitUntil(lambda: "visible: 116.1 to 123.9 (75 %), 176.1 to 183.9 (25 %)" in text())
+    qtbot.waitUntil(lambda: text() == "116.1 to 123.9   75 %, 176.1 to 183.9   25 %")
+    # The peaks in the plot say it, too: from a fifth on.
+    assert window.sensitivity.visible.peak_texts == ["120.0 · 75 %", "180.0 · 25 %"]
     state.activate(None)
-    qtbot.waitUntil(lambda: "visible: 176.1 to 183.9 (100 %)" in text())
-    # The list of a clicked place says it of that.
+    qtbot.waitUntil(lambda: text() == "176.1 to 183.9   100 %")
+    assert window.sensitivity.visible.peak_texts == ["180.0 · 100 %"]
+    # The list of a clicked place is of that.
     state.pick((0.5, 0.5))
-    assert label.text() == ""
+    assert findings.values_heading.text() == "Values here"
 
 
 def test_what_is_shown_is_saved_as_figure_and_numbers(
@@ -804,21 +824,24 @@ def changing(brightness: float, size: float | None = None) -> WhatIf:
 def test_edits_are_measured_at_rest_and_ranked_by_it(qtbot: QtBot, window: MainWindow) -> None:
     findings, layer = window.sensitivity.findings, window.sensitivity.responses
     # The fake's second image is .1 brighter than the first; the derivative promises something else.
-    qtbot.waitUntil(lambda: findings.rows[0].text().endswith("   brighter +0.1"))
-    assert "promises: brighter" in findings.rows[0].toolTip()
+    row = findings.edit_rows[0]
+    qtbot.waitUntil(lambda: row.text.endswith("   +.1   brighter"))
+    assert layer.flags[0].text() == "1  +.1"
+    assert layer.flags[0].accessibleName() == "Edit 1 at 139.2, brighter by .1; Enter adds it"
+    assert "promises: brighter" in row.toolTip()
     measured = layer.intervals[0]
-    promised = findings._effect(measured.predicted(0.4))
-    assert promised != "brighter +0.1"
+    number, word = findings._effect(measured.predicted(0.4))
+    assert (number, word) != ("+.1", "brighter")
     window.sensitivity_state.choose(height=0.4)
-    assert findings.rows[0].text().endswith("   …")
-    assert f"promises: {promised}" in findings.rows[0].toolTip()
-    qtbot.waitUntil(lambda: findings.rows[0].text().endswith("   brighter +0.1"))
+    assert row.text.endswith("   …") and layer.flags[0].text() == "1"
+    assert f"promises: {word} {number}" in row.toolTip()
+    qtbot.waitUntil(lambda: row.text.endswith("   +.1   brighter"))
     # What was measured for another edit is not taken for this one's.
     late = window.workspace.sensitivity.trials.trial_of(layer.promising)
     window.sensitivity_state.choose(width=3.0)
-    assert "…" in findings.rows[0].text()
+    assert "…" in row.text
     window.workspace.sensitivity.trials.intervalsMeasured.emit(late, [changing(0.5)])
-    assert "…" in findings.rows[0].text()
+    assert "…" in row.text
 
 
 def test_the_best_edit_is_the_one_that_changes_most_in_truth(
@@ -834,12 +857,10 @@ def test_the_best_edit_is_the_one_that_changes_most_in_truth(
     found = [changing(0.01), changing(-0.5), changing(0.0), changing(0.2, 0.9)]
     window.workspace.sensitivity.trials.intervalsMeasured.emit(trial, found)
     assert [interval.value for interval in layer.intervals] == [60.0, 120.0, 30.0]
-    assert [flag.pos().x() for flag in layer._flags] == pytest.approx(
-        [layer._area.axis.place(value) for value in (60.0, 120.0, 30.0)]
-    )
-    assert findings.rows[0].text().endswith("darker -0.5")
+    assert findings.edit_rows[0].text.endswith("−.5   darker")
     # Where brighter and darker pixels cancel, that is not all.
-    assert without_links(findings.rows[1].text()).endswith("brighter +0.2 (±0.9)")
+    assert findings.edit_rows[1].text.endswith("+.2   mixed")
+    assert "by .9 (±)" in findings.edit_rows[1].toolTip()
 
 
 def test_changes_are_measured_in_the_brightness_that_is_shown(
@@ -847,25 +868,25 @@ def test_changes_are_measured_in_the_brightness_that_is_shown(
 ) -> None:
     findings = window.sensitivity.findings
     window.brightness.set(1.0)
-    qtbot.waitUntil(lambda: findings.rows[0].text().endswith("   brighter +0.1"))
+    qtbot.waitUntil(lambda: findings.edit_rows[0].text.endswith("   +.1   brighter"))
     # .1 of grey over black, at brightness b: .1 b / (1 + .1 (b - 1)).
     window.brightness.set(3.0)
-    qtbot.waitUntil(lambda: findings.rows[0].text().endswith("   brighter +0.25"))
+    qtbot.waitUntil(lambda: findings.edit_rows[0].text.endswith("   +.25   brighter"))
 
 
 def test_what_if_follows_the_mouse_while_it_is_on(qtbot: QtBot, window: MainWindow) -> None:
-    findings, state = window.sensitivity.findings, window.sensitivity_state
-    findings.what_if_button.click()
-    qtbot.waitUntil(lambda: "exact changes" in findings.result.full_text)
+    what_if, state = window.sensitivity.what_if, window.sensitivity_state
+    what_if.button.click()
+    qtbot.waitUntil(lambda: "exact changes" in what_if.result)
     state.hover(170.0)
     # The bin that is nearest to it.
-    qtbot.waitUntil(lambda: findings.result.full_text.startswith("At 169.8"))
-    qtbot.waitUntil(lambda: "exact changes" in findings.result.full_text)
+    qtbot.waitUntil(lambda: what_if.result.startswith("At 169.8"))
+    qtbot.waitUntil(lambda: "exact changes" in what_if.result)
     QTest.keyClick(window, Qt.Key.Key_Escape)
-    assert not findings.what_if_button.isChecked()
+    assert not what_if.button.isChecked()
     # What was said of one value does not stay beside another.
     state.hover(120.0)
-    assert findings.result.full_text == ""
+    assert what_if.result == ""
 
 
 def test_who_is_to_draw_a_region_is_told_in_the_image(window: MainWindow) -> None:
@@ -908,15 +929,12 @@ def test_the_values_of_a_region_are_listed_to_be_raised_and_lowered(
     findings, state = window.sensitivity.findings, window.sensitivity_state
     state.add_region(Outline.rectangle(0.2, 0.2, 0.6, 0.6))
     state.finish_region()
-    qtbot.waitUntil(lambda: "%" in window.sensitivity.visible.text())
-    place = findings.values_button.geometry()
-    findings.values_button.click()
-    assert findings.values_button.isChecked() and findings.values_button.geometry() == place
-    assert findings.heading.text() == "Visible: region 1"
+    assert findings.heading.full_text == "Region 1"
+    assert findings.values_heading.text() == "Values visible"
     qtbot.waitUntil(findings.lowers[0].isEnabled)
-    assert findings.rows[0].text().endswith("%") and findings.lowers[0].isVisible()
+    assert findings.value_rows[0].text.endswith("%") and findings.lowers[0].isVisible()
     # Which values, not only the strongest one.
-    assert " to " in findings.rows[0].text()
+    assert " to " in findings.value_rows[0].text
     before = window.state.transfer_function
     findings.isolates[0].click()
     assert window.state.transfer_function != before
@@ -924,12 +942,7 @@ def test_the_values_of_a_region_are_listed_to_be_raised_and_lowered(
     # What it shows now is listed next; Escape leads back.
     qtbot.waitUntil(findings.lowers[0].isEnabled)
     QTest.keyClick(window, Qt.Key.Key_Escape)
-    assert findings.heading.text() == "Where an edit shows most"
-    assert not findings.values_button.isChecked()
-    findings.values_button.click()
-    assert findings.heading.text() == "Visible: region 1"
-    findings.values_button.click()
-    assert findings.heading.text() == "Where an edit shows most"
+    assert findings.isHidden() and state.active is None and len(state.regions) == 1
 
 
 def test_what_if_ends_when_the_view_turns_or_another_window_comes(
@@ -939,7 +952,7 @@ def test_what_if_ends_when_the_view_turns_or_another_window_comes(
         lambda: window.state.set_view(View(120.0, 5.0)),
         lambda: QApplication.sendEvent(window, QEvent(QEvent.Type.ActivationChange)),
     ):
-        qtbot.waitUntil(window.sensitivity.findings.what_if_button.isEnabled)
+        qtbot.waitUntil(window.sensitivity.what_if.button.isEnabled)
         qtbot.waitUntil(lambda: window.workspace.is_settled)
         QTest.keyPress(window, Qt.Key.Key_W)
         qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
@@ -973,10 +986,10 @@ def test_a_region_cannot_be_lost_outside_the_image(qtbot: QtBot, window: MainWin
     state.finish_region()
     assert state.outline.mask(16).any()
     state.pin(150.0)
-    window.sensitivity.findings.field_bar.add.click()
+    window.sensitivity.band.tag.add.click()
     assert window.state.undo_stack.undoText() == "add mode"
     QTest.keyClick(window, Qt.Key.Key_W)
-    qtbot.waitUntil(lambda: "learned changes" in window.sensitivity.findings.result.full_text)
+    qtbot.waitUntil(lambda: "learned changes" in window.sensitivity.what_if.result)
 
 
 def test_what_is_still_computed_is_not_called_nothing(
@@ -985,38 +998,43 @@ def test_what_is_still_computed_is_not_called_nothing(
     findings = window.sensitivity.findings
     builders.analysts[-1].gate = threading.Semaphore(0)
     window.sensitivity_state.choose(engine="exact")
-    assert findings.rows[0].text() == "computing …"
+    assert findings.edits_note.text() == "computing …"
     window.sensitivity_state.pick((0.2, 0.2))
-    assert findings.rows[0].text() == "computing …"
+    assert findings.values_note.text() == "computing …"
     for _ in range(40):
         builders.analysts[-1].gate.release()
-    qtbot.waitUntil(lambda: "100 %" in findings.rows[0].text())
+    qtbot.waitUntil(lambda: "100 %" in findings.value_rows[0].text)
     builders.analysts[-1].gate = None
     window.sensitivity_state.pick((0.7, 0.7))
-    assert findings.rows[0].text() == "computing …"
-    qtbot.waitUntil(lambda: "100 %" in findings.rows[0].text())
+    assert findings.values_note.text() == "computing …"
+    qtbot.waitUntil(lambda: "100 %" in findings.value_rows[0].text)
 
 
 def test_the_value_under_the_mouse_is_named(window: MainWindow) -> None:
-    state, layer = window.sensitivity_state, window.sensitivity.responses
-    assert layer.value_text == ""
+    state, band = window.sensitivity_state, window.sensitivity.band
+    assert band.text == ""
     state.hover(150.3)
-    assert layer.value_text == "edit at 150.3"
+    assert band.text == "edit at 150.3"
     state.hover(150.3, effect=False)
-    assert layer.value_text == "150.3"
+    # Of the fake's peak, that is as good as nothing; all of it lies around bin 60.
+    assert band.text == "150.3 visible 0 %"
+    state.drag_band(100.0, 150.0, effect=False)
+    assert band.text == "100.0 to 150.0 visible 100 %"
+    state.finish_band()
     state.pin(140.0, 199.96)
-    assert layer.value_text == "edit at 140.0 to 200.0"
+    assert band.text == "edit at 140.0 to 200.0"
     state.choose(shown=False)
-    assert layer.value_text == ""
+    assert band.text == ""
 
 
 def test_a_region_takes_the_place_of_what_was_clicked(qtbot: QtBot, window: MainWindow) -> None:
     state, findings = window.sensitivity_state, window.sensitivity.findings
     state.pick((0.5, 0.5))
-    assert findings.heading.text() == "At the clicked place"
+    assert findings.values_heading.text() == "Values here"
     state.add_region(Outline.rectangle(0.2, 0.2, 0.4, 0.4))
     state.finish_region()
-    assert findings.heading.text() == "Where an edit shows most" and state.place is None
+    assert findings.values_heading.text() == "Values visible" and state.place is None
+    assert findings.heading.full_text == "Region 1"
     state.pick((0.5, 0.5))
     state.activate(None)
     assert state.place is None
@@ -1033,12 +1051,12 @@ def test_a_missing_answer_of_the_model_is_explained(qtbot: QtBot, window: MainWi
 
 
 def test_a_button_that_is_grey_says_why(qtbot: QtBot, window: MainWindow) -> None:
-    button = window.sensitivity.findings.what_if_button
+    button = window.sensitivity.what_if.button
     qtbot.waitUntil(button.isEnabled)
     assert button.toolTip().startswith("Show what a mode")
     window.sensitivity_state.choose(shown=False)
     assert not button.isEnabled()
-    assert button.toolTip().startswith("Switch Sensitivity on")
+    assert button.toolTip().startswith("Switch Change or Visible on")
 
 
 def test_switching_off_ends_a_drag(window: MainWindow) -> None:
@@ -1062,8 +1080,8 @@ def test_keys_and_buttons_without_a_volume_do_no_harm(qtbot: QtBot, builders: Fa
     for key in (Qt.Key.Key_W, Qt.Key.Key_P, Qt.Key.Key_R, Qt.Key.Key_L):
         QTest.keyClick(window, key)
     drag(window.generator.canvas, QPoint(30, 30), QPoint(60, 60), QPoint(90, 90))
-    findings = window.sensitivity.findings
-    for button in (findings.what_if_button, findings.field_bar.add, *findings.adds):
+    view = window.sensitivity
+    for button in (view.what_if.button, view.band.tag.add, *view.findings.adds):
         button.click()
     assert window.sensitivity.result() is None
     window.close()

@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QMenu
 from pytestqt.qtbot import QtBot
 
 from app.state.viewer_state import ViewerState
+from app.tf_editor.color_layer import PIN_PLACE
 from app.tf_editor.editor import TransferFunctionEditor
 from app.tf_editor.handle import DragHandle
 from model.scene.transfer_function import OpacityTF
@@ -40,6 +41,12 @@ def pixel(editor: TransferFunctionEditor, value: float, height: float) -> QPoint
 def strip_pixel(editor: TransferFunctionEditor, value: float) -> QPoint:
     return editor.area.widget.mapFromScene(
         editor.area.strip.mapViewToScene(QPointF(value / 100 - 1, 0.5))
+    )
+
+
+def pin_pixel(editor: TransferFunctionEditor, value: float) -> QPoint:
+    return editor.area.widget.mapFromScene(
+        editor.area.strip.mapViewToScene(QPointF(value / 100 - 1, PIN_PLACE))
     )
 
 
@@ -96,7 +103,7 @@ def test_dragging_a_peak_edits_live_and_makes_one_undo_step(
     assert float(value) == pytest.approx(150.0, abs=0.3)
     assert word == "opacity"
     assert float(height) == pytest.approx(0.8, abs=0.02)
-    assert editor.numbers.heading.text() == "Mode 1 of 2"
+    assert editor.card.heading == "Mode 1 of 2"
     with qtbot.waitSignal(state.transferFunctionChangeFinished):
         release(editor, end)
     mode = state.transfer_function.opacity.modes[0]
@@ -201,9 +208,9 @@ def test_a_stop_can_be_dragged_and_the_end_stops_cannot(
     editor: TransferFunctionEditor, state: ViewerState
 ) -> None:
     for start, end in ((150.0, 120.0), (200.0, 160.0)):
-        press(editor, strip_pixel(editor, start))
-        move(editor, strip_pixel(editor, end))
-        release(editor, strip_pixel(editor, end))
+        press(editor, pin_pixel(editor, start))
+        move(editor, pin_pixel(editor, end))
+        release(editor, pin_pixel(editor, end))
     values = [s[0] for s in state.transfer_function.color.stops]
     assert values == pytest.approx([100.0, 120.0, 200.0], abs=0.3)
 
@@ -243,7 +250,7 @@ def test_a_double_click_on_a_stop_opens_the_dialog(
 ) -> None:
     opened: list[int] = []
     monkeypatch.setattr(editor.color, "choose_color", opened.append)
-    QTest.mouseDClick(editor.area.widget.viewport(), LEFT, pos=strip_pixel(editor, 150.0))
+    QTest.mouseDClick(editor.area.widget.viewport(), LEFT, pos=pin_pixel(editor, 150.0))
     assert opened == [1]
 
 
@@ -290,7 +297,7 @@ def test_a_free_curve_has_points_that_can_be_dragged(
         pytest.approx(0.2, abs=0.02),
     )
     assert not any(h.isVisible() for h in editor.opacity.flanks)
-    assert editor.numbers.heading.text() == "Point 2 of 3"
+    assert editor.card.heading == "Point 2 of 3"
     QTest.keyClick(editor.area.widget, Qt.Key.Key_Delete)
     assert len(state.transfer_function.opacity.points) == 2
 
@@ -298,11 +305,11 @@ def test_a_free_curve_has_points_that_can_be_dragged(
 def test_undoing_an_added_handle_drops_its_selection(
     editor: TransferFunctionEditor, state: ViewerState
 ) -> None:
-    editor.numbers.add_button.click()
+    editor.add_button.click()
     assert editor.selection.index("opacity") == 2
     state.undo()
     assert editor.selection.selected is None
-    assert editor.numbers.heading.text() == "Nothing selected"
+    assert editor.card.heading == "Nothing selected"
 
 
 def test_the_strongest_mode_can_be_selected_from_outside(

@@ -19,4 +19,4 @@ def test_opacities_come_back_from_their_heights(logarithmic: bool) -> None:
 
 def test_a_hundredth_has_room_on_the_logarithmic_scale() -> None:
     assert OpacityScale(True).height(0.01) > 0.25
-    assert [text for _, text in OpacityScale(True).ticks()] == ["0", "", "0.01", "0.1", "1"]
+    assert [text for _, text in OpacityScale(True).ticks()] == ["0", "", ".01", ".1", "1"]

@@ -15,7 +15,7 @@ from pytestqt.qtbot import QtBot
 
 from app.state.viewer_state import ViewerState
 from app.tf_editor.editor import TransferFunctionEditor
-from app.tf_editor.histogram import count_ticks, percentile_range
+from app.tf_editor.histogram import percentile_range
 from app.tf_editor.opacity_scale import OpacityScale
 from app.tf_editor.unit_axis import ScalarAxis
 from model.scene.range_fitting import fit_to_range
@@ -95,8 +95,8 @@ def test_a_point_at_the_end_of_the_range_leaves_the_grip_in_sight(
     for line, outwards in zip(editor.range.lines, (-1, 1), strict=True):
         reached = line.boundingRect()
         reach = reached.right() if outwards > 0 else -reached.left()
-        # A point's mark has a radius of 6.5 pixels.
-        assert reach > 7
+        # A point's mark has a radius of 6 pixels.
+        assert reach > 6
         place = widget.mapFromScene(line.scenePos()).x()
         assert 0 <= place + outwards * reach <= width
 
@@ -231,12 +231,6 @@ def test_a_small_range_is_shown_large(qtbot: QtBot, state: ViewerState) -> None:
     lo, hi = editor.area.axis.visible
     assert lo <= 100.0 < 200.0 <= hi
     assert hi - lo < 200.0
-
-
-def test_the_scale_of_voxels_is_labelled_where_counts_are_drawn() -> None:
-    for height, text in count_ticks(5000):
-        count = {"1": 1, "10": 10, "10²": 100, "10³": 1000}[text]
-        assert height == pytest.approx(np.log(1 + count) / np.log(5001))
 
 
 @pytest.mark.parametrize("logarithmic", [False, True])

@@ -80,7 +80,7 @@ def test_modes_selected_together_are_dragged_together_with_their_colors(
     click(editor, pixel(editor, 130.0, 0.5))
     click(editor, pixel(editor, 170.0, 0.5), SHIFT)
     assert editor.selection.indices("opacity") == (0, 1)
-    assert editor.numbers.heading.text() == "Mode 2 of 2, 2 selected"
+    assert editor.card.heading == "Mode 2 of 2, 2 selected"
     drag(editor, pixel(editor, 170.0, 0.5), pixel(editor, 180.0, 0.7))
     assert np.diff(means(state)) == pytest.approx(40.0)
     assert means(state)[0] == pytest.approx(140.0, abs=0.3)

@@ -1,14 +1,17 @@
 from __future__ import annotations
 
+import html
 from collections.abc import Callable
 
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint
 from PySide6.QtGui import QColor
+from PySide6.QtWidgets import QTextBrowser
 from pytestqt.qtbot import QtBot
 from window_fakes import FakeBuilders
 
+from app.glosses import SENTENCES
 from app.image_view.image_canvas import to_qimage
 from app.window.main_window import MainWindow
 from model.scene.scene import Scene
@@ -81,3 +84,20 @@ def test_images_under_different_light_are_not_compared(
     qtbot.waitUntil(lambda: window.workspace.is_settled)
     window.generator.imageShown.emit(window.state.inputs, np.zeros((16, 16, 4), np.float32))
     assert window.generator.note == ""
+
+
+def test_what_the_error_is_stands_in_the_tooltip_and_behind_the_captions_menu(
+    make_window: Callable[..., MainWindow],
+) -> None:
+    window = make_window()
+    inputs = window.state.inputs
+    image = np.zeros((16, 16, 4), np.float32)
+    window.generator.imageShown.emit(inputs, image)
+    window.reference.imageShown.emit(inputs, image)
+    assert SENTENCES["RMSE"] in html.unescape(window.generator.caption.toolTip())
+    menu = window.generator.caption.menu()
+    (entry,) = (action for action in menu.actions() if "RMSE" in action.text())
+    entry.trigger()
+    (page,) = window.findChildren(QTextBrowser)
+    assert page.textCursor().selectedText() == "RMSE."
+    page.window().close()

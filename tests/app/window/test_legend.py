@@ -9,7 +9,7 @@ from pytestqt.qtbot import QtBot
 from ramp import make_tf
 
 from app.image_view.image_canvas import ImageCanvas
-from app.window.legend import legend_painter, paint_legend
+from app.window.legend import paint_legend
 
 
 def painted(size: int, background: str = "#000000", units: str = "K") -> NDArray[np.uint8]:
@@ -72,5 +72,5 @@ def test_a_canvas_is_decorated_with_it(qtbot: QtBot) -> None:
     image.fill(QColor("black"))
     canvas.show_image(image)
     before = canvas.grab().toImage()
-    canvas.add_decoration(legend_painter(make_tf(), "K"))
+    canvas.add_decoration(lambda painter, rect: paint_legend(painter, rect, make_tf(), "K"))
     assert canvas.grab().toImage() != before

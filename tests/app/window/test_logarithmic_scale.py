@@ -115,7 +115,7 @@ def test_numbers_are_typed_as_values(qtbot: QtBot, make_window: WindowMaker, hal
     opacity = replace(window.state.transfer_function.opacity, modes=(GaussianMode(1.0, 0.5, 0.5),))
     window.state.commit(replace(window.state.transfer_function, opacity=opacity), "edit")
     window.editor.selection.select("opacity", 0)
-    box = window.editor.numbers.value
+    box = window.editor.card.value
     assert box.text() == "10"
     box.lineEdit().setText("250")
     box.interpretText()

@@ -55,7 +55,7 @@ def test_both_images_show_the_same_request(make_window: WindowMaker) -> None:
     assert "16 × 16" in window.generator.detail
     assert window.windowTitle() == "ramp (4 × 5 × 6) – tfscope"
     assert window.editor.isEnabled()
-    assert window.editor.numbers.heading.text().endswith("of 3")
+    assert window.editor.card.heading.endswith("of 3")
 
 
 def test_dragging_in_either_image_moves_both(

@@ -7,7 +7,9 @@ import pytest
 from PySide6.QtGui import QGuiApplication, QImage
 from PySide6.QtWidgets import QDialog, QFileDialog
 from pytestqt.qtbot import QtBot
+from window_fakes import FakeBuilders
 
+from app.window.figure import Which
 from app.window.file_dialogs import file_name
 from app.window.main_window import MainWindow
 from app.window.picture_dialog import PictureChoice, PictureDialog
@@ -102,3 +104,55 @@ def test_the_file_is_asked_for_after_the_size(
 )
 def test_the_volumes_name_becomes_a_files(name: str, expected: str) -> None:
     assert file_name(name) == expected
+
+
+def test_the_dialog_begins_as_the_screen_is(
+    qtbot: QtBot, make_window: WindowMaker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    window = make_window()
+    begun: list[PictureChoice] = []
+
+    def no(dialog: PictureDialog) -> QDialog.DialogCode:
+        begun.append(dialog.choice())
+        return QDialog.DialogCode.Rejected
+
+    monkeypatch.setattr(PictureDialog, "exec", no)
+    window.pictures.save()
+    window.overlays.toggle_legend()
+    window.overlays.toggle_scale_bar()
+    window.image_error.set_wanted(True)
+    window.pictures.save()
+    window.image_error.set_wanted(False)
+    for shown in ("generator", "reference"):
+        window.panes.show_images(shown)  # type: ignore[arg-type]
+        window.pictures.copy()
+    assert [(one.which, one.legend, one.scale_bar) for one in begun] == [
+        ("both", False, False),
+        ("difference", True, True),
+        ("generator", True, True),
+        ("reference", True, True),
+    ]
+
+
+@pytest.mark.parametrize("which", ["both", "difference", "generator"])
+def test_figures_of_both_images_wait_for_both(
+    qtbot: QtBot,
+    make_window: WindowMaker,
+    builders: FakeBuilders,
+    tmp_path: Path,
+    which: Which,
+) -> None:
+    window = make_window()
+    place = tmp_path / "figure.png"
+    window.pictures.draw(PictureChoice(404, 200, (0, 0, 0), which=which), place)
+    qtbot.waitUntil(place.exists)
+    saved = QImage(str(place))
+    assert (saved.width(), saved.height()) == (404, 200)
+    colors = [saved.pixelColor(x, 100).getRgb()[:3] for x in (20, 202, 380)]
+    black, white = (0, 0, 0), (255, 255, 255)
+    if which == "difference":
+        # A square of no difference, in grey, in the middle of black.
+        assert colors[0] == colors[2] == black
+        assert len(set(colors[1])) == 1 and colors[1] != black
+    else:
+        assert colors == [white, black if which == "both" else white, white]

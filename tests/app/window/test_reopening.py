@@ -163,3 +163,23 @@ def test_a_curve_of_19_points_comes_back_with_19(
     window.state.commit(replace(window.state.transfer_function, opacity=moved), "test")
     window.opening.open_transfer_function(tmp_path / "tf.json")
     assert window.state.transfer_function.opacity == CURVE
+
+
+def test_missing_voxels_that_were_drawn_are_drawn_again(
+    qtbot: QtBot, open_window: Opener, builders: FakeBuilders
+) -> None:
+    ramp = builders.volumes["ramp"]
+    missing = ramp.voxels > ramp.voxels.mean()
+    builders.volumes["ramp"] = replace(ramp, missing=missing)
+    window = open_window()
+    assert not window.workspace.draws_missing
+    for drawn in (True, False):
+        with qtbot.waitSignal(window.workspace.rangeChanged):
+            window.workspace.draw_missing(drawn)
+        show(qtbot, window, "other")
+        show(qtbot, window, "ramp")
+        assert window.workspace.draws_missing == drawn
+        qtbot.waitUntil(lambda drawn=drawn: builders.drawn[-1].draws_missing == drawn)
+        # And in the next run.
+        window.preferences.finish()
+        assert open_window().workspace.draws_missing == drawn

@@ -17,7 +17,7 @@ from app.window.main_window import MainWindow
 from app.window.picture_dialog import PictureChoice
 from app.window.size_chooser import BLACK
 from model.errors import CannotDrawError
-from model.rendering import opengl, vtk_renderer
+from model.rendering import fallback, opengl, vtk_renderer
 from model.rendering.raster import Raster
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.vtk_renderer import VtkRenderer
@@ -106,3 +106,28 @@ def test_what_nothing_draws_is_not_saved(
     window.pictures.draw(CHOICE, tmp_path / "picture.png")
     qtbot.waitUntil(lambda: "out of memory" in window.notice.text)
     assert not [*tmp_path.iterdir()]
+
+
+def test_without_a_graphics_card_vtk_draws_where_it_is_chosen(
+    qtbot: QtBot,
+    make_window: Callable[..., MainWindow],
+    real_reference: None,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(opengl, "opengl_name", lambda: "llvmpipe (LLVM 15.0.6, 256 bits)")
+    monkeypatch.setattr(fallback, "has_kernels", lambda: True)
+    window = make_window(model=None)
+    client, choose = window.reference.client, window.workspace.reference.choose
+    assert client.description == "ray caster" and "llvmpipe" in client.remark
+    assert "llvmpipe" in window.reference.caption.toolTip()
+    assert "llvmpipe" not in window.reference.caption.accessibleName()
+    for changes, name in (
+        ({"drawing": "vtk"}, "VTK"),
+        ({"drawing": "raycast"}, "ray caster"),
+        ({"drawing": "auto"}, "ray caster"),
+        # Under its light VTK draws otherwise than the ray caster.
+        ({"lighting": "global"}, "VTK"),
+    ):
+        choose(**changes)
+        qtbot.waitUntil(lambda name=name: client.is_ready and client.description == name)
+        assert bool(client.remark) == (changes.get("drawing") == "auto")

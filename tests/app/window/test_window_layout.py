@@ -213,6 +213,29 @@ def test_every_control_above_the_editor_is_reached_by_tab(make_window: WindowMak
         assert canvas.focusPolicy() & Qt.FocusPolicy.TabFocus
 
 
+def test_tab_goes_from_bar_to_tools_to_images_to_the_editor(make_window: WindowMaker) -> None:
+    window = make_window()
+    window.notice.tell("It failed.", tone="error")
+    order = [window.top_bar.volume]
+    while (following := order[-1].nextInFocusChain()) is not order[0]:
+        order.append(following)
+    reached = [w for w in order if w.isVisible() and w.focusPolicy() & Qt.FocusPolicy.TabFocus]
+
+    def first(part: QWidget) -> int:
+        return next(n for n, w in enumerate(reached) if w is part or part.isAncestorOf(w))
+
+    parts = (
+        window.top_bar,
+        window.tools,
+        window.generator.canvas,
+        window.reference.canvas,
+        window.editor,
+    )
+    places = [reached.index(part) if part in reached else first(part) for part in parts]
+    assert places == sorted(places)
+    assert first(window.notice) < first(window.editor)
+
+
 def test_f6_goes_from_area_to_area_and_back(qtbot: QtBot, make_window: WindowMaker) -> None:
     window = make_window()
     window.activateWindow()

@@ -8,11 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from model.scene.narrow_part import narrow_part
-from model.scene.random_tfs import SHARES, OpacityKind, opacity_tf_of
+from model.scene.random_tfs import SHARES, OpacityKind, draw_color_tf, opacity_tf_of
 from model.scene.range_fitting import opacity_over
 from model.scene.scene import Scene
 from model.scene.tf_presets import presets
-from model.scene.transfer_function import GaussianMode, OpacityTF, Range
+from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, Range
 from model.scene.volume import Volume
 
 WIDE = (0.0, 65535.0)
@@ -103,8 +103,9 @@ def test_what_is_drawn_about_as_it_is(opacity: OpacityTF) -> None:
 def test_random_tfs_are_wide_enough(kind: OpacityKind) -> None:
     scene = Scene.of(Volume(np.linspace(*WIDE, 64).reshape(4, 4, 4).astype(np.float32)), 16)
     for seed in range(100):
-        opacity = opacity_tf_of(kind, np.random.default_rng(seed), scene)
-        assert narrow_part(opacity) is None
+        rng = np.random.default_rng(seed)
+        opacity = opacity_tf_of(kind, rng, scene)
+        assert narrow_part(opacity, draw_color_tf(rng, scene, opacity)) is None
 
 
 @pytest.mark.parametrize("units", ["", "HU"])
@@ -112,7 +113,7 @@ def test_presets_are_wide_enough(units: str) -> None:
     values = np.random.default_rng(0).normal(0, 400, 40_000).clip(-1024, 3071)
     counts, edges = np.histogram(values, 256)
     for preset in presets((-1024.0, 3071.0), counts, edges, units):
-        assert narrow_part(preset.tf.opacity) is None, preset.name
+        assert narrow_part(preset.tf.opacity, preset.tf.color) is None, preset.name
 
 
 @given(st.integers(2, 40), st.integers(0, 2**32 - 1))
@@ -126,3 +127,20 @@ def test_any_curve_has_a_remedy_within_its_range(count: int, seed: int) -> None:
         low, high = found.remedy
         assert 0.0 <= low < high <= 1.0
         assert found.sentence
+
+
+def test_a_narrow_colour_counts_where_it_is_seen() -> None:
+    grey, red = (0.5, 0.5, 0.5), (1.0, 0.1, 0.1)
+    band = ((29977.0, *grey), (30000.0, *red), (30023.0, *grey))
+    color = ColorTF(WIDE, ((0.0, *grey), *band, (65535.0, *grey)))
+    opaque = mode(30000.0, 9000.0)
+    found = narrow_part(opaque, color)
+    assert found is not None
+    assert found.values == pytest.approx((29977, 30023), abs=2)
+    low, high = found.remedy
+    read = np.interp(30000.0, np.linspace(low, high, 256), color.sample((low, high))[:, 0])
+    assert read == pytest.approx(1.0, abs=0.02)
+    assert narrow_part(mode(10000.0, 3000.0), color) is None
+    # A step of a colour is drawn as a slope, as one of the opacity is.
+    step = ((0.0, *grey), (30000.0, *grey), (30000.0, *red), (65535.0, *red))
+    assert narrow_part(opaque, ColorTF(WIDE, step)) is None

@@ -1,0 +1,143 @@
+"""The band of values that is asked about, in the plot, with a tag that says what it shows."""
+
+from __future__ import annotations
+
+import numpy as np
+import pyqtgraph as pg
+from PySide6.QtCore import QObject, QPoint, Qt
+from PySide6.QtGui import QColor
+from PySide6.QtWidgets import QFrame, QGraphicsRectItem, QHBoxLayout, QLabel
+
+from app import theme
+from app.icons import IconButton
+from app.sensitivity_view.add_button import AddButton
+from app.sensitivity_view.visible_layer import VisibleLayer
+from app.state.sensitivity_dispatcher import SensitivityDispatcher
+from app.state.sensitivity_state import SensitivityState
+from app.state.viewer_state import ViewerState
+from app.tf_editor.plot_area import PlotArea
+from model.scene.tf_perturbation import edit_over
+from model.scene.value_text import value_text
+
+TAG_HEIGHT = 26
+
+
+class BandTag(QFrame):
+    """Says what a band shows; once it is kept, it has buttons to add a mode and to let it go."""
+
+    def __init__(self, area: PlotArea) -> None:
+        super().__init__(area.widget.viewport())
+        self.setProperty("role", "tag")
+        self.setFixedHeight(TAG_HEIGHT)
+        self.setCursor(Qt.CursorShape.ArrowCursor)
+        self.text = QLabel()
+        self.add = AddButton("the values that are kept")
+        self.release = IconButton("close", "Let the values go", "Esc")
+        self._row = row = QHBoxLayout(self)
+        row.setContentsMargins(8, 0, 4, 0)
+        row.setSpacing(4)
+        for button in (self.add, self.release):
+            button.setFixedHeight(TAG_HEIGHT - 2)
+        for part in (self.text, self.add, self.release):
+            row.addWidget(part)
+        self.hide()
+
+    def show_band(self, text: str, color: str, is_kept: bool) -> None:
+        """Show a text, on the colour of what it means."""
+        self.text.setText(text)
+        self.text.setStyleSheet(f"color: {color};")
+        for button in (self.add, self.release):
+            button.setVisible(is_kept)
+        # Under the mouse, it would take the plot's place.
+        self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents, not is_kept)
+        self._row.activate()
+        self.adjustSize()
+        self.show()
+        self.raise_()
+
+
+class BandLayer(QObject):
+    """Draws the band: green where it is visible, blue what an edit of it would change.
+
+    Parameters
+    ----------
+    area : PlotArea
+    state : ViewerState
+    sensitivity : SensitivityState
+    dispatcher : SensitivityDispatcher
+    visible : VisibleLayer
+        Knows how much of the image the band makes up.
+    """
+
+    def __init__(
+        self,
+        area: PlotArea,
+        state: ViewerState,
+        sensitivity: SensitivityState,
+        dispatcher: SensitivityDispatcher,
+        visible: VisibleLayer,
+    ) -> None:
+        super().__init__(area)
+        self._area = area
+        self._state = state
+        self._sensitivity = sensitivity
+        self._visible = visible
+        self._rect = QGraphicsRectItem()
+        self._rect.setZValue(50)
+        self._rect.setAcceptedMouseButtons(Qt.MouseButton.NoButton)
+        area.opacity.addItem(self._rect, ignoreBounds=True)
+        self.tag = BandTag(area)
+        self.tag.release.clicked.connect(lambda: sensitivity.unpin())
+        for changed in (
+            area.axisChanged, area.heightChanged, area.recolored, dispatcher.visibilityAnswered,
+        ):  # fmt: skip
+            changed.connect(self.refresh)
+        sensitivity.bandChanged.connect(lambda _band: self.refresh())
+        sensitivity.bandChangeFinished.connect(self.refresh)
+        sensitivity.choicesChanged.connect(lambda _choices: self.refresh())
+        self.refresh()
+
+    @property
+    def text(self) -> str:
+        """What the tag says; empty without a band."""
+        return "" if self.tag.isHidden() else self.tag.text.text()
+
+    def refresh(self) -> None:
+        """Draw the present band, or none."""
+        band, choices = self._sensitivity.band, self._sensitivity.choices
+        is_shown = band is not None and choices.shown
+        self._rect.setVisible(is_shown)
+        if band is None or not is_shown:
+            self.tag.hide()
+            return
+        scalar_range = self._state.scalar_range
+        # From where the edit has half of its height, to where it has so again.
+        edit = edit_over(band.values, scalar_range, choices.width)
+        inside = np.flatnonzero(edit >= edit.max() / 2)
+        values = np.linspace(*scalar_range, len(edit))[inside[[0, -1]]]
+        left, right = self._area.axis.places(values).clip(0.0, 1.0).tolist()
+        color = QColor(theme.CHANGE if band.effect else theme.VISIBLE)
+        self._rect.setPen(pg.mkPen(color, width=1))
+        color.setAlpha(50)
+        self._rect.setBrush(color)
+        self._rect.setRect(left, 0.0, right - left, 1.0 + self._area.headroom)
+        self._show_tag((left + right) / 2)
+
+    def _show_tag(self, place: float) -> None:
+        band, scalar_range = self._sensitivity.band, self._state.scalar_range
+        assert band is not None
+        one, other = (value_text(v, scalar_range, self._state.scale) for v in band.values)
+        text = one if one == other else f"{one} to {other}"
+        if band.effect:
+            text = f"edit at {text}"
+        else:
+            width = self._sensitivity.choices.width
+            share = self._visible.share_of(band.values, scalar_range, width)
+            text += "" if share is None else f" visible {100 * share:.0f} %"
+        color = theme.CHANGE if band.effect else theme.VISIBLE
+        self.tag.show_band(text, color, band.pinned and not self._sensitivity.dragging)
+        plot, width = self._area.rect, self.tag.width()
+        left = self._area.pixel(self._area.opacity, place, 0.0).x() - width // 2
+        left = min(max(left, plot.left()), max(plot.right() - width, plot.left()))
+        # Below the flags.
+        self.tag.move(QPoint(left, plot.top() + 24))

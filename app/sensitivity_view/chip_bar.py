@@ -1,0 +1,241 @@
+"""What is drawn over the TF, as chips: each says what a layer means, and shows or hides it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QActionGroup
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QInputDialog, QMenu, QToolButton, QWidget
+
+from app.controls import add_action, add_title
+from app.icons import IconButton
+from app.sensitivity_view.chip import Chip
+from app.sensitivity_view.field_menu import FieldMenu
+from app.state.sensitivity_state import EngineChoice, SensitivityState, Tool
+from app.tf_editor.histogram import HistogramLayer
+from model.sensitivity.measure import Measure
+
+MEASURES: dict[str, tuple[Measure, str]] = {
+    "Brightness (±)": (
+        "signed",
+        "Whether the region becomes brighter (above 0) or darker: the derivative of its norm "
+        "(Eq. 11 of the paper). A black region has none.",
+    ),
+    "Any change": (
+        "change",
+        "How much the region's pixels change, in any direction: also where the picture is black "
+        "now (norm of dI).",
+    ),
+}
+
+ENGINES: dict[str, tuple[EngineChoice, str]] = {
+    "Automatic": (
+        "automatic",
+        "The ray caster's exact derivative where it is fast enough, the model's otherwise; "
+        "at rest both, so that they can be compared.",
+    ),
+    "Exact": ("exact", "The ray caster: exact, or by differences under global light."),
+    "Learned": ("learned", "The model of this volume."),
+}
+
+TOOLS: dict[str, Tool] = {"Draw a rectangle\tR": "rectangle", "Draw a lasso\tL": "lasso"}
+
+FOLDED_BELOW = 1100
+"""Width of the editor below which the chips need less room, in pixels."""
+
+CHANGE_TIP = (
+    "Where in the TF an edit changes the picture: the curve, whose zero lies on half of the plot.\n"
+    "The flags are edits that show most."
+)
+VISIBLE_TIP = (
+    "What the region shows of each value: the green area, with its peaks' values and shares.\n"
+    "In a kept or hovered band, also where in the picture these values are"
+)
+VOXELS_TIP = "How many voxels have each value, on a logarithmic scale"
+
+
+class ChipBar(QWidget):
+    """Chips for the region, and for the layers of the plot, beside the panel's button.
+
+    Parameters
+    ----------
+    state : SensitivityState
+    histogram : HistogramLayer
+        The voxels, which can be hidden.
+    """
+
+    regionChosen = Signal()
+    """Emitted when a region is chosen from the list."""
+    tableRequested = Signal()
+    """Emitted when the curve's numbers are to be listed."""
+
+    def __init__(self, state: SensitivityState, histogram: HistogramLayer) -> None:
+        super().__init__()
+        self._state = state
+        self._histogram = histogram
+        self.region = Chip("Whole image", "region", "The part of the picture that is asked about")
+        self.change = Chip("Change", "line", CHANGE_TIP)
+        self.more = QToolButton()
+        self.visible = Chip("Visible", "area", VISIBLE_TIP)
+        self.voxels = Chip("Voxels", "area", VOXELS_TIP)
+        for chip in (self.change, self.visible, self.voxels):
+            chip.setCheckable(True)
+        self.panel = IconButton("panel", "Values and edits", "F8")
+        self.panel.setCheckable(True)
+        self.regions_menu = QMenu(self)
+        self.change_menu = QMenu(self)
+        self._groups: list[QActionGroup] = []
+        self._lay_out()
+        self._fill_change_menu()
+        self._connect()
+        self.refresh()
+
+    def _lay_out(self) -> None:
+        for button, menu in ((self.region, self.regions_menu), (self.more, self.change_menu)):
+            menu.setToolTipsVisible(True)
+            button.setMenu(menu)
+            button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self.more.setText("▾")
+        self.more.setProperty("role", "chip")
+        self.more.setFixedSize(24, 24)
+        self.more.setAccessibleName("Change: measure and engine")
+        self.more.setToolTip("What the curve measures, and who answers")
+        self.more.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(4)
+        for part in (
+            self.region, _rule(), self.change, self.more, self.visible, self.voxels, _rule(),
+            self.panel,
+        ):  # fmt: skip
+            row.addWidget(part)
+        row.insertSpacing(0, 4)
+
+    def _fill_change_menu(self) -> None:
+        menu, state = self.change_menu, self._state
+        self._groups = [
+            _add_choices(menu, "The curve shows", MEASURES, lambda m: state.choose(measure=m)),
+            _add_choices(menu, "Who answers", ENGINES, lambda e: state.choose(engine=e)),
+        ]
+        self.said = menu.addAction("")
+        self.said.setEnabled(False)
+        add_action(menu, "As table…", self.tableRequested.emit).setToolTip(
+            "The curve's numbers, and what is visible of each value"
+        )
+        menu.addSeparator()
+        self._field_menu = FieldMenu(state, menu)
+        menu.addMenu(self._field_menu)
+        self._folded_voxels = menu.addAction("Voxels")
+        self._folded_voxels.setCheckable(True)
+        self._folded_voxels.setToolTip(VOXELS_TIP)
+        self._folded_voxels.triggered.connect(self._show_voxels)
+
+    def _connect(self) -> None:
+        state = self._state
+        self.change.clicked.connect(lambda on: state.show_layer("curve", on))
+        self.visible.clicked.connect(lambda on: state.show_layer("visible", on))
+        self.voxels.clicked.connect(self._show_voxels)
+        self.regions_menu.aboutToShow.connect(self.fill_regions)
+        for changed in (state.regionsChanged, state.toolChanged, state.choicesChanged):
+            changed.connect(lambda *_: self.refresh())
+
+    def fill_regions(self) -> None:
+        """List the regions, and what can be done with them."""
+        menu, state = self.regions_menu, self._state
+        menu.clear()
+        names = ["Whole image", *(region.name for region in state.regions)]
+        active = 0 if state.active is None else state.active + 1
+        for number, name in enumerate(names):
+            action = add_action(menu, name, partial(self._choose_region, number))
+            action.setCheckable(True)
+            action.setChecked(number == active)
+        menu.addSeparator()
+        for text, tool in TOOLS.items():
+            action = add_action(menu, text, partial(self._toggle_tool, tool))
+            action.setCheckable(True)
+            action.setChecked(state.tool == tool)
+        menu.addSeparator()
+        for text, slot in (
+            ("Rename…", self.ask_name), ("Remove\tShift+Del", state.remove_region),
+        ):  # fmt: skip
+            add_action(menu, text, slot).setEnabled(state.active is not None)
+
+    def _toggle_tool(self, tool: Tool) -> None:
+        self._state.set_tool(None if self._state.tool == tool else tool)
+
+    def _choose_region(self, number: int) -> None:
+        self._state.activate(number - 1 if number else None)
+        if number:
+            self.regionChosen.emit()
+
+    def ask_name(self) -> QInputDialog | None:
+        """Ask for another name of the active region."""
+        if self._state.active is None:
+            return None
+        dialog = QInputDialog(self)
+        dialog.setWindowTitle("Rename region")
+        dialog.setLabelText("Name of the region:")
+        dialog.setTextValue(self._state.region_name)
+        dialog.textValueSelected.connect(self._state.rename_region)
+        dialog.finished.connect(dialog.deleteLater)
+        dialog.open()
+        return dialog
+
+    def refresh(self) -> None:
+        """Show the present choices."""
+        choices, name = self._state.choices, self._state.region_name
+        short = name if len(name) <= 20 else f"{name[:19]}…"
+        self.region.set_caption(f"{short} ▾")
+        self.region.setAccessibleName(f"Region: {name}")
+        self.region.setEnabled(choices.shown)
+        self.change.set_on(choices.shown and choices.curve)
+        self.visible.set_on(choices.shown and choices.visible)
+        self.voxels.set_on(self._histogram.is_shown)
+        self._folded_voxels.setChecked(self._histogram.is_shown)
+        for group, entries, chosen in (
+            (self._groups[0], MEASURES, choices.measure),
+            (self._groups[1], ENGINES, choices.engine),
+        ):
+            index = [value for value, _ in entries.values()].index(chosen)
+            group.actions()[index].setChecked(True)
+
+    def say_source(self, said: str) -> None:
+        """Say who answered, in the menu and in the tooltip."""
+        self.said.setText(said or "No answer yet")
+        self.change.setToolTip(f"{CHANGE_TIP}\n{said}" if said else CHANGE_TIP)
+
+    def fold(self, width: int, has_panel: bool) -> None:
+        """Take less room in a narrow editor, and least beside the panel."""
+        is_narrow = width < FOLDED_BELOW
+        self.voxels.setVisible(not is_narrow)
+        self._folded_voxels.setVisible(is_narrow)
+        for chip in (self.region, self.change, self.visible):
+            chip.set_folded(is_narrow and has_panel)
+
+    def _show_voxels(self, on: bool) -> None:
+        self._histogram.set_shown(on)
+        self.refresh()
+
+
+def _add_choices(
+    menu: QMenu, title: str, entries: Mapping[str, tuple[Any, str]], choose: Callable[[Any], object]
+) -> QActionGroup:
+    add_title(menu, title)
+    group = QActionGroup(menu)
+    for name, (value, tip) in entries.items():
+        action = add_action(menu, name, partial(choose, value))
+        action.setCheckable(True)
+        action.setToolTip(tip)
+        group.addAction(action)
+    return group
+
+
+def _rule() -> QFrame:
+    """Return a line between groups of chips."""
+    rule = QFrame()
+    rule.setProperty("role", "line")
+    rule.setFixedSize(1, 18)
+    return rule

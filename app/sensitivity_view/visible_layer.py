@@ -1,0 +1,153 @@
+"""What is visible of each value, as an area in the plot, with values and shares at its peaks."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pyqtgraph as pg
+from PySide6.QtCore import QObject
+from PySide6.QtGui import QColor
+
+from app import theme
+from app.state.sensitivity_dispatcher import SensitivityDispatcher
+from app.state.sensitivity_state import SensitivityState
+from app.tf_editor.plot_area import PlotArea
+from app.tf_editor.plot_labels import label_font
+from model.scene.tf_perturbation import edit_over
+from model.scene.transfer_function import Range
+from model.scene.value_text import value_text
+from model.sensitivity.contributions import contributions, percentages
+
+HEIGHT = 0.38
+"""Height of the highest peak, as a fraction of the plot's."""
+
+NAMED_FROM = 0.2
+"""Share of what is visible from which a peak says its value."""
+
+
+class VisibleLayer(QObject):
+    """Draws how much of the active region, or of the whole image, each value makes up.
+
+    Parameters
+    ----------
+    area : PlotArea
+    sensitivity : SensitivityState
+    dispatcher : SensitivityDispatcher
+    """
+
+    def __init__(
+        self, area: PlotArea, sensitivity: SensitivityState, dispatcher: SensitivityDispatcher
+    ) -> None:
+        super().__init__(area)
+        self._area = area
+        self._sensitivity = sensitivity
+        self._dispatcher = dispatcher
+        self._curve: Any = pg.PlotCurveItem(fillLevel=0, antialias=True)
+        self._curve.setZValue(-5)
+        area.back.addItem(self._curve, ignoreBounds=True)
+        self._labels: list[Any] = []
+        self._peaks: list[tuple[float, float]] = []
+        dispatcher.visibilityAnswered.connect(self.refresh)
+        sensitivity.choicesChanged.connect(lambda _choices: self.refresh())
+        for changed in (area.axisChanged, area.heightChanged):
+            changed.connect(self._place_labels)
+        area.recolored.connect(self._recolor)
+        self._recolor()
+
+    @property
+    def peak_texts(self) -> list[str]:
+        """What the named peaks say, from the strongest on."""
+        return [label.toPlainText() for label in self._labels if label.isVisible()]
+
+    def share_of(self, values: Range, scalar_range: Range, width: float) -> float | None:
+        """Return the part of all that is visible which a band of values makes up, if it is known.
+
+        Parameters
+        ----------
+        values : tuple of float
+            Lowest and highest value of the band.
+        scalar_range : tuple of float
+        width : float
+            Standard deviation of its ends, in bins.
+        """
+        answer = self._dispatcher.visibility
+        if answer is None:
+            return None
+        part = answer.value[0].astype(np.float64)
+        edit = edit_over(values, scalar_range, width)
+        return float((part * edit).sum() / edit.max() / max(float(part.sum()), 1e-9))
+
+    def refresh(self) -> None:
+        """Draw the newest answer."""
+        answer, choices = self._dispatcher.visibility, self._sensitivity.choices
+        is_shown = answer is not None and choices.shown and choices.visible
+        self._curve.setVisible(is_shown)
+        self._peaks = []
+        if answer is not None and is_shown:
+            opacity = answer.request.inputs.opacity_tf
+            scalar_range = opacity.scalar_range
+            part = answer.value[0].astype(np.float64)
+            heights = HEIGHT * part / max(float(part.max()), 1e-9)
+            self._area.draw(self._curve, heights, scalar_range)
+            bins = np.linspace(*scalar_range, len(heights))
+            found = contributions(answer.value[0], scalar_range)
+            shares = zip(found, percentages(found), strict=True)
+            named = [(one, percent) for one, percent in shares if one.share >= NAMED_FROM]
+            self._peaks = [
+                (one.value, float(np.interp(one.value, bins, heights))) for one, _ in named
+            ]
+            texts = [
+                f"{value_text(one.value, scalar_range, opacity.scale)} · {percent} %"
+                for one, percent in named
+            ]
+            while len(self._labels) < len(texts):
+                self._labels.append(self._new_label())
+            for label, text in zip(self._labels, texts, strict=False):
+                label.setText(text)
+        self._place_labels()
+
+    def _new_label(self) -> Any:
+        label = pg.TextItem(anchor=(0.5, 1.0))
+        font = label_font()
+        font.setBold(True)
+        label.setFont(font)
+        label.setZValue(85)
+        self._color_label(label)
+        self._area.opacity.addItem(label, ignoreBounds=True)
+        return label
+
+    def _place_labels(self) -> None:
+        """Put each above its peak; one that would lie over another goes above that."""
+        taken: list[tuple[float, float, float]] = []
+        width, height = max(float(self._area.opacity.width()), 1.0), 15.0
+        unit = max(float(self._area.opacity.height()) / (1.0 + self._area.headroom), 1.0)
+        for number, label in enumerate(self._labels):
+            if number >= len(self._peaks):
+                label.hide()
+                continue
+            value, top = self._peaks[number]
+            place = self._area.axis.place(value)
+            label.setVisible(0.0 <= place <= 1.0)
+            half = label.boundingRect().width() / 2 / width
+            at = min(max(place, half), 1.0 - half) if half < 0.5 else 0.5
+            for other, other_half, other_top in taken:
+                if abs(other - at) < half + other_half and abs(other_top - top) * unit < height:
+                    top = other_top + height / unit
+            taken.append((at, half, top))
+            label.setPos(at, top)
+
+    def _recolor(self) -> None:
+        fill = QColor(theme.VISIBLE)
+        fill.setAlphaF(0.6)
+        self._curve.setBrush(fill)
+        self._curve.setPen(pg.mkPen(theme.VISIBLE, width=1.2))
+        for label in self._labels:
+            self._color_label(label)
+
+    def _color_label(self, label: Any) -> None:
+        """Write in green on a ground of its own, as areas of any colour lie behind."""
+        ground = QColor(theme.PLOT)
+        ground.setAlpha(170)
+        label.setColor(theme.VISIBLE)
+        label.fill = pg.mkBrush(ground)

@@ -1,0 +1,148 @@
+"""What an edit would change, rendered without being made, for as long as it is asked."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from app.sensitivity_view.held_button import HeldButton
+from app.sensitivity_view.response_layer import ResponseLayer
+from app.state.sensitivity_answers import SOURCE_NAMES, WhatIfAnswer
+from app.state.sensitivity_dispatcher import BAND_REST_MS, SensitivityDispatcher
+from app.state.sensitivity_state import SensitivityState
+from app.state.viewer_state import ViewerState
+from model.scene.tf_perturbation import edit_around
+from model.scene.transfer_function import TF_SAMPLES
+from model.scene.value_text import value_text
+
+TIP = (
+    "Show what a mode at the value under the mouse (or where the curve is highest) would change: "
+    "click to see it until the next click, or hold (W)"
+)
+
+
+class WhatIfQuestion(QObject):
+    """Has an edit rendered while its button is on, and follows the band of values with it.
+
+    Parameters
+    ----------
+    state : ViewerState
+    sensitivity : SensitivityState
+    dispatcher : SensitivityDispatcher
+    layer : ResponseLayer
+        Knows where an edit shows most.
+
+    Attributes
+    ----------
+    button : HeldButton
+    result : str
+        What the edit changes, in a sentence; empty if nothing was asked.
+    """
+
+    shown = Signal(object)
+    """Emitted with a :class:`WhatIfAnswer` while it is asked."""
+    ended = Signal()
+    resultChanged = Signal(str)
+
+    def __init__(
+        self,
+        state: ViewerState,
+        sensitivity: SensitivityState,
+        dispatcher: SensitivityDispatcher,
+        layer: ResponseLayer,
+        parent: QObject,
+    ) -> None:
+        super().__init__(parent)
+        self._state = state
+        self._sensitivity = sensitivity
+        self._dispatcher = dispatcher
+        self._layer = layer
+        self._answers: dict[str, WhatIfAnswer] = {}
+        self._tried = 0.0
+        self.result = ""
+        self.button = HeldButton("What if  W")
+        self.button.setAccessibleName("What if")
+        self._band_rest = QTimer(self, singleShot=True, interval=BAND_REST_MS)
+        self._band_rest.timeout.connect(self.start)
+        self.button.turnedOn.connect(self.start)
+        self.button.turnedOff.connect(self.end)
+        dispatcher.trials.whatIfAnswered.connect(self._take)
+        dispatcher.trials.dropped.connect(self._say)
+        sensitivity.bandChanged.connect(lambda _band: self._follow_band())
+        sensitivity.choicesChanged.connect(lambda _choices: self._say(""))
+        for changed in (state.inputsChanged, sensitivity.regionsChanged, layer.intervalsChanged):
+            changed.connect(lambda *_: self._say(""))
+        # What the edit would do to another image is another question.
+        state.inputsChanged.connect(lambda *_: self.end())
+        self.enable()
+
+    @property
+    def value_text(self) -> str:
+        """The value at which an edit was tried."""
+        return value_text(self._tried, self._state.scalar_range, self._state.scale)
+
+    def enable(self) -> None:
+        """Enable the button if there is something to ask; if not, it says what is missing."""
+        lacking = ""
+        if not self._dispatcher.chooser.available:
+            lacking = "Switch Change or Visible on first"
+        elif self._edit() is None:
+            lacking = "Point at a value in the plot of the TF first"
+        self.button.setEnabled(not lacking)
+        # What is lacking comes first.
+        self.button.setToolTip(f"{lacking}.\n{TIP}" if lacking else TIP)
+
+    def start(self) -> None:
+        """Have the edit at the band, or at the best interval, rendered."""
+        edit = self._edit()
+        if edit is not None and self._dispatcher.trials.ask_what_if(edit):
+            lo, hi = self._state.scalar_range
+            self._tried = lo + (hi - lo) * int(edit.argmax()) / (TF_SAMPLES - 1)
+            self.button.setChecked(True)
+            self._answers.clear()
+            self._say("rendering …")
+
+    def leave(self) -> bool:
+        """Show the fields again; return False if they are."""
+        was_shown = self.button.isChecked()
+        self.end()
+        return was_shown
+
+    def end(self) -> None:
+        """Show the fields again; the numbers stay."""
+        if self.button.isChecked():
+            self.button.setChecked(False)
+            self._band_rest.stop()
+            self.ended.emit()
+
+    def _edit(self) -> NDArray[np.float32] | None:
+        edit, layer = self._dispatcher.edit(), self._layer
+        value = layer.intervals[0].value if layer.intervals else layer.strongest
+        if edit is None and value is not None:
+            width = self._sensitivity.choices.width
+            edit = edit_around(value, self._state.scalar_range, width)
+        return edit
+
+    def _follow_band(self) -> None:
+        """Have what is asked for at another value rendered, and forget what was not."""
+        self.enable()
+        if self.button.isChecked():
+            self._band_rest.start()
+        else:
+            self._say("")
+
+    def _say(self, result: str) -> None:
+        self.result = result
+        self.resultChanged.emit(result)
+
+    def _take(self, answer: WhatIfAnswer) -> None:
+        self._answers[SOURCE_NAMES[answer.source]] = answer
+        texts = []
+        for name, one in self._answers.items():
+            predicted = one.what_if.predicted
+            said = "" if predicted is None else f" (promised {predicted:.3f})"
+            texts.append(f"{name} changes {one.what_if.rmse:.3f}{said}")
+        self._say(f"At {self.value_text}: {', '.join(texts)}")
+        if self.button.isChecked():
+            self.shown.emit(answer)

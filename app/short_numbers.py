@@ -1,0 +1,33 @@
+"""Numbers as the window writes them: few digits, no zero before the point, a true minus sign."""
+
+from __future__ import annotations
+
+from app.typed_numbers import MINUS
+
+SMALLEST, LARGEST = 1e-4, 1e5
+"""Numbers between which no power of ten is written."""
+
+
+def short(number: float, digits: int = 2, *, signed: bool = False) -> str:
+    """Write a number with few digits, such as ``".004"``, ``"−.02"`` or ``"2e−5"``.
+
+    Parameters
+    ----------
+    number : float
+    digits : int
+        Significant ones, at most.
+    signed : bool
+        Whether a positive number has its sign, too.
+    """
+    size = abs(number)
+    if SMALLEST <= size < 1:
+        # A fifth decimal would be longer, and say nothing.
+        size = round(size, 4)
+    text = f"{size:.{digits}g}" if size < 10**digits else f"{size:.0f}"
+    if 0 < size < SMALLEST or size >= LARGEST:
+        digit, _, power = f"{size:.{digits - 1}e}".partition("e")
+        text = f"{float(digit):g}e{int(power)}".replace("-", MINUS)
+    elif text.startswith("0."):
+        text = text.removeprefix("0")
+    sign = "" if not size else MINUS if number < 0 else "+" if signed else ""
+    return sign + text

@@ -1,0 +1,83 @@
+"""The line between the images and the TF editor: a third of the window is the editor's."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QMouseEvent, QResizeEvent
+from PySide6.QtWidgets import QSplitter, QSplitterHandle, QWidget
+
+from app.tf_editor.editor import GREATEST_HEIGHT, LEAST_HEIGHT
+
+SHARE = 0.35
+"""Height of the editor, as a part of the window's, unless it is dragged."""
+
+HANDLE = 1
+"""Height of the line that is dragged, in pixels: Qt takes the mouse beside it, too, 5 in all."""
+
+
+class _Handle(QSplitterHandle):
+    doubleClicked = Signal()
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        """Emit the double click."""
+        event.accept()
+        self.doubleClicked.emit()
+
+
+class DockSplitter(QSplitter):
+    """Keeps the editor's share of the window's height: the usual one, or the one it is dragged to.
+
+    A double click on the line brings the usual one back.
+
+    Parameters
+    ----------
+    images, editor : QWidget
+        Above and below the line.
+    """
+
+    shareChanged = Signal()
+
+    def __init__(self, images: QWidget, editor: QWidget) -> None:
+        super().__init__(Qt.Orientation.Vertical)
+        self.share: float | None = None
+        """Part of the window's height that the editor is dragged to; None for the usual one."""
+        self.setHandleWidth(HANDLE)
+        self.setChildrenCollapsible(False)
+        self.addWidget(images)
+        self.addWidget(editor)
+        self.setStretchFactor(0, 1)
+        self.setStretchFactor(1, 0)
+        handle = self.handle(1)
+        handle.setToolTip("Drag: height of the editor; double click: the usual one (F9: hide it)")
+        assert isinstance(handle, _Handle)
+        handle.doubleClicked.connect(self.reset)
+        self.splitterMoved.connect(lambda *_: self._note())
+
+    def createHandle(self) -> QSplitterHandle:
+        """Return the line, which takes double clicks."""
+        return _Handle(self.orientation(), self)
+
+    def set_share(self, share: float | None) -> None:
+        """Give the editor a part of the window's height; None for the usual one."""
+        self.share = share
+        self._apply()
+
+    def reset(self) -> None:
+        """Give the editor its usual height."""
+        self.set_share(None)
+        self.shareChanged.emit()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Keep the editor's share."""
+        super().resizeEvent(event)
+        self._apply()
+
+    def _apply(self) -> None:
+        whole = self.window().height()
+        usual = min(max(round(SHARE * whole), LEAST_HEIGHT), GREATEST_HEIGHT)
+        height = usual if self.share is None else round(self.share * whole)
+        self.setSizes([max(self.height() - HANDLE - height, 0), height])
+
+    def _note(self) -> None:
+        self.share = self.sizes()[1] / max(self.window().height(), 1)
+        self.shareChanged.emit()

@@ -1,0 +1,344 @@
+"""The numbers of the selected handle, beside it in the plot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from PySide6.QtCore import QPoint, QRect, QSize, Qt, Signal
+from PySide6.QtGui import QKeyEvent
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QToolButton, QWidget
+
+from app import theme
+from app.icons import IconButton
+from app.state.viewer_state import ViewerState
+from app.tf_editor.color_layer import PIN_PLACE
+from app.tf_editor.moves import HandleMoves
+from app.tf_editor.number_box import NumberBox
+from app.tf_editor.plot_area import PlotArea
+from app.tf_editor.selection import Selection
+from model.scene import tf_editing as edits
+from model.scene.transfer_function import ColorTF, OpacityTF
+from model.scene.value_scale import ValueScale
+
+HEIGHT = 28
+BESIDE = 18
+"""Distance from the handle, in pixels."""
+
+BESIDE_PIN = 8
+"""Distance to the side of a pin: it lies below the card, too."""
+
+ROOM = 3
+"""Least distance from the plot's edges and from flags, in pixels."""
+
+SHIFTS = 0, -14, 14, -24, 24
+"""By how much it may stand higher or lower than its handle, in pixels."""
+
+VALUE_MEANING = "Scalar value (F2)"
+WIDTHS: dict[ValueScale, str] = {"linear": "width", "log": "decades"}
+"""Name of a mode's width; on a logarithmic scale it counts powers of ten."""
+
+WIDTH_MEANING = "Distance from the mean at which the opacity has fallen to 37 %"
+OPACITY_MEANING = (
+    "Part of the light that is lost over one voxel length: 0 is transparent, 1 is opaque"
+)
+
+
+class ModeCard(QFrame):
+    """Value, width, opacity and colour of the selected handle, to be read and typed.
+
+    It stands beside the handle, inside the plot and over no flag, and hides while a handle is
+    dragged, which then has its numbers alone.
+
+    Parameters
+    ----------
+    area : PlotArea
+    state : ViewerState
+    selection : Selection
+    moves : HandleMoves
+    """
+
+    removeRequested = Signal()
+    colorRequested = Signal()
+
+    def __init__(
+        self, area: PlotArea, state: ViewerState, selection: Selection, moves: HandleMoves
+    ) -> None:
+        super().__init__(area.widget.viewport())
+        self._area = area
+        self._state = state
+        self._selection = selection
+        self._moves = moves
+        self._is_short = False
+        self.heading = ""
+        """What is selected, in words."""
+        self.setProperty("role", "mode card")
+        self.setFixedHeight(HEIGHT)
+        # Over the gaps between its fields the plot's cursor would promise a drag.
+        self.setCursor(Qt.CursorShape.ArrowCursor)
+        self.value, self.width_box, self.height_box = (NumberBox(is_short=True) for _ in range(3))
+        self._captions: dict[QWidget, QLabel] = {}
+        self.color_button = QToolButton()
+        self.color_button.setFixedSize(24, 24)
+        self.color_button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.color_button.setToolTip("Colour at this value")
+        self.color_button.setAccessibleName("Colour")
+        self.remove_button = IconButton("delete", "Delete", "Delete")
+        # Within the card's frame.
+        self.remove_button.setFixedSize(24, 24)
+        self._lay_out()
+        self.value.valueChanged.connect(self._value_typed)
+        self.width_box.valueChanged.connect(self._width_typed)
+        self.height_box.valueChanged.connect(self._height_typed)
+        self.color_button.clicked.connect(self.colorRequested)
+        self.remove_button.clicked.connect(self.removeRequested)
+        state.transferFunctionChanged.connect(self.refresh)
+        # Once more when a drag is over, and the plot has taken the numbers away.
+        state.transferFunctionChangeFinished.connect(self.refresh)
+        selection.changed.connect(self._forget_refused)
+        selection.changed.connect(self.refresh)
+        for changed in (area.axisChanged, area.heightChanged, area.flagsMoved):
+            changed.connect(self.place)
+        area.readoutChanged.connect(self.place)
+        area.recolored.connect(self.refresh)
+        self.refresh()
+
+    @property
+    def fields(self) -> tuple[NumberBox, ...]:
+        """The number fields, in the order of Tab."""
+        return self.value, self.width_box, self.height_box
+
+    @property
+    def controls(self) -> tuple[QWidget, ...]:
+        """All that takes the focus, in the order of Tab."""
+        return *self.fields, self.color_button, self.remove_button
+
+    def _lay_out(self) -> None:
+        self._row = row = QHBoxLayout(self)
+        row.setContentsMargins(8, 0, 4, 0)
+        row.setSpacing(4)
+        texts = (
+            ("value", VALUE_MEANING), ("width", WIDTH_MEANING), ("opacity", OPACITY_MEANING),
+        )  # fmt: skip
+        for box, (text, meaning) in zip(self.fields, texts, strict=True):
+            box.explain(meaning)
+            box.setAccessibleName(text.capitalize())
+            box.setProperty("role", "card")
+            box.setFixedHeight(22)
+            box.lineEdit().setTextMargins(0, 0, 0, 0)
+            # What is refused is said below: beside it are the other fields.
+            box.entry.is_below = True
+            caption = QLabel(text)
+            caption.setProperty("role", "dim")
+            caption.setToolTip(meaning)
+            self._captions[box] = caption
+            row.addWidget(caption)
+            row.addWidget(box)
+        row.addWidget(self.color_button)
+        row.addWidget(self.remove_button)
+
+    def set_short(self, is_short: bool) -> None:
+        """Leave out the captions, or show them."""
+        if is_short != self._is_short:
+            self._is_short = is_short
+            self.refresh()
+
+    def edit(self) -> None:
+        """Take the keys: the value is typed next."""
+        self.refresh()
+        if self.isVisible():
+            box = next(box for box in (*self.fields, self) if box.isEnabled())
+            box.setFocus(Qt.FocusReason.ShortcutFocusReason)
+            self.value.selectAll()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Give the keys back to the plot by Escape."""
+        if event.key() == Qt.Key.Key_Escape:
+            self._area.widget.setFocus(Qt.FocusReason.OtherFocusReason)
+        else:
+            super().keyPressEvent(event)
+
+    def _forget_refused(self) -> None:
+        """Let go of numbers that were refused: they were another handle's."""
+        for box in self.fields:
+            box.entry.forget()
+
+    def refresh(self) -> None:
+        """Show the present numbers of the selected handle."""
+        tf = self._state.transfer_function
+        mode_or_point = self._selection.index("opacity")
+        stop = self._selection.index("color")
+        if mode_or_point is not None:
+            self._show_opacity_handle(tf.opacity, mode_or_point)
+            color = tf.color(edits.opacity_handles(tf.opacity)[mode_or_point][0])
+            self._show_color(tuple(float(part) for part in color))
+        elif stop is not None:
+            self._show_stop(tf.color, stop)
+        else:
+            self.heading = "Nothing selected"
+            self.remove_button.setEnabled(False)
+        self.setAccessibleName(self.heading)
+        self.setToolTip(self.heading)
+        numbers = [
+            f"{box.accessibleName().lower()} {box.text()}"
+            for box in self.fields
+            if not box.isHidden()
+        ]
+        is_any = self._selection.selected is not None
+        self._area.widget.setAccessibleDescription(
+            ", ".join([self.heading, *numbers]) if is_any else self.heading
+        )
+        self.place()
+
+    def _show_opacity_handle(self, opacity: OpacityTF, index: int) -> None:
+        handles = edits.opacity_handles(opacity)
+        lo, hi = opacity.scalar_range
+        value, height = handles[index]
+        name = "Point" if opacity.points else "Mode"
+        count = len(self._selection.indices("opacity"))
+        more = f", {count} selected" if count > 1 else ""
+        self.heading = f"{name} {index + 1} of {len(handles)}{more}"
+        self._set_value(edits.opacity_limits(opacity, index), value)
+        self.height_box.show_value(height)
+        if opacity.points:
+            self._show_fields(self.value, self.height_box)
+        else:
+            self.width_box.set_limits(opacity.bin_width, hi - lo)
+            self.width_box.show_value(opacity.modes[index].width)
+            self._captions[self.width_box].setText(WIDTHS[opacity.scale])
+            self.width_box.setAccessibleName(WIDTHS[opacity.scale].capitalize())
+            self._show_fields(self.value, self.width_box, self.height_box)
+        self.remove_button.setEnabled(edits.can_remove_opacity_handle(opacity, index))
+
+    def _show_stop(self, color: ColorTF, index: int) -> None:
+        value, *rgb = color.stops[index]
+        count = len(self._selection.indices("color"))
+        more = f", {count} selected" if count > 1 else ""
+        self.heading = f"Colour stop {index + 1} of {len(color.stops)}{more}"
+        self._set_value(edits.stop_limits(color, index), value)
+        self._show_color(tuple(rgb))
+        self._show_fields(self.value)
+        self.remove_button.setEnabled(not edits.is_end_stop(color, index))
+
+    def _show_color(self, rgb: tuple[float, ...]) -> None:
+        red, green, blue = (round(255 * part) for part in rgb)
+        self.color_button.setStyleSheet(
+            f"background: rgb({red}, {green}, {blue}); border: 3px solid {theme.FIELD};"
+        )
+
+    def _set_value(self, limits: tuple[float, float], value: float) -> None:
+        # An end is fixed.
+        self.value.setEnabled(limits[0] < limits[1])
+        if self.value.isEnabled():
+            self.value.set_limits(*limits, self._state.scale)
+        else:
+            self.value.set_limits(*self._state.scalar_range, self._state.scale)
+        self.value.show_value(value)
+
+    def _show_fields(self, *shown: NumberBox) -> None:
+        for box in self.fields:
+            box.setVisible(box in shown)
+            self._captions[box].setVisible(box in shown and not self._is_short)
+            typed = box.lineEdit().text()
+            # As wide as what stands there, and what is typed there next.
+            width = box.fontMetrics().horizontalAdvance(f"{typed}0") + 14
+            box.setFixedWidth(max(width, 30))
+
+    def _handle_at(self) -> QPoint | None:
+        """Where the selected handle is, in pixels of the plots; None if it is out of sight."""
+        area, tf = self._area, self._state.transfer_function
+        index, stop = self._selection.index("opacity"), self._selection.index("color")
+        handles = edits.opacity_handles(tf.opacity)
+        # While another TF arrives, the plot may know it before the selection does.
+        if index is not None and index < len(handles):
+            value, opacity = handles[index]
+            low, high = tf.scalar_range
+            value, height = min(max(value, low), high), area.scale.height(opacity)
+            view = area.opacity
+        elif stop is not None and stop < len(tf.color.stops):
+            value, height, view = tf.color.stops[stop][0], PIN_PLACE, area.strip
+        else:
+            return None
+        place = area.axis.place(value)
+        return area.pixel(view, place, height) if 0.0 <= place <= 1.0 else None
+
+    def place(self) -> None:
+        """Go to where the handle is, or hide."""
+        at = self._handle_at()
+        if at is None or self._area.readout:
+            self.hide()
+            return
+        self._row.activate()
+        size = QSize(self.sizeHint().width(), HEIGHT)
+        is_pin = self._selection.index("opacity") is None
+        corner = self._free_corner(at, size, BESIDE_PIN if is_pin else BESIDE)
+        self.setGeometry(QRect(corner, size))
+        self.show()
+        self.raise_()
+
+    def _free_corner(self, at: QPoint, size: QSize, beside: int) -> QPoint:
+        """Return a corner that is in the plot and over no flag, and nearest to the handle."""
+        plot = self._area.rect.adjusted(ROOM, ROOM, -ROOM, -ROOM)
+        flags = [
+            flag.geometry().adjusted(-ROOM, -ROOM, ROOM, ROOM)
+            for flag in self._area.flags
+            if not flag.isHidden()
+        ]
+        handles = [box for box in self._area.handle_boxes() if not box.contains(at)]
+        lowest = plot.bottom() + 1 - size.height()
+        rightmost = plot.right() + 1 - size.width()
+        middle = at.y() - size.height() // 2
+        beside_it = (at.x() + beside, at.x() - beside - size.width())
+        lefts = [x for x in beside_it if plot.left() <= x <= rightmost]
+        beside_flags = [flag.bottom() + 1 for flag in flags]
+        corners = [
+            QPoint(x, min(max(y, plot.top()), lowest))
+            for x in lefts
+            for y in (*(middle + shift for shift in SHIFTS), *beside_flags)
+        ]
+        # Above or below it, where there is no room beside it, or others are in the way.
+        x = min(max(at.x() - size.width() // 2, plot.left()), rightmost)
+        for y in (at.y() - beside - size.height(), at.y() + beside):
+            if plot.top() <= y <= lowest:
+                corners.append(QPoint(x, y))
+
+        def cost(corner: QPoint) -> tuple[bool, int, int]:
+            box = QRect(corner, size)
+            covers = any(box.intersects(flag) for flag in flags)
+            hidden = sum(box.intersects(handle) for handle in handles)
+            return covers, hidden, abs(box.center().y() - at.y())
+
+        return min(corners, key=cost)
+
+    def _value_typed(self, value: float) -> None:
+        index = self._selection.index("opacity")
+        stop = self._selection.index("color")
+        if index is not None:
+            at = edits.opacity_handles(self._state.transfer_function.opacity)[index]
+            self._edit_opacity(lambda o: edits.move_opacity_handle(o, index, value, at[1]), "value")
+        elif stop is not None:
+            tf = self._state.transfer_function
+            color = edits.move_stop(tf.color, stop, value)
+            self._state.commit(replace(tf, color=color), "move colour stop", f"stop {stop}")
+            self.refresh()
+
+    def _height_typed(self, height: float) -> None:
+        index = self._selection.index("opacity")
+        if index is not None:
+            at = edits.opacity_handles(self._state.transfer_function.opacity)[index]
+            self._edit_opacity(
+                lambda o: edits.move_opacity_handle(o, index, at[0], height), "opacity"
+            )
+
+    def _width_typed(self, width: float) -> None:
+        index = self._selection.index("opacity")
+        if index is not None:
+            self._edit_opacity(lambda o: edits.resize_mode(o, index, width), "width")
+
+    def _edit_opacity(self, edit: Callable[[OpacityTF], OpacityTF], what: str) -> None:
+        tf = self._state.transfer_function
+        index = self._selection.index("opacity")
+        after = self._moves.with_opacity(tf, edit(tf.opacity))
+        self._state.commit(after, f"set {what}", f"{what} {index}")
+        # Even if the edit changed nothing, so that a number outside the limits is replaced.
+        self.refresh()

@@ -1,0 +1,516 @@
+"""The lower third of the window as a whole: room, folding, focus, what opens and what closes."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QEvent, QPoint, QRect, Qt
+from PySide6.QtGui import QColor
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QAbstractSpinBox,
+    QApplication,
+    QToolButton,
+    QWidget,
+)
+from pytestqt.qtbot import QtBot
+from window_fakes import FakeBuilders
+
+from app.sensitivity_view.peak_flag import place_flags
+from app.sensitivity_view.response_layer import round_below
+from app.state.sensitivity_state import SensitivityState
+from app.theme import DARK, LIGHT, Colors, apply_theme
+from app.window.main_window import MainWindow
+from model.scene.region import Outline
+from model.sensitivity.intervals import Interval
+
+WindowMaker = Callable[..., MainWindow]
+
+LEFT = Qt.MouseButton.LeftButton
+SIZES = [(1000, 640), (1280, 720), (1440, 900), (2560, 1440)]
+
+
+@pytest.fixture
+def window(qtbot: QtBot, make_window: WindowMaker) -> MainWindow:
+    window = make_window()
+    dispatcher = window.workspace.sensitivity
+    qtbot.waitUntil(lambda: set(dispatcher.regions) == {"exact", "learned"})
+    qtbot.waitUntil(lambda: dispatcher.visibility is not None)
+    return window
+
+
+def resize(qtbot: QtBot, window: MainWindow, width: int, height: int) -> None:
+    window.resize(width, height)
+    qtbot.waitUntil(lambda: (window.width(), window.height()) == (width, height))
+    QApplication.processEvents()
+
+
+def box_of(widget: QWidget, parent: QWidget) -> QRect:
+    return QRect(widget.mapTo(parent, QPoint()), widget.size())
+
+
+def controls(parent: QWidget) -> list[QWidget]:
+    kinds = (QAbstractButton, QAbstractSpinBox)
+    return [w for kind in kinds for w in parent.findChildren(kind) if w.isVisible()]
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("has_panel", [False, True])
+def test_the_dock_has_a_third_of_the_window_and_nothing_is_cut(
+    qtbot: QtBot, window: MainWindow, size: tuple[int, int], has_panel: bool
+) -> None:
+    window.sensitivity.findings.set_open(has_panel)
+    resize(qtbot, window, *size)
+    editor = window.editor
+    assert editor.height() == min(max(round(0.35 * size[1]), 220), 460)
+    least = 220 if size[1] >= 900 else 130
+    assert editor.area.opacity.height() >= least
+    for control in controls(editor):
+        if window.sensitivity.findings.isAncestorOf(control):
+            # In a low window, the panel scrolls.
+            assert box_of(control, editor).right() < editor.width()
+        elif not isinstance(control.parent(), QAbstractSpinBox):
+            assert editor.rect().contains(box_of(control, editor)), control.accessibleName()
+    hint = editor.minimumSizeHint()
+    assert hint.width() <= 1000 and hint.height() <= 224
+    # Controls of the header stand beside one another.
+    boxes = [box_of(w, editor) for w in controls(editor) if box_of(w, editor).bottom() < 34]
+    overlaps = [(a, b) for i, a in enumerate(boxes) for b in boxes[i + 1 :] if a.intersects(b)]
+    assert not overlaps
+
+
+def test_the_line_above_is_dragged_and_comes_back_by_a_double_click(
+    qtbot: QtBot, window: MainWindow
+) -> None:
+    resize(qtbot, window, 1280, 900)
+    handle = window._splitter.handle(1)
+    at = QPoint(handle.width() // 2, 3)
+    QTest.mousePress(handle, LEFT, pos=at)
+    QTest.mouseMove(handle, at - QPoint(0, 90))
+    QTest.mouseRelease(handle, LEFT, pos=at - QPoint(0, 90))
+    dragged = window.editor.height()
+    assert dragged == pytest.approx(315 + 90, abs=12)
+    resize(qtbot, window, 1280, 1000)
+    assert window.editor.height() == pytest.approx(dragged * 1000 / 900, abs=3)
+    QTest.mouseDClick(handle, LEFT, pos=at)
+    assert window.editor.height() == 350
+
+
+def test_a_region_opens_the_panel_and_escape_closes_both(qtbot: QtBot, window: MainWindow) -> None:
+    resize(qtbot, window, 1280, 800)
+    state, findings, area = (
+        window.sensitivity_state, window.sensitivity.findings, window.editor.area,
+    )  # fmt: skip
+    assert findings.isHidden()
+    before, images = area.rect, box_of(window.reference, window)
+    QTest.keyClick(window, Qt.Key.Key_R)
+    canvas = window.reference.canvas
+    square = canvas.image_rect
+    corners = [square.topLeft() + QPoint(square.width() // n, square.height() // n) for n in (4, 2)]
+    QTest.mousePress(canvas, LEFT, pos=corners[0])
+    QTest.mouseMove(canvas, corners[1])
+    QTest.mouseRelease(canvas, LEFT, pos=corners[1])
+    QApplication.processEvents()
+    assert state.active is not None and findings.isVisible()
+    assert findings.width() == 276
+    assert area.rect.left() == before.left() and area.rect.width() < before.width()
+    assert (window.width(), window.height()) == (1280, 800)
+    assert box_of(window.reference, window) == images
+    QTest.keyClick(canvas, Qt.Key.Key_Escape)
+    QApplication.processEvents()
+    assert state.active is None and findings.isHidden() and area.rect == before
+    # The button, the key and the panel's own one do it, too.
+    window.sensitivity.chips.panel.click()
+    assert findings.isVisible()
+    findings.close_button.click()
+    assert findings.isHidden() and not window.sensitivity.chips.panel.isChecked()
+    QTest.keyClick(window, Qt.Key.Key_F8)
+    assert findings.isVisible()
+    QTest.keyClick(canvas, Qt.Key.Key_Escape)
+    assert findings.isHidden()
+
+
+def test_in_a_wide_window_the_panel_is_there_until_it_is_closed(
+    qtbot: QtBot, window: MainWindow
+) -> None:
+    findings = window.sensitivity.findings
+    resize(qtbot, window, 1700, 900)
+    assert findings.isVisible()
+    window.sensitivity.chips.panel.click()
+    resize(qtbot, window, 1750, 900)
+    assert findings.isHidden()
+
+
+def test_shares_add_up_to_no_more_than_all_and_peaks_say_theirs_from_a_fifth_on(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bins = np.arange(256)
+
+    def several(request: object) -> np.ndarray:
+        parts = ((30, 0.5), (120, 0.32), (210, 0.18))
+        row = sum(share * np.exp(-((bins - at) ** 2) / 50) for at, share in parts)
+        return np.tile(np.float32(row), (2, 1))
+
+    monkeypatch.setattr(builders.analysts[-1], "visibility", several)
+    window.sensitivity_state.activate(None)
+    visible, findings = window.sensitivity.visible, window.sensitivity.findings
+    qtbot.waitUntil(lambda: visible.peak_texts == ["111.8 · 50 %", "147.1 · 32 %"])
+    shares = [float(row.text.split()[-2]) for row in findings.value_rows if row.text]
+    assert shares == [50, 32, 18] and sum(shares) <= 100
+    window.sensitivity.chips.visible.click()
+    assert visible.peak_texts == []
+    # The curve is still there, and its edits.
+    assert window.sensitivity.responses.flags[0].isVisible()
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_flags_stand_beside_one_another_in_the_plot(qtbot: QtBot, seed: int) -> None:
+    random = np.random.default_rng(seed)
+    flags = [QToolButton() for _ in range(3)]
+    for flag in flags:
+        qtbot.addWidget(flag)
+        flag.setFixedSize(int(random.integers(30, 80)), 19)
+    plot = QRect(36, 8, 400, 134)
+    centers = [int(at) for at in 36 + random.choice([0, 5, 200, 210, 395, 399], 3)]
+    place_flags(flags, centers, plot)
+    boxes = [flag.geometry() for flag in flags]
+    assert all(plot.contains(box) for box in boxes)
+    for index, box in enumerate(boxes):
+        assert not any(box.intersects(other) for other in boxes[index + 1 :])
+        # As near to its place as the others and the plot's edges let it be.
+        assert abs(box.center().x() - centers[index]) <= 160
+
+
+def test_flags_stay_for_who_is_about_to_click(
+    qtbot: QtBot, window: MainWindow, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    layer = window.sensitivity.responses
+    qtbot.waitUntil(lambda: layer.flags[0].text() == "1  +.1")
+    before = layer.intervals
+    other = (Interval(180.0, 175.0, 185.0, 0.1),)
+    monkeypatch.setattr(layer, "_is_mouse_near", lambda: True)
+    layer.rank(other)
+    assert layer.intervals == before
+    monkeypatch.setattr(layer, "_is_mouse_near", lambda: False)
+    qtbot.waitUntil(lambda: layer.intervals == other)
+
+
+def test_the_curves_unit_zero_and_sign_are_read_from_the_plot(
+    qtbot: QtBot, window: MainWindow
+) -> None:
+    area = window.editor.area
+    labels = {text: place for place, text in area.second_labels.labels}
+    (unit,) = (text for text in labels if ".01" in text and "/" in text)
+    numbers = {text: place for text, place in labels.items() if text != unit}
+    assert len(numbers) == 3 and "0" in numbers
+    plus, minus = (next(t for t in numbers if t.startswith(sign)) for sign in "+−")
+    assert plus[1:] == minus[1:]
+    height, top = area.rect.height(), area.rect.top()
+    # Zero lies on the opacity .5.
+    half = area.pixel(area.opacity, 0.0, 0.5).y()
+    assert top + height * (1 - numbers["0"]) == pytest.approx(half, abs=2)
+    at = area.widget.mapFromScene(area.second.mapViewToScene(area.second.viewRect().center()))
+    assert area.rect.contains(at)
+    for text in (plus, minus):
+        value = float(text.replace("−", "-").replace("e-", "e-"))
+        y = area.widget.mapFromScene(
+            area.second.mapFromView(area.second.viewRect().center().__class__(0.5, value))
+            + area.second.scenePos()
+        ).y()
+        assert top + height * (1 - numbers[text]) == pytest.approx(y, abs=2)
+    window.sensitivity.chips.change.click()
+    assert area.second_labels.labels == ()
+
+
+@pytest.mark.parametrize("limit", np.geomspace(1e-5, 10, 61))
+def test_the_numbers_at_the_right_are_round_and_not_far_from_the_end(limit: float) -> None:
+    end = round_below(limit)
+    assert 0.3 * limit <= end <= 0.9 * limit
+    assert f"{end:.0e}"[0] in "125"
+    assert end == pytest.approx(float(f"{end:.0e}"))
+
+
+def test_without_a_layer_nothing_is_asked_and_both_come_back() -> None:
+    state = SensitivityState()
+    state.show_layer("curve", False)
+    assert state.choices.shown and not state.choices.curve and state.choices.visible
+    state.show_layer("visible", False)
+    assert not state.choices.shown
+    # As by Ctrl+E.
+    state.choose(shown=True)
+    assert state.choices.curve and state.choices.visible
+    state.choose(shown=False)
+    state.show_layer("visible", True)
+    assert (state.choices.shown, state.choices.curve, state.choices.visible) == (True, False, True)
+
+
+def test_voxels_fold_into_a_menu_and_chips_become_colours_beside_the_panel(
+    qtbot: QtBot, window: MainWindow
+) -> None:
+    chips, histogram = window.sensitivity.chips, window.editor.area.histogram
+    resize(qtbot, window, 1280, 720)
+    assert chips.voxels.isVisible()
+    chips.voxels.click()
+    assert not histogram.is_shown
+    resize(qtbot, window, 1000, 640)
+    assert chips.voxels.isHidden()
+    wide = chips.change.width()
+    (voxels,) = (a for a in chips.change_menu.actions() if a.text() == "Voxels")
+    assert voxels.isVisible() and not voxels.isChecked()
+    voxels.trigger()
+    assert histogram.is_shown
+    window.sensitivity.findings.set_open(True)
+    QApplication.processEvents()
+    assert chips.change.width() < wide - 20
+    assert chips.change.accessibleName() == "Change" and chips.change.toolTip()
+
+
+def test_every_control_has_a_name_a_tooltip_and_can_be_hit(
+    qtbot: QtBot, window: MainWindow
+) -> None:
+    window.sensitivity_state.pin(150.0)
+    window.sensitivity.findings.set_open(True)
+    qtbot.waitUntil(lambda: window.sensitivity.responses.flags[0].isVisible())
+    window.editor.select_strongest()
+    QApplication.processEvents()
+    found = controls(window.editor)
+    assert len(found) > 20
+    for control in found:
+        name = control.accessibleName() or getattr(control, "text", str)()
+        assert name and control.toolTip(), f"{control} {name}"
+        assert control.focusPolicy() != Qt.FocusPolicy.NoFocus, f"{control} {name}"
+        assert control.width() >= 24 and control.height() >= 18, f"{control} {name}"
+    icons = [c for c in found if isinstance(c, QToolButton) and not c.text()]
+    assert all(c.accessibleName() for c in icons)
+    plot = window.editor.area.widget
+    assert plot.accessibleDescription().startswith("Mode 3 of 3, value ")
+    assert "opacity ." in plot.accessibleDescription()
+
+
+def test_tab_goes_from_the_header_to_the_plot_its_flags_its_card_and_the_panel(
+    qtbot: QtBot, window: MainWindow
+) -> None:
+    window.sensitivity.findings.set_open(True)
+    qtbot.waitUntil(lambda: window.sensitivity.responses.flags[0].isVisible())
+    window.editor.select_strongest()
+    resize(qtbot, window, 1280, 800)
+    view, editor = window.sensitivity, window.editor
+    reached: list[QWidget] = []
+    here: QWidget = editor.menu.presets_button
+    while here not in reached:
+        reached.append(here)
+        here = here.nextInFocusChain()
+        while not (here.isVisible() and here.isEnabled() and here.focusPolicy() & Qt.TabFocus):
+            here = here.nextInFocusChain()
+    mine = [w for w in reached if editor.isAncestorOf(w)]
+    wanted = [
+        editor.menu.presets_button, editor.add_button, view.chips.region, view.chips.change,
+        view.chips.panel, editor.area.widget, view.responses.flags[0], editor.card.value,
+        editor.card.width_box, editor.card.height_box, editor.card.remove_button,
+        view.findings.close_button, view.findings.raises[0], view.findings.isolates[0],
+        view.findings.height_box, view.findings.adds[0], view.what_if.button,
+    ]  # fmt: skip
+    assert [mine.index(w) for w in wanted] == sorted(mine.index(w) for w in wanted)
+    # All that takes clicks is among them.
+    missing = [w for w in controls(editor) if w.isEnabled() and w not in mine]
+    assert not [w.accessibleName() or w.toolTip() for w in missing]
+
+
+def test_enter_on_a_flag_makes_its_edit_in_one_step(qtbot: QtBot, window: MainWindow) -> None:
+    flag, state = window.sensitivity.responses.flags[0], window.state
+    qtbot.waitUntil(lambda: flag.isVisible() and flag.isEnabled())
+    count = len(state.transfer_function.opacity.modes)
+    flag.setFocus()
+    QTest.keyClick(flag, Qt.Key.Key_Return)
+    assert len(state.transfer_function.opacity.modes) == count + 1
+    assert state.undo_stack.count() == 1
+
+
+def test_buttons_of_a_row_are_drawn_where_mouse_or_focus_are(
+    qtbot: QtBot, window: MainWindow
+) -> None:
+    window.sensitivity.findings.set_open(True)
+    rows = window.sensitivity.findings.value_rows
+    for row in rows[:2]:
+        row.say(("1 to 2", "40 %"), "", share=0.4)
+        row.setEnabled(True)
+    # The first one, while nothing is pointed at.
+    assert [row.is_lit for row in rows[:2]] == [True, False]
+    window.activateWindow()
+    qtbot.waitUntil(window.isActiveWindow)
+    window.sensitivity.findings.lowers[1].setEnabled(True)
+    window.sensitivity.findings.lowers[1].setFocus()
+    assert [row.is_lit for row in rows[:2]] == [False, True]
+
+
+def test_the_numbers_of_the_curve_are_there_as_a_table(qtbot: QtBot, window: MainWindow) -> None:
+    dialog = window.sensitivity.show_table()
+    table = dialog.table
+    assert table.rowCount() == 256 and table.columnCount() == 3
+    heads = [table.horizontalHeaderItem(i).text() for i in range(3)]
+    assert heads == ["Value", "Change per .01, exact", "Change per .01, learned"]
+    exact = window.sensitivity.responses.curve("exact")
+    written = [table.item(row, 1).text().replace("−", "-") for row in range(256)]
+    np.testing.assert_allclose([float(text) for text in written], exact, rtol=0.01, atol=1e-4)
+    dialog.reject()
+
+
+MACHADO_DEUTERANOPIA = np.array(
+    [
+        [0.367322, 0.860646, -0.227968],
+        [0.280085, 0.672501, 0.047413],
+        [-0.011820, 0.042940, 0.968881],
+    ]
+)
+"""For linear RGB; Machado, Oliveira and Fernandes 2009, severity 1."""
+
+
+def lightness(color: np.ndarray) -> float:
+    """CIE L* of linear RGB."""
+    y = float(np.clip(color, 0, 1) @ (0.2126, 0.7152, 0.0722))
+    return 116 * y ** (1 / 3) - 16 if y > 0.008856 else 903.3 * y
+
+
+@pytest.mark.parametrize("colors", [DARK, LIGHT], ids=["dark", "light"])
+@pytest.mark.parametrize("sees", ["greys", "without green"])
+def test_curve_visible_area_and_tf_can_be_told_apart_by_everyone(colors: Colors, sees: str) -> None:
+    def seen(name: str, alpha: float = 1.0) -> np.ndarray:
+        drawn, ground = (
+            np.array(QColor(c).getRgbF()[:3]) for c in (getattr(colors, name), colors.plot)
+        )
+        mixed = alpha * drawn + (1 - alpha) * ground
+        linear = np.where(mixed <= 0.04045, mixed / 12.92, ((mixed + 0.055) / 1.055) ** 2.4)
+        return linear if sees == "greys" else MACHADO_DEUTERANOPIA @ linear
+
+    # The area is drawn at .6 over the plot; lines are opaque.
+    light = {
+        "curve": lightness(seen("curve")),
+        "change": lightness(seen("change")),
+        "visible": lightness(seen("visible", 0.6)),
+        "plot": lightness(seen("plot")),
+    }
+    names = sorted(light)
+    for index, one in enumerate(names):
+        for other in names[index + 1 :]:
+            assert abs(light[one] - light[other]) >= 9, (one, other, light)
+
+
+def test_a_flag_of_an_older_image_is_dim_and_adds_nothing(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
+) -> None:
+    flag = window.sensitivity.responses.flags[0]
+    qtbot.waitUntil(flag.isEnabled)
+    analyst = builders.analysts[-1]
+    analyst.gate = threading.Semaphore(0)
+    window.sensitivity_state.choose(engine="exact")
+    window.state.set_view(replace(window.state.view, azimuth=100.0))
+    assert not flag.isEnabled()
+    for _ in range(60):
+        analyst.gate.release()
+    qtbot.waitUntil(flag.isEnabled)
+    analyst.gate = None
+
+
+def test_the_bar_under_the_mouse_says_its_voxels(window: MainWindow) -> None:
+    area = window.editor.area
+    free = area.pixel(area.opacity, 0.5, 0.95)
+    assert "voxels of" in area._said_at(free) or "voxel of" in area._said_at(free)
+    peak = window.editor.opacity.peaks[0]
+    assert area._said_at(area.widget.mapFromScene(peak.scenePos())) == ""
+    window.sensitivity.chips.voxels.click()
+    assert area._said_at(free) == ""
+
+
+def test_only_one_colour_bar_is_shown(qtbot: QtBot, window: MainWindow) -> None:
+    view = window.sensitivity
+    window.sensitivity_state.pin(150.0)
+    qtbot.waitUntil(lambda: bool(view.exact.caption and view.learned.caption))
+    bars = [cover.bar for cover in (view.exact, view.learned)]
+    assert [bar.isVisible() for bar in bars] == [False, True]
+    low, end = bars[1].said.split(" to ")[0], bars[1].said.split(" to ")[1]
+    assert low.startswith("−") and end.startswith("+") and "learned" in end
+    window.sensitivity_state.unpin()
+    assert not any(bar.isVisible() for bar in bars)
+
+
+def test_regions_of_a_volume_that_is_opened_again_open_no_panel(window: MainWindow) -> None:
+    state = window.sensitivity_state
+    state.add_region(Outline.rectangle(0.2, 0.2, 0.4, 0.4))
+    window.sensitivity.findings.set_open(False)
+    state.start_volume(object(), state.regions, 0, 1)
+    assert state.active == 0 and window.sensitivity.findings.isHidden()
+
+
+def test_values_that_no_longer_show_stay_only_for_who_edits_them(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bins, at = np.arange(256), [60]
+
+    def one_value(request: object) -> np.ndarray:
+        return np.tile(np.float32(np.exp(-((bins - at[0]) ** 2) / 50)), (2, 1))
+
+    monkeypatch.setattr(builders.analysts[-1], "visibility", one_value)
+    findings, dispatcher = window.sensitivity.findings, window.workspace.sensitivity
+    findings.set_open(True)
+    window.sensitivity_state.activate(None)
+
+    def values() -> list[str]:
+        return [row.text for row in findings.value_rows if row.text]
+
+    qtbot.waitUntil(lambda: values() == ["119.6 to 127.5   100 %"])
+    qtbot.waitUntil(findings.lowers[0].isEnabled)
+    at[0] = 200
+    findings.lowers[0].click()
+    qtbot.waitUntil(lambda: values() == ["119.6 to 127.5   0 %", "174.5 to 182.4   100 %"])
+    QApplication.sendEvent(findings, QEvent(QEvent.Type.Leave))
+    assert values() == ["174.5 to 182.4   100 %"]
+    # Whatever else changes the picture is not followed.
+    at[0] = 60
+    window.state.undo()
+    qtbot.waitUntil(lambda: values() == ["119.6 to 127.5   100 %"])
+    assert dispatcher.visibility is not None
+
+
+def test_f6_goes_through_header_plot_card_and_panel(qtbot: QtBot, window: MainWindow) -> None:
+    window.activateWindow()
+    qtbot.waitUntil(window.isActiveWindow)
+    window.sensitivity.findings.set_open(True)
+    window.editor.select_strongest()
+    window.reference.canvas.setFocus()
+    areas = [*window.editor.areas, window.sensitivity.findings]
+    reached = []
+    for _ in range(8):
+        QTest.keyClick(window, Qt.Key.Key_F6)
+        focus = QApplication.focusWidget()
+        inside = [n for n, area in enumerate(areas) if area is focus or area.isAncestorOf(focus)]
+        reached += inside[-1:]
+    assert reached[:4] == [0, 1, 2, 3]
+
+
+def test_another_theme_is_taken_by_all_that_is_painted(
+    qtbot: QtBot, qapp: QApplication, window: MainWindow
+) -> None:
+    window.editor.select_strongest()
+    window.sensitivity_state.hover(150.0, effect=False)
+    try:
+        apply_theme(qapp, "light")
+        qapp.processEvents()
+        area, view = window.editor.area, window.sensitivity
+        assert QColor(view.responses._curves["exact"].opts["pen"].color()) == QColor(LIGHT.change)
+        assert window.editor.opacity._curve.opts["pen"].color() == QColor(LIGHT.curve)
+        assert area.second_labels._color == QColor(LIGHT.change)
+        assert LIGHT.field in window.editor.card.color_button.styleSheet()
+        assert LIGHT.visible in view.band.tag.text.styleSheet()
+        assert LIGHT.text in view.source.text() and DARK.text not in view.source.text()
+        picture = area.widget.grab().toImage()
+        corner = area.rect.topLeft() + QPoint(30, 6)
+        ratio = picture.devicePixelRatio()
+        assert picture.pixelColor(corner * ratio) == QColor(LIGHT.plot)
+    finally:
+        apply_theme(qapp, "dark")
+        qapp.processEvents()

@@ -1,0 +1,196 @@
+"""Where the card with the numbers stands, and how it takes the keys, in the whole editor."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, QRect, Qt
+from PySide6.QtGui import QColor
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QColorDialog, QLabel, QToolButton
+from pytestqt.qtbot import QtBot
+
+from app.state.viewer_state import ViewerState
+from app.tf_editor.editor import CAPTIONED_FROM, TransferFunctionEditor
+from model.scene.transfer_function import GaussianMode, OpacityTF
+
+SIZES = [(1440, 315), (1164, 315), (1280, 252), (1000, 224), (724, 224)]
+"""Of the editor in windows of 1440 x 900, 1280 x 720 and 1000 x 640, with and without panel."""
+
+EditorMaker = Callable[..., TransferFunctionEditor]
+
+
+@pytest.fixture
+def make_editor(qtbot: QtBot, state: ViewerState) -> EditorMaker:
+    def make(width: int = 1440, height: int = 315, mean: float = 170.0, amplitude: float = 0.9):
+        editor = TransferFunctionEditor(state)
+        qtbot.addWidget(editor)
+        editor.set_data(np.arange(256), np.linspace(100.0, 200.0, 257), (100.0, 200.0), "K")
+        editor.resize(width, height)
+        editor.show()
+        editor.activateWindow()
+        qtbot.waitUntil(editor.isActiveWindow)
+        mode = GaussianMode(mean, 8.0, amplitude)
+        tf = replace(state.transfer_function, opacity=OpacityTF((100.0, 200.0), modes=(mode,)))
+        state.start_volume(tf, None)
+        editor.selection.select("opacity", 0)
+        QApplication.processEvents()
+        return editor
+
+    return make
+
+
+def plot_of(editor: TransferFunctionEditor) -> QRect:
+    """The opacity plot in the viewport's pixels, by the scene's own map."""
+    box = editor.area.opacity.sceneBoundingRect()
+    top, bottom = (
+        editor.area.widget.mapFromScene(corner) for corner in (box.topLeft(), box.bottomRight())
+    )
+    return QRect(top, bottom)
+
+
+def distance(box: QRect, point: QPoint) -> float:
+    dx = max(box.left() - point.x(), 0, point.x() - box.right())
+    dy = max(box.top() - point.y(), 0, point.y() - box.bottom())
+    return float(np.hypot(dx, dy))
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("mean", [100.0, 104.0, 150.0, 199.0, 200.0])
+@pytest.mark.parametrize("amplitude", [0.0, 0.5, 1.0])
+def test_the_card_is_at_its_handle_in_the_plot_and_over_no_flag(
+    make_editor: EditorMaker, size: tuple[int, int], mean: float, amplitude: float
+) -> None:
+    editor = make_editor(*size, mean, amplitude)
+    handle = editor.area.widget.mapFromScene(editor.opacity.peaks[0].scenePos())
+    plot, card = plot_of(editor), editor.card
+    flags = []
+    for x in (handle.x() - 60, handle.x() + 30):
+        flag = QToolButton()
+        editor.area.add_flag(flag)
+        left = min(max(x, plot.left()), plot.right() - 60)
+        flag.setGeometry(left, plot.top(), 60, 19)
+        flag.show()
+        flags.append(flag)
+    editor.area.flagsMoved.emit()
+    box = card.geometry()
+    assert card.isVisible()
+    assert plot.contains(box)
+    assert distance(box, handle) <= 30
+    assert not box.contains(handle)
+    assert not any(box.intersects(flag.geometry()) for flag in flags)
+
+
+def test_the_card_hides_no_other_handle(make_editor: EditorMaker, state: ViewerState) -> None:
+    editor = make_editor(amplitude=0.24)
+    modes = tuple(
+        GaussianMode(mean, 8.0, height)
+        for mean, height in ((150.0, 0.2), (168.0, 0.24), (186.0, 0.2))
+    )
+    tf = state.transfer_function
+    state.commit(replace(tf, opacity=OpacityTF((100.0, 200.0), modes=modes)), "edit")
+    editor.selection.select("opacity", 1)
+    box, plot = editor.card.geometry(), plot_of(editor)
+    handles = [editor.area.widget.mapFromScene(h.scenePos()) for h in editor.opacity.peaks]
+    assert plot.contains(box) and distance(box, handles[1]) <= 30
+    assert not any(box.contains(handle) for handle in handles)
+
+
+def test_a_pins_card_is_above_it(make_editor: EditorMaker) -> None:
+    editor = make_editor()
+    for index in range(3):
+        editor.selection.select("color", index)
+        pin = editor.area.widget.mapFromScene(editor.color.stops[index].scenePos())
+        assert plot_of(editor).contains(editor.card.geometry())
+        assert distance(editor.card.geometry(), pin) <= 30
+
+
+def test_while_a_handle_is_dragged_it_has_its_numbers_only(make_editor: EditorMaker) -> None:
+    editor = make_editor()
+    viewport = editor.area.widget.viewport()
+    start = editor.area.widget.mapFromScene(editor.opacity.peaks[0].scenePos())
+    left = Qt.MouseButton.LeftButton
+    QTest.mousePress(viewport, left, pos=start)
+    QTest.mouseMove(viewport, start + QPoint(40, 20))
+    assert editor.card.isHidden() and editor.area.readout
+    QTest.mouseRelease(viewport, left, pos=start + QPoint(40, 20))
+    assert editor.card.isVisible() and not editor.area.readout
+
+
+def test_f2_types_the_value_tab_goes_on_and_escape_returns(
+    qtbot: QtBot, make_editor: EditorMaker, state: ViewerState
+) -> None:
+    editor = make_editor()
+    card = editor.card
+    QTest.keyClick(editor, Qt.Key.Key_F2)
+    qtbot.waitUntil(card.value.hasFocus)
+    QTest.keyClicks(card.value, "150")
+    QTest.keyClick(card.value, Qt.Key.Key_Tab)
+    assert state.transfer_function.opacity.modes[0].mean == 150.0
+    assert card.width_box.hasFocus()
+    QTest.keyClicks(card.width_box, "12")
+    QTest.keyClick(card.width_box, Qt.Key.Key_Tab)
+    assert state.transfer_function.opacity.modes[0].width == 12.0
+    assert card.height_box.hasFocus()
+    # It is the same undo step for as long as the same number is typed, and no longer.
+    state.undo()
+    assert state.transfer_function.opacity.modes[0].mean == 150.0
+    QTest.keyClick(card.height_box, Qt.Key.Key_Escape)
+    assert editor.area.widget.hasFocus()
+
+
+def test_what_is_refused_is_said_below_its_field_and_goes_along(
+    qtbot: QtBot, make_editor: EditorMaker, state: ViewerState
+) -> None:
+    editor = make_editor(mean=130.0)
+    card = editor.card
+    QTest.keyClick(editor, Qt.Key.Key_F2)
+    qtbot.waitUntil(card.value.hasFocus)
+    QTest.keyClicks(card.value, "1e6")
+    QTest.keyClick(card.value, Qt.Key.Key_Return)
+    (reason,) = (w for w in card.value.findChildren(QLabel) if w.isVisible())
+    field = QRect(card.value.mapToGlobal(QPoint()), card.value.size())
+    assert "above the limits" in reason.text()
+    assert reason.y() >= field.bottom() and abs(reason.x() - field.x()) <= 2
+    assert state.transfer_function.opacity.modes[0].mean == 130.0
+    # Another size of the plot moves the card, and what is said at it.
+    editor.resize(1000, 315)
+    qtbot.waitUntil(
+        lambda: abs(reason.x() - card.value.mapToGlobal(QPoint()).x()) <= 2 and reason.isVisible()
+    )
+
+
+def test_captions_go_where_there_is_little_room(make_editor: EditorMaker) -> None:
+    editor = make_editor(CAPTIONED_FROM)
+    wide = editor.card.width()
+    editor.resize(CAPTIONED_FROM - 1, 315)
+    QApplication.processEvents()
+    assert editor.card.width() < wide - 60
+    assert editor.card.value.accessibleName() == "Value"
+
+
+def test_the_colour_of_a_mode_is_chosen_at_its_card_in_one_step(
+    make_editor: EditorMaker, state: ViewerState
+) -> None:
+    editor = make_editor(mean=130.0)
+    before = state.transfer_function
+    editor.card.color_button.click()
+    (dialog,) = editor.area.widget.findChildren(QColorDialog)
+    for color in ("#ff0000", "#336699"):
+        dialog.setCurrentColor(QColor(color))
+    dialog.accept()
+    assert len(state.transfer_function.color.stops) == len(before.color.stops) + 1
+    assert tuple(state.transfer_function.color(130.0)) == pytest.approx((0.2, 0.4, 0.6))
+    state.undo()
+    assert state.transfer_function == before
+    state.redo()
+    # The stop that is there by now is the one that is recoloured.
+    editor.selection.select("opacity", 0)
+    editor.card.color_button.click()
+    dialog = editor.area.widget.findChildren(QColorDialog)[-1]
+    dialog.setCurrentColor(QColor("#ffffff"))
+    dialog.accept()
+    assert len(state.transfer_function.color.stops) == len(before.color.stops) + 1
