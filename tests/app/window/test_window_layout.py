@@ -368,6 +368,10 @@ def test_what_is_under_the_mouse_says_its_keys(qtbot: QtBot, make_window: Window
     QTest.mouseMove(window.reference.canvas, QPoint(200, 200))
     images = window.reference.canvas.statusTip()
     assert images == status_keys("Images")
+    window.sensitivity_state.set_tool("lasso")
+    assert window.status.keys == status_keys("Drawing a region")
+    window.sensitivity_state.set_tool(None)
+    assert window.status.keys == images
     corners = ((0.2, 0.2), (0.6, 0.2), (0.6, 0.6), (0.2, 0.6))
     window.sensitivity_state.add_region(Outline(corners))
     # The mouse is over the image, and has not moved.
