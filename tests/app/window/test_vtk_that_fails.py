@@ -42,10 +42,10 @@ def fail(*_: object, **__: object) -> None:
     raise CannotDrawError("VTK cannot draw ramp on this machine ('out of memory'); crop it.")
 
 
-def by_the_ray_caster(window: MainWindow) -> np.ndarray:
+def by_the_ray_caster(window: MainWindow, inputs: SceneInputs) -> np.ndarray:
     lighting = window.workspace.reference.settings.lighting
     renderer = RaycastRenderer(make_volume(), lighting)
-    image = renderer.render(window.state.inputs, Raster(CHOICE.width, CHOICE.height))
+    image = renderer.render(inputs, Raster(CHOICE.width, CHOICE.height))
     renderer.close()
     return image
 
@@ -68,10 +68,12 @@ def test_the_ray_caster_draws_and_a_sentence_says_so(
     assert "out of memory" in window.reference.detail
     assert "the ray caster draws instead" in window.reference.detail
     window.brightness.set(1.0)
+    # A moment later the first view is fitted to the pane.
+    inputs = window.state.inputs
     window.pictures.draw(CHOICE, tmp_path / "picture.png")
     qtbot.waitUntil((tmp_path / "picture.png").exists)
     saved = np.asarray(Image.open(tmp_path / "picture.png").convert("RGB"))
-    expected = np.rint(255 * by_the_ray_caster(window)[..., :3])
+    expected = np.rint(255 * by_the_ray_caster(window, inputs)[..., :3])
     assert saved.max() > 20
     np.testing.assert_allclose(saved, expected, atol=1)
 
@@ -87,10 +89,14 @@ def test_what_fails_while_a_picture_is_drawn_is_drawn_by_the_ray_caster(
     assert window.reference.detail.startswith("VTK")
     window.brightness.set(1.0)
     monkeypatch.setattr(VtkRenderer, "render", fail)
+    # A moment later the first view is fitted to the pane.
+    inputs = window.state.inputs
     window.pictures.draw(CHOICE, tmp_path / "picture.png")
     qtbot.waitUntil((tmp_path / "picture.png").exists)
     saved = np.asarray(Image.open(tmp_path / "picture.png").convert("RGB"))
-    np.testing.assert_allclose(saved, np.rint(255 * by_the_ray_caster(window)[..., :3]), atol=1)
+    np.testing.assert_allclose(
+        saved, np.rint(255 * by_the_ray_caster(window, inputs)[..., :3]), atol=1
+    )
 
 
 def test_what_nothing_draws_is_not_saved(

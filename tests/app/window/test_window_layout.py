@@ -252,16 +252,18 @@ def test_f6_goes_from_area_to_area_and_back(qtbot: QtBot, make_window: WindowMak
         }
         return next(n for n, a in areas.items() if a is focus or a.isAncestorOf(focus))
 
-    seen = [area()]
-    for _ in range(4):
-        QTest.keyClick(QApplication.focusWidget(), Qt.Key.Key_F6)
-        seen.append(area())
-    assert seen == ["right", "editor", "top", "left", "right"]
-    back = []
-    for _ in range(3):
-        QTest.keyClick(QApplication.focusWidget(), Qt.Key.Key_F6, Qt.KeyboardModifier.ShiftModifier)
-        back.append(area())
-    assert back == ["left", "top", "editor"]
+    def walk(modifier: Qt.KeyboardModifier) -> list[str]:
+        """Areas in their order; the editor's own, one after another, count as one."""
+        seen = [area()]
+        for _ in range(12):
+            QTest.keyClick(QApplication.focusWidget(), Qt.Key.Key_F6, modifier)
+            seen.append(area())
+        changes = [seen[0], *(new for old, new in pairwise(seen) if new != old)]
+        return changes[:5]
+
+    assert walk(Qt.KeyboardModifier.NoModifier) == ["right", "editor", "top", "left", "right"]
+    window.reference.canvas.setFocus()
+    assert walk(Qt.KeyboardModifier.ShiftModifier) == ["right", "left", "top", "editor", "right"]
 
 
 def test_single_keys_can_be_switched_off(make_window: WindowMaker) -> None:
@@ -305,6 +307,19 @@ def test_alt_alone_opens_the_folded_menus(
     QTest.keyPress(window, Qt.Key.Key_Alt)
     QTest.keyRelease(window, Qt.Key.Key_Alt)
     assert opened == [True]
+
+
+def test_f10_opens_the_menus(qtbot: QtBot, make_window: WindowMaker) -> None:
+    window = make_window()
+    window.activateWindow()
+    canvas = window.reference.canvas
+    canvas.setFocus()
+    qtbot.waitUntil(canvas.hasFocus)
+    QTest.keyClick(canvas, Qt.Key.Key_F10)
+    bar = window.top_bar.menu_bar
+    assert bar.activeAction() is bar.actions()[0]
+    bar.setActiveAction(None)
+    canvas.setFocus()
 
 
 def test_the_legend_is_on_the_rightmost_image_alone(make_window: WindowMaker) -> None:
@@ -366,6 +381,10 @@ def test_what_is_under_the_mouse_says_its_keys(qtbot: QtBot, make_window: Window
     QTest.mouseMove(window.reference.canvas, QPoint(200, 200))
     images = window.reference.canvas.statusTip()
     assert images == status_keys("Images")
+    window.sensitivity_state.set_tool("lasso")
+    assert window.status.keys == status_keys("Drawing a region")
+    window.sensitivity_state.set_tool(None)
+    assert window.status.keys == images
     corners = ((0.2, 0.2), (0.6, 0.2), (0.6, 0.6), (0.2, 0.6))
     window.sensitivity_state.add_region(Outline(corners))
     # The mouse is over the image, and has not moved.
