@@ -268,6 +268,7 @@ QToolButton[role="change flag"] {{
     padding: 0px 5px; font-size: {SMALL_PIXELS}px;
 }}
 QToolButton[role="change flag"]:focus {{ border: 2px solid {c.text}; }}
+QToolButton[role="change flag"]:disabled {{ background: {c.pressed}; color: {c.dim}; }}
 QFrame[role="side"] {{ background: {c.panel}; border: none; border-left: 1px solid {c.line}; }}
 QScrollArea[role="side"], QWidget[role="side page"] {{ background: transparent; border: none; }}
 """

@@ -29,7 +29,9 @@ class BandTag(QFrame):
         super().__init__(area.widget.viewport())
         self.setProperty("role", "tag")
         self.setFixedHeight(TAG_HEIGHT)
+        # Between its buttons, the mouse is not the plot's.
         self.setCursor(Qt.CursorShape.ArrowCursor)
+        self.setAttribute(Qt.WidgetAttribute.WA_NoMousePropagation)
         self.text = QLabel()
         self.add = AddButton("the values that are kept")
         self.release = IconButton("close", "Let the values go", "Esc")

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 
-import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, Qt, Signal
 from PySide6.QtWidgets import (
     QFrame,
@@ -23,6 +19,7 @@ from PySide6.QtWidgets import (
 from app.controls import ElidedLabel, text_button
 from app.icons import IconButton
 from app.sensitivity_view.add_button import AddButton
+from app.sensitivity_view.edit_actions import EditActions, Emphasis
 from app.sensitivity_view.listed_values import ListedValues
 from app.sensitivity_view.measured_edits import MeasuredEdits
 from app.sensitivity_view.panel_rows import HEIGHT, LOW_HEIGHT, PanelRow
@@ -34,14 +31,6 @@ from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from app.tf_editor.editor import HEADER_HEIGHT
 from app.tf_editor.number_box import NumberBox
-from model.scene.tf_emphasis import (
-    add_mode,
-    add_striking_mode,
-    isolate_value,
-    lower_value,
-    raise_value,
-)
-from model.scene.transfer_function import TF_SAMPLES, OpacityTF
 from model.scene.value_text import range_text, value_text
 from model.sensitivity.contributions import percentages
 
@@ -70,8 +59,7 @@ class FindingsPanel(QFrame):
     layer : ResponseLayer
         Finds the intervals, and has flags for them.
     measured : MeasuredEdits
-    shown_colors : callable
-        Returns the colours (n, 3) that the active region shows now.
+    actions : EditActions
     what_if : WhatIfQuestion
     source : QWidget
         Says who answered.
@@ -87,7 +75,7 @@ class FindingsPanel(QFrame):
         dispatcher: SensitivityDispatcher,
         layer: ResponseLayer,
         measured: MeasuredEdits,
-        shown_colors: Callable[[], NDArray[np.float32]],
+        actions: EditActions,
         what_if: WhatIfQuestion,
         source: QWidget,
         parent: QWidget | None = None,
@@ -98,7 +86,7 @@ class FindingsPanel(QFrame):
         self._dispatcher = dispatcher
         self._layer = layer
         self._measured = measured
-        self._shown_colors = shown_colors
+        self._actions = actions
         self._what_if = what_if
         self._wanted: bool | None = None
         """Whether the user wants it open; None for where there is room."""
@@ -178,28 +166,6 @@ class FindingsPanel(QFrame):
         if self.isHidden() == self.is_open:
             self.setVisible(self.is_open)
             self.openChanged.emit(self.is_open)
-
-    def add_mode(self, index: int, striking: bool = False) -> None:
-        """Add a mode in an interval, if wanted in a colour that stands out: one undo step."""
-        intervals = self._layer.intervals
-        fresh = self._dispatcher.is_fresh(self._dispatcher.region_answer)
-        if index < len(intervals) and fresh:
-            self._add(intervals[index].value, self._width(), striking)
-
-    def add_mode_over_band(self, striking: bool = False) -> None:
-        """Add a mode over the band, if wanted in a colour that stands out: one undo step."""
-        band = self._sensitivity.band
-        if band is not None:
-            width = self._width() + (band.high - band.low) / 4
-            self._add((band.low + band.high) / 2, width, striking)
-
-    def _add(self, value: float, width: float, striking: bool) -> None:
-        tf, height = self._state.transfer_function, self._sensitivity.choices.height
-        if striking:
-            added = add_striking_mode(tf, value, width, height, self._shown_colors())
-        else:
-            added = replace(tf, opacity=add_mode(tf.opacity, value, width, height))
-        self._state.commit(added, "add mode")
 
     def refresh(self) -> None:
         """Show the present values and edits; what is not up to date is dim."""
@@ -309,13 +275,14 @@ class FindingsPanel(QFrame):
         sensitivity, what_if = self._sensitivity, self._what_if
         for index in range(ROWS):
             self.adds[index].addRequested.connect(
-                lambda striking, i=index: self.add_mode(i, striking)
+                lambda striking, i=index: self._actions.add_mode(i, striking)
             )
-            for how, buttons in (
+            by_how: tuple[tuple[Emphasis, list[QToolButton]], ...] = (
                 ("raise", self.raises), ("lower", self.lowers), ("isolate", self.isolates),
-            ):  # fmt: skip
+            )  # fmt: skip
+            for how, buttons in by_how:
                 buttons[index].clicked.connect(partial(self._emphasize, index, how))
-        self._layer.peakClicked.connect(self.add_mode)
+        self._layer.peakClicked.connect(self._actions.add_mode)
         for changed in (
             self._layer.ranked, self._measured.changed, self.values.changed,
             self._dispatcher.regionAnswered, self._state.inputsChanged,
@@ -332,23 +299,10 @@ class FindingsPanel(QFrame):
         self.result.setText(result)
         self._said.setCurrentIndex(1 if result else 0)
 
-    def _width(self) -> float:
-        """Standard deviation of edits in the data's units."""
-        lo, hi = self._state.scalar_range
-        return self._sensitivity.choices.width * (hi - lo) / (TF_SAMPLES - 1)
-
-    def _emphasize(self, index: int, how: str, _checked: bool = False) -> None:
-        if index >= len(self.values.found):
-            return
-        self.values.hold(True)
-        tf, found = self._state.transfer_function, self.values.found[index]
-        functions: dict[str, Callable[[OpacityTF, float, float], OpacityTF]] = {
-            "raise": raise_value,
-            "lower": lower_value,
-            "isolate": partial(isolate_value, reach=found.reach),
-        }
-        opacity = functions[how](tf.opacity, found.value, self._width())
-        self._state.commit(replace(tf, opacity=opacity), f"{how} value")
+    def _emphasize(self, index: int, how: Emphasis, _checked: bool = False) -> None:
+        if index < len(self.values.found):
+            self.values.hold(True)
+            self._actions.emphasize(self.values.found[index], how)
 
     def _show_value(self, index: int) -> None:
         found = self.values.found[index]

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 
 from PySide6.QtCore import QEvent, QObject, QRectF, Qt
 from PySide6.QtGui import QColor, QEnterEvent, QPainter, QPaintEvent
-from PySide6.QtWidgets import QAbstractButton, QHBoxLayout, QLabel, QSizePolicy, QWidget
+from PySide6.QtWidgets import QAbstractButton, QHBoxLayout, QLabel, QWidget
 
 from app import theme
+from app.controls import ElidedLabel
 
 HEIGHT, LOW_HEIGHT = 26, 24
 """Heights of a row, in pixels: usually, and where there is little room."""
@@ -31,7 +32,8 @@ class PanelRow(QWidget):
 
     def __init__(self, widths: Sequence[int], buttons: Sequence[QAbstractButton]) -> None:
         super().__init__()
-        self._labels = [QLabel() for _ in widths]
+        self._labels = [QLabel() if width else ElidedLabel() for width in widths]
+        self._texts: Sequence[str] = ()
         self._buttons = list(buttons)
         self._siblings: Sequence[PanelRow] = (self,)
         self._share: float | None = None
@@ -45,7 +47,6 @@ class PanelRow(QWidget):
                 label.setMinimumWidth(width)
                 row.addWidget(label)
             else:
-                label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
                 row.addWidget(label, 1)
         if all(widths):
             row.addStretch()
@@ -58,7 +59,7 @@ class PanelRow(QWidget):
     @property
     def text(self) -> str:
         """What the row says; empty if it is not there."""
-        words = [self._badge, *(label.text() for label in self._labels)]
+        words = [self._badge, *self._texts]
         return "" if self.isHidden() else "   ".join(word for word in words if word)
 
     @property
@@ -80,8 +81,12 @@ class PanelRow(QWidget):
         self, texts: Sequence[str], tip: str, *, badge: str = "", share: float | None = None
     ) -> None:
         """Show texts, and before them a badge, or below them a bar as long as a share."""
+        self._texts = texts
         for label, text in zip(self._labels, texts, strict=True):
-            label.setText(text)
+            if isinstance(label, ElidedLabel):
+                label.set_full_text(text)
+            else:
+                label.setText(text)
         self._badge, self._share = badge, share
         self._row.setContentsMargins(28 if badge else 4, 0, 2, BAR)
         self.setToolTip(tip)

@@ -29,6 +29,8 @@ class PeakFlag(QToolButton):
         # After a click, keys such as W are the window's again.
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.setCursor(Qt.CursorShape.PointingHandCursor)
+        # Two clicks on one that is dim are no double click in the plot.
+        self.setAttribute(Qt.WidgetAttribute.WA_NoMousePropagation)
         self.say("", "")
 
     def say(self, effect: str, name: str) -> None:

@@ -14,6 +14,7 @@ from PySide6.QtWidgets import QWidget
 from app.image_view.engine_pane import EnginePane
 from app.sensitivity_view.band_layer import BandLayer
 from app.sensitivity_view.chip_bar import ChipBar
+from app.sensitivity_view.edit_actions import EditActions
 from app.sensitivity_view.field_cover import FieldCover
 from app.sensitivity_view.findings_panel import FindingsPanel
 from app.sensitivity_view.measured_edits import MeasuredEdits
@@ -83,13 +84,16 @@ class SensitivityView(QObject):
         self.source = SourceLabel(sensitivity, dispatcher, workspace)
         self.measured = MeasuredEdits(state, sensitivity, dispatcher, self.responses, self)
         self.what_if = WhatIfQuestion(state, sensitivity, dispatcher, self.responses, self)
+        self.actions = EditActions(
+            state, sensitivity, dispatcher, self.responses, self._shown_colors
+        )
         self.findings = FindingsPanel(
             state,
             sensitivity,
             dispatcher,
             self.responses,
             self.measured,
-            self._shown_colors,
+            self.actions,
             self.what_if,
             self.source,
         )
@@ -112,7 +116,7 @@ class SensitivityView(QObject):
         findings.renameRequested.connect(self.chips.ask_name)
         self._editor.area.recolored.connect(self.source.refresh)
         self.source.saidChanged.connect(self.chips.say_source)
-        self.band.tag.add.addRequested.connect(findings.add_mode_over_band)
+        self.band.tag.add.addRequested.connect(self.actions.add_mode_over_band)
         for cover in (self.exact, self.learned):
             self._workspace.hintChanged.connect(cover.set_hint)
             cover.changed.connect(self._show_one_bar)

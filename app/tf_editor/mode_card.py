@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QToolButton, QWidget
 from app import theme
 from app.icons import IconButton
 from app.state.viewer_state import ViewerState
+from app.tf_editor.card_place import free_corner
 from app.tf_editor.color_layer import PIN_PLACE
 from app.tf_editor.moves import HandleMoves
 from app.tf_editor.number_box import NumberBox
@@ -27,12 +28,6 @@ BESIDE = 18
 
 BESIDE_PIN = 8
 """Distance to the side of a pin: it lies below the card, too."""
-
-ROOM = 3
-"""Least distance from the plot's edges and from flags, in pixels."""
-
-SHIFTS = 0, -14, 14, -24, 24
-"""By how much it may stand higher or lower than its handle, in pixels."""
 
 VALUE_MEANING = "Scalar value (F2)"
 WIDTHS: dict[ValueScale, str] = {"linear": "width", "log": "decades"}
@@ -74,8 +69,9 @@ class ModeCard(QFrame):
         """What is selected, in words."""
         self.setProperty("role", "mode card")
         self.setFixedHeight(HEIGHT)
-        # Over the gaps between its fields the plot's cursor would promise a drag.
+        # Between its fields, the mouse is not the plot's.
         self.setCursor(Qt.CursorShape.ArrowCursor)
+        self.setAttribute(Qt.WidgetAttribute.WA_NoMousePropagation)
         self.value, self.width_box, self.height_box = (NumberBox(is_short=True) for _ in range(3))
         self._captions: dict[QWidget, QLabel] = {}
         self.color_button = QToolButton()
@@ -271,44 +267,18 @@ class ModeCard(QFrame):
         self._row.activate()
         size = QSize(self.sizeHint().width(), HEIGHT)
         is_pin = self._selection.index("opacity") is None
-        corner = self._free_corner(at, size, BESIDE_PIN if is_pin else BESIDE)
+        area = self._area
+        corner = free_corner(
+            at,
+            size,
+            BESIDE_PIN if is_pin else BESIDE,
+            area.rect,
+            [flag.geometry() for flag in area.flags if not flag.isHidden()],
+            [box for box in area.handle_boxes() if not box.contains(at)],
+        )
         self.setGeometry(QRect(corner, size))
         self.show()
         self.raise_()
-
-    def _free_corner(self, at: QPoint, size: QSize, beside: int) -> QPoint:
-        """Return a corner that is in the plot and over no flag, and nearest to the handle."""
-        plot = self._area.rect.adjusted(ROOM, ROOM, -ROOM, -ROOM)
-        flags = [
-            flag.geometry().adjusted(-ROOM, -ROOM, ROOM, ROOM)
-            for flag in self._area.flags
-            if not flag.isHidden()
-        ]
-        handles = [box for box in self._area.handle_boxes() if not box.contains(at)]
-        lowest = plot.bottom() + 1 - size.height()
-        rightmost = plot.right() + 1 - size.width()
-        middle = at.y() - size.height() // 2
-        beside_it = (at.x() + beside, at.x() - beside - size.width())
-        lefts = [x for x in beside_it if plot.left() <= x <= rightmost]
-        beside_flags = [flag.bottom() + 1 for flag in flags]
-        corners = [
-            QPoint(x, min(max(y, plot.top()), lowest))
-            for x in lefts
-            for y in (*(middle + shift for shift in SHIFTS), *beside_flags)
-        ]
-        # Above or below it, where there is no room beside it, or others are in the way.
-        x = min(max(at.x() - size.width() // 2, plot.left()), rightmost)
-        for y in (at.y() - beside - size.height(), at.y() + beside):
-            if plot.top() <= y <= lowest:
-                corners.append(QPoint(x, y))
-
-        def cost(corner: QPoint) -> tuple[bool, int, int]:
-            box = QRect(corner, size)
-            covers = any(box.intersects(flag) for flag in flags)
-            hidden = sum(box.intersects(handle) for handle in handles)
-            return covers, hidden, abs(box.center().y() - at.y())
-
-        return min(corners, key=cost)
 
     def _value_typed(self, value: float) -> None:
         index = self._selection.index("opacity")

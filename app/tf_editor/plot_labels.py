@@ -27,7 +27,7 @@ APART = 14
 NEAR_GAP = 4
 """Pixels between the plot and a number at its right, where little room is left."""
 
-OVERHANG = 60
+OVERHANG = 44
 """Pixels by which numbers at the ends may reach beyond the plot."""
 
 

@@ -410,6 +410,9 @@ def test_a_flag_of_an_older_image_is_dim_and_adds_nothing(
     window.sensitivity_state.choose(engine="exact")
     window.state.set_view(replace(window.state.view, azimuth=100.0))
     assert not flag.isEnabled()
+    tf = window.state.transfer_function
+    QTest.mouseDClick(flag, LEFT)
+    assert window.state.transfer_function == tf
     for _ in range(60):
         analyst.gate.release()
     qtbot.waitUntil(flag.isEnabled)

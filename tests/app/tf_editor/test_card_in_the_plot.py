@@ -194,3 +194,24 @@ def test_the_colour_of_a_mode_is_chosen_at_its_card_in_one_step(
     dialog.setCurrentColor(QColor("#ffffff"))
     dialog.accept()
     assert len(state.transfer_function.color.stops) == len(before.color.stops) + 1
+
+
+def test_in_a_plot_hardly_larger_than_itself_the_card_is_somewhere(
+    make_editor: EditorMaker,
+) -> None:
+    editor = make_editor(260, 100)
+    assert editor.card.isVisible()
+    assert editor.card.geometry().left() < editor.width()
+
+
+def test_a_click_between_the_fields_is_not_the_plots(
+    make_editor: EditorMaker, state: ViewerState
+) -> None:
+    editor = make_editor()
+    before = state.transfer_function
+    caption = editor.card.findChildren(QLabel)[0]
+    for widget, at in ((caption, caption.rect().center()), (editor.card, QPoint(3, 14))):
+        QTest.mouseClick(widget, Qt.MouseButton.LeftButton, pos=at)
+        QTest.mouseDClick(widget, Qt.MouseButton.LeftButton, pos=at)
+    assert editor.card.isVisible() and editor.selection.index("opacity") == 0
+    assert state.transfer_function == before

@@ -1,0 +1,95 @@
+"""Edits that findings lead to: a mode at a value or over a band, values raised, lowered, alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.sensitivity_view.response_layer import ResponseLayer
+from app.state.sensitivity_dispatcher import SensitivityDispatcher
+from app.state.sensitivity_state import SensitivityState
+from app.state.viewer_state import ViewerState
+from model.scene.tf_emphasis import (
+    add_mode,
+    add_striking_mode,
+    isolate_value,
+    lower_value,
+    raise_value,
+)
+from model.scene.transfer_function import TF_SAMPLES, OpacityTF
+from model.sensitivity.contributions import Contribution
+
+Emphasis = Literal["raise", "lower", "isolate"]
+
+
+class EditActions:
+    """Makes edits, each as one undo step.
+
+    Parameters
+    ----------
+    state : ViewerState
+    sensitivity : SensitivityState
+    dispatcher : SensitivityDispatcher
+    layer : ResponseLayer
+        Has the intervals.
+    shown_colors : callable
+        Returns the colours (n, 3) that the active region shows now.
+    """
+
+    def __init__(
+        self,
+        state: ViewerState,
+        sensitivity: SensitivityState,
+        dispatcher: SensitivityDispatcher,
+        layer: ResponseLayer,
+        shown_colors: Callable[[], NDArray[np.float32]],
+    ) -> None:
+        self._state = state
+        self._sensitivity = sensitivity
+        self._dispatcher = dispatcher
+        self._layer = layer
+        self._shown_colors = shown_colors
+
+    def add_mode(self, index: int, striking: bool = False) -> None:
+        """Add a mode in an interval, if wanted in a colour that stands out."""
+        intervals = self._layer.intervals
+        fresh = self._dispatcher.is_fresh(self._dispatcher.region_answer)
+        if index < len(intervals) and fresh:
+            self._add(intervals[index].value, self._width, striking)
+
+    def add_mode_over_band(self, striking: bool = False) -> None:
+        """Add a mode over the band, if wanted in a colour that stands out."""
+        band = self._sensitivity.band
+        if band is not None:
+            width = self._width + (band.high - band.low) / 4
+            self._add((band.low + band.high) / 2, width, striking)
+
+    def emphasize(self, found: Contribution, how: Emphasis) -> None:
+        """Raise or lower the opacity of values, or show them alone."""
+        functions: dict[Emphasis, Callable[[OpacityTF, float, float], OpacityTF]] = {
+            "raise": raise_value,
+            "lower": lower_value,
+            "isolate": partial(isolate_value, reach=found.reach),
+        }
+        tf = self._state.transfer_function
+        opacity = functions[how](tf.opacity, found.value, self._width)
+        self._state.commit(replace(tf, opacity=opacity), f"{how} value")
+
+    def _add(self, value: float, width: float, striking: bool) -> None:
+        tf, height = self._state.transfer_function, self._sensitivity.choices.height
+        if striking:
+            added = add_striking_mode(tf, value, width, height, self._shown_colors())
+        else:
+            added = replace(tf, opacity=add_mode(tf.opacity, value, width, height))
+        self._state.commit(added, "add mode")
+
+    @property
+    def _width(self) -> float:
+        """Standard deviation of edits in the data's units."""
+        lo, hi = self._state.scalar_range
+        return self._sensitivity.choices.width * (hi - lo) / (TF_SAMPLES - 1)
