@@ -21,10 +21,11 @@ class NumberEntry(QObject):
     """Text typed into a number box: taken, or refused with a reason until it is mended.
 
     A refused number stays in the box, which has a red rim and the reason above it, wherever the
-    focus goes; Escape brings the last number back.
+    focus goes; Escape brings the last number back, also where what is typed could be taken.
 
-    After Enter, all keys are the window's again, and those that type no number always are. So
-    a number is entered, and Ctrl+Z then undoes what it has changed, or R draws a region.
+    Letters are no keys of the window while the box has the focus: who types "abc" means no
+    command. After Enter all keys are the window's again. So a number is entered, and Ctrl+Z then
+    undoes what it has changed, or R draws a region.
 
     Parameters
     ----------
@@ -134,14 +135,20 @@ class NumberEntry(QObject):
                 return True
             # Once the box has taken the number.
             QTimer.singleShot(0, self._box.clearFocus)
-        elif event.key() == Qt.Key.Key_Escape and self._note is not None:
+        elif event.key() == Qt.Key.Key_Escape and self._is_typed:
             self.forget()
-            self._box.interpretText()
+            with QSignalBlocker(self._box):
+                self._box.setValue(self._box.value())  # type: ignore[arg-type]
             self._box.selectAll()
             return True
         elif event.key() in _STEPS:
             self.forget()
         return False
+
+    @property
+    def _is_typed(self) -> bool:
+        """Whether there is something in the box that was not taken, or not yet."""
+        return self._note is not None or self._box.lineEdit().isModified()
 
     def _mark(self, refused: bool) -> None:
         self._box.setProperty("refused", refused)
@@ -154,12 +161,7 @@ class NumberEntry(QObject):
             return not line.isUndoAvailable()
         if event.matches(QKeySequence.StandardKey.Redo):
             return not line.isRedoAvailable()
-        typed = event.text()
-        plain = event.modifiers() in (
-            Qt.KeyboardModifier.NoModifier,
-            Qt.KeyboardModifier.ShiftModifier,
-        )
-        return plain and typed.isprintable() and bool(typed) and not set(typed) <= NUMBER_CHARACTERS
+        return False
 
 
 class _Reason(QLabel):

@@ -30,7 +30,8 @@ HINTS: dict[Tool, str] = {
 }
 """Instructions while a region is to be drawn."""
 
-HINT_MARGIN = 14
+HINT_PLACE = QPointF(60, 60)
+"""Where they stand on the canvas: below its caption, beside the tools."""
 
 
 class RegionLayer(QObject):
@@ -206,18 +207,18 @@ class RegionLayer(QObject):
                 self._paint_outline(painter, self._polygon(outline, rect), True)
         self._paint_place(painter, rect)
         if self._state.tool is not None and not self._lasso:
-            corner = QPointF(rect.left() + HINT_MARGIN, rect.top() + 2 * HINT_MARGIN)
-            self._paint_plate(painter, HINTS[self._state.tool], corner, theme.ACCENT)
+            hint = HINTS[self._state.tool]
+            self._paint_plate(painter, hint, HINT_PLACE, theme.ON_IMAGE.change)
 
     def _paint_outline(self, painter: QPainter, polygon: QPolygonF, active: bool) -> None:
         # A dark line beneath, so that it is seen on bright pictures, too.
-        for color, width in ((theme.BACKGROUND, 3.5), (_color(active), 1.5)):
+        for color, width in ((theme.ON_IMAGE.window, 3.5), (_color(active), 1.5)):
             painter.setPen(QPen(QColor(color), width))
             painter.drawPolygon(polygon)
 
     def _paint_corners(self, painter: QPainter, polygon: QPolygonF) -> None:
-        painter.setPen(QPen(QColor(theme.BACKGROUND), 1))
-        painter.setBrush(QColor(theme.ACCENT))
+        painter.setPen(QPen(QColor(theme.ON_IMAGE.window), 1))
+        painter.setBrush(QColor(theme.ON_IMAGE.change))
         for index in range(polygon.size()):
             corner = polygon.at(index)
             painter.drawRect(QRectF(corner.x() - 3.5, corner.y() - 3.5, 7, 7))
@@ -233,7 +234,7 @@ class RegionLayer(QObject):
         """Write on a plate of its own, as images are of any colour."""
         metrics = painter.fontMetrics()
         box = QRectF(metrics.boundingRect(text)).translated(corner).adjusted(-5, -2, 5, 2)
-        plate = QColor(theme.PANEL)
+        plate = QColor(theme.ON_IMAGE.panel)
         plate.setAlpha(220)
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(plate)
@@ -247,7 +248,7 @@ class RegionLayer(QObject):
             return
         x, y = self._state.place
         at = QPointF(rect.left() + x * rect.width(), rect.top() + y * rect.height())
-        for color, width in ((theme.BACKGROUND, 3.5), (theme.TEXT, 1.5)):
+        for color, width in ((theme.ON_IMAGE.window, 3.5), (theme.ON_IMAGE.text, 1.5)):
             painter.setPen(QPen(QColor(color), width))
             painter.drawEllipse(at, MARK, MARK)
 
@@ -262,7 +263,7 @@ class RegionLayer(QObject):
 
 
 def _color(active: bool) -> str:
-    return theme.ACCENT if active else theme.DIM_TEXT
+    return theme.ON_IMAGE.change if active else theme.ON_IMAGE.dim
 
 
 def _is_rectangle(outline: Outline) -> bool:

@@ -34,11 +34,16 @@ from model.scene.range_fitting import fit_to_range, fit_to_volume
 from model.scene.robust_range import robust_range
 from model.scene.scene import Lighting
 from model.scene.transfer_function import Range, TransferFunction
-from model.scene.value_scale import ValueScale
+from model.scene.value_scale import ValueScale, share_without_logarithm
+from model.scene.volume import Volume
 from model.volume_files.choice import Choice
 from model.volume_files.raw import RawLayout
 
 RESTORED = "TF, view, crop box and regions are as you left them; Presets > Default begins anew."
+
+
+SCALE_EDITS: dict[ValueScale, str] = {"linear": "linear scale", "log": "logarithmic scale"}
+"""Names of the edits in the menu."""
 
 
 class Workspace(QObject):
@@ -464,7 +469,8 @@ class Workspace(QObject):
             self._state.set_default(opened.default)
             self.scaleChanged.emit(opened)
             if self._state.scale != opened.volume.scale:
-                self._state.commit(opened.default, f"{opened.volume.scale} scale")
+                self._state.commit(opened.default, SCALE_EDITS[opened.volume.scale])
+            self.news.emit(_scale_news(opened.volume))
         self._follow_scene()
         self.rangeChanged.emit(opened)
         self._dispatcher.send()
@@ -532,3 +538,16 @@ class Workspace(QObject):
     def _report_settled(self) -> None:
         if self.is_settled:
             self.settled.emit()
+
+
+def _scale_news(volume: Volume) -> str:
+    """Say on which scale a volume is, and what of it a logarithm leaves out."""
+    if volume.scale == "linear":
+        return "The scale is linear."
+    share = share_without_logarithm(volume.linear.distribution)
+    left = (
+        f" {100 * share:.2g} % of the voxels are zero or below, and look as the lowest value does."
+        if share
+        else ""
+    )
+    return f"The scale is logarithmic.{left}"

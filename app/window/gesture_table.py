@@ -43,6 +43,10 @@ GESTURES: dict[str, tuple[Gesture, ...]] = {
         Gesture("O", "the opacity images"),
         Gesture("Drag the ball in the top bar, or Ctrl, Shift and drag", "move the light"),
     ),
+    "Drawing a region": (
+        Gesture("Drag", "a rectangle, or around something", ("Drag", "draw the region")),
+        Gesture("Escape", "draw none", ("Esc", "end it")),
+    ),
     "Regions": (
         Gesture(
             "Drag its edge or corner", "move or resize it", ("Drag", "edge: move, corner: resize")

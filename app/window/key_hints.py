@@ -11,7 +11,7 @@ from app.state.sensitivity_state import SensitivityState
 from app.window.gesture_table import status_keys
 from app.window.status_line import StatusLine
 
-IMAGES, REGIONS, MAP = "Images", "Regions", "Map of TFs (B)"
+IMAGES, DRAWING, REGIONS, MAP = "Images", "Drawing a region", "Regions", "Map of TFs (B)"
 PLOT, VALUE = "Transfer function", "Value under the mouse"
 
 
@@ -40,7 +40,7 @@ class KeyHints(QObject):
         self._images, self._plot = images, plot
         for each in maps:
             each.setStatusTip(status_keys(MAP))
-        for changed in (regions.regionsChanged, regions.bandChanged):
+        for changed in (regions.regionsChanged, regions.bandChanged, regions.toolChanged):
             changed.connect(lambda *_: self._follow())
         self._follow()
         self.show("")
@@ -50,6 +50,8 @@ class KeyHints(QObject):
         self._status.set_keys(keys or self._of_images())
 
     def _of_images(self) -> str:
+        if self._regions.tool is not None:
+            return status_keys(DRAWING)
         return status_keys(IMAGES if self._regions.active is None else REGIONS)
 
     def _follow(self) -> None:

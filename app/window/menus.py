@@ -340,4 +340,3 @@ class Menus(QObject):
         add_action(menu, "&Keys and gestures", partial(show_gestures, window), "F1")
         add_action(menu, "G&lossary", lambda: open_glossary(window))
         add_action(menu, "&About tfscope", partial(show_page, window, "About tfscope", ABOUT))
-        add_action(menu, "&Menus", self._parts.bar.open_menus, "F10")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QAction, QResizeEvent
+from PySide6.QtGui import QAction, QKeySequence, QResizeEvent, QShortcut
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QMenuBar, QToolButton, QWidget
 
 from app.caption_button import CaptionButton
@@ -60,6 +60,7 @@ class TopBar(QWidget):
         self.save = IconButton("camera", "Save figure", "Ctrl+Shift+S")
         for button in (self.compare, self.difference, self.browse):
             button.setCheckable(True)
+        QShortcut(QKeySequence("F10"), self).activated.connect(self.open_menus)
         self._is_folded: bool | None = None
         self._lay_out()
         self._fold(False)

@@ -161,7 +161,7 @@ def record_verdict(folder: Path, volume: Volume) -> str:
     """
     generator = Generator.load(folder, "auto", "auto", "auto")
     scene, seed = generator.scene, int(generator.card.training.get("dataset_seed", 0))
-    volume = volume.over(scene.scalar_range)
+    volume = volume.over(scene.scalar_range, scene.scale)
     renderer = make_renderer(volume, scene, threads=None)
     try:
         rendered = render_samples(renderer, scene, seed, "holdout", range(RECORDED))

@@ -101,6 +101,12 @@ def logarithms(
     return found
 
 
+def share_without_logarithm(distribution: Distribution) -> float:
+    """Fraction of the voxels that are zero or below, 0 to 1, as far as a sample tells."""
+    found, counts = distribution.frequencies
+    return float(counts[found.astype(np.float64) <= 0].sum() / counts.sum())
+
+
 def suits_logarithm(distribution: Distribution) -> bool:
     """Whether a logarithmic scale shows what a linear one cannot.
 

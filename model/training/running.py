@@ -57,7 +57,7 @@ def run_job(
         source = _source(job, volume, device.type)
         if volume is not None:
             # A stored data set has a range of its own.
-            volume = volume.over(source.scene.scalar_range)
+            volume = volume.over(source.scene.scalar_range, source.scene.scale)
         check_image_size(job.size, source.scene)
         first = not parallel.rank()
         # From here on the folder is the run's: no wish to stop gets lost while all is prepared.

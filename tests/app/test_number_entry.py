@@ -63,18 +63,19 @@ def test_after_enter_keys_are_the_windows(
     qtbot.waitExposed(window)
     box.setFocus()
     qtbot.waitUntil(box.hasFocus)
-    # What types no number is never the box's, and nothing has been typed to be taken back.
+    # Whoever types a letter means no command; nothing has been typed to be taken back.
     QTest.keyClick(box, Qt.Key.Key_R)
     QTest.keyClick(box, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
-    assert heard == ["R", "Ctrl+Z"]
+    assert heard == ["Ctrl+Z"]
     type_over(box, "1")
     QTest.keyClick(box, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
-    assert heard == ["R", "Ctrl+Z"]
+    assert heard == ["Ctrl+Z"]
     type_over(box, "1")
     QTest.keyClick(box, Qt.Key.Key_Return)
     qtbot.waitUntil(lambda: not box.hasFocus())
     QTest.keyClick(window, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
-    assert heard == ["R", "Ctrl+Z", "Ctrl+Z"]
+    QTest.keyClick(window, Qt.Key.Key_R)
+    assert heard == ["Ctrl+Z", "Ctrl+Z", "R"]
 
 
 @pytest.mark.parametrize("typed", ["2000", "2 000", "2,000", "2000 px", "2000px"])
@@ -135,6 +136,18 @@ def test_escape_brings_the_last_number_back(boxes: tuple[WholeNumberBox, NumberB
     assert pixels.hasFocus() and pixels.entry.reason
     QTest.keyClick(pixels, Qt.Key.Key_Escape)
     assert pixels.text() == "1572 px" and not pixels.entry.reason
+
+
+def test_escape_takes_no_half_typed_number(boxes: tuple[WholeNumberBox, NumberBox]) -> None:
+    pixels, value = boxes
+    for box, typed in ((pixels, "1400"), (value, "14")):
+        before, taken = box.value(), []
+        box.valueChanged.connect(taken.append)
+        box.setFocus()
+        type_over(box, typed)
+        QTest.keyClick(box, Qt.Key.Key_Escape)
+        QTest.keyClick(box, Qt.Key.Key_Tab)
+        assert box.value() == before and not taken
 
 
 def test_a_dialog_finds_what_is_refused(

@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 
 from app.cli import run
+from model.networks.card import load_card
 from model.samples.sample_store import SampleStore
 from model.scene.default_tf import default_transfer_function
 from model.scene.robust_range import robust_range
+from model.scene.transfer_function import TransferFunction
 from model.scene.volume import Volume
 
 
@@ -105,3 +107,26 @@ def test_scales_that_make_no_sense(
     assert run(arguments.split()) == 2
     [line] = capsys.readouterr().err.splitlines()
     assert message in line
+
+
+@pytest.mark.slow
+def test_a_model_lies_on_the_scale_of_its_samples(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    halo = folder / "halo.npy"
+    options = "--scale log --size 64 --count 8 --holdout 4 --workers 1"
+    assert run(f"dataset --volume {halo} {options} --out {tmp_path}/store".split()) == 0
+    train = f"train --dataset {tmp_path}/store --volume {halo} --preset draft --samples 16"
+    assert run(f"{train} --out {tmp_path}/run".split()) == 0
+    assert load_card(tmp_path / "run").scene.scale == "log"
+    model = f"--model {tmp_path}/run --volume {halo}"
+    # The volume follows the model's scale, without being told.
+    assert run(f"render --renderer raycast {model} --out {tmp_path}/a.npy".split()) == 0
+    assert run(f"render --renderer generator {model} --out {tmp_path}/b.npy".split()) == 0
+    drawn, learned = np.load(tmp_path / "a.npy"), np.load(tmp_path / "b.npy")
+    assert np.sqrt(np.square(drawn - learned).mean()) < 0.1
+    TransferFunction.load(folder / "log.json").on_scale("linear").save(tmp_path / "linear.json")
+    capsys.readouterr()
+    tf = f"--tf {tmp_path}/linear.json --out {tmp_path}/c.npy"
+    assert run(f"render --renderer generator {model} {tf}".split()) == 2
+    assert "on the same scale" in " ".join(capsys.readouterr().err.split())

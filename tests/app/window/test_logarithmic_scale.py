@@ -56,6 +56,8 @@ def test_one_click_shows_the_logarithm(
     click(qtbot, window)
     assert not offer(window)
     assert window.sensitivity_state.band is None
+    assert window.status.news == "The scale is logarithmic."
+    assert window.state.undo_stack.undoText() == "logarithmic scale"
     volume = shown(window)
     np.testing.assert_allclose(volume.voxels, np.log10(VALUES), atol=1e-6)
     assert builders.drawn[-1].scale == "log"
@@ -78,6 +80,17 @@ def test_one_click_shows_the_logarithm(
     with qtbot.waitSignal(window.workspace.rangeChanged):
         window.state.redo()
     assert shown(window).scale == "log"
+
+
+def test_what_has_no_logarithm_is_said(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
+) -> None:
+    values = VALUES.copy()
+    values[:3] = 0.0
+    builders.volumes["zeros"] = Volume(values, name="zeros")
+    window = make_window("zeros", model=None)
+    click(qtbot, window)
+    assert "25 % of the voxels are zero or below" in window.status.news
 
 
 def test_other_volumes_are_not_offered_it(make_window: WindowMaker) -> None:

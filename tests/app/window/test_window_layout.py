@@ -309,6 +309,19 @@ def test_alt_alone_opens_the_folded_menus(
     assert opened == [True]
 
 
+def test_f10_opens_the_menus(qtbot: QtBot, make_window: WindowMaker) -> None:
+    window = make_window()
+    window.activateWindow()
+    canvas = window.reference.canvas
+    canvas.setFocus()
+    qtbot.waitUntil(canvas.hasFocus)
+    QTest.keyClick(canvas, Qt.Key.Key_F10)
+    bar = window.top_bar.menu_bar
+    assert bar.activeAction() is bar.actions()[0]
+    bar.setActiveAction(None)
+    canvas.setFocus()
+
+
 def test_the_legend_is_on_the_rightmost_image_alone(make_window: WindowMaker) -> None:
     window = make_window()
     canvases = [pane.canvas for pane in (window.generator, window.reference)]
@@ -368,6 +381,10 @@ def test_what_is_under_the_mouse_says_its_keys(qtbot: QtBot, make_window: Window
     QTest.mouseMove(window.reference.canvas, QPoint(200, 200))
     images = window.reference.canvas.statusTip()
     assert images == status_keys("Images")
+    window.sensitivity_state.set_tool("lasso")
+    assert window.status.keys == status_keys("Drawing a region")
+    window.sensitivity_state.set_tool(None)
+    assert window.status.keys == images
     corners = ((0.2, 0.2), (0.6, 0.2), (0.6, 0.6), (0.2, 0.6))
     window.sensitivity_state.add_region(Outline(corners))
     # The mouse is over the image, and has not moved.
