@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QObject, QPoint, QRect
 from PySide6.QtGui import QColor
 
 from app import theme
@@ -118,24 +118,25 @@ class VisibleLayer(QObject):
         return label
 
     def _place_labels(self) -> None:
-        """Put each above its peak; one that would lie over another goes above that."""
-        taken: list[tuple[float, float, float]] = []
-        width, height = max(float(self._area.opacity.width()), 1.0), 15.0
-        unit = max(float(self._area.opacity.height()) / (1.0 + self._area.headroom), 1.0)
+        """Put each above its peak, or higher where it would cover a handle or another label."""
+        area, taken = self._area, self._area.handle_boxes()
         for number, label in enumerate(self._labels):
+            label.setVisible(number < len(self._peaks))
             if number >= len(self._peaks):
-                label.hide()
                 continue
             value, top = self._peaks[number]
-            place = self._area.axis.place(value)
+            place = area.axis.place(value)
             label.setVisible(0.0 <= place <= 1.0)
-            half = label.boundingRect().width() / 2 / width
-            at = min(max(place, half), 1.0 - half) if half < 0.5 else 0.5
-            for other, other_half, other_top in taken:
-                if abs(other - at) < half + other_half and abs(other_top - top) * unit < height:
-                    top = other_top + height / unit
-            taken.append((at, half, top))
-            label.setPos(at, top)
+            size = label.boundingRect().size().toSize()
+            plot, at = area.rect, area.pixel(area.opacity, place, top)
+            left = min(max(at.x() - size.width() // 2, plot.left()), plot.right() - size.width())
+            box = QRect(QPoint(left, at.y() - size.height()), size)
+            while any(box.intersects(other) for other in taken) and box.top() > plot.top():
+                box.translate(0, -2)
+            if label.isVisible():
+                taken.append(box)
+            corner = area.widget.mapToScene(QPoint(box.center().x(), box.bottom()))
+            label.setPos(area.opacity.mapSceneToView(corner))
 
     def _recolor(self) -> None:
         fill = QColor(theme.VISIBLE)

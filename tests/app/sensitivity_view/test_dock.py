@@ -536,3 +536,28 @@ def test_the_tag_of_a_band_covers_neither_flags_nor_card_nor_handles(
         for handle in window.editor.opacity.peaks:
             at = window.editor.area.widget.mapFromScene(handle.scenePos())
             assert not box.contains(at)
+
+
+def test_a_peaks_label_covers_no_handle(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    resize(qtbot, window, 1000, 640)
+    mode = window.state.transfer_function.opacity.modes[0]
+    at = round((mode.mean - 100) / 100 * 255)
+
+    def at_the_mode(request: object) -> np.ndarray:
+        return np.tile(np.float32(np.exp(-((np.arange(256) - at) ** 2) / 50)), (2, 1))
+
+    monkeypatch.setattr(builders.analysts[-1], "visibility", at_the_mode)
+    tf = window.state.transfer_function
+    for height in (0.1, 0.3, 0.38, 0.45, 0.6):
+        modes = (replace(mode, amplitude=height), *tf.opacity.modes[1:])
+        visible = window.sensitivity.visible
+        with qtbot.waitSignal(window.workspace.sensitivity.visibilityAnswered):
+            window.state.commit(replace(tf, opacity=replace(tf.opacity, modes=modes)), "edit")
+        (label,) = [each for each in visible._labels if each.isVisible()]
+        view = window.editor.area.widget
+        box = view.mapFromScene(label.mapRectToScene(label.boundingRect())).boundingRect()
+        for handle in window.editor.opacity.peaks:
+            assert not box.contains(view.mapFromScene(handle.scenePos())), height
+        assert window.editor.area.rect.contains(box.adjusted(1, 1, -1, -1))
