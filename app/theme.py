@@ -222,6 +222,12 @@ QToolButton[role="flat"]:checked {{ background: {c.pressed}; border-color: {c.ch
 QToolButton[role="flat"]:disabled {{ color: {c.disabled}; }}
 QToolButton:focus, QComboBox:focus {{ border: 2px solid {c.change}; border-radius: 4px; }}
 QCheckBox:focus {{ color: {c.change}; }}
+QRadioButton::indicator {{
+    width: 11px; height: 11px; border-radius: 6px; border: 1px solid {c.dim};
+    background: {c.field};
+}}
+QRadioButton::indicator:checked {{ background: {c.change}; border-color: {c.change}; }}
+QRadioButton:focus {{ color: {c.change}; }}
 QGraphicsView[role="plots"] {{ border: 1px solid transparent; border-radius: 4px; }}
 QGraphicsView[role="plots"]:focus {{ border-color: {c.change}; }}
 QLabel[role="title"] {{ font-weight: 600; }}

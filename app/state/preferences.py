@@ -292,9 +292,14 @@ class Preferences(QObject):
         self._writer.finish()
 
     def _recent(self, kind: RecentKind, path: Path) -> dict[str, Any]:
-        """Return the changes that put a file first among the recent ones."""
+        """Return the changes that put a file first among the recent ones.
+
+        Dialogs open where the last file was. A model is found with its volume, without anybody
+        having been in its folder.
+        """
         name, place = f"recent_{kind}", path.absolute()
-        return {name: _first(str(place), self.value(name)), "last_folder": str(place.parent)}
+        changes: dict[str, Any] = {name: _first(str(place), self.value(name))}
+        return changes if kind == "models" else changes | {"last_folder": str(place.parent)}
 
     def _take(self) -> Callable[[], None]:
         self._absorb()

@@ -20,7 +20,7 @@ from app.tf_editor.unit_axis import ScalarAxis
 from model.scene.transfer_function import Range
 from model.scene.value_scale import ValueScale
 
-LEFT_MARGIN, RIGHT_MARGIN, TOP_MARGIN = 36, 44, 8
+LEFT_MARGIN, RIGHT_MARGIN, TOP_MARGIN = 36, 50, 8
 """Room beside the plots for their numbers, and above them, in pixels."""
 
 STRIP_HEIGHT, PINS_HEIGHT, LABELS_HEIGHT = 14, 14, 20

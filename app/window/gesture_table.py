@@ -69,7 +69,7 @@ GESTURES: dict[str, tuple[Gesture, ...]] = {
         Gesture("Click a numbered flag", "add a mode there"),
     ),
     "Transfer function": (
-        Gesture("Drag a mode's peak", "its value and opacity"),
+        Gesture("Drag a mode's peak", "its value and opacity", ("Drag", "move a handle")),
         Gesture("Drag a square at its side", "its width"),
         Gesture("Double click beside the handles", "add a mode", ("Double click", "add a mode")),
         Gesture("Drag a line at an end of the range", "stretch the TF (with Ctrl: cut it)"),
@@ -77,9 +77,15 @@ GESTURES: dict[str, tuple[Gesture, ...]] = {
         Gesture("Click the colour strip", "add a colour stop"),
         Gesture("Double click a colour stop", "choose its colour"),
         Gesture("Arrow keys, faster with Shift", "nudge the selection"),
-        Gesture("Delete", "remove the selection"),
-        Gesture("F2", "type the numbers of the selection; Tab goes on"),
+        Gesture("Delete", "remove the selection", ("Delete", "remove")),
+        Gesture("F2", "type the numbers of the selection; Tab goes on", ("F2", "numbers")),
         Gesture("T", "the TF decoded from the model's code"),
+    ),
+    "Values and edits": (
+        Gesture("▲, ▼ or Only in a row", "raise, lower or isolate its values", ("▲ ▼", "edit")),
+        Gesture("Add in a row", "add that edit to the TF", ("Add", "take an edit")),
+        Gesture("Hold W", "what would a mode at the value under the mouse change?"),
+        Gesture("F8, or Escape", "close the panel", ("F8", "close")),
     ),
     "Map of TFs (B)": (
         Gesture("Move the mouse over the map", "picture and TF of that place"),

@@ -13,6 +13,7 @@ from app.window.status_line import StatusLine
 
 IMAGES, DRAWING, REGIONS, MAP = "Images", "Drawing a region", "Regions", "Map of TFs (B)"
 PLOT, VALUE = "Transfer function", "Value under the mouse"
+PANEL = "Values and edits"
 
 
 class KeyHints(QObject):
@@ -24,7 +25,7 @@ class KeyHints(QObject):
     regions : SensitivityState
         With a region the images have other gestures, and with a band of values the plot.
     images, maps : sequence of QWidget
-    plot : QWidget
+    plot, panel : QWidget
     """
 
     def __init__(
@@ -34,12 +35,14 @@ class KeyHints(QObject):
         images: Sequence[QWidget],
         maps: Sequence[QWidget],
         plot: QWidget,
+        panel: QWidget,
     ) -> None:
         super().__init__(status)
         self._status, self._regions = status, regions
         self._images, self._plot = images, plot
         for each in maps:
             each.setStatusTip(status_keys(MAP))
+        panel.setStatusTip(status_keys(PANEL))
         for changed in (regions.regionsChanged, regions.bandChanged, regions.toolChanged):
             changed.connect(lambda *_: self._follow())
         self._follow()

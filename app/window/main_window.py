@@ -229,6 +229,7 @@ class MainWindow(QMainWindow):
             images=[pane.canvas for pane in (self.generator, self.reference)],
             maps=[self.browser.map, self.browser.grid],
             plot=self.editor,
+            panel=self.sensitivity.findings,
         )
         self._areas = FocusAreas(self, self._focus_areas)
         self._connect()
