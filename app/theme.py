@@ -222,6 +222,12 @@ QToolButton[role="flat"]:checked {{ background: {c.pressed}; border-color: {c.ch
 QToolButton[role="flat"]:disabled {{ color: {c.disabled}; }}
 QToolButton:focus, QComboBox:focus {{ border: 2px solid {c.change}; border-radius: 4px; }}
 QCheckBox:focus {{ color: {c.change}; }}
+QCheckBox::indicator {{
+    width: 11px; height: 11px; border-radius: 2px; border: 1px solid {c.dim};
+    background: {c.field};
+}}
+QCheckBox::indicator:checked {{ background: {c.change}; border-color: {c.change}; }}
+QCheckBox::indicator:disabled {{ border-color: {c.disabled}; }}
 QRadioButton::indicator {{
     width: 11px; height: 11px; border-radius: 6px; border: 1px solid {c.dim};
     background: {c.field};

@@ -14,6 +14,7 @@ from PySide6.QtGui import QCursor
 
 from app import theme
 from app.sensitivity_view.peak_flag import PeakFlag, place_flags
+from app.sensitivity_view.visible_layer import STALE
 from app.short_numbers import short
 from app.state.sensitivity_answers import RegionAnswer, displayed
 from app.state.sensitivity_dispatcher import SensitivityDispatcher
@@ -29,9 +30,6 @@ CANDIDATES = 5
 """Number of intervals among which those with a flag are chosen."""
 
 FLAGS = 3
-
-STALE = 0.4
-"""Opacity of curves that are not of the present image."""
 
 UNIT = "  / .01"
 """At the top of the numbers, as they are changes by an edit of .01 of opacity."""

@@ -77,7 +77,7 @@ class SensitivityView(QObject):
         )
         area = editor.area
         self.mouse = PlotMouse(area, state, sensitivity)
-        self.visible = VisibleLayer(area, sensitivity, dispatcher)
+        self.visible = VisibleLayer(area, state, sensitivity, dispatcher)
         self.responses = ResponseLayer(area, state, sensitivity, dispatcher)
         self.band = BandLayer(area, state, sensitivity, dispatcher, self.visible)
         self.chips = ChipBar(sensitivity, area.histogram)

@@ -12,12 +12,16 @@ from PySide6.QtGui import QColor
 from app import theme
 from app.state.sensitivity_dispatcher import SensitivityDispatcher
 from app.state.sensitivity_state import SensitivityState
+from app.state.viewer_state import ViewerState
 from app.tf_editor.plot_area import PlotArea
 from app.tf_editor.plot_labels import label_font
 from model.scene.tf_perturbation import edit_over
 from model.scene.transfer_function import Range
 from model.scene.value_text import value_text
 from model.sensitivity.contributions import contributions, percentages
+
+STALE = 0.4
+"""Opacity of what is not of the present image."""
 
 HEIGHT = 0.38
 """Height of the highest peak, as a fraction of the plot's."""
@@ -32,15 +36,21 @@ class VisibleLayer(QObject):
     Parameters
     ----------
     area : PlotArea
+    state : ViewerState
     sensitivity : SensitivityState
     dispatcher : SensitivityDispatcher
     """
 
     def __init__(
-        self, area: PlotArea, sensitivity: SensitivityState, dispatcher: SensitivityDispatcher
+        self,
+        area: PlotArea,
+        state: ViewerState,
+        sensitivity: SensitivityState,
+        dispatcher: SensitivityDispatcher,
     ) -> None:
         super().__init__(area)
         self._area = area
+        self._state = state
         self._sensitivity = sensitivity
         self._dispatcher = dispatcher
         self._curve: Any = pg.PlotCurveItem(fillLevel=0, antialias=True)
@@ -53,7 +63,13 @@ class VisibleLayer(QObject):
         for changed in (area.axisChanged, area.heightChanged):
             changed.connect(self._place_labels)
         area.recolored.connect(self._recolor)
+        state.inputsChanged.connect(self._mark_stale)
         self._recolor()
+
+    @property
+    def is_marked_stale(self) -> bool:
+        """Whether what is shown is known not to be of the present image."""
+        return bool(self._curve.opacity() < 1)
 
     @property
     def peak_texts(self) -> list[str]:
@@ -105,7 +121,15 @@ class VisibleLayer(QObject):
                 self._labels.append(self._new_label())
             for label, text in zip(self._labels, texts, strict=False):
                 label.setText(text)
+        self._mark_stale()
         self._place_labels()
+
+    def _mark_stale(self) -> None:
+        """Dim what is not of the present image."""
+        answer = self._dispatcher.visibility
+        fresh = answer is not None and answer.is_of(self._state.inputs)
+        for item in (self._curve, *self._labels):
+            item.setOpacity(1.0 if fresh else STALE)
 
     def _new_label(self) -> Any:
         label = pg.TextItem(anchor=(0.5, 1.0))

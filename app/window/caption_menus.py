@@ -60,7 +60,7 @@ class CaptionMenus(QObject):
         menu.addSeparator()
         menu.addMenu(up_axes)
         others = add_action(menu, "Others in this file…", self._opening.ask_for_content)
-        facts = add_action(menu, "Facts…", self._opening.show_properties)
+        facts = add_action(menu, "Properties…", self._opening.show_properties)
 
         def enable() -> None:
             opened = self._workspace.opened

@@ -14,6 +14,7 @@ from app.window.compact_dialog import CompactChoice, CompactDialog
 from app.window.file_dialogs import FileDialogs
 from app.window.save_progress import SaveProgress
 from model.evaluation.compact_saving import CompactOrder, CompactResult
+from model.scene.axes import DEFAULT_UP
 from model.volume_files.compact import SUFFIX
 
 COMPACT_FILTER = f"Compact volumes (*{SUFFIX})"
@@ -87,11 +88,18 @@ class CompactSaving(QObject):
         self._place = place
         what = f"Compressing {opened.volume.name} …"
         self.progress = SaveProgress(TITLE, what, STEPS, self.cancel, self._parent)
+        volume = opened.volume.linear
+        # The usual axis may stand there because nobody has said anything.
+        up = "" if state.up_axis == DEFAULT_UP else state.up_axis
         order = CompactOrder(
-            place, choice.megabytes, choice.error, state.transfer_function, state.view
+            place,
+            choice.megabytes,
+            choice.error,
+            state.transfer_function,
+            state.view,
+            up,
         )
         # All of its values, over their own range: the TF has the range that is shown.
-        volume = opened.volume.linear
         self.work.start(volume.over(volume.data_range), order)
 
     def cancel(self) -> None:

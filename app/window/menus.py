@@ -103,7 +103,7 @@ class Menus(QObject):
         opening, workspace = self._parts.opening, self._parts.workspace
         others = add_action(menu, "Other &volumes in this file…", opening.ask_for_content)
         compact = add_action(menu, "Save compact v&olume…", self._parts.compact.save)
-        about = add_action(menu, "Volume p&roperties…", opening.show_properties, "Ctrl+I")
+        about = add_action(menu, "P&roperties…", opening.show_properties, "Ctrl+I")
 
         def enable() -> None:
             opened = workspace.opened

@@ -28,6 +28,8 @@ class CompactOrder:
         Largest mean RMSE of images.
     tf, view
         To show the volume through and from at first; None leaves them to who opens it.
+    up : str
+        Axis that points up; empty for what the volume says.
     images : int
         Random views and TFs that the error is measured over.
 
@@ -42,6 +44,7 @@ class CompactOrder:
     error: float | None = None
     tf: TransferFunction | None = None
     view: View | None = None
+    up: str = ""
     images: int = IMAGES
 
     def __post_init__(self) -> None:
@@ -122,7 +125,7 @@ def save_compact(
             lambda done: on_progress("measuring the error", done),
         )
     try:
-        write_compact(order.out, volume, coded, error, order.tf, order.view)
+        write_compact(order.out, volume, coded, error, order.tf, order.view, order.up)
         size = order.out.stat().st_size
     except OSError as failure:
         raise VolumeError(

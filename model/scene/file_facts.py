@@ -60,6 +60,8 @@ class FileFacts:
         The one to show the volume through at first, over the range to show it over.
     view : View or None
         The one to see it from at first.
+    up : str
+        Axis of the volume that points up, where the file says it other than by its space.
     is_lossy : bool
         Whether the voxels are a compressed copy's, near to what they were.
     """
@@ -71,4 +73,5 @@ class FileFacts:
     contents: tuple[Content, ...] = ()
     tf: TransferFunction | None = None
     view: View | None = None
+    up: str = ""
     is_lossy: bool = False

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from model.errors import TransferFunctionError, ViewError, first_line
 from model.files import writing
 from model.json_files import MalformedError, build, parse_json
+from model.scene.axes import AXES
 from model.scene.file_facts import FileFacts
 from model.scene.transfer_function import TransferFunction
 from model.scene.view import View
@@ -111,6 +112,7 @@ class _Head:
     original: Provenance
     tf: dict[str, Any] | None = None
     view: View | None = None
+    up: str = ""
 
 
 def write_compact(
@@ -120,6 +122,7 @@ def write_compact(
     error: ImageError | None = None,
     tf: TransferFunction | None = None,
     view: View | None = None,
+    up: str = "",
 ) -> None:
     """Write a volume in compact form.
 
@@ -134,6 +137,8 @@ def write_compact(
         What was measured of them; None where nothing is lost.
     tf, view
         To show the volume through and from at first; None leaves them to who opens it.
+    up : str
+        Axis that points up, such as "+z", where the volume does not say it.
 
     Raises
     ------
@@ -164,6 +169,7 @@ def write_compact(
         Provenance(volume.name, volume.file.format, voxels.nbytes, volume.fingerprint, error),
         None if tf is None else tf.to_json(),
         view,
+        up or volume.up,
     )
     with writing(path) as file, zipfile.ZipFile(file, "w", zipfile.ZIP_STORED) as archive:
         archive.writestr(HEAD, json.dumps(asdict(head), indent=1))
@@ -218,6 +224,7 @@ def read_compact(path: Path, choice: Choice = LARGEST) -> Grid:
             head.space,
             tf=tf,
             view=head.view,
+            up=head.up,
             is_lossy=not coded.is_exact,
         ),
     )
@@ -238,7 +245,8 @@ def _read_head(path: Path, archive: zipfile.ZipFile) -> _Head:
         raise damaged(path, f"its '{HEAD}' is malformed: {first_line(error)}") from None
     count = int(np.prod(head.dimensions, dtype=object))
     in_type = dtype.kind in "iuf" and _holds(dtype, head.ends.values)
-    if not in_type or not all(0 <= place < count for place in head.ends.places):
+    in_grid = all(0 <= place < count for place in head.ends.places)
+    if not (in_type and in_grid) or head.up not in ("", *AXES):
         raise damaged(path, f"its '{HEAD}' contradicts itself")
     return head
 

@@ -65,7 +65,7 @@ def make_volume(path: Path, grid: Grid, component: Component | None) -> Volume:
             readable_name(path),
             grid.units,
             grid.notes + notes,
-            axis_labelled("S", grid.axis_labels),
+            grid.facts.up or axis_labelled("S", grid.axis_labels),
             grid.axis_labels,
             file=grid.facts,
             missing=grid.missing,

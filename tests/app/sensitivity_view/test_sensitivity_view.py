@@ -473,10 +473,12 @@ def test_a_field_is_never_over_another_image(
         assert old is not None
         assert cover == to_qimage(overlay(old, shown, scale_of(shown), "signed").astype("f4"))
     assert window.sensitivity.responses.is_marked_stale
+    assert window.sensitivity.visible.is_marked_stale
     for _ in range(40):
         analyst.gate.release()
     qtbot.waitUntil(lambda: window.workspace.sensitivity.fields["exact"].is_of(window.state.inputs))
     qtbot.waitUntil(lambda: not window.sensitivity.responses.is_marked_stale)
+    qtbot.waitUntil(lambda: not window.sensitivity.visible.is_marked_stale)
     analyst.gate = None
 
 

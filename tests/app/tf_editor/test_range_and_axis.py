@@ -145,6 +145,25 @@ def test_the_menu_sets_the_range(editor: TransferFunctionEditor, state: ViewerSt
     assert state.undo_stack.count() == 3
 
 
+def test_return_closes_the_typed_range_or_goes_to_what_is_refused(
+    qtbot: QtBot, editor: TransferFunctionEditor, state: ViewerState
+) -> None:
+    editor.menu.type_range()
+    popup = editor.menu.popup
+    qtbot.waitUntil(popup.low.hasFocus)
+    QTest.keyClicks(popup.low, "9999")
+    QTest.keyClick(popup.low, Qt.Key.Key_Tab)
+    popup.high.selectAll()
+    QTest.keyClicks(popup.high, "250")
+    QTest.keyClick(popup.high, Qt.Key.Key_Return)
+    qtbot.waitUntil(popup.low.hasFocus)
+    assert popup.isVisible() and popup.low.entry.reason
+    QTest.keyClicks(popup.low, "110")
+    QTest.keyClick(popup.low, Qt.Key.Key_Return)
+    qtbot.waitUntil(popup.isHidden)
+    assert state.scalar_range == (110.0, 250.0)
+
+
 def test_percentiles_agree_with_numpy() -> None:
     values = np.random.default_rng(3).normal(size=20000)
     counts, edges = np.histogram(values, bins=400)

@@ -116,7 +116,7 @@ def test_all_that_a_volume_has_comes_back(tmp_path: Path) -> None:
     for name in ("spacing", "origin", "units", "axis_labels"):
         assert getattr(copy, name) == getattr(volume, name)
     assert copy.file.is_lossy
-    facts = replace(copy.file, format="DICOM", is_lossy=False)
+    facts = replace(copy.file, format="DICOM", is_lossy=False, up="")
     assert facts == volume.file and copy.up == "+z"
     assert copy.notes[1] == "It was sheared." and copy.data_range == volume.data_range
     assert "of head: " in copy.notes[0] and "image error 0.004, largest 0.011" in copy.notes[0]
@@ -127,11 +127,11 @@ def test_it_is_shown_at_first_as_it_was_saved(tmp_path: Path) -> None:
     volume = Volume(voxels).over((20.0, 200.0))
     tf, view = default_transfer_function(volume), View(10.0, 20.0, 5.0, 0.7)
     path = tmp_path / "a.tfvolume"
-    write_compact(path, volume, encode_voxels(voxels, voxels.size), tf=tf, view=view)
+    write_compact(path, volume, encode_voxels(voxels, voxels.size), tf=tf, view=view, up="-y")
     copy = read_volume(path)
     shown, first = first_picture(copy)
     assert shown.scalar_range == (20.0, 200.0) and first == tf
-    assert copy.file.view == view
+    assert copy.file.view == view and copy.up == "-y"
 
 
 def test_what_would_leave_nothing_is_refused() -> None:
@@ -175,6 +175,7 @@ def with_head(**changes: Any) -> Any:
         (with_head(ends={"values": [0, 200], "places": [0, 1 << 40]}), "contradicts itself"),
         (with_head(tf={"tfscope_tf": "x"}), "TF is malformed"),
         (with_head(view={"azimuth": 1, "elevation": 900, "roll": 0, "distance": 1}), "malformed"),
+        (with_head(up="north"), "contradicts itself"),
         (with_head(tfscope_volume=9), "update tfscope"),
     ],
 )
