@@ -17,6 +17,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.controls import ElidedLabel, text_button
+from app.glosses import explain, gloss
 from app.icons import IconButton
 from app.sensitivity_view.add_button import AddButton
 from app.sensitivity_view.edit_actions import EditActions, Emphasis
@@ -118,6 +119,8 @@ class FindingsPanel(QFrame):
         self.height_box.setAccessibleName("Opacity of the edits")
         self.height_box.show_value(sensitivity.choices.height)
         self.height_box.setToolTip("Opacity of the modes whose effect is listed")
+        self._edits_title = ""
+        explain(self.edits_heading)
         self.result = QLabel()
         self.result.setWordWrap(True)
         self.result.setProperty("role", "dim")
@@ -154,7 +157,8 @@ class FindingsPanel(QFrame):
         target = self._edits_line if is_low else self._foot
         if target.indexOf(self._what_if.button) < 0:
             target.insertWidget(1 if is_low else 0, self._what_if.button)
-        self.edits_heading.setText("Edits" if is_low else "Edits that show most")
+        self._edits_title = "Edits" if is_low else "Edits that show most"
+        self.refresh()
         self._show_open()
 
     def leaveEvent(self, event: QEvent) -> None:
@@ -189,6 +193,10 @@ class FindingsPanel(QFrame):
                 effects.append(self._show_edit(index))
         self._note(self.edits_note, not self._layer.intervals, self._no_edit_text(fresh))
         self._layer.say_effects(effects)
+        has_mixed = any("mixed" in name for _, name in effects)
+        self.edits_heading.setText(
+            f"{self._edits_title} · {gloss('Mixed')}" if has_mixed else self._edits_title
+        )
         self._what_if.enable()
 
     def _note(self, label: QLabel, is_needed: bool, text: str) -> None:

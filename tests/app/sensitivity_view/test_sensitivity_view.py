@@ -863,6 +863,7 @@ def test_the_best_edit_is_the_one_that_changes_most_in_truth(
     # Where brighter and darker pixels cancel, that is not all.
     assert findings.edit_rows[1].text.endswith("+.2   mixed")
     assert "by .9 (±)" in findings.edit_rows[1].toolTip()
+    assert without_links(findings.edits_heading.text()).endswith("· mixed")
 
 
 def test_changes_are_measured_in_the_brightness_that_is_shown(
