@@ -12,6 +12,9 @@ SHARE = 0.8
 LARGEST, LEAST = QSize(1440, 900), QSize(1000, 640)
 """Size at which it opens at most, and at which everything in it can be used."""
 
+FRAME = 32
+"""Height that the system's title bar takes of a free area, about; it is not the window's."""
+
 LEAST_SEEN = 80
 """Pixels of the window's upper edge that have to be on a screen, so that it can be moved."""
 
@@ -25,7 +28,8 @@ def first_size(free: QSize) -> QSize:
         Of the screen, without bars of the system.
     """
     part = QSize(round(SHARE * free.width()), round(SHARE * free.height()))
-    return part.boundedTo(LARGEST).expandedTo(LEAST).boundedTo(free)
+    inside = QSize(free.width(), free.height() - FRAME)
+    return part.boundedTo(LARGEST).expandedTo(LEAST).boundedTo(inside)
 
 
 def fitting_place(window: QRect, screens: Sequence[QRect], here: QRect) -> QRect:
