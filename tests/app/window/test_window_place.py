@@ -11,7 +11,8 @@ LAPTOP, SECOND = QRect(0, 25, 1366, 743), QRect(1366, 0, 1920, 1080)
 @pytest.mark.parametrize(
     ("free", "size"),
     [
-        # Logical pixels, without the title bar: 1366 x 768 at 125 %, 1920 x 1080 at 150 and 200 %, 1280 x 720, large ones.
+        # Logical pixels, the title bar aside: 1366 x 768 at 125 %, 1920 x 1080 at 150
+        # and 200 %, 1280 x 720, large ones.
         ((1093, 590), (1000, 558)),
         ((1280, 690), (1024, 640)),
         ((960, 510), (960, 478)),
