@@ -85,7 +85,7 @@ class Library:
         self._preferences = preferences
 
     def models_of(self, fingerprint: str) -> list[KnownModel]:
-        """Return the models of a volume: the user's, the one opened last first; then shipped ones.
+        """Return the models of a volume: the one opened last, the user's, then shipped ones.
 
         Of the shipped ones those of :data:`model.generator.catalog.START_ARCHITECTURE` come first,
         and of these that of direct light: it shows most. Models that are gone, or are of another
@@ -96,7 +96,8 @@ class Library:
         folders = [*(f for f in own if f not in shipped), *shipped]
         cards = [(folder, card) for folder in folders if (card := _card(folder)) is not None]
         ours = [(f, card) for f, card in cards if card.scene.volume_fingerprint == fingerprint]
-        ours.sort(key=lambda one: _rank(one[1]) if one[0] in shipped else (0, 0))
+        last = own[0] if own else None
+        ours.sort(key=lambda one: (one[0] != last, _rank(one[1]) if one[0] in shipped else (0, 0)))
         return [
             KnownModel(
                 folder,

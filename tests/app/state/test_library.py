@@ -146,7 +146,7 @@ def test_models_of_a_volume_are_the_newest_first(
     assert library.models_of(fingerprint(top=300.0)) == []
 
 
-def test_shipped_models_come_last_and_once(
+def test_shipped_models_come_last_and_once_but_for_the_one_opened_last(
     library: Library, preferences: Preferences, tmp_path: Path
 ) -> None:
     scene = library.check_model(shipped_models()[0]).scene
@@ -159,11 +159,15 @@ def test_shipped_models_come_last_and_once(
     assert [m.folder for m in library.models_of(scene.volume_fingerprint)] == same
     copy = tmp_path / "copy"
     shutil.copytree(same[0], copy)
-    for folder in (copy, same[0]):
+    for folder in (same[-1], copy):
         preferences.note_model(folder, scene.volume_fingerprint)
     models = library.models_of(scene.volume_fingerprint)
     assert [m.folder for m in models] == [copy, *same]
     assert [m.is_shipped for m in models] == [False, *(True for _ in same)]
+    # Who closes the window with a shipped one finds that again.
+    preferences.note_model(same[-1], scene.volume_fingerprint)
+    models = library.models_of(scene.volume_fingerprint)
+    assert [m.folder for m in models] == [same[-1], copy, *same[:-1]]
 
 
 def same_volume(library: Library, folder: Path, scene: Scene) -> bool:
