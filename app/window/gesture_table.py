@@ -49,7 +49,9 @@ GESTURES: dict[str, tuple[Gesture, ...]] = {
     ),
     "Regions": (
         Gesture(
-            "Drag its edge or corner", "move or resize it", ("Drag", "edge: move, corner: resize")
+            "Drag its edge or corner",
+            "move or resize it",
+            ("Drag", "edge: move, corner: resize, beside it: turn"),
         ),
         Gesture("Shift and Delete", "remove it", ("Shift Del", "remove")),
         Gesture("Escape", "return to the whole image", ("Esc", "whole image")),
