@@ -108,13 +108,20 @@ class LatentBrowser(QWidget):
         """Set the unit of the scalar values; may be empty."""
         self._units = units
 
+    def escape(self) -> bool:
+        """End a search, a path or the map's computation, else the browsing; False without any."""
+        if not self._latent.choices.shown:
+            return False
+        if self._is_running:
+            self._stop()
+        else:
+            self._latent.choose(shown=False)
+        return True
+
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """End a search, a path or the map's computation by Escape, else the browsing."""
+        """End by Escape what :meth:`escape` ends; lasso by L, the whole map by Home."""
         if event.key() == Qt.Key.Key_Escape:
-            if self._is_running:
-                self._stop()
-            else:
-                self._latent.choose(shown=False)
+            self.escape()
         elif event.key() == Qt.Key.Key_L and not event.modifiers():
             self.bar.lasso.click()
         elif event.key() == Qt.Key.Key_Home:

@@ -16,6 +16,9 @@ from model.sensitivity.global_scale import global_color_bar
 
 BAR, HEIGHT, MARGIN = QSize(140, 10), 24, 8
 
+BACKING = 190
+"""Opacity of what lies behind the text, of 255."""
+
 ROOM = 60
 """Height of the lines above a painted bar, at most, in pixels."""
 
@@ -157,9 +160,16 @@ def paint_bar(
     painter.setPen(QPen(QColor(theme.ON_IMAGE.dim), 1))
     painter.setBrush(Qt.BrushStyle.NoBrush)
     painter.drawRect(QRectF(x, y, BAR.width(), BAR.height()))
-    painter.setPen(QColor(theme.ON_IMAGE.text))
     flags = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignBottom | Qt.TextFlag.TextWordWrap
-    painter.drawText(QRectF(x, y - 4 - ROOM, right - MARGIN - x, ROOM), flags, text)
+    room = QRectF(x, y - 4 - ROOM, right - MARGIN - x, ROOM)
+    # Images may be bright there.
+    ground = QColor(theme.ON_IMAGE.field)
+    ground.setAlpha(BACKING)
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(ground)
+    painter.drawRoundedRect(painter.boundingRect(room, flags, text).adjusted(-4, -2, 4, 2), 3, 3)
+    painter.setPen(QColor(theme.ON_IMAGE.text))
+    painter.drawText(room, flags, text)
 
 
 def _shades(measure: Shown, is_global: bool) -> QImage:

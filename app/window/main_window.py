@@ -326,7 +326,8 @@ class MainWindow(QMainWindow):
         if self.crop_card.is_shown:
             self.crop_card.set_shown(False)
             return True
-        return self.notice.dismiss_newest()
+        # Wherever the focus is: the status line names the key for what is under the mouse.
+        return self.browser.escape() or self.notice.dismiss_newest()
 
     def event(self, event: QEvent) -> bool:
         """Show the keys of what is under the mouse, which Qt tells as its status tip."""

@@ -411,7 +411,9 @@ def test_a_path_is_cancelled(qtbot: QtBot, window: MainWindow) -> None:
     window.latent_state.name_place((0.5, 0.4), tf)
     window.browser.bar.playRequested.emit()
     assert work.path.is_running
-    QTest.keyClick(window.browser, Qt.Key.Key_Escape)
+    # Wherever the focus is.
+    window.top_bar.browse.setFocus()
+    QTest.keyClick(window.top_bar.browse, Qt.Key.Key_Escape)
     assert not work.path.is_running
 
 
