@@ -85,6 +85,7 @@ class BandLayer(QObject):
         self._state = state
         self._sensitivity = sensitivity
         self._visible = visible
+        self._asks_edit = False
         self._rect = QGraphicsRectItem()
         self._rect.setZValue(50)
         self._rect.setAcceptedMouseButtons(Qt.MouseButton.NoButton)
@@ -105,6 +106,12 @@ class BandLayer(QObject):
         """What the tag says; empty without a band."""
         return "" if self.tag.isHidden() else self.tag.text.text()
 
+    def ask_edit(self, asks: bool) -> None:
+        """Say that an edit at the band is asked for, as by What if, whatever the mouse asks."""
+        if asks != self._asks_edit:
+            self._asks_edit = asks
+            self.refresh()
+
     def refresh(self) -> None:
         """Draw the present band, or none."""
         band, choices = self._sensitivity.band, self._sensitivity.choices
@@ -119,7 +126,7 @@ class BandLayer(QObject):
         inside = np.flatnonzero(edit >= edit.max() / 2)
         values = np.linspace(*scalar_range, len(edit))[inside[[0, -1]]]
         left, right = self._area.axis.places(values).clip(0.0, 1.0).tolist()
-        color = QColor(theme.CHANGE if band.effect else theme.VISIBLE)
+        color = QColor(theme.CHANGE if band.effect or self._asks_edit else theme.VISIBLE)
         self._rect.setPen(pg.mkPen(color, width=1))
         color.setAlpha(50)
         self._rect.setBrush(color)
@@ -131,13 +138,14 @@ class BandLayer(QObject):
         assert band is not None
         one, other = (value_text(v, scalar_range, self._state.scale) for v in band.values)
         text = one if one == other else f"{one} to {other}"
-        if band.effect:
+        asks_edit = band.effect or self._asks_edit
+        if asks_edit:
             text = f"edit at {text}"
         else:
             width = self._sensitivity.choices.width
             share = self._visible.share_of(band.values, scalar_range, width)
             text += "" if share is None else f" visible {100 * share:.0f} %"
-        color = theme.CHANGE if band.effect else theme.VISIBLE
+        color = theme.CHANGE if asks_edit else theme.VISIBLE
         self.tag.show_band(text, color, band.pinned and not self._sensitivity.dragging)
         plot, width = self._area.rect, self.tag.width()
         left = self._area.pixel(self._area.opacity, place, 0.0).x() - width // 2

@@ -122,6 +122,10 @@ class SensitivityView(QObject):
             cover.changed.connect(self._show_one_bar)
         self.what_if.shown.connect(self._show_what_if)
         self.what_if.ended.connect(self._end_what_if)
+        self.what_if.ended.connect(lambda: self.band.ask_edit(False))
+        self.what_if.resultChanged.connect(
+            lambda _said: self.band.ask_edit(self.what_if.button.isChecked())
+        )
 
     def show_table(self) -> ResponsesTable:
         """List the curve's numbers."""

@@ -138,7 +138,7 @@ def figure(
     background: Background | None = look.background
     if which == "difference":
         background = (0, 0, 0)
-        paint_difference_bar(painter, rects[-1], largest, background)
+        paint_difference_bar(painter, rects[-1], largest, compared.width(), background)
     elif look.legend:
         paint_legend(
             painter, rects[-1], inputs.transfer_function, subject.units, background=background

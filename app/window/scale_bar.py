@@ -49,9 +49,17 @@ def paint_scale_bar(
 
 
 def paint_difference_bar(
-    painter: QPainter, rect: QRect, largest: float, background: Background | None = (0, 0, 0)
+    painter: QPainter,
+    rect: QRect,
+    largest: float,
+    pixels: int,
+    background: Background | None = (0, 0, 0),
 ) -> None:
-    """Paint the colours of a difference at the lower right of an image, from 0 to the largest."""
+    """Paint the colours of a difference at the lower right of an image, from 0 to the largest.
+
+    It says how many pixels along a side were compared: on the screen the generator's fewer ones
+    are compared with those of a finer image, which lie beside them.
+    """
     text = text_size(rect)
     if not text:
         return
@@ -68,7 +76,7 @@ def paint_difference_bar(
     outline.addRect(bar)
     pens.stroke(outline)
     painter.drawImage(bar, strip)
-    title, last = "difference of the colours", f"{largest:.2g}"
+    title, last = f"difference of {pixels} × {pixels} pixels", f"{largest:.2g}"
     pens.write(
         QPointF(bar.right() - metrics.horizontalAdvance(title), bar.top() - 0.5 * text), title
     )

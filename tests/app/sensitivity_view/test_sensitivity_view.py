@@ -286,7 +286,10 @@ def test_in_what_if_an_edit_at_the_value_under_the_mouse_is_rendered(
     QTest.keyPress(window, Qt.Key.Key_W)
     qtbot.waitUntil(lambda: "difference of pixel values" in window.sensitivity.exact.caption)
     assert "140" in what_if.result
+    band = window.sensitivity.band
+    assert band.text.startswith("edit at 140")
     QTest.keyRelease(window, Qt.Key.Key_W)
+    assert not band.text.startswith("edit")
     qtbot.waitUntil(lambda: "part of a pixel" in window.sensitivity.learned.caption)
 
 
