@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from PySide6.QtCore import QBuffer, QIODevice, QSize, Qt
 from PySide6.QtGui import (
@@ -199,3 +200,10 @@ def action_button(action: Action, before: Callable[[], object]) -> QPushButton:
 
     button.clicked.connect(act)
     return button
+
+
+def order_focus(widgets: Sequence[QWidget]) -> None:
+    """Let Tab go from each widget to the next; those of another window are left out."""
+    inside = [widget for widget in widgets if widget.window() is widgets[0].window()]
+    for one, other in pairwise(inside):
+        QWidget.setTabOrder(one, other)

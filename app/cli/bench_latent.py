@@ -54,7 +54,7 @@ def bench_latent(
         volumes = [window_volume(None, model)]
     for path in volumes or shipped_volumes():
         volume = read_volume(path)
-        console.print(f"\n[bold]{volume.name}[/bold] {volume.dimensions}")
+        console.print(f"\n{volume.name} {volume.dimensions}")
         with console.status("Drawing maps, grids and searches"):
             found = _measure(volume, size, view, with_tsne, seed, model)
         _tell(*found)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -11,6 +10,7 @@ from PySide6.QtCore import QObject
 from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtWidgets import QWidget
 
+from app.controls import order_focus
 from app.image_view.engine_pane import EnginePane
 from app.sensitivity_view.band_layer import BandLayer
 from app.sensitivity_view.chip_bar import ChipBar
@@ -147,8 +147,7 @@ class SensitivityView(QObject):
             findings.rename, findings.close_button, *(each for row in rows for each in row),
             findings.height_box, *findings.adds, self.what_if.button, self.source,
         ]  # fmt: skip
-        for one, other in pairwise(order):
-            QWidget.setTabOrder(one, other)
+        order_focus(order)
 
     def _fold(self) -> None:
         editor = self._editor

@@ -6,7 +6,6 @@ The module is long because it puts all parts of the window together, and compute
 from __future__ import annotations
 
 from functools import partial
-from itertools import pairwise
 from pathlib import Path
 
 from PySide6.QtCore import QEvent, QObject, QSize, Qt
@@ -20,6 +19,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QMainWindow, QMessageBox, QVBoxLayout, QWidget
 
+from app.controls import order_focus
 from app.engines.client import EngineClient
 from app.engines.engines import FASTEST, REAL_BUILDERS, Builders, GeneratorSettings
 from app.image_view.crop_handles import CropHandles
@@ -428,8 +428,7 @@ class MainWindow(QMainWindow):
         chain: list[QWidget] = [self.top_bar.save, tools.rectangle, tools.lasso, tools.crop]
         for pane in images:
             chain += [pane.canvas, pane.caption]
-        for before, after in pairwise(chain):
-            self.setTabOrder(before, after)
+        order_focus(chain)
         self.notice.come_after(chain[-1])
 
     def _focus_areas(self) -> list[QWidget]:

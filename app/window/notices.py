@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import partial
-from itertools import pairwise
 from typing import Literal
 
 from PySide6.QtCore import QSize, Qt
@@ -11,7 +10,7 @@ from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QApplication, QFrame, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from app import theme
-from app.controls import Action, action_button, announce
+from app.controls import Action, action_button, announce, order_focus
 from app.icons import IconButton
 
 WIDTH = 480
@@ -97,8 +96,7 @@ class Notices(QWidget):
             line.row.addWidget(button)
         if self._before is not None:
             # Else Tab would reach them after all the rest of the window.
-            for one, other in pairwise([self._before, *buttons]):
-                QWidget.setTabOrder(one, other)
+            order_focus([self._before, *buttons])
         for old in self._lines[MOST_KEPT:]:
             self._remove(old)
         self._show()
