@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 import zlib
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +14,6 @@ from model.errors import VolumeError
 
 Method = Literal["deflate", "sperr"]
 """Differences along x, their bytes apart, by DEFLATE; or a wavelet code cut off at a length."""
-
-METHODS: tuple[Method, ...] = get_args(Method)
 
 CHUNK, LEAST_CHUNK = 256, 32
 """Largest and least edge, in voxels, of the blocks that are coded by themselves; two of them along
