@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QObject, Signal
 
 from app import theme
 from app.image_view.engine_pane import EnginePane
@@ -27,6 +27,9 @@ class Preview(QObject):
     area : PlotArea
         The TF editor's plots.
     """
+
+    tfChanged = Signal(object)
+    """Emitted with the opacity TF of what is shown instead of the image, or None for none."""
 
     def __init__(self, pane: EnginePane, area: PlotArea) -> None:
         super().__init__(pane)
@@ -56,6 +59,7 @@ class Preview(QObject):
         if tf is not None:
             self._area.draw(self._curve, tf.sample(), tf.scalar_range, are_opacities=True)
         self._curve.setVisible(tf is not None)
+        self.tfChanged.emit(tf)
 
     def set_facts(self, facts: str) -> None:
         """Set what there is to know of the map and its pictures, for the caption's tooltip."""

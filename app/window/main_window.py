@@ -181,6 +181,7 @@ class MainWindow(QMainWindow):
         self.pictures = PictureSaving(self, self.state, self.files, shown)
         self.movies = MovieSaving(self, self.state, self.files, shown, self.workspace.latent.path)
         self.browser.movieRequested.connect(self.movies.save_path)
+        self.browser.preview.tfChanged.connect(self.overlays.preview)
         self.compact = CompactSaving(self, self.state, self.workspace, self.files)
         self._question = UpAxisQuestion(
             self.up_axis_card,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 
 from PySide6.QtCore import QObject, QRect, Signal
@@ -18,6 +19,7 @@ from app.state.viewer_state import ViewerState
 from app.window.figure import Subject
 from app.window.legend import paint_legend
 from app.window.scale_bar import paint_scale_bar
+from model.scene.transfer_function import OpacityTF, TransferFunction
 
 
 class Overlays(QObject):
@@ -52,6 +54,7 @@ class Overlays(QObject):
         self._decoded = decoded
         self._preferences = preferences
         self.subject = Subject()
+        self._previewed: OpacityTF | None = None
         self._cubes = [OrientationCube(state, canvas) for canvas in canvases]
         self._right = canvases[-1]
         self.insets = [OpacityInset(pane) for pane in panes]
@@ -70,6 +73,17 @@ class Overlays(QObject):
     def has_legend(self) -> bool:
         """Whether the colour legend is shown."""
         return bool(self._preferences.value("legend"))
+
+    @property
+    def legend_tf(self) -> TransferFunction:
+        """The TF of the legend: that of the image, or of the picture that covers it."""
+        tf = self._state.transfer_function
+        return tf if self._previewed is None else replace(tf, opacity=self._previewed)
+
+    def preview(self, opacity: OpacityTF | None) -> None:
+        """Have the legend of a picture of another opacity TF; None for the image's again."""
+        self._previewed = opacity
+        self._right.update()
 
     @property
     def has_scale_bar(self) -> bool:
@@ -136,6 +150,6 @@ class Overlays(QObject):
     def _paint(self, canvas: ImageCanvas, painter: QPainter, _square: QRect) -> None:
         rect, state, subject = canvas.picture_rect, self._state, self.subject
         if self.has_legend and canvas is self._right:
-            paint_legend(painter, rect, state.transfer_function, subject.units)
+            paint_legend(painter, rect, self.legend_tf, subject.units)
         if self.has_scale_bar and subject.scale is not None:
             paint_scale_bar(painter, rect, subject.scale.bar(state.view, state.crop))

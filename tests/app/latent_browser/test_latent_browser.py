@@ -166,12 +166,15 @@ def test_hovering_shows_picture_and_tf(
     assert request.inputs.view == window.state.view
     assert window.browser.preview.is_shown
     assert str(samples) in window.browser.preview.caption
+    # The legend is that of the picture.
+    assert window.overlays.legend_tf.opacity == expected
     # At rest it is drawn once more, at full size.
     qtbot.waitUntil(lambda: not pictures.hover.image.shape[0] < 256 if pictures.hover else False)
     # Undo shows its own picture, not that of the place under the mouse.
     window.state.undo()
     assert window.latent_state.hover is None
     assert not window.browser.preview.is_shown
+    assert window.overlays.legend_tf == window.state.transfer_function
     assert window.state.undo_stack.count() == 0
 
 
