@@ -149,6 +149,10 @@ class IconButton(QToolButton):
         else:
             self.setFixedWidth(BUTTON)
 
+    def minimumSizeHint(self) -> QSize:
+        """Return the room of the icon, of which a style that adds some for an arrow takes none."""
+        return super().minimumSizeHint().boundedTo(self.maximumSize())
+
     def changeEvent(self, event: QEvent) -> None:
         """Draw the icon anew in another theme."""
         if event.type() == QEvent.Type.PaletteChange and self._colors is None:
