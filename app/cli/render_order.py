@@ -1,4 +1,4 @@
-"""What ``render`` is asked for, and what draws it."""
+"""The order of ``render``: images asked for, and the renderer that draws them."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class RenderOrder:
 
 @dataclass(frozen=True, eq=False)
 class Drawer:
-    """What draws images, and what they show.
+    """A renderer with what its images show.
 
     Attributes
     ----------

@@ -123,7 +123,7 @@ class EnginePane(QWidget):
 
     @property
     def note(self) -> str:
-        """How far the image is from the truth; empty if that is not known."""
+        """Distance of the image from the truth, in words; empty if that is not known."""
         return self._note
 
     def set_light(self, text: str) -> None:
@@ -148,7 +148,7 @@ class EnginePane(QWidget):
 
     @property
     def status(self) -> str:
-        """What the caption says beside the title."""
+        """The caption's text beside the title."""
         return self.caption.detail
 
     @property

@@ -46,7 +46,7 @@ class Preview(QObject):
 
     @property
     def caption(self) -> str:
-        """What is said of the picture; empty without one."""
+        """The picture's caption; empty without one."""
         return self._caption
 
     @property

@@ -103,7 +103,7 @@ class BandLayer(QObject):
 
     @property
     def text(self) -> str:
-        """What the tag says; empty without a band."""
+        """The tag's text; empty without a band."""
         return "" if self.tag.isHidden() else self.tag.text.text()
 
     def ask_edit(self, asks: bool) -> None:
@@ -153,7 +153,7 @@ class BandLayer(QObject):
         self.tag.move(left, self._free_height(left))
 
     def _free_height(self, left: int) -> int:
-        """Where the tag covers neither flags nor the card, from the top of the plot on."""
+        """Height, from the plot's top on, at which the tag covers neither flags nor the card."""
         plot, size = self._area.rect, self.tag.size()
         others = [
             child.geometry()

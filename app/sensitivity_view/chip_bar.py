@@ -1,4 +1,4 @@
-"""What is drawn over the TF, as chips: each says what a layer means, and shows or hides it."""
+"""Chips of what is drawn over the TF: each says what a layer means, and shows or hides it."""
 
 from __future__ import annotations
 

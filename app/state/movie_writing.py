@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
-from app.engines.background import BackgroundCall
+from app.state.latest_call import LatestCall
 from model.rendering.movie_file import write_movie
 
 Picture = NDArray[np.uint8]
@@ -33,25 +33,21 @@ class MovieWriting(QObject):
 
     def __init__(self, name: str, parent: QObject) -> None:
         super().__init__(parent)
-        self._name = name
-        self._call: BackgroundCall | None = None
+        self._call = LatestCall(name, self)
+        self._call.done.connect(self.done)
+        self._call.failed.connect(self.failed)
         self._pictures: SimpleQueue[Picture | _End] = SimpleQueue()
 
     @property
     def is_running(self) -> bool:
         """True from the start of a movie until it is there, or given up."""
-        return self._call is not None
+        return self._call.is_running
 
     def start(self, path: Path, rate: float) -> None:
         """Begin a movie of so many pictures a second; none must be under way."""
-        assert self._call is None
+        assert not self.is_running
         self._pictures = SimpleQueue()
-        write = partial(write_movie, path, _until_the_end(self._pictures), rate)
-        call = self._call = BackgroundCall(write, self._name, self)
-        call.done.connect(self.done)
-        call.failed.connect(self.failed)
-        call.finished.connect(partial(self._forget, call))
-        call.start()
+        self._call.ask(partial(write_movie, path, _until_the_end(self._pictures), rate))
 
     def add(self, picture: Picture) -> None:
         """Add the next picture, uint8 (H, W, 3)."""
@@ -63,19 +59,13 @@ class MovieWriting(QObject):
 
     def cancel(self) -> None:
         """Give the movie up."""
-        if self._call is not None:
-            self._call.abandon()
+        if self.is_running:
+            self._call.forget()
             self._pictures.put(_End(complete=False))
 
     def join(self) -> None:
         """Wait until the thread has ended, after :meth:`finish` or :meth:`cancel`."""
-        if self._call is not None:
-            self._call.join()
-
-    def _forget(self, call: BackgroundCall) -> None:
-        if self._call is call:
-            self._call = None
-        call.deleteLater()
+        self._call.join()
 
 
 class _End:

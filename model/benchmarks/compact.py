@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from model.evaluation.compact_error import image_error
+from model.evaluation.compact_error import TrueImages
 from model.scene.volume import Volume
 from model.volume_files import read_volume
 from model.volume_files.compact import write_compact
-from model.volume_files.voxel_code import encode_voxels
+from model.volume_files.voxel_code import Ends, encode_voxels
 
 SEARCHES = 12
 """Error bounds that are tried for a compressor that takes a bound, not a size."""
@@ -68,6 +68,7 @@ def compare_compressors(
     CompactRow
         For each size: the compact volume, then its rivals at nearly as many bytes.
     """
+    truth = TrueImages(volume)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "a.tfvolume"
         for rate in rates:
@@ -79,13 +80,13 @@ def compare_compressors(
             read = time.perf_counter()
             name = "without loss" if coded.is_exact else "compact volume"
             size = path.stat().st_size / volume.voxels.size
-            error = image_error(volume, copy, images)
+            error = truth.error_of(copy, images)
             yield CompactRow(name, size, error.rmse, error.largest, written - begun, read - written)
             for rival in _RIVALS if rivals else ():
-                yield _rival(volume, rival, size, images)
+                yield _rival(volume, truth, rival, size, images)
 
 
-def _rival(volume: Volume, name: str, rate: float, images: int) -> CompactRow:
+def _rival(volume: Volume, truth: TrueImages, name: str, rate: float, images: int) -> CompactRow:
     """Measure a rival at the loosest error bound that takes at most so many bytes a voxel."""
     encode, decode = _RIVALS[name]()
     voxels = volume.voxels
@@ -105,10 +106,8 @@ def _rival(volume: Volume, name: str, rate: float, images: int) -> CompactRow:
     values = np.rint(values) if voxels.dtype.kind != "f" else values
     values = values.astype(voxels.dtype)
     # As the compact volume has them, so that both are drawn over the same range.
-    flat = values.reshape(-1)
-    for place in (int(voxels.argmin()), int(voxels.argmax())):
-        flat[place] = voxels.reshape(-1)[place]
-    error = image_error(volume, replace(volume, voxels=values), images)
+    Ends.of(voxels, volume.missing).put_into(values)
+    error = truth.error_of(replace(volume, voxels=values), images)
     size = len(code) / voxels.size
     return CompactRow(name, size, error.rmse, error.largest, coded - begun, end - coded)
 

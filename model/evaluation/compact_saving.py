@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from model.errors import VolumeError, reason
-from model.evaluation.compact_error import IMAGES, encode_within, image_error, restored
+from model.evaluation.compact_error import IMAGES, TrueImages, encode_within, restored
 from model.scene.transfer_function import TransferFunction
 from model.scene.view import View
 from model.scene.volume import Volume
@@ -109,17 +109,17 @@ def save_compact(
         When the size is too small, the error is none, or the file cannot be written.
     """
     volume = volume.linear
+    truth = TrueImages(volume)
     if order.error is not None:
         coded = encode_within(
-            volume, order.error, lambda done: on_progress("looking for the size", done)
+            volume, order.error, truth, lambda done: on_progress("looking for the size", done)
         )
     else:
         assert order.megabytes is not None
         coded = encode_voxels(volume.voxels, int(1e6 * order.megabytes))
     error = None
     if not coded.is_exact:
-        error = image_error(
-            volume,
+        error = truth.error_of(
             restored(volume, coded),
             order.images,
             lambda done: on_progress("measuring the error", done),

@@ -81,6 +81,11 @@ class Ends:
         low, high = (float(flat[place]) for place in places)
         return cls((low, high), places)
 
+    def put_into(self, voxels: NDArray[Any]) -> None:
+        """Give the voxels at these places these values."""
+        for place, value in zip(self.places, self.values, strict=True):
+            voxels.flat[place] = value
+
 
 def encode_voxels(voxels: NDArray[Any], most_bytes: int) -> CodedVoxels:
     """Compress voxels to about so many bytes; without loss where that takes no more.
@@ -163,8 +168,7 @@ def decode_voxels(
     if dtype.kind != "f":
         np.rint(values, out=values)
     voxels = values.astype(dtype)
-    for place, value in zip(ends.places, ends.values, strict=True):
-        voxels.flat[place] = value
+    ends.put_into(voxels)
     return voxels
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from model.errors import VolumeError
-from model.evaluation.compact_error import image_error, restored
+from model.evaluation.compact_error import TrueImages, restored
 from model.evaluation.compact_saving import CompactOrder, save_compact
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.samples.sampling import draw_sample
@@ -29,7 +29,7 @@ def noisy() -> Volume:
 
 def test_the_error_is_that_of_the_images(noisy: Volume) -> None:
     copy = restored(noisy, encode_voxels(noisy.voxels, noisy.voxels.size // 10))
-    found = image_error(noisy, copy, 5)
+    found = TrueImages(noisy).error_of(copy, 5)
     scene = Scene.of(noisy, 128, renderer="raycast")
     expected = []
     for index in range(5):
@@ -50,7 +50,7 @@ def test_a_size_is_kept_and_measured(noisy: Volume, tmp_path: Path) -> None:
     result = save_compact(noisy, order, lambda what, done: told.append((what, done)))
     assert result.nbytes == path.stat().st_size < 0.004e6 + 3000
     copy = read_volume(path)
-    assert result.error == image_error(noisy, copy, 4)
+    assert result.error == TrueImages(noisy).error_of(copy, 4)
     assert result.sentence.endswith("over 4 random views and TFs.")
     assert told[-1] == ("measuring the error", 1.0)
 
