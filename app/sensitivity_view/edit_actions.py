@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -22,7 +22,7 @@ from model.scene.tf_emphasis import (
     raise_value,
 )
 from model.scene.transfer_function import TF_SAMPLES, OpacityTF
-from model.sensitivity.contributions import Contribution
+from model.sensitivity.contributions import Contribution, is_same_value
 
 Emphasis = Literal["raise", "lower", "isolate"]
 
@@ -54,6 +54,8 @@ class EditActions:
         self._dispatcher = dispatcher
         self._layer = layer
         self._shown_colors = shown_colors
+        self._steps: dict[tuple[Emphasis, OpacityTF], tuple[float, OpacityTF]] = {}
+        """What takes the step back that led to an opacity TF: at which value, and to which TF."""
 
     def add_mode(self, index: int, striking: bool = False) -> None:
         """Add a mode in an interval, if wanted in a colour that stands out."""
@@ -70,14 +72,20 @@ class EditActions:
             self._add((band.low + band.high) / 2, width, striking)
 
     def emphasize(self, found: Contribution, how: Emphasis) -> None:
-        """Raise or lower the opacity of values, or show them alone."""
-        functions: dict[Emphasis, Callable[[OpacityTF, float, float], OpacityTF]] = {
-            "raise": raise_value,
-            "lower": lower_value,
-            "isolate": partial(isolate_value, reach=found.reach),
-        }
-        tf = self._state.transfer_function
-        opacity = functions[how](tf.opacity, found.value, self._width)
+        """Raise or lower the opacity of values, or show them alone.
+
+        Raising and lowering are each other's inverse, as long as nothing else is changed.
+        """
+        tf, value, width = self._state.transfer_function, found.value, self._width
+        if how == "isolate":
+            opacity = isolate_value(tf.opacity, value, width, found.reach)
+        else:
+            step, back = (raise_value, "lower") if how == "raise" else (lower_value, "raise")
+            at, before = self._steps.get((how, tf.opacity), (math.inf, tf.opacity))
+            is_way_back = is_same_value(at, value, self._state.scalar_range)
+            opacity = before if is_way_back else step(tf.opacity, value, width)
+            if opacity != tf.opacity:
+                self._steps[back, opacity] = value, tf.opacity
         self._state.commit(replace(tf, opacity=opacity), f"{how} value")
 
     def _add(self, value: float, width: float, striking: bool) -> None:

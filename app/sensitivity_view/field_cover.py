@@ -151,10 +151,12 @@ class FieldCover(QObject):
             return (request.blocks, request.width) == (choices.blocks, choices.width)
         return band is not None and request.values == band.values  # type: ignore[attr-defined]
 
-    def show_what_if(self, answer: WhatIfAnswer | None) -> None:
-        """Show the difference that an edit makes, or the field again."""
-        self._what_if = answer
+    def show_what_if(self, answer: WhatIfAnswer | None, edit: str = "") -> None:
+        """Show the difference that an edit makes, and say which edit; or the field again."""
+        was_shown, self._what_if = self._what_if is not None, answer
         if answer is None:
+            if was_shown:
+                self._pane.name_cover("")
             self._uncover()
             self.refresh()
             return
@@ -162,8 +164,10 @@ class FieldCover(QObject):
         difference = np.asarray(what_if.difference.mean(axis=-1), dtype=np.float64)
         self._scale, self._is_of_all = scale_of(difference, LEAST_DIFFERENCE), False
         colored = overlay(what_if.image, difference, self._scale, "signed")
-        self._caption = f"{self._scale:.2g} (brighter): difference of pixel values by the edit"
+        self._caption = f"{self._scale:.2g} (brighter): difference of pixel values by {edit}"
         self._show(colored, "signed", "by the edit")
+        detail = f"{edit}: changes {short(what_if.rmse)}, {SOURCE_NAMES[answer.source]}"
+        self._pane.name_cover("What if", detail, self._caption)
 
     def _take_image(self, inputs: SceneInputs, image: NDArray[np.float32]) -> None:
         self._images[inputs] = image[..., :3]
@@ -176,8 +180,7 @@ class FieldCover(QObject):
         """Uncover a pane that has lost its image, or whose image is another engine's."""
         if self._pane.canvas.image is None or state is EngineState.LOADING:
             self._images.clear()
-            self._what_if = None
-            self._uncover()
+            self.show_what_if(None)
 
     def _uncover(self) -> None:
         was_shown, self._shown_as = self._shown_as, None

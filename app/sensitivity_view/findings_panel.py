@@ -103,9 +103,9 @@ class FindingsPanel(QFrame):
         self.raises, self.lowers, self.isolates = (
             [_row_button(text, width, tip) for _ in range(ROWS)]
             for text, width, tip in (
-                ("▲", 24, "Raise the opacity of these values"),
-                ("▼", 24, "Lower the opacity of these values"),
-                ("Only", 40, "Show these values alone"),
+                ("▲", 24, "Double the opacity of these values"),
+                ("▼", 24, "Halve the opacity of these values"),
+                ("Isolate", 52, "Show these values alone"),
             )
         )
         trios = zip(self.raises, self.lowers, self.isolates, strict=True)
@@ -157,7 +157,7 @@ class FindingsPanel(QFrame):
         target = self._edits_line if is_low else self._foot
         if target.indexOf(self._what_if.button) < 0:
             target.insertWidget(1 if is_low else 0, self._what_if.button)
-        self._edits_title = "Edits" if is_low else "Edits that show most"
+        self._edits_title = "Edits" if is_low else "Edits at the peaks"
         self.refresh()
         self._show_open()
 
@@ -183,7 +183,7 @@ class FindingsPanel(QFrame):
             row.setEnabled(fresh)
             if index < len(self.values.found):
                 self._show_value(index)
-        self._note(self.values_note, not self.values.found, self._no_value_text(fresh))
+        self._note(self.values_note, "" if self.values.found else self._no_value_text(fresh))
         fresh = self._dispatcher.is_fresh(self._dispatcher.region_answer)
         effects = []
         for index, row in enumerate(self.edit_rows):
@@ -191,7 +191,7 @@ class FindingsPanel(QFrame):
             row.setEnabled(fresh)
             if index < len(self._layer.intervals):
                 effects.append(self._show_edit(index))
-        self._note(self.edits_note, not self._layer.intervals, self._no_edit_text(fresh))
+        self._note(self.edits_note, self._edits_note(fresh))
         self._layer.say_effects(effects)
         has_mixed = any("mixed" in name for _, name in effects)
         self.edits_heading.setText(
@@ -199,23 +199,26 @@ class FindingsPanel(QFrame):
         )
         self._what_if.enable()
 
-    def _note(self, label: QLabel, is_needed: bool, text: str) -> None:
-        label.setText(text if is_needed else "")
-        label.setVisible(is_needed)
+    def _note(self, label: QLabel, text: str) -> None:
+        label.setText(text)
+        label.setVisible(bool(text))
 
     def _no_value_text(self, fresh: bool) -> str:
         if fresh:
             return "nothing: it is black"
         return "computing …" if self._dispatcher.chooser.available else ""
 
-    def _no_edit_text(self, fresh: bool) -> str:
+    def _edits_note(self, fresh: bool) -> str:
+        """What there is to say of peaks without a flag, or of there being none."""
+        layer, state = self._layer, self._state
+        if layer.intervals:
+            if layer.left_out is None:
+                return ""
+            value = value_text(layer.left_out, state.scalar_range, state.scale)
+            return f"stronger at {value}: background, no flag"
         if fresh:
             # Or it only rises towards values that hardly any voxel has: see the curve.
-            return (
-                "no edit shows here"
-                if self._layer.is_flat
-                else "no value stands out: see the curve"
-            )
+            return "no edit shows here" if layer.is_flat else "no value stands out: see the curve"
         if not self._dispatcher.is_waiting:
             return ""
         slow = self._dispatcher.exact_source == "differences"
@@ -261,9 +264,9 @@ class FindingsPanel(QFrame):
         for row in self.value_rows:
             column.addWidget(row)
         column.addLayout(self._edits_line)
-        column.addWidget(self.edits_note)
         for row in self.edit_rows:
             column.addWidget(row)
+        column.addWidget(self.edits_note)
         column.addLayout(self._foot)
         column.addStretch()
         scroll = QScrollArea()
@@ -292,7 +295,7 @@ class FindingsPanel(QFrame):
                 buttons[index].clicked.connect(partial(self._emphasize, index, how))
         self._layer.peakClicked.connect(self._actions.add_mode)
         for changed in (
-            self._layer.ranked, self._measured.changed, self.values.changed,
+            self._layer.intervalsChanged, self._measured.changed, self.values.changed,
             self._dispatcher.regionAnswered, self._state.inputsChanged,
             sensitivity.regionsChanged, sensitivity.choicesChanged,
         ):  # fmt: skip
@@ -321,7 +324,7 @@ class FindingsPanel(QFrame):
         for button, what in (
             (self.raises[index], "Raise"),
             (self.lowers[index], "Lower"),
-            (self.isolates[index], "Only"),
+            (self.isolates[index], "Isolate"),
         ):
             button.setAccessibleName(f"{what} {reach}")
 
@@ -336,7 +339,7 @@ class FindingsPanel(QFrame):
         tip = (
             f"{low} to {high}: a mode of this opacity changes the region's pixels\nby so much (1 "
             "is from black to white), rendered and shown in the present brightness.\n"
-            f"The curve, of faint edits, promises: {word} {number}."
+            f"By the curve, which is of faint edits, predicted: {word} {number}."
         )
         measured = self._measured.found(interval)
         number, word = "", "…"

@@ -1,4 +1,4 @@
-"""Measurement of the most promising edits of a region, which are rendered at rest."""
+"""Measurement of the edits that have a flag, which are rendered at rest."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ REST_MS = 250
 
 
 class MeasuredEdits(QObject):
-    """Has the promising edits rendered, and the layer ranked by what they change in truth.
+    """Has the edits rendered: what they change in truth.
 
     A derivative says what a faint edit does. Where an image saturates, as before an opaque
-    surface, it promises many times too much.
+    surface, it predicts many times too much.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ class MeasuredEdits(QObject):
     sensitivity : SensitivityState
     dispatcher : SensitivityDispatcher
     layer : ResponseLayer
-        Knows the promising intervals.
+        Knows the intervals.
     """
 
     changed = Signal()
@@ -69,7 +69,7 @@ class MeasuredEdits(QObject):
 
     @property
     def _trial(self) -> IntervalTrial:
-        return self._dispatcher.trials.trial_of(self._layer.promising)
+        return self._dispatcher.trials.trial_of(self._layer.intervals)
 
     def _follow(self, *_change: object) -> None:
         if self._trial not in (self._asked, self._measured):
@@ -81,16 +81,12 @@ class MeasuredEdits(QObject):
         dispatcher, asked = self._dispatcher, self._sensitivity
         is_fresh = dispatcher.is_fresh(dispatcher.region_answer)
         moves = self._state.live or asked.dragging
-        if self._layer.promising and asked.choices.shown and is_fresh and not moves:
+        if self._layer.intervals and asked.choices.shown and is_fresh and not moves:
             self._asked = self._trial
-            dispatcher.trials.measure(self._layer.promising)
+            dispatcher.trials.measure(self._layer.intervals)
 
     def _take(self, trial: IntervalTrial, found: list[WhatIf]) -> None:
         if trial == self._trial:
             self._measured = trial
             self._found = dict(zip(trial.intervals, found, strict=True))
-            signed = trial.measure == "signed"
-            sizes = [abs(one.brightness) if signed else one.rmse for one in found]
-            ranked = sorted(zip(trial.intervals, sizes, strict=True), key=lambda pair: -pair[1])
-            self._layer.rank([interval for interval, _ in ranked])
             self.changed.emit()

@@ -24,10 +24,7 @@ from app.tf_editor.plot_area import PlotArea
 from model.scene.transfer_function import TF_SAMPLES, Range
 from model.scene.value_text import value_text
 from model.sensitivity.display import FLOOR, SMALL_EDIT
-from model.sensitivity.intervals import Interval, promising_intervals
-
-CANDIDATES = 5
-"""Number of intervals among which those with a flag are chosen."""
+from model.sensitivity.intervals import Interval, strongest_intervals
 
 FLAGS = 3
 
@@ -52,9 +49,7 @@ class ResponseLayer(QObject):
     dispatcher : SensitivityDispatcher
     """
 
-    intervalsChanged = Signal(object)
-    """Emitted with the promising intervals, that with the strongest response first."""
-    ranked = Signal()
+    intervalsChanged = Signal()
     """Emitted when other intervals have flags."""
     peakClicked = Signal(int)
 
@@ -72,10 +67,10 @@ class ResponseLayer(QObject):
         self._dispatcher = dispatcher
         self._view = area.second
         self._limit = FLOOR
-        self.promising: tuple[Interval, ...] = ()
-        """Intervals that promise most, by the derivative."""
         self.intervals: tuple[Interval, ...] = ()
-        """Those with a flag, the best one first."""
+        """Those with a flag: the highest peaks of the curve, the highest one first."""
+        self.left_out: float | None = None
+        """Value of the highest peak that would have a flag if it were not of the background."""
         self.is_flat = True
         self.strongest: float | None = None
         """Scalar value of the strongest response; None where no edit shows."""
@@ -92,7 +87,7 @@ class ResponseLayer(QObject):
         self._waiting: tuple[Interval, ...] | None = None
         self._patience = 0
         self._settle = QTimer(self, singleShot=True, interval=PATIENCE_MS)
-        self._settle.timeout.connect(self._take_ranked)
+        self._settle.timeout.connect(self._take_waiting)
         self.flags = [PeakFlag(number + 1) for number in range(FLAGS)]
         for number, flag in enumerate(self.flags):
             flag.clicked.connect(lambda _=False, n=number: self.peakClicked.emit(n))
@@ -164,30 +159,26 @@ class ResponseLayer(QObject):
         self._mark_stale()
         answer = self._dispatcher.region_answer
         values = self._displayed(answer)
-        promising: tuple[Interval, ...] = ()
+        found: tuple[Interval, ...] = ()
+        self.left_out = None
         if values is not None and answer is not None and self._sensitivity.choices.shown:
             scalar_range = answer.request.inputs.opacity_tf.scalar_range
             self.is_flat = bool(np.abs(values).max() < FLOOR * SMALL_EDIT)
             inside = np.abs(self._inside(values))
             at = float(np.linspace(*scalar_range, TF_SAMPLES)[int(inside.argmax())])
             self.strongest = None if self.is_flat else at
-            promising = promising_intervals(values, scalar_range, CANDIDATES, window=self._interest)
-        if promising != self.promising:
-            self.promising = promising
-            self.rank(promising)
-            self.intervalsChanged.emit(promising)
+            found = strongest_intervals(values, scalar_range, FLAGS, window=self._interest)
+            of_all = strongest_intervals(values, scalar_range, FLAGS)
+            low = self._interest[0]
+            self.left_out = next((peak.value for peak in of_all if peak.value < low), None)
+        if found != (self.intervals if self._waiting is None else self._waiting):
+            self.flag(found)
 
-    def rank(self, intervals: Sequence[Interval]) -> None:
-        """Put flags at the best of the intervals, but not while somebody is about to click one.
-
-        Parameters
-        ----------
-        intervals : sequence of Interval
-            The promising ones, the best one first.
-        """
-        self._waiting = tuple(intervals[:FLAGS])
+    def flag(self, intervals: tuple[Interval, ...]) -> None:
+        """Put flags at intervals, but not while somebody is about to click one."""
+        self._waiting = intervals
         self._patience = PATIENCE if intervals else 0
-        self._take_ranked()
+        self._take_waiting()
 
     def say_effects(self, effects: Sequence[tuple[str, str]]) -> None:
         """Write on each flag what its edit does, and name it by that in words."""
@@ -195,7 +186,7 @@ class ResponseLayer(QObject):
             flag.say(effect, name)
         self._place_flags()
 
-    def _take_ranked(self) -> None:
+    def _take_waiting(self) -> None:
         if self._waiting is None:
             return
         if self._patience and self._is_mouse_near():
@@ -204,7 +195,7 @@ class ResponseLayer(QObject):
             return
         self.intervals, self._waiting = self._waiting, None
         self._place_flags()
-        self.ranked.emit()
+        self.intervalsChanged.emit()
 
     def _is_mouse_near(self) -> bool:
         viewport, shown = self._area.widget.viewport(), [f for f in self.flags if f.isVisible()]

@@ -247,7 +247,7 @@ class SensitivityView(QObject):
 
     def _show_what_if(self, answer: WhatIfAnswer) -> None:
         cover = self.learned if answer.source == "learned" else self.exact
-        cover.show_what_if(answer)
+        cover.show_what_if(answer, self.what_if.edit_text)
 
     def _end_what_if(self) -> None:
         for cover in (self.exact, self.learned):

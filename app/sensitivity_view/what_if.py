@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.sensitivity_view.held_button import HeldButton
 from app.sensitivity_view.response_layer import ResponseLayer
+from app.short_numbers import short
 from app.state.sensitivity_answers import SOURCE_NAMES, WhatIfAnswer
 from app.state.sensitivity_dispatcher import BAND_REST_MS, SensitivityDispatcher
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
+from app.tf_editor.mode_card import WIDTHS
 from model.scene.tf_perturbation import edit_around
 from model.scene.transfer_function import TF_SAMPLES
-from model.scene.value_text import value_text
+from model.scene.value_text import range_text
 
 TIP = (
     "Show what a mode at the value under the mouse (or where the curve is highest) would change: "
@@ -36,6 +40,8 @@ class WhatIfQuestion(QObject):
     Attributes
     ----------
     button : HeldButton
+    edit_text : str
+        Size, place and width of the edit that was asked about last, in words.
     result : str
         What the edit changes, in a sentence; empty if nothing was asked.
     """
@@ -59,7 +65,7 @@ class WhatIfQuestion(QObject):
         self._dispatcher = dispatcher
         self._layer = layer
         self._answers: dict[str, WhatIfAnswer] = {}
-        self._tried = 0.0
+        self.edit_text = self._at = ""
         self.result = ""
         self.button = HeldButton("What if  W")
         self.button.setAccessibleName("What if")
@@ -77,11 +83,6 @@ class WhatIfQuestion(QObject):
         state.inputsChanged.connect(lambda *_: self.end())
         self.enable()
 
-    @property
-    def value_text(self) -> str:
-        """The value at which an edit was tried."""
-        return value_text(self._tried, self._state.scalar_range, self._state.scale)
-
     def enable(self) -> None:
         """Enable the button if there is something to ask; if not, it says what is missing."""
         lacking = ""
@@ -97,8 +98,7 @@ class WhatIfQuestion(QObject):
         """Have the edit at the band, or at the best interval, rendered."""
         edit = self._edit()
         if edit is not None and self._dispatcher.trials.ask_what_if(edit):
-            lo, hi = self._state.scalar_range
-            self._tried = lo + (hi - lo) * int(edit.argmax()) / (TF_SAMPLES - 1)
+            self._note_edit(edit)
             self.button.setChecked(True)
             self._answers.clear()
             self._say("rendering …")
@@ -115,6 +115,20 @@ class WhatIfQuestion(QObject):
             self.button.setChecked(False)
             self._band_rest.stop()
             self.ended.emit()
+
+    def _note_edit(self, edit: NDArray[np.float32]) -> None:
+        """Say where an edit is, how high, and how wide: as the numbers of a mode say it."""
+        band, choices = self._sensitivity.band, self._sensitivity.choices
+        lo, hi = self._state.scalar_range
+        step = (hi - lo) / (TF_SAMPLES - 1)
+        top = lo + step * int(edit.argmax())
+        values = (top, top) if band is None or band.low == band.high else band.values
+        self._at = range_text(values, (lo, hi), self._state.scale)
+        width = short(math.sqrt(2) * choices.width * step, 3)
+        self.edit_text = (
+            f"{short(choices.height, signed=True)} opacity at {self._at}, "
+            f"{WIDTHS[self._state.scale]} {width}"
+        )
 
     def _edit(self) -> NDArray[np.float32] | None:
         edit, layer = self._dispatcher.edit(), self._layer
@@ -141,8 +155,8 @@ class WhatIfQuestion(QObject):
         texts = []
         for name, one in self._answers.items():
             predicted = one.what_if.predicted
-            said = "" if predicted is None else f" (promised {predicted:.3f})"
+            said = "" if predicted is None else f" (predicted {predicted:.3f})"
             texts.append(f"{name} changes {one.what_if.rmse:.3f}{said}")
-        self._say(f"At {self.value_text}: {', '.join(texts)}")
+        self._say(f"At {self._at}: {', '.join(texts)}")
         if self.button.isChecked():
             self.shown.emit(answer)

@@ -27,17 +27,14 @@ STRIKING_COLORS = (
 )
 """Colours to choose from for a mode that is to stand out, all safe for the colour-blind."""
 
-RAISED, LOWERED = 1.6, 0.5
-"""Factors of the opacity by :func:`raise_value` and :func:`lower_value`."""
+STEP = 2.0
+"""Factor of the opacity by :func:`raise_value`, and divisor by :func:`lower_value`."""
 
 DARK = 10
 """Lightness in CIELAB (0 to 100) up to which a colour counts as background."""
 
 LEAST_RAISE = 0.05
-"""Opacity that :func:`raise_value` adds at least."""
-
-BETWEEN = 17
-"""Points of the curve that is made of modes of which a part is kept, its ends included."""
+"""Opacity of the mode that :func:`raise_value` adds."""
 
 TINY = 1e-12
 
@@ -53,7 +50,7 @@ def add_mode(opacity: OpacityTF, value: float, width: float, height: float) -> O
     height : float
         Opacity at the mean, 0 to 1.
     """
-    mode = GaussianMode(value, math.sqrt(2) * width, min(max(height, 0.0), 1.0))
+    mode = _mode(value, width, min(max(height, 0.0), 1.0))
     if not opacity.points:
         return replace(opacity, modes=(*opacity.modes, mode))
     added = OpacityTF(opacity.scalar_range, (mode,))
@@ -126,7 +123,10 @@ def _recolored(color: ColorTF, values: NDArray[np.float64], colors: NDArray[np.f
 
 
 def raise_value(opacity: OpacityTF, value: float, width: float) -> OpacityTF:
-    """Raise the opacity around a value: 1.6 times as high, at least .05 higher.
+    """Double the opacity around a value.
+
+    Modes are raised whole, each by how much it contributes at the value, to 1 at most. Where no
+    mode is near, one of opacity .05 is added.
 
     Parameters
     ----------
@@ -134,76 +134,88 @@ def raise_value(opacity: OpacityTF, value: float, width: float) -> OpacityTF:
     value, width : float
         Middle and standard deviation of what is raised, in the data's units.
     """
-    now = float(opacity(np.array([value]))[0])
-    more = min(max((RAISED - 1) * now, LEAST_RAISE), 1 - now)
-    return add_mode(opacity, value, width, more) if more > 0 else opacity
+    is_there = float(opacity(value)) > TINY if opacity.points else _is_near(opacity, value, width)
+    if not is_there:
+        return add_mode(opacity, value, width, LEAST_RAISE)
+    return _scaled(opacity, value, width, STEP)
 
 
 def lower_value(opacity: OpacityTF, value: float, width: float) -> OpacityTF:
-    """Halve the opacity around a value; see :func:`raise_value`.
-
-    Modes are lowered whole, by how much they contribute at the value.
-    """
-    if opacity.points:
-        return _reshaped(opacity, value, width, LOWERED)
-    lowered = []
-    for mode in opacity.modes:
-        reach = math.hypot(mode.width, math.sqrt(2) * width)
-        weight = math.exp(-(((value - mode.mean) / reach) ** 2))
-        lowered.append(replace(mode, amplitude=mode.amplitude * (1 - (1 - LOWERED) * weight)))
-    return replace(opacity, modes=tuple(lowered))
+    """Halve the opacity around a value: the inverse of :func:`raise_value`, but for its limits."""
+    return _scaled(opacity, value, width, 1 / STEP)
 
 
-def isolate_value(
-    opacity: OpacityTF, value: float, width: float, reach: Range | None = None
-) -> OpacityTF:
-    """Keep the opacity around a value only; see :func:`raise_value`.
+def isolate_value(opacity: OpacityTF, value: float, width: float, reach: Range) -> OpacityTF:
+    """Keep the opacity of some values only.
 
-    With a reach, no other values than those in it are kept, as they are: a mode that lies in it
-    stays a mode, and of all else there is a curve of points. Without one, a mode that is not
-    farther from the value than its width stays whole. Where there is nothing to keep, there is
-    one mode, of the opacity there, at least .05.
+    Modes stay modes: those that lie among the values are kept as they are, the others as they
+    are between the values, where they are narrower modes. Of a curve the part between the
+    values is kept. Where there is nothing to keep, there is one mode.
 
     Parameters
     ----------
     opacity : OpacityTF
     value, width : float
-        In the data's units.
-    reach : tuple of float, optional
-        Values around the value that are kept with it.
+        Among the values, and the width of a flank, in the data's units.
+    reach : tuple of float
+        Lowest and highest of the values.
     """
-    now = float(opacity(np.array([value]))[0])
-    if reach is not None and now > 0:
-        low, high = reach
-        inside = tuple(
-            mode
-            for mode in opacity.modes
-            if low - width <= mode.mean - mode.width and mode.mean + mode.width <= high + width
-        )
-        kept, values = replace(opacity, modes=inside), np.linspace(low, high, BETWEEN)
-        # Others may add to the opacity there.
-        if inside and np.abs(kept(values) - opacity(values)).max() < LEAST_RAISE / 10:
-            return kept
-        return replace(opacity, modes=(), points=_between(opacity, reach, width))
-    near = [
+    if opacity.points and opacity(np.linspace(*reach, TF_SAMPLES)).max() > 0:
+        return replace(opacity, points=_between(opacity, reach, width))
+    low, high = reach
+    # Half of its height where the flank begins to end.
+    middle, half = (low + high) / 2, (high - low + width) / (2 * math.sqrt(math.log(2)))
+    kept = [
         mode
+        if low - width <= mode.mean - mode.width and mode.mean + mode.width <= high + width
+        else _windowed(mode, middle, half)
         for mode in opacity.modes
-        if abs(mode.mean - value) <= max(mode.width, math.sqrt(2) * width)
     ]
-    if near:
-        alone = [replace(opacity, modes=(mode,)) for mode in near]
-        return max(alone, key=lambda one: float(one(np.array([value]))[0]))
-    mode = GaussianMode(value, math.sqrt(2) * width, max(now, LEAST_RAISE))
-    return replace(opacity, modes=(mode,), points=())
+    kept = [mode for mode in kept if mode.amplitude > TINY]
+    # What a mode beside the values has among them would be a mode beside them, too.
+    inside = [mode for mode in kept if low - width <= mode.mean <= high + width]
+    modes = inside or sorted(kept, key=lambda mode: mode.amplitude)[-1:]
+    return replace(opacity, modes=tuple(modes) or (_mode(value, width, LEAST_RAISE),), points=())
+
+
+def _mode(value: float, width: float, height: float) -> GaussianMode:
+    """Return a mode whose standard deviation is a width."""
+    return GaussianMode(value, math.sqrt(2) * width, height)
+
+
+def _is_near(opacity: OpacityTF, value: float, width: float) -> bool:
+    """Whether a value lies within the width of a mode, or so near to its mean as edits are wide."""
+    reaches = ((mode, max(mode.width, math.sqrt(2) * width)) for mode in opacity.modes)
+    return any(abs(mode.mean - value) <= reach and mode.amplitude > TINY for mode, reach in reaches)
+
+
+def _scaled(opacity: OpacityTF, value: float, width: float, factor: float) -> OpacityTF:
+    """Multiply the opacity around a value; modes as wholes, by powers of the factor."""
+    if opacity.points:
+        return _reshaped(opacity, value, width, factor)
+    modes = []
+    for mode in opacity.modes:
+        reach = math.hypot(mode.width, math.sqrt(2) * width)
+        weight = math.exp(-(((value - mode.mean) / reach) ** 2))
+        modes.append(replace(mode, amplitude=min(mode.amplitude * factor**weight, 1.0)))
+    return replace(opacity, modes=tuple(modes))
+
+
+def _windowed(mode: GaussianMode, middle: float, width: float) -> GaussianMode:
+    """Multiply a mode by a Gaussian window of height 1: the product is a narrower mode."""
+    one, other = mode.width**-2, width**-2
+    return GaussianMode(
+        (mode.mean * one + middle * other) / (one + other),
+        (one + other) ** -0.5,
+        mode.amplitude * math.exp(-((mode.mean - middle) ** 2) / (mode.width**2 + width**2)),
+    )
 
 
 def _between(opacity: OpacityTF, reach: Range, width: float) -> tuple[tuple[float, float], ...]:
     """Points of a curve between two values, and of its flanks, which end one width beyond."""
     (lo, hi), (low, high) = opacity.scalar_range, reach
-    inner = [p[0] for p in opacity.points] or np.linspace(low, high, BETWEEN).tolist()
-    kept = [low, *(value for value in inner if low < value < high), high]
-    heights = opacity(np.array(kept))
-    curve = dict(zip(kept, heights.tolist(), strict=True))
+    kept = [low, *(p[0] for p in opacity.points if low < p[0] < high), high]
+    curve = dict(zip(kept, opacity(np.array(kept)).tolist(), strict=True))
     for end in (low - width, high + width):
         if lo < end < hi:
             curve[end] = 0.0
@@ -217,7 +229,9 @@ def _reshaped(opacity: OpacityTF, value: float, width: float, factor: float) -> 
     """Multiply a curve of points by a factor around a value."""
     values = _values_around(opacity, value, width)
     weights = np.exp(-(((values - value) / width) ** 2) / 2)
-    return replace(opacity, points=_pairs(values, opacity(values) * (1 + (factor - 1) * weights)))
+    before = opacity(values)
+    after = np.minimum(before * factor**weights, 1.0)
+    return opacity if (after == before).all() else replace(opacity, points=_pairs(values, after))
 
 
 def _values_around(opacity: OpacityTF, value: float, width: float) -> NDArray[np.float64]:

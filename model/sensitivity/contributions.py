@@ -129,10 +129,9 @@ def follow(
     tuple of Contribution
         Each value of before with its present share, 0 where it no longer shows; then the others.
     """
-    reach = SAME * (scalar_range[1] - scalar_range[0]) / (TF_SAMPLES - 1)
     left, listed = list(found), []
     for old in before:
-        near = [new for new in left if abs(new.value - old.value) <= reach]
+        near = [new for new in left if is_same_value(new.value, old.value, scalar_range)]
         new = min(near, key=lambda new: abs(new.value - old.value), default=None)
         if new is None:
             listed.append(Contribution(old.value, 0.0, old.reach))
@@ -140,6 +139,11 @@ def follow(
             left.remove(new)
             listed.append(new)
     return (*listed, *left)
+
+
+def is_same_value(one: float, other: float, scalar_range: Range) -> bool:
+    """Whether two values are so near that an edit may have moved the one to the other."""
+    return abs(one - other) <= SAME * (scalar_range[1] - scalar_range[0]) / (TF_SAMPLES - 1)
 
 
 def _reach(visibility: NDArray[np.floating], values: NDArray[np.float64], part: slice) -> Range:

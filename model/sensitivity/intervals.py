@@ -1,4 +1,4 @@
-"""Intervals of scalar values where an edit promises most, and what it promises."""
+"""Intervals of scalar values where a region responds most, and what is predicted there."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Interval:
         return self.response * height / SMALL_EDIT
 
 
-def promising_intervals(
+def strongest_intervals(
     responses: NDArray[np.floating],
     scalar_range: Range,
     count: int = 3,

@@ -194,7 +194,7 @@ def test_flags_stay_for_who_is_about_to_click(
     before = layer.intervals
     other = (Interval(180.0, 175.0, 185.0, 0.1),)
     monkeypatch.setattr(layer, "_is_mouse_near", lambda: True)
-    layer.rank(other)
+    layer.flag(other)
     assert layer.intervals == before
     monkeypatch.setattr(layer, "_is_mouse_near", lambda: False)
     qtbot.waitUntil(lambda: layer.intervals == other)

@@ -214,6 +214,11 @@ def test_a_click_names_the_values_there_and_edits_them(
         window.state.undo()
         assert window.state.transfer_function == before
         qtbot.waitUntil(findings.raises[0].isEnabled)
+    for there, back in (("raise", "lower"), ("lower", "raise")):
+        for name in (there, there, back, back):
+            buttons[name].click()
+            qtbot.waitUntil(buttons[name].isEnabled)
+        assert window.state.transfer_function == before
     assert findings.isVisible() and findings.values_heading.text() == "Values here"
     QTest.keyClick(canvas, Qt.Key.Key_Escape)
     assert window.sensitivity_state.place is None and findings.isHidden()
@@ -587,8 +592,15 @@ def test_what_if_shows_the_edit_while_the_key_is_held(qtbot: QtBot, window: Main
     value = window.sensitivity.responses.intervals[0].value
     tried = float(what_if.result.removeprefix("At ").partition(":")[0])
     assert tried == pytest.approx(value, abs=0.5)
+    # The picture says itself what it is of: how much opacity, where, and how wide.
+    caption = window.reference.caption
+    width = np.sqrt(2) * window.sensitivity_state.choices.width * 100 / 255
+    assert caption.title == "What if"
+    assert caption.detail == f"+.05 opacity at {tried}, width {width:.3g}: changes .1, exact"
+    assert f"by +.05 opacity at {tried}" in window.sensitivity.exact.caption
     QTest.keyRelease(window, Qt.Key.Key_W)
     assert window.reference.canvas.cover is None
+    assert caption.title == "Ground truth"
 
 
 def test_what_if_after_the_key_is_released_covers_nothing(qtbot: QtBot, window: MainWindow) -> None:
@@ -826,46 +838,72 @@ def changing(brightness: float, size: float | None = None) -> WhatIf:
     return WhatIf(nothing, nothing, abs(brightness) if size is None else size, brightness)
 
 
-def test_edits_are_measured_at_rest_and_ranked_by_it(qtbot: QtBot, window: MainWindow) -> None:
+def test_edits_are_measured_at_rest(qtbot: QtBot, window: MainWindow) -> None:
     findings, layer = window.sensitivity.findings, window.sensitivity.responses
-    # The fake's second image is .1 brighter than the first; the derivative promises something else.
+    # The fake's second image is .1 brighter than the first; the derivative predicts something else.
     row = findings.edit_rows[0]
     qtbot.waitUntil(lambda: row.text.endswith("   +.1   brighter"))
     assert layer.flags[0].text() == "1  +.1"
     assert layer.flags[0].accessibleName() == "Edit 1 at 139.2, brighter by .1; Enter adds it"
-    assert "promises: brighter" in row.toolTip()
+    assert "predicted: brighter" in row.toolTip()
     measured = layer.intervals[0]
     number, word = findings._effect(measured.predicted(0.4))
     assert (number, word) != ("+.1", "brighter")
     window.sensitivity_state.choose(height=0.4)
     assert row.text.endswith("   …") and layer.flags[0].text() == "1"
-    assert f"promises: {word} {number}" in row.toolTip()
+    assert f"predicted: {word} {number}" in row.toolTip()
     qtbot.waitUntil(lambda: row.text.endswith("   +.1   brighter"))
     # What was measured for another edit is not taken for this one's.
-    late = window.workspace.sensitivity.trials.trial_of(layer.promising)
+    late = window.workspace.sensitivity.trials.trial_of(layer.intervals)
     window.sensitivity_state.choose(width=3.0)
     assert "…" in row.text
     window.workspace.sensitivity.trials.intervalsMeasured.emit(late, [changing(0.5)])
     assert "…" in row.text
 
 
-def test_the_best_edit_is_the_one_that_changes_most_in_truth(
-    qtbot: QtBot, window: MainWindow
+def test_flags_number_the_highest_peaks_of_the_curve(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    bins, layer = np.arange(256), window.sensitivity.responses
+    peaks = {30: 3.0, 90: -0.5, 130: 0.9, 170: 0.2, 210: 0.7, 240: -0.8}
+    curve = sum(height * np.exp(-((bins - at) ** 2) / 50) for at, height in peaks.items())
+    for engine in (builders.analysts[-1], builders.generators[-1]):
+        monkeypatch.setattr(engine, "region_sensitivity", lambda *_args: np.float32(curve))
+    window.workspace.sensitivity.window = (125.0, 200.0)
+    window.sensitivity_state.add_region(Outline.rectangle(0.2, 0.2, 0.6, 0.6))
+    window.sensitivity_state.finish_region()
+    by_height = [130, 240, 210]
+    qtbot.waitUntil(lambda: len(layer.intervals) == 3)
+    places = [(interval.value - 100.0) * 2.55 for interval in layer.intervals]
+    assert places == pytest.approx(by_height, abs=1)
+    sizes = [abs(interval.response) for interval in layer.intervals]
+    assert sizes == sorted(sizes, reverse=True)
+    order = sorted(layer.flags, key=lambda flag: flag.x())
+    assert [flag.number for flag in order] == [1, 3, 2]
+    # The highest of all has none, as it is the background's, and that is said.
+    assert window.sensitivity.findings.edits_note.text() == "stronger at 111.8: background, no flag"
+    window.workspace.sensitivity.window = (100.0, 200.0)
+    layer.refresh()
+    places = [(interval.value - 100.0) * 2.55 for interval in layer.intervals]
+    assert places == pytest.approx([30, 130, 240], abs=1)
+    assert window.sensitivity.findings.edits_note.isHidden()
+
+
+def test_what_is_measured_is_said_and_changes_no_order(window: MainWindow) -> None:
     layer, findings = window.sensitivity.responses, window.sensitivity.findings
-    promising = tuple(
+    intervals = tuple(
         Interval(value, value - 5, value + 5, response)
-        for value, response in ((30.0, 0.4), (60.0, 0.3), (90.0, 0.2), (120.0, 0.1))
+        for value, response in ((130.0, 0.4), (160.0, 0.3), (190.0, 0.2))
     )
-    layer.promising = promising
-    trial = window.workspace.sensitivity.trials.trial_of(promising)
-    found = [changing(0.01), changing(-0.5), changing(0.0), changing(0.2, 0.9)]
+    layer.flag(intervals)
+    trial = window.workspace.sensitivity.trials.trial_of(intervals)
+    found = [changing(0.01), changing(-0.5), changing(0.2, 0.9)]
     window.workspace.sensitivity.trials.intervalsMeasured.emit(trial, found)
-    assert [interval.value for interval in layer.intervals] == [60.0, 120.0, 30.0]
-    assert findings.edit_rows[0].text.endswith("−.5   darker")
+    assert layer.intervals == intervals
+    assert findings.edit_rows[1].text.endswith("−.5   darker")
     # Where brighter and darker pixels cancel, that is not all.
-    assert findings.edit_rows[1].text.endswith("+.2   mixed")
-    assert "by .9 (±)" in findings.edit_rows[1].toolTip()
+    assert findings.edit_rows[2].text.endswith("+.2   mixed")
+    assert "by .9 (±)" in findings.edit_rows[2].toolTip()
     assert without_links(findings.edits_heading.text()).endswith("· mixed")
 
 
@@ -924,7 +962,7 @@ def test_what_a_drag_no_longer_wants_is_not_measured(
     abandoned: list[object] = []
     client = window.workspace.sensitivity._clients["exact"]
     client.abandon = abandoned.append  # type: ignore[method-assign]
-    trials.measure(window.sensitivity.responses.promising)
+    trials.measure(window.sensitivity.responses.intervals)
     window.state.move_view(View(80.0))
     assert MeasureRequest in abandoned
 
@@ -944,7 +982,12 @@ def test_the_values_of_a_region_are_listed_to_be_raised_and_lowered(
     before = window.state.transfer_function
     findings.isolates[0].click()
     assert window.state.transfer_function != before
+    # Modes are still modes, and the TF from before comes back as it was.
+    assert 0 < len(window.state.transfer_function.opacity.modes) <= len(before.opacity.modes)
     assert window.state.undo_stack.undoText() == "isolate value"
+    window.state.undo()
+    assert window.state.transfer_function == before
+    window.state.redo()
     # What it shows now is listed next; Escape leads back.
     qtbot.waitUntil(findings.lowers[0].isEnabled)
     QTest.keyClick(window, Qt.Key.Key_Escape)

@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from ramp import make_tf
 
 from model.scene.tf_emphasis import (
@@ -27,24 +29,35 @@ def at(opacity: OpacityTF, value: float) -> float:
 
 @pytest.mark.parametrize("opacity", [TF.opacity, POINTS, NOTHING])
 @pytest.mark.parametrize("value", [100.0, 130.0, 151.0, 200.0])
-def test_raising_lowering_and_isolating(opacity: OpacityTF, value: float) -> None:
+def test_values_are_doubled_and_halved(opacity: OpacityTF, value: float) -> None:
     now = at(opacity, value)
     raised, lowered = raise_value(opacity, value, 3.0), lower_value(opacity, value, 3.0)
-    assert at(raised, value) == pytest.approx(min(1, now + max(0.6 * now, 0.05)), abs=0.02)
+    is_there = now > 0.1 or bool(opacity.points and now)
+    assert at(raised, value) == pytest.approx(min(2 * now if is_there else now + 0.05, 1), abs=0.02)
     assert at(lowered, value) <= now
-    if opacity.points and now:
+    if is_there:
         assert at(lowered, value) == pytest.approx(0.5 * now, rel=0.02)
+        # What there is grows: nothing is put on top of it.
+        assert len(raised.modes) == len(opacity.modes)
     far = value + 60 if value < 150 else value - 60
-    assert at(raised, far) == pytest.approx(at(opacity, far), abs=1e-3)
-    if opacity.points:
-        assert at(lowered, far) == pytest.approx(at(opacity, far), abs=1e-3)
-    alone = isolate_value(opacity, value, 3.0)
-    assert at(alone, value) >= min(now, 0.5) * 0.99 or at(alone, value) >= 0.05
-    assert at(alone, far) < 1e-3
+    for edited in (raised, lowered):
+        assert at(edited, far) == pytest.approx(at(opacity, far), abs=1e-3)
 
 
-def test_a_mode_at_the_value_is_what_is_isolated() -> None:
-    assert isolate_value(TF.opacity, 131.0, 3.0).modes == (TF.opacity.modes[0],)
+@given(
+    st.lists(st.tuples(st.floats(100, 200), st.floats(1, 60), st.floats(0.01, 0.5)), min_size=1),
+    st.integers(0, 100),
+)
+def test_lowering_undoes_raising_but_for_rounding(
+    modes: list[tuple[float, float, float]], chosen: int
+) -> None:
+    opacity = OpacityTF((100.0, 200.0), tuple(GaussianMode(*mode) for mode in modes))
+    value = modes[chosen % len(modes)][0]
+    for one, other in ((raise_value, lower_value), (lower_value, raise_value)):
+        back = other(one(opacity, value, 3.0), value, 3.0)
+        assert [m.mean for m in back.modes] == [m.mean for m in opacity.modes]
+        for mode, before in zip(back.modes, opacity.modes, strict=True):
+            assert mode.amplitude == pytest.approx(before.amplitude, rel=1e-12)
 
 
 def test_of_a_curve_the_values_in_reach_are_isolated() -> None:
@@ -55,35 +68,50 @@ def test_of_a_curve_the_values_in_reach_are_isolated() -> None:
         assert at(alone, value) == pytest.approx(at(curve, value), abs=1e-6)
     for value in (100.0, 120.0, 126.0, 174.0, 200.0):
         assert at(alone, value) == 0.0
+    assert len(alone.points) == 7
     # Up to the ends of the range, and there is nothing to keep where nothing was.
     high = isolate_value(curve, 190.0, 3.0, (170.0, 200.0))
     assert at(high, 199.0) == pytest.approx(at(curve, 199.0))
     assert isolate_value(curve, 100.0, 3.0, (100.0, 100.0)).modes
 
 
-def test_a_value_on_a_modes_flank_stays_with_the_whole_mode() -> None:
-    wide = GaussianMode(160.0, 26.0, 0.9)
-    opacity = OpacityTF((100.0, 200.0), (GaussianMode(110.0, 8.0, 0.2), wide))
-    assert isolate_value(opacity, 145.0, 3.0).modes == (wide,)
+def test_where_there_is_nothing_a_mode_is_isolated() -> None:
+    (mode,) = isolate_value(NOTHING, 140.0, 3.0, (138.0, 142.0)).modes
+    assert (mode.mean, mode.amplitude) == (140.0, 0.05)
 
 
-def test_of_a_wide_mode_no_more_than_the_values_in_reach_is_left() -> None:
-    wide = GaussianMode(150.0, 40.0, 0.9)
-    opacity = OpacityTF((100.0, 200.0), (wide,))
-    alone = isolate_value(opacity, 140.0, 3.0, (135.0, 145.0))
-    inside = np.linspace(135.0, 145.0, 101)
-    np.testing.assert_allclose(alone(inside), opacity(inside), atol=2e-3)
-    outside = np.array([100.0, 131.9, 148.1, 150.0, 200.0])
-    assert (alone(outside) == 0).all()
-
-
-def test_a_mode_that_lies_in_reach_stays_a_mode() -> None:
+def test_a_mode_that_lies_in_reach_stays_as_it_is() -> None:
     narrow = GaussianMode(140.0, 4.0, 0.5)
     opacity = OpacityTF((100.0, 200.0), (narrow, GaussianMode(180.0, 8.0, 0.4)))
     assert isolate_value(opacity, 141.0, 3.0, (134.0, 146.0)).modes == (narrow,)
-    # But for where others add to it.
-    both = OpacityTF((100.0, 200.0), (narrow, GaussianMode(150.0, 20.0, 0.4)))
-    assert isolate_value(both, 141.0, 3.0, (134.0, 146.0)).points
+
+
+@given(
+    st.lists(st.tuples(st.floats(90, 210), st.floats(1, 80), st.floats(0.05, 0.3)), max_size=3),
+    st.floats(100, 190),
+    st.floats(0, 60),
+)
+def test_modes_stay_modes_of_which_the_values_in_reach_are_left(
+    modes: list[tuple[float, float, float]], low: float, size: float
+) -> None:
+    wide = GaussianMode(low + size / 2, 2 * size + 20, 0.3)
+    opacity = OpacityTF((100.0, 200.0), (wide, *(GaussianMode(*mode) for mode in modes)))
+    high = min(low + size, 200.0)
+    alone = isolate_value(opacity, low, 3.0, (low, high))
+    assert not alone.points and 0 < len(alone.modes) <= len(opacity.modes)
+    values = np.linspace(100.0, 200.0, 401)
+    inside = (values >= low) & (values <= high)
+    assert (alone(values) <= opacity(values) + 1e-9).all()
+    assert (
+        alone(values)[inside] >= 0.45 * OpacityTF((100.0, 200.0), (wide,))(values[inside])
+    ).all()
+    # None stands where the user has not clicked.
+    assert all(low - 3.0 <= mode.mean <= high + 3.0 for mode in alone.modes)
+    # Twice as far from the middle as the flanks, what was one mode is hardly seen.
+    beyond = np.abs(values - (low + high) / 2) > (high - low + 3.0) + 3.0
+    inner = [m for m in alone.modes if m in opacity.modes]
+    rest = replace(alone, modes=tuple(m for m in alone.modes if m not in inner))
+    assert (rest(values)[beyond] <= 0.1 * opacity(values)[beyond] + 1e-9).all()
 
 
 def test_an_opaque_value_cannot_be_raised() -> None:

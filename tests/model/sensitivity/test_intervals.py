@@ -14,7 +14,7 @@ from model.scene.transfer_function import GaussianMode, OpacityTF
 from model.sensitivity.contributions import contributions, follow
 from model.sensitivity.display import shown_responses
 from model.sensitivity.exact import change_norms, visibility
-from model.sensitivity.intervals import promising_intervals
+from model.sensitivity.intervals import strongest_intervals
 from model.sensitivity.trust import trust_levels, trust_word
 from model.sensitivity.what_if import compare
 
@@ -27,7 +27,7 @@ def bump(center: float, width: float, height: float) -> np.ndarray:
 
 def test_the_strongest_peaks_come_first() -> None:
     curve = bump(40, 6, 0.2) - bump(120, 8, 0.5) + bump(200, 5, 0.1) + bump(240, 3, 0.05)
-    found = promising_intervals(curve, (0.0, 510.0))
+    found = strongest_intervals(curve, (0.0, 510.0))
     assert [round(i.value) for i in found] == [240, 80, 400]
     assert found[0].response == pytest.approx(-0.5, abs=1e-3)
     # Half as high at 1.18 standard deviations: 2 units a bin.
@@ -36,13 +36,13 @@ def test_the_strongest_peaks_come_first() -> None:
 
 
 def test_a_response_that_rises_to_an_end_is_a_peak() -> None:
-    (found,) = promising_intervals(np.linspace(0, 1, 256), (0.0, 255.0))
+    (found,) = strongest_intervals(np.linspace(0, 1, 256), (0.0, 255.0))
     assert (found.value, found.high) == (255.0, 255.0)
 
 
 @pytest.mark.parametrize("curve", [np.zeros(256), np.full(256, np.nan), np.full(256, 1e-9)])
 def test_nothing_promises_nothing(curve: np.ndarray) -> None:
-    assert promising_intervals(curve, (0.0, 1.0)) == ()
+    assert strongest_intervals(curve, (0.0, 1.0)) == ()
 
 
 def test_the_prediction_is_what_a_faint_mode_does() -> None:
@@ -50,7 +50,7 @@ def test_the_prediction_is_what_a_faint_mode_does() -> None:
     before = SceneInputs.of(VIEW, tf_of(bump(180, 20, 0.2)))
     width = 6.0
     norms = change_norms(renderer, before, SIZE, Region.whole(SIZE), width)
-    best = promising_intervals(shown_responses(norms, SIZE**2, width), RANGE)[0]
+    best = strongest_intervals(shown_responses(norms, SIZE**2, width), RANGE)[0]
     height = 1e-3
     mode = OpacityTF(RANGE, (GaussianMode(best.value, np.sqrt(2) * width, height),))
     opacity = before.opacity_tf.sample(RANGE) + mode.sample(RANGE)
@@ -133,11 +133,11 @@ def test_an_edit_over_an_interval_is_flat_between_its_flanks() -> None:
 
 def test_what_goes_on_rising_outside_the_window_is_no_peak_inside() -> None:
     curve = bump(10, 12, 5.0) + bump(130, 8, 0.1)
-    (found,) = promising_intervals(curve, (0.0, 255.0), window=(32.0, 223.0))
+    (found,) = strongest_intervals(curve, (0.0, 255.0), window=(32.0, 223.0))
     assert found.value == 130.0
-    (found,) = promising_intervals(np.linspace(0, 1, 256), (0.0, 255.0), window=(32.0, 255.0))
+    (found,) = strongest_intervals(np.linspace(0, 1, 256), (0.0, 255.0), window=(32.0, 255.0))
     assert found.value == 255.0
-    assert promising_intervals(curve, (0.0, 255.0), window=(30.2, 30.8)) == ()
+    assert strongest_intervals(curve, (0.0, 255.0), window=(30.2, 30.8)) == ()
 
 
 def test_a_darkening_edit_has_a_negative_brightness() -> None:
