@@ -1,0 +1,100 @@
+"""Comparison of what is drawn with stored pictures.
+
+Colour stands at the left of a stored picture, opacity at its right, so that both can be looked at.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import imageio.v3 as iio
+import numpy as np
+from numpy.typing import NDArray
+
+STORED = Path(__file__).parent / "stored"
+FAILED = Path(__file__).parents[2] / "build" / "pictures"
+
+STRAYS = 0.001
+"""Share of a picture's numbers that may differ by more: another rounding moves a sample over a
+step of the TF, or a ray past an edge."""
+
+Picture = NDArray[np.uint8]
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """How far a picture may be from the stored one, where 1 is the full brightness.
+
+    Attributes
+    ----------
+    rmse : float
+        Root mean square difference.
+    most : float
+        Difference of all numbers but :data:`STRAYS`.
+    """
+
+    rmse: float
+    most: float
+
+
+def side_by_side(image: NDArray[np.float32]) -> Picture:
+    """Colour beside opacity, of an image (rows, columns, 4) in [0, 1]."""
+    opacity = np.repeat(image[..., 3:], 3, axis=-1)
+    return np.rint(255 * np.concatenate([image[..., :3], opacity], axis=1)).astype(np.uint8)
+
+
+def store(name: str, picture: Picture) -> None:
+    """Make a picture the stored one."""
+    STORED.mkdir(exist_ok=True)
+    iio.imwrite(STORED / f"{name}.png", picture, optimize=True)
+
+
+def stored(name: str) -> Picture:
+    """The stored picture."""
+    return np.asarray(iio.imread(STORED / f"{name}.png"))
+
+
+def check(name: str, drawn: Picture, tolerance: Tolerance, label: str = "", block: int = 1) -> None:
+    """Compare a picture with the stored one; fail with both, and their difference, in a folder.
+
+    Parameters
+    ----------
+    name : str
+        Of the stored picture.
+    drawn : ndarray of uint8, shape (rows, columns, 3)
+    tolerance : Tolerance
+    label : str
+        Who drew it, for the folder.
+    block : int
+        Compare the mean brightness of squares of so many pixels; 1 for each number of each pixel.
+    """
+    expected = stored(name)
+    assert drawn.shape == expected.shape, f"{name}: {drawn.shape} instead of {expected.shape}"
+    difference = abs(_blocks(drawn, block) - _blocks(expected, block))
+    rmse = float(np.sqrt(np.mean(difference**2)))
+    most = float(np.quantile(difference, 1 - STRAYS, method="higher"))
+    if rmse <= tolerance.rmse and most <= tolerance.most:
+        return
+    folder = FAILED / "-".join(filter(None, (name, label)))
+    folder.mkdir(parents=True, exist_ok=True)
+    # A difference of the tolerance is half as bright as can be.
+    shown = np.clip(difference / tolerance.most / 2, 0, 1).repeat(block, 0).repeat(block, 1)
+    pictures = {"stored": expected, "drawn": drawn, "difference": np.rint(255 * shown)}
+    for kind, picture in pictures.items():
+        iio.imwrite(folder / f"{kind}.png", picture.astype(np.uint8))
+    raise AssertionError(
+        f"{name} {label} differs from the stored picture by an RMSE of {rmse:.4f} (at most "
+        f"{tolerance.rmse:g}), and by {most:.3f} (at most {tolerance.most:g}) in all but "
+        f"{100 * STRAYS:g} % of its numbers; see the pictures in {folder}."
+    )
+
+
+def _blocks(picture: Picture, block: int) -> NDArray[np.float64]:
+    """Numbers in [0, 1]; in blocks, their mean brightness, gray."""
+    numbers = picture.astype(np.float64) / 255
+    if block == 1:
+        return numbers
+    rows, columns = (length // block for length in picture.shape[:2])
+    gray = numbers.mean(axis=-1)[: rows * block, : columns * block]
+    return gray.reshape(rows, block, columns, block).mean(axis=(1, 3))

@@ -1,0 +1,18 @@
+from __future__ import annotations
+
+import pytest
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption(
+        "--regenerate-pictures",
+        action="store_true",
+        help="store what is drawn now; look at the difference before it is committed",
+    )
+
+
+@pytest.fixture(scope="session")
+def regenerates(request: pytest.FixtureRequest) -> bool:
+    """Whether the pictures are stored anew, instead of compared."""
+    # Where all tests run, pytest has read its options before it finds this folder.
+    return bool(request.config.getoption("--regenerate-pictures", default=False))

@@ -1,0 +1,204 @@
+"""Scenes whose pictures are compared: volumes made here, lights, TFs, crop boxes and views."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.rendering.raster import Raster
+from model.scene.crop import CropBox
+from model.scene.inputs import SceneInputs
+from model.scene.light import LightDirection
+from model.scene.scene import Lighting
+from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, Range
+from model.scene.view import View
+from model.scene.volume import Volume
+
+Array = NDArray[np.float64]
+
+
+def _grid(x: int, y: int, z: int) -> tuple[Array, Array, Array]:
+    """Places of the voxels along x, y and z, -1 to 1, each of shape (z, y, x)."""
+    places = np.meshgrid(*(np.linspace(-1, 1, n) for n in (z, y, x)), indexing="ij")
+    return places[2], places[1], places[0]
+
+
+def _things(x: int, y: int, z: int) -> Array:
+    """A ball in a shell, a bar through it and a soft blob aside, 0 to 255: no two sides alike."""
+    a, b, c = _grid(x, y, z)
+    distance = np.sqrt(a**2 + b**2 + c**2)
+    shell = 90 * np.exp(-(((distance - 0.75) / 0.09) ** 2))
+    ball = 255 / (1 + np.exp(30 * (np.sqrt((a - 0.1) ** 2 + b**2 + (c + 0.1) ** 2) - 0.32)))
+    bar = 170 / (1 + np.exp(40 * (np.maximum(abs(b - 0.45), abs(c - 0.4)) - 0.1)))
+    blob = 130 * np.exp(-((a + 0.7) ** 2 + (b + 0.6) ** 2 + (c - 0.7) ** 2) / 0.12)
+    return np.minimum(np.maximum.reduce([shell, ball, bar, blob]), 255)
+
+
+def _bytes() -> Volume:
+    return Volume(np.rint(_things(40, 36, 32)).astype(np.uint8))
+
+
+def _floats() -> Volume:
+    """Waves as those of Marschner and Lobb, which have detail at every depth."""
+    a, b, c = _grid(36, 36, 36)
+    waves = np.cos(6 * np.pi * np.cos(np.pi * np.sqrt(a**2 + b**2) / 2))
+    return Volume(((1 - np.sin(np.pi * c / 2) + 0.25 * (1 + waves)) / 2.5).astype(np.float32))
+
+
+def _anisotropic() -> Volume:
+    """Slices that lie far apart."""
+    return Volume(np.rint(_things(40, 32, 12)).astype(np.uint8), (0.7, 0.7, 2.4))
+
+
+def _missing() -> Volume:
+    """The same things without a quarter, where 9e9 is stored."""
+    a, b, _ = _grid(40, 36, 32)
+    voxels = _things(40, 36, 32)
+    gone = (a > 0.05) & (b < -0.1)
+    voxels[gone] = 9e9
+    return Volume(voxels.astype(np.float32), missing=gone)
+
+
+def _noisy() -> Volume:
+    noise = np.random.default_rng(4).random((32, 36, 40)) - 0.5
+    return Volume(np.rint(60 + 0.6 * _things(40, 36, 32) + 40 * noise).astype(np.uint8))
+
+
+def _wide_range() -> Volume:
+    """Values from 1 to 1e5, on a logarithmic scale."""
+    return Volume((10 ** (_things(36, 36, 36) / 51)).astype(np.float32)).on_scale("log")
+
+
+VOLUMES: dict[str, Callable[[], Volume]] = {
+    "bytes": _bytes,
+    "floats": _floats,
+    "anisotropic": _anisotropic,
+    "missing": _missing,
+    "noisy": _noisy,
+    "narrow range": lambda: _bytes().over((60.0, 180.0)),
+    "logarithmic": _wide_range,
+    "slab": lambda: Volume(np.rint(_things(40, 36, 33)[15:17]).astype(np.uint8), (1.0, 1.0, 3.0)),
+}
+
+
+@cache
+def volume_of(name: str) -> Volume:
+    """The volume of that name; made once."""
+    return VOLUMES[name]()
+
+
+def _modes(scalar_range: Range, *modes: tuple[float, float, float]) -> OpacityTF:
+    """Modes whose means and widths are fractions of the range."""
+    lo, hi = scalar_range
+    return OpacityTF(
+        scalar_range, tuple(GaussianMode(lo + m * (hi - lo), w * (hi - lo), a) for m, w, a in modes)
+    )
+
+
+def _steps(scalar_range: Range, *points: tuple[float, float]) -> OpacityTF:
+    """A curve through points whose values are fractions of the range."""
+    lo, hi = scalar_range
+    return OpacityTF(scalar_range, points=tuple((lo + at * (hi - lo), a) for at, a in points))
+
+
+TFS: dict[str, Callable[[Range], OpacityTF]] = {
+    # The shell is a veil, the blob a cloud, ball and bar are solid.
+    "veils": lambda r: _modes(r, (0.34, 0.06, 0.09), (0.5, 0.05, 0.2), (0.85, 0.2, 0.9)),
+    "solid": lambda r: _steps(r, (0.25, 0.0), (0.34, 1.0)),
+    "hard": lambda r: _steps(r, (0.4, 0.0), (0.401, 0.7), (0.6, 0.7), (0.601, 0.05)),
+    "thin": lambda r: _modes(r, (0.2, 0.008, 0.8), (0.62, 0.008, 0.9)),
+    "haze": lambda r: _steps(r, (0.0, 0.02), (1.0, 0.1)),
+}
+
+STOPS = (
+    (0.0, 0.35, 0.45, 1.0),
+    (0.4, 0.95, 0.75, 0.2),
+    (0.6, 0.3, 0.8, 0.5),
+    (1.0, 1.0, 0.9, 0.8),
+)
+"""Colours, at fractions of the range."""
+
+
+OBLIQUE = View(35.0, 25.0, 7.0, 0.64)
+
+
+@dataclass(frozen=True)
+class PictureScene:
+    """What one picture is of.
+
+    Attributes
+    ----------
+    volume, tf : str
+        Of :data:`VOLUMES` and :data:`TFS`.
+    lighting : {"none", "direct", "global"}
+    view : View
+    light : LightDirection or None
+    crop : CropBox or None
+    step : float
+        Sample distance, in voxels.
+    width, height : int
+        Size in pixels.
+    """
+
+    volume: str
+    tf: str = "veils"
+    lighting: Lighting = "none"
+    view: View = OBLIQUE
+    light: LightDirection | None = None
+    crop: CropBox | None = None
+    step: float = 0.5
+    width: int = 96
+    height: int = 96
+
+    @property
+    def inputs(self) -> SceneInputs:
+        """What is drawn."""
+        lo, hi = scalar_range = volume_of(self.volume).scalar_range
+        stops = tuple((lo + at * (hi - lo), *color) for at, *color in STOPS)
+        colors = ColorTF(scalar_range, (*stops[:-1], (hi, *STOPS[-1][1:])))
+        return SceneInputs(self.view, TFS[self.tf](scalar_range), colors, self.light, self.crop)
+
+    @property
+    def raster(self) -> Raster:
+        """Its pixels."""
+        return Raster(self.width, self.height)
+
+
+CORNER = CropBox((0.0, 0.0, 0.25), (0.62, 1.0, 1.0))
+BELOW, BEHIND = LightDirection(50.0, -35.0), LightDirection(150.0, 20.0)
+
+SCENES: dict[str, PictureScene] = {
+    "bytes": PictureScene("bytes"),
+    "bytes-direct": PictureScene("bytes", lighting="direct"),
+    "bytes-global": PictureScene("bytes", lighting="global"),
+    "light-from-below": PictureScene("bytes", "solid", "direct", light=BELOW),
+    "light-from-behind": PictureScene("bytes", "veils", "global", light=BEHIND),
+    "floats": PictureScene("floats", "veils", view=View(-60.0, 40.0, 0.0, 0.8)),
+    "floats-direct": PictureScene("floats", "solid", "direct", View(-60.0, 40.0, 0.0, 0.8)),
+    "floats-global": PictureScene("floats", "haze", "global", View(-60.0, 40.0, 0.0, 0.8)),
+    "anisotropic": PictureScene("anisotropic", "haze", view=View(110.0, -20.0, -5.0, 0.7)),
+    "anisotropic-direct": PictureScene("anisotropic", "veils", "direct"),
+    "anisotropic-global": PictureScene("anisotropic", "solid", "global"),
+    "missing": PictureScene("missing"),
+    "missing-direct": PictureScene("missing", "solid", "direct"),
+    "missing-global": PictureScene("missing", "solid", "global"),
+    "crop": PictureScene("bytes", crop=CORNER),
+    "crop-direct": PictureScene("bytes", "haze", "direct", crop=CORNER),
+    "crop-global": PictureScene("bytes", "solid", "global", crop=CORNER),
+    "hard-steps": PictureScene("bytes", "hard", view=View(-40.0, 10.0, 0.0, 0.6)),
+    "thin-peaks": PictureScene("floats", "thin", view=View(20.0, -35.0, 0.0, 0.9)),
+    "long-steps": PictureScene("floats", "veils", step=2.0),
+    "near-and-aside": PictureScene(
+        "bytes", "veils", "direct", View(200.0, -10.0, 4.0, 0.35, 0.6, -0.3), width=120, height=72
+    ),
+    "inside": PictureScene("floats", "haze", view=View(70.0, 10.0, 0.0, 0.1)),
+    "from-above": PictureScene("bytes", "solid", "direct", View(0.0, 90.0, 0.0, 0.7), crop=CORNER),
+    "narrow-range": PictureScene("narrow range", "veils", "direct"),
+    "logarithmic": PictureScene("logarithmic"),
+    "noise-direct": PictureScene("noisy", "solid", "direct"),
+    "slab": PictureScene("slab", "haze", view=View(30.0, 55.0, 0.0, 0.7), step=1.0),
+}

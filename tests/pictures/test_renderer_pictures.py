@@ -1,0 +1,113 @@
+"""Every scene, drawn by every renderer, against one stored picture.
+
+The ray caster draws the stored pictures. Where another renderer means to draw something else, such
+as scattered light instead of shadows, it is compared with a picture of its own.
+"""
+
+from __future__ import annotations
+
+import compare
+import numpy as np
+import pytest
+import reference_raycaster
+from compare import Tolerance
+from numpy.typing import NDArray
+from scenes import SCENES, PictureScene, volume_of
+
+from model.rendering.raycast import cuda
+from model.rendering.raycast.renderer import RaycastRenderer
+from model.rendering.renderer import open_renderer
+from model.scene.scene import Lighting
+
+ROUNDING = Tolerance(0.0013, 0.005)
+"""Of stored pictures, to 1/255, and of floating-point numbers."""
+
+TOLERANCES: dict[str, dict[Lighting, Tolerance]] = {
+    "raycast": {"none": ROUNDING, "direct": ROUNDING, "global": ROUNDING},
+    # Without skipping of empty space and early termination.
+    "every-sample": {"none": ROUNDING, "direct": ROUNDING, "global": ROUNDING},
+    "cuda": {"none": ROUNDING, "direct": ROUNDING, "global": ROUNDING},
+    # A second ray caster, of the tests: slow, in float64, by NumPy.
+    "float64": {"none": ROUNDING},
+    "preintegrated": {"none": Tolerance(0.008, 0.1)},
+    # Its own pictures have 8 bits, and OpenGL interpolates with weights of 8 bits. Shadows are
+    # scattered light: other pictures, whose noise differs with the driver.
+    "vtk": {
+        "none": Tolerance(0.003, 0.012),
+        "direct": Tolerance(0.004, 0.04),
+        "global": Tolerance(0.01, 0.06),
+    },
+}
+"""How far each renderer may be from a stored picture, under each light."""
+
+EXCEPTIONS: dict[tuple[str, str], Tolerance] = {
+    # The ray caster looks TFs up in a table, in which a step is 1/16 of a bin wide.
+    ("hard-steps", "float64"): Tolerance(0.0013, 0.016),
+    ("thin-peaks", "float64"): Tolerance(0.0025, 0.012),
+    # Pre-integration misses nothing between two samples.
+    ("hard-steps", "preintegrated"): Tolerance(0.016, 0.16),
+    ("thin-peaks", "preintegrated"): ROUNDING,
+    ("long-steps", "preintegrated"): ROUNDING,
+}
+"""Scenes in which a renderer may be further away, or is compared with a picture of its own."""
+
+OWN = {
+    *((name, "vtk") for name, scene in SCENES.items() if scene.lighting == "global"),
+    ("thin-peaks", "preintegrated"),
+    ("long-steps", "preintegrated"),
+}
+"""Scenes and renderers with a picture of their own."""
+
+
+def is_drawn(name: str, renderer: str) -> bool:
+    """Whether a renderer draws a scene."""
+    scene = SCENES[name]
+    if scene.lighting not in TOLERANCES[renderer]:
+        return False
+    if renderer == "float64":
+        return scene.crop is None and scene.volume != "missing" and scene.width == scene.height
+    return renderer != "cuda" or cuda.is_available()
+
+
+CASES = [(name, kind) for name in SCENES for kind in TOLERANCES if is_drawn(name, kind)]
+
+
+def draw(scene: PictureScene, kind: str) -> NDArray[np.float32]:
+    volume, inputs = volume_of(scene.volume), scene.inputs
+    if kind == "float64":
+        opacity, color = inputs.opacity_tf, inputs.color_tf
+        scalar_range = volume.scalar_range
+        samples = opacity.sample(scalar_range), color.sample(scalar_range)
+        return reference_raycaster.render(volume, scene.view, *samples, scene.width, scene.step)
+    renderer = open_renderer(
+        "vtk" if kind == "vtk" else "raycast",
+        volume,
+        scene.lighting,
+        sample_distance=scene.step,
+        device="cuda" if kind == "cuda" else "cpu",
+        preintegrated=kind == "preintegrated",
+    )
+    if kind == "every-sample":
+        assert isinstance(renderer, RaycastRenderer)
+        renderer.skip_empty = renderer.terminate_early = False
+    try:
+        return renderer.render(inputs, scene.raster)
+    finally:
+        renderer.close()
+
+
+@pytest.mark.parametrize(("name", "kind"), CASES)
+def test_a_renderer_draws_what_is_stored(name: str, kind: str, regenerates: bool) -> None:
+    scene = SCENES[name]
+    drawn = compare.side_by_side(draw(scene, kind))
+    is_own = (name, kind) in OWN
+    picture = f"{name}-{kind}" if is_own else name
+    if regenerates and (kind == "raycast" or is_own):
+        compare.store(picture, drawn)
+    tolerance = EXCEPTIONS.get((name, kind), TOLERANCES[kind][scene.lighting])
+    compare.check(picture, drawn, tolerance, kind)
+
+
+def test_no_stored_picture_is_left_over() -> None:
+    known = {*SCENES, *("-".join(case) for case in OWN)}
+    assert {path.stem for path in compare.STORED.glob("*.png")} == known
