@@ -5,9 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict
 from pathlib import Path
 
-from rich.table import Table
-
-from app.cli.console import console
+from app.cli.console import print_table
 from app.cli.machine import print_machine
 from app.cli.outputs import write_json
 from model.benchmarks.training import TrainingRow, compare_batches, compare_training
@@ -49,13 +47,12 @@ def bench_training(
 
 
 def _print(name: str, rows: list[TrainingRow]) -> None:
-    table = Table(title=name, title_justify="left")
-    for heading in ("stage", "precision", "channels", "fused", "compiled", "rendering", "train"):
-        table.add_column(heading)
-    for heading in ("batch", "ms a step", "samples/s", "ratio"):
-        table.add_column(heading, justify="right")
-    for row in rows:
-        table.add_row(
+    heading = (
+        "stage", "precision", "channels", "fused", "compiled", "rendering", "train",
+        "batch", "ms a step", "samples/s", "ratio",
+    )  # fmt: skip
+    cells = [
+        (
             row.stage,
             row.execution.precision,
             "last" if row.execution.channels_last else "first",
@@ -68,4 +65,6 @@ def _print(name: str, rows: list[TrainingRow]) -> None:
             f"{row.batch_size / row.seconds:.0f}",
             f"{row.speedup:.2f}",
         )
-    console.print(table)
+        for row in rows
+    ]
+    print_table(name, heading, cells, left=7)

@@ -57,8 +57,9 @@ class EvaluationJob:
     volume : VolumeSource
         The model's volume; the shipped one where that is it.
     store : Path or None
-        The data set that the model was trained on. None renders the hold-out samples, and
-        as many training samples as `neighbors`, anew: they follow from the model's seed.
+        A data set of the model's scene, not only its own: several models are then measured
+        on the same samples. None renders the hold-out samples, and as many training samples
+        as `neighbors`, anew: they follow from the model's seed.
     neighbors : int or None
         Training images that are rendered, and searched for nearest neighbours; None takes as
         many as hold-out samples, at most :data:`DEFAULT_NEIGHBORS`.
@@ -191,14 +192,13 @@ def run_evaluation(
 
 
 def _store(job: EvaluationJob, generator: Generator, path: Path) -> SampleStore:
-    """The data set that the model was trained on, with enough hold-out samples."""
+    """A data set of the model's scene with enough hold-out samples."""
     store = SampleStore(path)
     store.require_complete()
-    seed = generator.card.training.get("dataset_seed", store.seed)
-    if store.scene != generator.scene or store.seed != seed:
+    if store.scene != generator.scene:
         raise DatasetError(
-            f"{path}: the data set has another scene or seed than the model {job.model}; "
-            "give the one that it was trained on, or none."
+            f"{path}: the data set has another scene than the model {job.model}; "
+            "give one of its volume, size, light and kinds of TFs, or none."
         )
     there = store.count("holdout")
     if job.count > there:

@@ -31,11 +31,20 @@ from model.training.execution import Execution
 from model.training.options import Precision, TrainingOptions
 from model.training.schedule import Schedule
 
-RUN_SECONDS = 4.0
+RUN_SECONDS = 8.0
 """Time for all ways together, after the first step of each."""
 
 HOPELESS = 1.3
 """A candidate that is slower than the fastest by this factor is not measured further."""
+
+LEAST_STEPS = 3
+"""Steps after which a candidate may be hopeless: a single one may have been held up."""
+
+EMULATED = 2.0
+"""Ratio of a convolution's times in bfloat16 and float32 from which on bfloat16 is emulated.
+
+Emulation makes it eight times as long, a busy machine up to half as long again.
+"""
 
 ALIKE = 1.03
 """Candidates whose step times differ by less than this factor count as equally fast."""
@@ -163,11 +172,14 @@ def _fastest(
     # A busy machine makes steps longer, never shorter.
     quickest = dict.fromkeys(running, math.inf)
     end = time.perf_counter() + RUN_SECONDS
+    rounds = 0
     while time.perf_counter() < end and len(running) > 1:
         for way, steps in running.items():
             quickest[way] = min(quickest[way], next(steps))
-        best = min(quickest.values())
-        running = {w: steps for w, steps in running.items() if quickest[w] < HOPELESS * best}
+        rounds += 1
+        if rounds >= LEAST_STEPS:
+            limit = HOPELESS * min(quickest.values())
+            running = {w: steps for w, steps in running.items() if quickest[w] < limit}
     # Among equally fast candidates, the first in order of preference.
     return next(way for way in quickest if quickest[way] <= ALIKE * min(quickest.values()))
 
@@ -188,9 +200,9 @@ def _ways(device: torch.device, precision: str) -> list[Execution]:
 
 
 def bfloat16_is_slow(device: torch.device) -> bool:
-    """Return True if a convolution takes longer in bfloat16 than in float32 on a device.
+    """Return True if a device emulates bfloat16, by the times of a convolution.
 
-    Takes some 50 ms; a whole step in emulated bfloat16 would take seconds. On GPUs
+    Takes some 100 ms; a whole step in emulated bfloat16 would take seconds. On GPUs
     nothing is timed: bfloat16 counts as slow if it is unsupported.
     """
     if device.type == "cuda":
@@ -200,12 +212,12 @@ def bfloat16_is_slow(device: torch.device) -> bool:
     image = torch.rand(8, 32, 32, 32)
 
     def seconds(precision: torch.dtype) -> float:
-        durations = []
-        for _ in range(4):
-            start = time.perf_counter()
-            with torch.autocast("cpu", precision, precision != torch.float32):
-                layer(image).float().square().mean().backward()
-            durations.append(time.perf_counter() - start)
-        return min(durations)
+        start = time.perf_counter()
+        with torch.autocast("cpu", precision, precision != torch.float32):
+            layer(image).float().square().mean().backward()
+        return time.perf_counter() - start
 
-    return seconds(torch.bfloat16) > seconds(torch.float32)
+    # In turn, so that other load affects both alike.
+    times = [(seconds(torch.bfloat16), seconds(torch.float32)) for _ in range(8)]
+    bfloat16, float32 = map(min, zip(*times, strict=True))
+    return bfloat16 > EMULATED * float32

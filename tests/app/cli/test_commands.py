@@ -14,10 +14,12 @@ from skimage.io import imread
 
 from app.cli import run
 from model.generator.catalog import shipped_models
+from model.generator.generator import Generator
 from model.networks.card import load_card
 from model.networks.size import NetworkSize
 from model.rendering.vtk_renderer import VtkRenderer
 from model.samples.sample_store import SampleStore
+from model.samples.sampling import draw_sample
 from model.scene.inputs import SceneInputs
 from model.scene.scene import Scene
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
@@ -476,6 +478,20 @@ def test_evaluate_compares_with_the_nearest_neighbour(
     assert recorded["holdout"]["rmse"] == pytest.approx(result["rmse"]["mean"])
     assert recorded["holdout_count"] == 6
     assert recorded["kinds"] == again["kinds"]
+
+
+def test_models_are_measured_on_any_samples_of_their_scene(
+    trained: Path, raw_file: Path, tmp_path: Path
+) -> None:
+    store, out = tmp_path / "other.zarr", tmp_path / "result.json"
+    arguments = f"dataset --volume {raw_file} --size 64 --count 4 --holdout 3 --seed 8"
+    assert run([*arguments.split(), "--workers", "1", "--out", str(store)]) == 0
+    assert run(f"evaluate --model {trained} --dataset {store} --count 3 --json {out}".split()) == 0
+    true = SampleStore(store).read("holdout", range(3)).rgba[..., :3] / 255
+    generator, scene = Generator.load(trained), SampleStore(store).scene
+    drawn = [generator.render(draw_sample(scene, 8, "holdout", i))[..., :3] for i in range(3)]
+    errors = np.sqrt(np.square(np.stack(drawn) - true).mean(axis=(1, 2, 3)))
+    assert json.loads(out.read_text())["rmse"]["mean"] == pytest.approx(errors.mean(), rel=0.01)
 
 
 def test_a_model_is_not_asked_silently_for_what_it_was_not_trained_on(

@@ -75,6 +75,21 @@ def test_the_fastest_is_taken(
     assert chosen(scene, monkeypatch, processor) == expected
 
 
+def test_a_step_that_was_held_up_decides_nothing(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class HeldUp(MadeUp):
+        def __call__(self, *arguments: object) -> Iterator[float]:
+            steps = super().__call__(*arguments)
+            way = arguments[-1]
+            assert isinstance(way, Execution)
+            # The first step is not timed.
+            held_up = [0.1, 2.0] if way.precision == "bfloat16" else []
+            return itertools.chain(held_up, steps)
+
+    assert chosen(scene, monkeypatch, HeldUp(bfloat16=0.6)).precision == "bfloat16"
+
+
 def test_a_choice_is_measured_once(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     first, second = MadeUp(0.6), MadeUp(8.0)
     assert chosen(scene, monkeypatch, first) == chosen(scene, monkeypatch, second)
