@@ -80,7 +80,8 @@ class EditActions:
         if how == "isolate":
             opacity = isolate_value(tf.opacity, value, width, found.reach)
         else:
-            step, back = (raise_value, "lower") if how == "raise" else (lower_value, "raise")
+            step = raise_value if how == "raise" else lower_value
+            back: Emphasis = "lower" if how == "raise" else "raise"
             at, before = self._steps.get((how, tf.opacity), (math.inf, tf.opacity))
             is_way_back = is_same_value(at, value, self._state.scalar_range)
             opacity = before if is_way_back else step(tf.opacity, value, width)
