@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Literal
@@ -54,8 +53,8 @@ class EditActions:
         self._dispatcher = dispatcher
         self._layer = layer
         self._shown_colors = shown_colors
-        self._steps: dict[tuple[Emphasis, OpacityTF], tuple[float, OpacityTF]] = {}
-        """What takes the step back that led to an opacity TF: at which value, and to which TF."""
+        self._ways_back: dict[tuple[Emphasis, OpacityTF], tuple[float, OpacityTF]] = {}
+        """For the edit that takes back the one that led to a TF: its value, and the TF before."""
 
     def add_mode(self, index: int, striking: bool = False) -> None:
         """Add a mode in an interval, if wanted in a colour that stands out."""
@@ -80,13 +79,14 @@ class EditActions:
         if how == "isolate":
             opacity = isolate_value(tf.opacity, value, width, found.reach)
         else:
-            step = raise_value if how == "raise" else lower_value
-            back: Emphasis = "lower" if how == "raise" else "raise"
-            at, before = self._steps.get((how, tf.opacity), (math.inf, tf.opacity))
-            is_way_back = is_same_value(at, value, self._state.scalar_range)
-            opacity = before if is_way_back else step(tf.opacity, value, width)
+            known = self._ways_back.get((how, tf.opacity))
+            if known is not None and is_same_value(known[0], value, self._state.scalar_range):
+                opacity = known[1]
+            else:
+                step = raise_value if how == "raise" else lower_value
+                opacity = step(tf.opacity, value, width)
             if opacity != tf.opacity:
-                self._steps[back, opacity] = value, tf.opacity
+                self._ways_back["lower" if how == "raise" else "raise", opacity] = value, tf.opacity
         self._state.commit(replace(tf, opacity=opacity), f"{how} value")
 
     def _add(self, value: float, width: float, striking: bool) -> None:

@@ -209,7 +209,7 @@ class FindingsPanel(QFrame):
         return "computing …" if self._dispatcher.chooser.available else ""
 
     def _edits_note(self, fresh: bool) -> str:
-        """What there is to say of peaks without a flag, or of there being none."""
+        """Sentence about peaks without a flag, or about there being none; or nothing."""
         layer, state = self._layer, self._state
         if layer.intervals:
             if layer.left_out is None:

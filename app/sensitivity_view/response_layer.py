@@ -1,4 +1,4 @@
-"""The region's responses over the opacity curve, with flags where an edit shows most."""
+"""The region's responses over the opacity curve, with flags at its highest peaks."""
 
 from __future__ import annotations
 

@@ -186,7 +186,11 @@ def run_evaluation(
     if volume is not None and parts.differentiated:
         count = parts.differentiated
         result.figures["sensitivity_agreement"] = _agreement(
-            generator, volume, count, lambda done: on_progress("differentiating", done, count)
+            generator,
+            volume,
+            store.seed,
+            count,
+            lambda done: on_progress("differentiating", done, count),
         )
     return result
 
@@ -298,10 +302,9 @@ def _volume(
 
 
 def _agreement(
-    generator: Generator, volume: Volume, count: int, on_progress: Callable[[int], None]
+    generator: Generator, volume: Volume, seed: int, count: int, on_progress: Callable[[int], None]
 ) -> dict[str, Any]:
-    """Compare sensitivities with the renderer's on the first hold-out samples."""
-    seed = int(generator.card.training.get("dataset_seed", 0))
+    """Compare sensitivities with the renderer's on the first hold-out samples of a seed."""
     samples = [draw_sample(generator.scene, seed, "holdout", i) for i in range(count)]
     agreement = sensitivity_agreement(generator, volume, samples, on_progress)
     return {"count": count, **agreement.to_json()}

@@ -24,7 +24,7 @@ Picture = NDArray[np.uint8]
 
 @dataclass(frozen=True)
 class Tolerance:
-    """How far a picture may be from the stored one, where 1 is the full brightness.
+    """Largest differences of a picture from the stored one, where 1 is the full brightness.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ def stored(name: str) -> Picture:
     return np.asarray(iio.imread(STORED / f"{name}.png"))
 
 
-def check(name: str, drawn: Picture, tolerance: Tolerance, label: str = "", block: int = 1) -> None:
+def check(name: str, drawn: Picture, tolerance: Tolerance, label: str) -> None:
     """Compare a picture with the stored one; fail with both, and their difference, in a folder.
 
     Parameters
@@ -66,20 +66,18 @@ def check(name: str, drawn: Picture, tolerance: Tolerance, label: str = "", bloc
     tolerance : Tolerance
     label : str
         Who drew it, for the folder.
-    block : int
-        Compare the mean brightness of squares of so many pixels; 1 for each number of each pixel.
     """
     expected = stored(name)
     assert drawn.shape == expected.shape, f"{name}: {drawn.shape} instead of {expected.shape}"
-    difference = abs(_blocks(drawn, block) - _blocks(expected, block))
+    difference = abs(drawn.astype(np.float64) - expected) / 255
     rmse = float(np.sqrt(np.mean(difference**2)))
     most = float(np.quantile(difference, 1 - STRAYS, method="higher"))
     if rmse <= tolerance.rmse and most <= tolerance.most:
         return
-    folder = FAILED / "-".join(filter(None, (name, label)))
+    folder = FAILED / f"{name}-{label}"
     folder.mkdir(parents=True, exist_ok=True)
     # A difference of the tolerance is half as bright as can be.
-    shown = np.clip(difference / tolerance.most / 2, 0, 1).repeat(block, 0).repeat(block, 1)
+    shown = np.clip(difference / tolerance.most / 2, 0, 1)
     pictures = {"stored": expected, "drawn": drawn, "difference": np.rint(255 * shown)}
     for kind, picture in pictures.items():
         iio.imwrite(folder / f"{kind}.png", picture.astype(np.uint8))
@@ -88,13 +86,3 @@ def check(name: str, drawn: Picture, tolerance: Tolerance, label: str = "", bloc
         f"{tolerance.rmse:g}), and by {most:.3f} (at most {tolerance.most:g}) in all but "
         f"{100 * STRAYS:g} % of its numbers; see the pictures in {folder}."
     )
-
-
-def _blocks(picture: Picture, block: int) -> NDArray[np.float64]:
-    """Numbers in [0, 1]; in blocks, their mean brightness, gray."""
-    numbers = picture.astype(np.float64) / 255
-    if block == 1:
-        return numbers
-    rows, columns = (length // block for length in picture.shape[:2])
-    gray = numbers.mean(axis=-1)[: rows * block, : columns * block]
-    return gray.reshape(rows, block, columns, block).mean(axis=(1, 3))

@@ -128,7 +128,7 @@ OBLIQUE = View(35.0, 25.0, 7.0, 0.64)
 
 @dataclass(frozen=True)
 class PictureScene:
-    """What one picture is of.
+    """One scene, as one picture shows it.
 
     Attributes
     ----------
@@ -156,7 +156,7 @@ class PictureScene:
 
     @property
     def inputs(self) -> SceneInputs:
-        """What is drawn."""
+        """View, TFs, light and crop box, as a renderer gets them."""
         lo, hi = scalar_range = volume_of(self.volume).scalar_range
         stops = tuple((lo + at * (hi - lo), *color) for at, *color in STOPS)
         colors = ColorTF(scalar_range, (*stops[:-1], (hi, *STOPS[-1][1:])))

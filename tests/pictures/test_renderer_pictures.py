@@ -38,7 +38,7 @@ TOLERANCES: dict[str, dict[Lighting, Tolerance]] = {
         "global": Tolerance(0.01, 0.06),
     },
 }
-"""How far each renderer may be from a stored picture, under each light."""
+"""Largest differences of each renderer from a stored picture, under each light."""
 
 EXCEPTIONS: dict[tuple[str, str], Tolerance] = {
     # The ray caster looks TFs up in a table, in which a step is 1/16 of a bin wide.

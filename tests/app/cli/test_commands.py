@@ -6,6 +6,7 @@ import csv
 import json
 import shutil
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from PIL import Image
 from skimage.io import imread
 
 from app.cli import run
+from model.evaluation import job
 from model.generator.catalog import shipped_models
 from model.generator.generator import Generator
 from model.networks.card import load_card
@@ -481,15 +483,20 @@ def test_evaluate_compares_with_the_nearest_neighbour(
 
 
 def test_models_are_measured_on_any_samples_of_their_scene(
-    trained: Path, raw_file: Path, tmp_path: Path
+    trained: Path, raw_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    compared = Mock(wraps=job.sensitivity_agreement)
+    monkeypatch.setattr(job, "sensitivity_agreement", compared)
     store, out = tmp_path / "other.zarr", tmp_path / "result.json"
     arguments = f"dataset --volume {raw_file} --size 64 --count 4 --holdout 3 --seed 8"
     assert run([*arguments.split(), "--workers", "1", "--out", str(store)]) == 0
-    assert run(f"evaluate --model {trained} --dataset {store} --count 3 --json {out}".split()) == 0
+    arguments = f"evaluate --model {trained} --volume {raw_file} --dataset {store} --count 3"
+    assert run([*arguments.split(), "--sensitivities", "2", "--json", str(out)]) == 0
     true = SampleStore(store).read("holdout", range(3)).rgba[..., :3] / 255
     generator, scene = Generator.load(trained), SampleStore(store).scene
-    drawn = [generator.render(draw_sample(scene, 8, "holdout", i))[..., :3] for i in range(3)]
+    samples = [draw_sample(scene, 8, "holdout", i) for i in range(3)]
+    assert compared.call_args.args[2] == samples[:2]
+    drawn = [generator.render(sample)[..., :3] for sample in samples]
     errors = np.sqrt(np.square(np.stack(drawn) - true).mean(axis=(1, 2, 3)))
     assert json.loads(out.read_text())["rmse"]["mean"] == pytest.approx(errors.mean(), rel=0.01)
 

@@ -41,7 +41,7 @@ def test_a_response_that_rises_to_an_end_is_a_peak() -> None:
 
 
 @pytest.mark.parametrize("curve", [np.zeros(256), np.full(256, np.nan), np.full(256, 1e-9)])
-def test_nothing_promises_nothing(curve: np.ndarray) -> None:
+def test_where_nothing_responds_there_is_no_interval(curve: np.ndarray) -> None:
     assert strongest_intervals(curve, (0.0, 1.0)) == ()
 
 
