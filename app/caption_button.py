@@ -11,6 +11,7 @@ from PySide6.QtGui import QColor, QFont, QFontMetrics, QImage, QPainter, QPaintE
 from PySide6.QtWidgets import QMenu, QSizePolicy, QToolButton
 
 from app import theme
+from app.menu_tips import show_tips
 
 Tone = Literal["dim", "change", "attention", "error"]
 """Colour of the detail: usual, under way, to be noticed, or wrong."""
@@ -93,7 +94,7 @@ class CaptionButton(QToolButton):
     def add_menu(self) -> QMenu:
         """Give it a menu, and return that."""
         menu = QMenu(self)
-        menu.setToolTipsVisible(True)
+        show_tips(menu)
         self.setMenu(menu)
         return menu
 

@@ -33,6 +33,13 @@ from PySide6.QtWidgets import (
 from app import theme
 from app.wheel_guard import WheelGuard
 
+BY_KEYS = (
+    Qt.FocusReason.TabFocusReason,
+    Qt.FocusReason.BacktabFocusReason,
+    Qt.FocusReason.ShortcutFocusReason,
+)
+"""Ways in which keys bring the focus."""
+
 MORE = " …"
 """End of a text that goes on."""
 
@@ -91,39 +98,11 @@ def list_box() -> QComboBox:
     return box
 
 
-def combo(entries: dict[str, str], tip: str = "") -> QComboBox:
-    """Return a choice between names, each with an explanation.
-
-    Parameters
-    ----------
-    entries : dict of str
-        Explanation of each name.
-    tip : str
-        First line of the tooltip, before the explanations.
-    """
-    box = list_box()
-    # After a click, keys such as W are the window's again.
-    box.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-    for index, (name, explanation) in enumerate(entries.items()):
-        box.addItem(name)
-        box.setItemData(index, explanation, Qt.ItemDataRole.ToolTipRole)
-    lines = [f"<b>{name}</b>: {explanation}" for name, explanation in entries.items()]
-    box.setToolTip("<br>".join([tip, *lines] if tip else lines))
-    return box
-
-
 def text_button(text: str, tip: str) -> QToolButton:
     """Return a small button."""
     button = QToolButton()
     button.setText(text)
     button.setToolTip(tip)
-    return button
-
-
-def quiet_button(text: str, tip: str) -> QToolButton:
-    """Return a small button that never takes the keys."""
-    button = text_button(text, tip)
-    button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
     return button
 
 
@@ -180,7 +159,6 @@ class Action:
 
     Attributes
     ----------
-    label : str
     slot : callable
         Called without arguments.
     """

@@ -29,7 +29,7 @@ _PREFIX = "gloss:"
 SENTENCES = {
     "Exact": "The derivative of the ray caster's own image: no approximation but its samples.",
     "By differences": "The change between two rendered images, of slightly more and less opacity; "
-    "under global light, where an edit also moves shadows. It takes some seconds.",
+    "under soft and path-traced light, which an edit moves, too. It takes some seconds.",
     "Learned": "The derivative of the model's image, which is as good as the model is.",
     "Cosine": "How far the learned and the exact curve agree in shape: 1 is perfect, 0 is not at "
     "all.",

@@ -76,7 +76,6 @@ def icon(name: str, colors: theme.Colors | None = None) -> QIcon:
     ----------
     name : str
         One of :func:`icon_names`.
-    colors : Colors, optional
     """
     colors = colors or theme.present()
     found = QIcon()

@@ -268,7 +268,6 @@ def refusal(
 
     Parameters
     ----------
-    text : str
     lowest, highest : float
         Limits, included.
     shown : callable

@@ -8,12 +8,17 @@ SMALLEST, LARGEST = 1e-4, 1e5
 """Numbers between which no power of ten is written."""
 
 
+def without_zero(number: str) -> str:
+    """Leave out a zero before the point, as in ``"0.25"`` and ``"-0.25"``."""
+    digits = number.lstrip("+-")
+    return number.replace("0.", ".", 1) if digits.startswith("0.") else number
+
+
 def short(number: float, digits: int = 2, *, signed: bool = False) -> str:
     """Write a number with few digits, such as ``".004"``, ``"−.02"`` or ``"2e−5"``.
 
     Parameters
     ----------
-    number : float
     digits : int
         Significant ones, at most.
     signed : bool
@@ -27,7 +32,7 @@ def short(number: float, digits: int = 2, *, signed: bool = False) -> str:
     if 0 < size < SMALLEST or size >= LARGEST:
         digit, _, power = f"{size:.{digits - 1}e}".partition("e")
         text = f"{float(digit):g}e{int(power)}".replace("-", MINUS)
-    elif text.startswith("0."):
-        text = text.removeprefix("0")
+    else:
+        text = without_zero(text)
     sign = "" if not size else MINUS if number < 0 else "+" if signed else ""
     return sign + text

@@ -136,7 +136,6 @@ def apply_theme(application: QApplication, wanted: ThemeChoice = "system") -> No
 
     Parameters
     ----------
-    application : QApplication
     wanted : {"system", "dark", "light"}
         The system's is dark where the system does not say.
     """
@@ -235,7 +234,7 @@ QRadioButton::indicator {{
 QRadioButton::indicator:checked {{ background: {c.change}; border-color: {c.change}; }}
 QRadioButton:focus {{ color: {c.change}; }}
 QGraphicsView[role="plots"] {{ border: 1px solid transparent; border-radius: 4px; }}
-QGraphicsView[role="plots"]:focus {{ border-color: {c.change}; }}
+QGraphicsView[role="plots"][ringed="true"] {{ border-color: {c.change}; }}
 QLabel[role="title"] {{ font-weight: 600; }}
 QLabel[role="dim"] {{ color: {c.dim}; }}
 QLabel[role="readout"] {{

@@ -38,7 +38,6 @@ def read_number(text: str, whole: bool = False) -> float:
 
     Parameters
     ----------
-    text : str
     whole : bool
         Whether it shall be a whole number.
 

@@ -10,10 +10,6 @@ class WheelGuard(QObject):
     """Keeps the wheel from changing a control that has not the focus, and from giving it.
 
     Whoever scrolls a panel, and passes over a control, would change it unawares.
-
-    Parameters
-    ----------
-    control : QWidget
     """
 
     def __init__(self, control: QWidget) -> None:

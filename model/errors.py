@@ -18,10 +18,6 @@ class TfscopeError(Exception):
         Worded for both the command line and the window.
     **suggested : str
         Values of settings that would help, by name; an empty string stands for a switch.
-
-    Attributes
-    ----------
-    suggested : dict of str
     """
 
     def __init__(self, message: str = "", **suggested: str) -> None:

@@ -8,8 +8,14 @@ from pathlib import Path
 
 from model.files import cache_folder
 
-KERNELS = ("rendering/raycast", "networks/refined")
-"""Packages that hold compiled functions and the functions they call."""
+SOURCES = (
+    "compilation.py",
+    "rendering/raycast",
+    "rendering/path_tracing",
+    "rendering/opacity_correction.py",
+    "scene/transfer_function.py",
+)
+"""Folders and modules with compiled functions, the functions they call, and constants of both."""
 
 
 def kernel_folder() -> Path:
@@ -19,9 +25,10 @@ def kernel_folder() -> Path:
     calls.
     """
     digest = hashlib.sha256(version("numba").encode())
-    for package in KERNELS:
-        for source in sorted((Path(__file__).parent / package).rglob("*.py")):
-            digest.update(source.read_bytes())
+    for place in SOURCES:
+        source = Path(__file__).parent / place
+        for file in [source] if source.is_file() else sorted(source.rglob("*.py")):
+            digest.update(file.read_bytes())
     return cache_folder() / "kernels" / digest.hexdigest()[:16]
 
 

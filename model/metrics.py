@@ -25,6 +25,12 @@ EMD_BINS = (8, 12, 12)
 
 RESAMPLES = 2000
 
+LEAST_BRIGHTNESS = 0.06
+"""Mean brightness from which on an image shows enough to be compared by eye.
+
+Brightness, not opacity: TFs of dark colours make images that are opaque and nearly black.
+"""
+
 Image = NDArray[np.floating]
 
 
@@ -32,6 +38,19 @@ def rmse(image: Image, truth: Image) -> float:
     """Root mean squared error over all pixels and channels."""
     difference = np.clip(image, 0, 1).astype(np.float64) - truth
     return float(np.sqrt(np.mean(difference**2)))
+
+
+def clearly_seen(rgba: NDArray[np.uint8]) -> NDArray[np.bool_]:
+    """Return which of some images are not nearly black.
+
+    A pixel is as bright as its brightest channel, an image as its pixels in the mean.
+
+    Parameters
+    ----------
+    rgba : ndarray of uint8, shape (n, H, W, 4)
+    """
+    brightness = rgba[..., :3].max(axis=-1).mean(axis=(1, 2), dtype=np.float64) / 255
+    return np.asarray(brightness >= LEAST_BRIGHTNESS)
 
 
 def masked_rmse(image: Image, truth: Image, opacity: Image) -> float:

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parent.parent
-MODEL = ROOT / "resources" / "models" / "reacting_jet"
+MODEL = ROOT / "resources" / "models" / "reacting_jet_paper"
 
 FORBID = """
 import os, socket
@@ -46,7 +46,7 @@ OURS = (
     "command",
     [
         ["--help"],
-        ["info", str(MODEL)],
+        pytest.param(["info", str(MODEL)], marks=pytest.mark.slow),
         # Kernels are compiled anew, as nothing is in the cache.
         pytest.param(
             ["--model", str(MODEL), "--screenshot", "OUT/window.png"], marks=pytest.mark.slow

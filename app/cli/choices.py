@@ -10,7 +10,6 @@ from model.scene.value_scale import ValueScale
 
 if TYPE_CHECKING:
     from model.latent.codes import PictureOf
-    from model.networks.size import Architecture
     from model.sensitivity.measure import Measure
 
 
@@ -19,7 +18,9 @@ class LightingOption(StrEnum):
 
     NONE = "none"
     DIRECT = "direct"
-    GLOBAL = "global"
+    SOFT = "soft"
+    SHADOWS = "shadows"
+    PATH = "path"
 
 
 class ScaleOption(StrEnum):
@@ -150,13 +151,6 @@ class Preset(StrEnum):
     PAPER = "paper"
 
 
-class ArchitectureOption(StrEnum):
-    """Architectures of generators, for the command line."""
-
-    REFINED = "refined"
-    PAPER = "paper"
-
-
 class TFFamilyOption(StrEnum):
     """Families of random TFs, for the command line."""
 
@@ -180,11 +174,6 @@ def renderer_name(option: StrEnum) -> RendererName:
 def family_name(option: TFFamilyOption) -> TFFamily:
     """Return the TF family of an option."""
     return cast(TFFamily, str(option))
-
-
-def architecture_name(option: ArchitectureOption | None) -> Architecture | None:
-    """Return the architecture of an option; None for the preset's own."""
-    return None if option is None else option.value
 
 
 def lighting(option: LightingOption) -> Lighting:

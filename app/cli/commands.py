@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from app.cli import choices, image_commands, model_commands, options, values
-from app.cli.bench_commands import bench
+from app.cli.bench.commands import bench
 from app.cli.latent_commands import codec, latent
 from app.cli.paper_commands import paper
 from app.state.window_start import WindowStart

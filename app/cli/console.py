@@ -86,9 +86,6 @@ def print_table(
 
     Parameters
     ----------
-    title : str
-    heading : sequence of str
-    rows : sequence of sequences of str
     left : int
         Number of columns that are aligned to the left.
     """

@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from rich.progress import Progress, TaskID
-from rich.table import Table
 
-from app.cli.console import about, console, counting, warn
+from app.cli.console import about, console, counting, print_table, warn
 from app.cli.outputs import write_json, write_text
 from model.evaluation.job import EvaluationJob, EvaluationResult, run_evaluation
 from model.evaluation.report import AGREEMENTS, MEASURES, html_report
@@ -39,7 +38,10 @@ def evaluate_model(
     with _Bars() as bars:
         result = run_evaluation(job, bars.show, images_measured, console.print, _tell_duration)
     if "sensitivity_agreement" in result.figures:
-        _print_agreement(result.figures["sensitivity_agreement"])
+        agreement = result.figures["sensitivity_agreement"]
+        _print_agreement(agreement)
+        if record:
+            add_metrics(job.model, sensitivity_agreement=agreement)
         write(result)
 
 
@@ -52,6 +54,7 @@ def _record(folder: Path, figures: dict[str, Any]) -> None:
         holdout={**before, **means},
         holdout_count=figures["count"],
         kinds=figures["kinds"],
+        **{name: figures[name] for name in ("alternatives",) if name in figures},
     )
     console.print(f"The errors are in {folder / MODEL_FILE}.")
 
@@ -94,44 +97,42 @@ def _print_agreement(agreement: dict[str, Any]) -> None:
     title = (
         f"sensitivity to the opacity TF against the renderer's own, {agreement['count']} samples"
     )
-    table = Table(title=title, title_justify="left")
-    for name in ("", "quartile 1", "median", "quartile 3"):
-        table.add_column(name, justify="right" if name else "left")
-    for key, label in AGREEMENTS.items():
-        values = agreement[key]
-        cells = [f"{values[k]:.2f}" for k in ("quartile1", "median", "quartile3")]
-        table.add_row(label, *cells)
-    console.print(table)
+    parts = ("quartile1", "median", "quartile3")
+    cells = [
+        (label, *(f"{agreement[key][part]:.2f}" for part in parts))
+        for key, label in AGREEMENTS.items()
+    ]
+    print_table(title, ("", "quartile 1", "median", "quartile 3"), cells)
 
 
 def _print_alternatives(alternatives: dict[str, Any]) -> None:
     title = f"what could be used instead, {alternatives['count']} samples"
-    table = Table(title=title, title_justify="left")
-    for name in ("", "image RMSE", "SSIM", "colour EMD", "ms an image", "MB"):
-        table.add_column(name, justify="right" if name else "left")
-    for row in alternatives["rows"]:
-        cells = [f"{row[key]:.4f}" for key in ("rmse", "ssim", "emd")]
-        table.add_row(row["name"], *cells, f"{row['ms']:.1f}", f"{row['bytes'] / 1e6:.1f}")
-    console.print(table)
+    cells = [
+        (
+            row["name"],
+            *(f"{row[key]:.4f}" for key in ("rmse", "ssim", "emd")),
+            f"{row['ms']:.1f}",
+            f"{row['bytes'] / 1e6:.1f}",
+        )
+        for row in alternatives["rows"]
+    ]
+    print_table(title, ("", "image RMSE", "SSIM", "colour EMD", "ms an image", "MB"), cells)
     console.print(alternatives["verdict"])
 
 
 def _print(result: dict[str, Any]) -> None:
     neighbor = result["nearest_neighbor"]
     statistics = ("mean", "median", "p95")
-    table = Table(title=f"{result['count']} hold-out samples", title_justify="left")
-    table.add_column("")
-    for who in ("generator", "nearest"):
-        for statistic in statistics:
-            table.add_column(f"{who}\n{statistic}", justify="right")
+    heading = [f"{who}\n{s}" for who in ("generator", "nearest") for s in statistics]
+    rows = []
     for key, label in MEASURES.items():
         if key not in result:
             continue
         other = neighbor.get(key, {})
         cells = [f"{result[key][s]:.4f}" for s in statistics]
         cells += [f"{other[s]:.4f}" if other else "" for s in statistics]
-        table.add_row(label, *cells)
-    console.print(table)
+        rows.append([label, *cells])
+    print_table(f"{result['count']} hold-out samples", ["", *heading], rows)
     console.print(f"nearest: the nearest of {neighbor['count']} training images, by RMSE")
     kinds = [f"{kind} {k['rmse']:.4f} ({k['count']})" for kind, k in result["kinds"].items()]
     console.print(f"image RMSE by kind of opacity TF (samples): {', '.join(kinds)}")

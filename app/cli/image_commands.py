@@ -8,23 +8,21 @@ from typing import Annotated, cast
 import typer
 
 from app.cli import choices, options, values
+from app.cli.volume_options import takes_volume
 from model.scene.view import View
 from model.volume_files.source import VolumeSource
 
+FILE = Annotated[Path, typer.Argument(metavar="FILE", help="A volume.", callback=values.volume)]
+FILE_OR_MODEL = Annotated[
+    Path,
+    typer.Argument(metavar="FILE_OR_MODEL", help="A volume or a model.", callback=values.volume),
+]
 
+
+@takes_volume(placed=False, argument=FILE_OR_MODEL)
 def info(
-    path: Annotated[
-        Path,
-        typer.Argument(
-            metavar="FILE_OR_MODEL", help="A volume or a model.", callback=values.volume
-        ),
-    ],
-    raw: options.RawLayoutText = None,
-    component: options.ComponentName = None,
-    series: options.SeriesName = None,
-    array: options.ArrayName = None,
-    time: options.TimeName = None,
-    channel: options.ChannelName = None,
+    *,
+    source: VolumeSource,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print it as JSON, for programs.")
     ] = False,
@@ -32,11 +30,13 @@ def info(
     """Print what a volume file or a model folder holds."""
     from app.cli.info import print_info
 
-    print_info(VolumeSource(path, raw, component, None, series, array, time, channel), as_json)
+    print_info(source, as_json)
 
 
+@takes_volume(placed=False, argument=FILE)
 def compact(
-    path: Annotated[Path, typer.Argument(metavar="FILE", help="A volume.", callback=values.volume)],
+    *,
+    source: VolumeSource,
     out: Annotated[
         Path,
         typer.Option(
@@ -68,21 +68,16 @@ def compact(
             parser=values.view,
         ),
     ] = None,
-    raw: options.RawLayoutText = None,
-    component: options.ComponentName = None,
-    series: options.SeriesName = None,
-    array: options.ArrayName = None,
-    time: options.TimeName = None,
-    channel: options.ChannelName = None,
 ) -> None:
     """Save a volume in few bytes, and measure how far its images are from the original's."""
     from app.cli.compact import save
 
-    source = VolumeSource(path, raw, component, None, series, array, time, channel)
     save(source, out, megabytes, error, tf, view)
 
 
+@takes_volume()
 def render(
+    *,
     out: Annotated[
         Path,
         typer.Option(
@@ -97,15 +92,7 @@ def render(
         choices.Renderer,
         typer.Option("--renderer", help="The reference, the fast ray caster, or the model."),
     ] = choices.Renderer.VTK,
-    volume: options.VolumeFile = None,
-    raw: options.RawLayoutText = None,
-    component: options.ComponentName = None,
-    series: options.SeriesName = None,
-    array: options.ArrayName = None,
-    time: options.TimeName = None,
-    channel: options.ChannelName = None,
-    scalar_range: options.ScalarRange = None,
-    scale: options.ScaleName = None,
+    source: VolumeSource,
     model: options.ModelFolder = None,
     view: options.ViewNumbers = values.HOME_VIEW,
     tf: options.TFFile = None,
@@ -122,6 +109,34 @@ def render(
             metavar="N,N,...",
             help="Draw this latent code of the model instead of an opacity TF; the colours are "
             "those of --tf.",
+        ),
+    ] = None,
+    samples: Annotated[
+        int | None,
+        typer.Option(
+            "--samples",
+            min=1,
+            max=1 << 20,
+            help="Of each pixel in path-traced light: four times as many halve the noise. "
+            "(default: 64; with --error as many as it takes)",
+        ),
+    ] = None,
+    error: Annotated[
+        float | None,
+        typer.Option(
+            "--error",
+            min=1e-4,
+            max=1.0,
+            help="Estimated error (RMSE) of the path-traced picture that is good enough: as many "
+            "samples as it takes, at most --samples.",
+        ),
+    ] = None,
+    denoise: Annotated[
+        bool | None,
+        typer.Option(
+            "--denoise/--no-denoise",
+            help="Whether Intel's Open Image Denoise cleans path-traced pictures as long as that "
+            "brings them nearer to the truth. (default: where it is installed)",
         ),
     ] = None,
     size: Annotated[
@@ -187,13 +202,14 @@ def render(
     render_to_file(
         RenderOrder(
             renderer=str(renderer),
-            volume=values.source(
-                volume, raw, component, scalar_range, series, array, time, channel, scale
-            ),
+            volume=source,
             model=model,
             view=view,
             tf=tf,
             lighting=lighting,
+            samples=samples,
+            error=error,
+            denoise=denoise,
             light=light,
             crop=crop,
             size=values.pixels(size),
@@ -214,7 +230,9 @@ def render(
     )
 
 
+@takes_volume()
 def sensitivity(
+    *,
     out: Annotated[
         Path,
         typer.Option(
@@ -225,15 +243,7 @@ def sensitivity(
         ),
     ],
     model: options.ModelFolder = None,
-    volume: options.VolumeFile = None,
-    raw: options.RawLayoutText = None,
-    component: options.ComponentName = None,
-    series: options.SeriesName = None,
-    array: options.ArrayName = None,
-    time: options.TimeName = None,
-    channel: options.ChannelName = None,
-    scalar_range: options.ScalarRange = None,
-    scale: options.ScaleName = None,
+    source: VolumeSource,
     engine: Annotated[
         choices.SensitivityEngine | None,
         typer.Option(
@@ -246,7 +256,7 @@ def sensitivity(
     tf: options.TFFile = None,
     lighting: Annotated[
         choices.LightingOption | None,
-        typer.Option("--lighting", help="Of the ray caster's image; global: by differences."),
+        typer.Option("--lighting", help="Of the ray caster's image; soft: by differences."),
     ] = None,
     size: Annotated[
         int | None,
@@ -298,9 +308,7 @@ def sensitivity(
 
     save_sensitivity(
         SensitivityOrder(
-            volume=values.source(
-                volume, raw, component, scalar_range, series, array, time, channel, scale
-            ),
+            volume=source,
             model=model,
             engine=None if engine is None else cast(EngineName, str(engine)),
             view=view,

@@ -14,11 +14,6 @@ from model.scene.value_scale import LOGARITHM_OFFER, SCALE_NAMES, suits_logarith
 from model.volume_files.description import as_data, describe
 from model.volume_files.source import VolumeSource
 
-ARCHITECTURES = {
-    "refined": "coarse volume, refined",
-    "paper": "the paper's two networks",
-}
-
 
 def print_info(source: VolumeSource, as_json: bool = False) -> None:
     """Print a model's card, or a volume's description, as a table or as JSON."""
@@ -73,7 +68,6 @@ def _card_rows(card: ModelCard, verdict: str) -> list[tuple[str, str]]:
         ("views", f"with {scene.view_range.up} up"),
         ("rendered by", {"vtk": "VTK", "raycast": "the ray caster"}[scene.renderer]),
         ("preset", f"{card.preset} (width {size.width:g} of the paper's)"),
-        ("architecture", ARCHITECTURES[size.architecture]),
         ("colour image", f"{size.image_size} x {size.image_size}"),
         ("opacity image", f"{size.opacity_size} x {size.opacity_size}"),
         ("latent code", f"{size.latent_dim} numbers"),
@@ -82,8 +76,7 @@ def _card_rows(card: ModelCard, verdict: str) -> list[tuple[str, str]]:
     while isinstance(course.get("seconds"), int | float):
         rows.append((name, _course(course)))
         name, course = "before that", course.get("start", {})
-    # What the paper's networks are worth is what is measured of them.
-    if verdict and size.architecture != "paper":
+    if verdict:
         rows.append(("worth", verdict))
     for name, value in card.metrics.get("holdout", {}).items():
         rows.append((f"hold-out {name}", f"{value:.4f}"))

@@ -50,7 +50,6 @@ class _Engine:
     ----------
     draw : callable
         From codes (n, d) to images (n, S, S, 4).
-    close : callable
     of : {"code", "tf"}
         What of a code is drawn.
     """
@@ -66,7 +65,6 @@ class _Found:
 
     Attributes
     ----------
-    arrays : dict of ndarray
     grid : ndarray, shape (H, W, 3), or None
         Pictures of the cells.
     picture : ndarray, shape (H, W, 3), or None
@@ -185,10 +183,10 @@ def _engine(order: LatentOrder, volume: Volume, space: LatentSpace, inputs: Scen
     """Return what draws; its pictures have the view and the colours of the inputs."""
     if order.model is not None:
         from model.generator.generator import Generator
-        from model.latent.code_pictures import draw_codes, usual_picture
+        from model.latent.code_pictures import draw_codes
 
         generator = Generator.load(order.model)
-        of = order.picture or usual_picture(generator)
+        of = order.picture or "code"
         return _Engine(
             lambda codes: draw_codes(generator, space, codes, inputs, of), lambda: None, of
         )

@@ -9,10 +9,14 @@ import typer
 
 from app.cli import choices, options, values
 from app.cli.latent_order import Brush, LatentOrder, Place
+from app.cli.volume_options import takes_volume
 from model.errors import LatentError
+from model.volume_files.source import VolumeSource
 
 
+@takes_volume()
 def latent(
+    *,
     out: Annotated[
         Path,
         typer.Option(
@@ -22,15 +26,7 @@ def latent(
             callback=values.output(".npz", ".png", ".json"),
         ),
     ],
-    volume: options.VolumeFile = None,
-    raw: options.RawLayoutText = None,
-    component: options.ComponentName = None,
-    series: options.SeriesName = None,
-    array: options.ArrayName = None,
-    time: options.TimeName = None,
-    channel: options.ChannelName = None,
-    scalar_range: options.ScalarRange = None,
-    scale: options.ScaleName = None,
+    source: VolumeSource,
     model: Annotated[
         Path | None,
         typer.Option(
@@ -89,7 +85,7 @@ def latent(
 ) -> None:
     """Map opacity TFs by their latent codes, and draw what its parts show."""
     order = LatentOrder(
-        values.source(volume, raw, component, scalar_range, series, array, time, channel, scale),
+        source,
         model,
         samples,
         cast(Brush | None, values.numbers(grid, 4, "--grid")),

@@ -13,10 +13,14 @@ import typer
 
 from app.cli import choices, options, values
 from app.cli.outputs import make_room_for
+from app.cli.volume_options import takes_volume
 from model.errors import TfscopeError, TrainingError
+from model.volume_files.source import VolumeSource
 
 
+@takes_volume()
 def dataset(
+    *,
     out: Annotated[
         Path,
         typer.Option("--out", metavar="STORE", help="Zarr folder.", callback=values.output_folder),
@@ -27,15 +31,7 @@ def dataset(
             "--count", min=1, max=10_000_000, help="Training samples; a store never shrinks."
         ),
     ],
-    volume: options.VolumeFile = None,
-    raw: options.RawLayoutText = None,
-    component: options.ComponentName = None,
-    series: options.SeriesName = None,
-    array: options.ArrayName = None,
-    time: options.TimeName = None,
-    channel: options.ChannelName = None,
-    scalar_range: options.ScalarRange = None,
-    scale: options.ScaleName = None,
+    source: VolumeSource,
     size: Annotated[
         int, typer.Option("--size", min=16, max=4096, help="Width and height in pixels.")
     ] = 256,
@@ -64,9 +60,6 @@ def dataset(
     """Render random samples into a store; run it again to go on or to add more."""
     from app.cli.dataset import SceneOptions, make_dataset
 
-    source = values.source(
-        volume, raw, component, scalar_range, series, array, time, channel, scale
-    )
     scene = SceneOptions(
         size,
         choices.lighting(lighting),
@@ -79,7 +72,9 @@ def dataset(
     make_dataset(source, scene, out, count, holdout, seed, workers, scheduler)
 
 
+@takes_volume()
 def train(
+    *,
     context: typer.Context,
     out: Annotated[
         Path,
@@ -94,19 +89,13 @@ def train(
         choices.Preset | None,
         typer.Option(
             "--preset",
-            help="64 x 64, 128 x 128, 256 x 256, or the paper's networks at 256 x 256. "
-            "(default: compact; with --faithful, paper)",
+            help="Images of 64, 128 or 256 pixels by the paper's two networks at a quarter of "
+            "their width, with a deeper decoder of TFs and features modulated by the codes of view "
+            "and TFs; or of 256 by the networks as they are in the paper. (default: compact; with "
+            "--faithful, paper)",
         ),
     ] = None,
-    volume: options.VolumeFile = None,
-    raw: options.RawLayoutText = None,
-    component: options.ComponentName = None,
-    series: options.SeriesName = None,
-    array: options.ArrayName = None,
-    time: options.TimeName = None,
-    channel: options.ChannelName = None,
-    scalar_range: options.ScalarRange = None,
-    scale: options.ScaleName = None,
+    source: VolumeSource,
     store: options.StoreFolder = None,
     minutes: Annotated[float | None, typer.Option("--minutes", help="Budget in minutes.")] = None,
     samples: Annotated[
@@ -139,24 +128,23 @@ def train(
             "added; says first how long that takes here.",
         ),
     ] = False,
-    architecture: Annotated[
-        choices.ArchitectureOption | None,
-        typer.Option(
-            "--architecture",
-            help="A coarse volume whose images a small network refines, or the paper's two "
-            "networks, of a quarter of their width but for --preset paper, with a deeper decoder "
-            "of TFs, features modulated by the codes of view and TFs, and this program's recipe. "
-            "(default: the preset's)",
-        ),
-    ] = None,
     color_attention: Annotated[
         bool,
         typer.Option(
             "--color-attention",
-            help="A variant of the paper's networks: pixels look their colours up in the colour "
-            "TF, by an attention over scalar values.",
+            help="A variant of the networks: pixels look their colours up in the colour TF, by an "
+            "attention over scalar values.",
         ),
     ] = False,
+    width: Annotated[
+        float | None,
+        typer.Option(
+            "--width",
+            min=0.02,
+            max=4,
+            help="Channels of the networks, as a fraction of the paper's. (default: the preset's)",
+        ),
+    ] = None,
     settings: Annotated[
         list[str] | None,
         typer.Option(
@@ -211,12 +199,17 @@ def train(
     lines: Annotated[
         bool, typer.Option("--json-lines", help="Tell the progress as JSON, an object per line.")
     ] = False,
+    pace: Annotated[
+        bool,
+        typer.Option(
+            "--pace", help="Measure how many samples a second are learned from; do not train."
+        ),
+    ] = False,
     stop: Annotated[
         bool, typer.Option("--stop", help="Ask the run in --out to save and end.")
     ] = False,
 ) -> None:
     """Train a generator of one volume's renderings."""
-    from model.scene.scene import scatters
     from model.training.epochs import (
         PAPER_EPOCHS,
         PAPER_IMAGES,
@@ -224,7 +217,7 @@ def train(
         samples_of_epochs,
     )
     from model.training.job import TrainingJob
-    from model.training.options import TrainingOptions, preset_size
+    from model.training.options import TrainingOptions
     from model.training.stopping import ask_to_stop
 
     if stop:
@@ -241,10 +234,6 @@ def train(
         raise TrainingError("Give one of --epochs, --minutes and --samples.")
     if faithful and minutes is None and samples is None:
         epochs = epochs or PAPER_EPOCHS
-    size = preset_size(str(preset), choices.architecture_name(architecture))
-    scattering = scatters(choices.renderer_name(renderer), choices.lighting(lighting))
-    # Only the codec learns then, unless a stored data set shows something else.
-    only_codec = size.architecture == "refined" and not (faithful or scattering or store)
     changes = tuple(settings or ())
     if epochs is not None:
         recipe = (TrainingOptions.faithful() if faithful else TrainingOptions()).with_settings(
@@ -264,16 +253,14 @@ def train(
             reuse = max(1.0, epochs)
     asked = TrainingJob(
         out=out,
-        volume=values.source(
-            volume, raw, component, scalar_range, series, array, time, channel, scale
-        ),
+        volume=source,
         store=store,
         preset=str(preset),
-        architecture=choices.architecture_name(architecture),
         color_attention=color_attention,
+        width=width,
         faithful=faithful,
         settings=changes,
-        minutes=choices.minutes_of(minutes, samples, 5.0 if only_codec else 60.0),
+        minutes=choices.minutes_of(minutes, samples, 60.0),
         samples=samples,
         lighting=choices.lighting(lighting),
         movable_light=movable_light,
@@ -300,24 +287,23 @@ def train(
     if resume and not out.is_dir():
         raise TrainingError(f"{out}: there is no training run to resume; start one instead.")
     # Late: with it comes all that trains.
-    from app.cli.train import train_model
+    from app.cli.train import measure_pace, train_model
 
+    if pace:
+        measure_pace(asked, lines)
+        return
     train_model(asked, lines)
 
 
+@takes_volume(placed=False)
 def evaluate(
+    *,
     model: Annotated[
         Path,
         typer.Option("--model", help="Folder of a trained model.", callback=values.model),
     ],
     count: Annotated[int, typer.Option("--count", min=1, help="Hold-out samples.")] = 2000,
-    volume: options.VolumeFile = None,
-    raw: options.RawLayoutText = None,
-    component: options.ComponentName = None,
-    series: options.SeriesName = None,
-    array: options.ArrayName = None,
-    time: options.TimeName = None,
-    channel: options.ChannelName = None,
+    source: VolumeSource,
     store: options.StoreFolder = None,
     neighbors: Annotated[
         int | None,
@@ -354,7 +340,6 @@ def evaluate(
     workers: options.Workers = None,
 ) -> None:
     """Measure a model on hold-out samples, beside the nearest training image."""
-    source = values.source(volume, raw, component, None, series, array, time, channel)
     from app.cli.evaluate import evaluate_model
     from model.evaluation.job import EvaluationJob
 
@@ -372,7 +357,9 @@ def evaluate(
     evaluate_model(job, json, report, record)
 
 
+@takes_volume()
 def study(
+    *,
     study: Annotated[choices.StudyName, typer.Argument(metavar="STUDY", help="Which one.")],
     out: Annotated[
         Path,
@@ -383,15 +370,7 @@ def study(
             callback=values.output_folder,
         ),
     ],
-    volume: options.VolumeFile = None,
-    raw: options.RawLayoutText = None,
-    component: options.ComponentName = None,
-    series: options.SeriesName = None,
-    array: options.ArrayName = None,
-    time: options.TimeName = None,
-    channel: options.ChannelName = None,
-    scalar_range: options.ScalarRange = None,
-    scale: options.ScaleName = None,
+    source: VolumeSource,
     preset: Annotated[
         choices.Preset, typer.Option("--preset", help="Size of all networks.")
     ] = choices.Preset.DRAFT,
@@ -432,11 +411,8 @@ def study(
 
     job = TrainingJob(
         out=out,
-        volume=values.source(
-            volume, raw, component, scalar_range, series, array, time, channel, scale
-        ),
+        volume=source,
         preset=str(preset),
-        architecture="paper",
         faithful=faithful,
         lighting=choices.lighting(lighting),
         settings=tuple(settings or ()),

@@ -120,7 +120,8 @@ LightingName = Annotated[
     choices.LightingOption,
     typer.Option(
         "--lighting",
-        help="Emission-absorption alone, gradient shading, or scattering with shadows.",
+        help="Emission-absorption alone, gradient shading, shadows and ambient light from a "
+        "grid (ray caster), a shadow of each sample, or light scattered many times (path tracer).",
     ),
 ]
 LightAngles = Annotated[

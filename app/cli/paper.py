@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
+from math import inf
 from pathlib import Path
 
 from app.cli.choices import PaperItem
@@ -12,15 +13,22 @@ from app.cli.outputs import make_room_for, write_json, write_text
 from app.cli.paper_order import QUICK_COUNT, PaperOrder
 from app.cli.render import load_fitted
 from model.errors import CheckpointError
+from model.generator.catalog import shipped_models
 from model.latent.latent_map import LatentMap
 from model.networks.card import load_card
 from model.paper.comparison import Compared, compared_samples
 from model.paper.exploration import Exploration, detail, final_map, overview, walk
 from model.paper.overview import approach
 from model.paper.region_edits import region_edits
-from model.paper.subject import Subject, open_subject, shipped_paper_models
+from model.paper.subject import Subject, open_subject
 from model.paper.table import Table
-from model.paper.tables import HoldoutErrors, holdout_errors, table_1, table_2
+from model.paper.tables import (
+    HoldoutErrors,
+    holdout_errors,
+    nearest_errors,
+    table_1,
+    table_2,
+)
 from model.paper.value_edits import PAPER_R, ValueStep, value_edits
 from model.samples.sample_store import SampleStore
 from model.scene.default_tf import default_transfer_function
@@ -90,13 +98,13 @@ class _Maker:
 
     @cached_property
     def _folders(self) -> list[Path]:
-        if self._order.model is not None:
-            return [self._order.model]
-        folders = shipped_paper_models()
+        if self._order.models:
+            return list(self._order.models)
+        # The pictures are of the first: of the most accurate.
+        folders = sorted(shipped_models(), key=_recorded_rmse)
         if not folders:
             raise CheckpointError(
-                "No model of the paper's networks is shipped; train one with 'train "
-                "--architecture paper', and give its folder by --model."
+                "No model is shipped; train one with 'train', and give its folder by --model."
             )
         if self._order.volume.path is None:
             return folders
@@ -108,8 +116,8 @@ class _Maker:
         ]
         if not fitting:
             raise CheckpointError(
-                f"No model of the paper's networks is shipped for '{volume.name}'; train one with "
-                "'train --architecture paper', and give its folder by --model."
+                f"No model is shipped for '{volume.name}'; train one with 'train', and give its "
+                "folder by --model."
             )
         return fitting
 
@@ -207,23 +215,38 @@ class _Maker:
 
     def _table_1(self) -> Table:
         count = self._order.samples(TABLE_COUNT)
+        store, nearest = None, None
+        if self._order.dataset is not None:
+            store = SampleStore(self._order.dataset)
+            store.require_holdout(count)
+        errors = [self._errors(subject, count, store) for subject in self._subjects]
+        if store is not None:
+            with counting("nearest training images", count) as (progress, task):
+                nearest = nearest_errors(
+                    store, count, lambda done: progress.update(task, completed=done)
+                )
         return table_1(
-            self._subjects,
-            [self._errors(subject, count) for subject in self._subjects],
-            4 if self._order.quick else TIMED_SAMPLES,
-            None if self._order.dataset is None else SampleStore(self._order.dataset),
+            self._subjects, errors, 4 if self._order.quick else TIMED_SAMPLES, store, nearest
         )
 
-    def _errors(self, subject: Subject, count: int) -> HoldoutErrors:
+    def _errors(self, subject: Subject, count: int, store: SampleStore | None) -> HoldoutErrors:
         from time import perf_counter
 
+        if store is not None and store.scene != subject.generator.scene:
+            console.print(
+                f"{subject.folder.name} has another scene than the data set: it is measured on "
+                "samples of its own."
+            )
+            store = None
+        # The first images compile and load what draws them.
+        holdout_errors(subject, 1, store=store)
         start = perf_counter()
-        holdout_errors(subject, 4)
+        holdout_errors(subject, 4, store=store)
         seconds = (perf_counter() - start) / 4 * count
-        console.print(f"Measuring {subject.volume.name} takes {about(seconds)}.")
-        with counting(f"measuring {subject.volume.name}", count) as (progress, task):
+        console.print(f"Measuring {subject.folder.name} takes {about(seconds)}.")
+        with counting(f"measuring {subject.folder.name}", count) as (progress, task):
             return holdout_errors(
-                subject, count, lambda done: progress.update(task, completed=done)
+                subject, count, lambda done: progress.update(task, completed=done), store
             )
 
     def _write(self, item: PaperItem, table: Table) -> list[Path]:
@@ -234,3 +257,7 @@ class _Maker:
         for note in table.notes:
             console.print(note)
         return paths
+
+
+def _recorded_rmse(folder: Path) -> float:
+    return float(load_card(folder).metrics.get("holdout", {}).get("rmse", inf))

@@ -9,13 +9,17 @@ import typer
 
 from app.cli import choices, options, values
 from app.cli.paper_order import PaperOrder
+from app.cli.volume_options import takes_volume
 from model.scene.view import View
+from model.volume_files.source import VolumeSource
 
 FIGURE_VIEW = View(30.0, 20.0, 0.0, 0.65)
 """View of the figures: the volume fills the pictures."""
 
 
+@takes_volume(placed=False)
 def paper(
+    *,
     item: Annotated[
         choices.PaperItem,
         typer.Argument(metavar="ITEM", help="A figure or table of the paper, or all of them."),
@@ -30,16 +34,15 @@ def paper(
         ),
     ],
     model: Annotated[
-        Path | None,
+        list[Path] | None,
         typer.Option(
             "--model",
-            help="A model of the paper's networks. (default: those that are shipped)",
-            callback=values.model,
+            help="A model of the paper's networks; several are compared in table1, pictures show "
+            "the first. (default: those that are shipped)",
+            callback=values.models,
         ),
     ] = None,
-    volume: options.VolumeFile = None,
-    raw: options.RawLayoutText = None,
-    component: options.ComponentName = None,
+    source: VolumeSource,
     view: Annotated[
         View,
         typer.Option(
@@ -64,8 +67,9 @@ def paper(
         typer.Option(
             "--dataset",
             metavar="STORE",
-            help="Samples of the model's volume, made with 'dataset': table1 has their time. "
-            "(default: some are rendered to time it)",
+            help="Samples of the model's volume, made with 'dataset': table1 measures models on "
+            "them, with the nearest training image, and has their time. (default: each model's "
+            "own are rendered)",
             callback=values.store,
         ),
     ] = None,
@@ -80,13 +84,13 @@ def paper(
     device: options.DeviceName = choices.Device.AUTO,
 ) -> None:
     """Make the paper's figures and tables anew, from a trained model or small studies."""
-    source = values.source(volume, raw, component)
     # Late: with it comes torch.
     from app.cli.paper import make_items
 
     make_items(
         PaperOrder(
-            item=item, out=out, model=model, volume=source, view=view, tf=tf, count=count,
-            dataset=dataset, minutes=minutes, quick=quick, workers=workers, device=str(device),
+            item=item, out=out, models=tuple(model or ()), volume=source, view=view, tf=tf,
+            count=count, dataset=dataset, minutes=minutes, quick=quick, workers=workers,
+            device=str(device),
         )
     )  # fmt: skip

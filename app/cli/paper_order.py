@@ -19,7 +19,7 @@ class PaperOrder:
 
     item: PaperItem
     out: Path
-    model: Path | None
+    models: tuple[Path, ...]
     volume: VolumeSource
     view: View
     tf: Path | None

@@ -39,7 +39,6 @@ def make_study(order: PaperOrder, item: PaperItem) -> list[Path]:
         out=folder,
         volume=order.volume,
         preset=PRESET,
-        architecture="paper",
         settings=SETTINGS,
         minutes=None if order.quick else order.minutes,
         samples=QUICK_SAMPLES if order.quick else None,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 from pathlib import Path
 from typing import cast
@@ -90,8 +91,6 @@ def choose_tf(
 
     Parameters
     ----------
-    path : Path or None
-    volume : Volume
     keeps_range : bool
         Whether the volume's range or scale was chosen, so that the TF is fitted to it; otherwise
         the file's range is taken where it fits the volume, and its scale.
@@ -149,6 +148,10 @@ def _volume_drawer(order: RenderOrder) -> Drawer:
 
     step = scene.sample_distance if scene else DEFAULT_SAMPLE_DISTANCE
     name = cast(RendererName, order.renderer)
+    if lighting != "path":
+        _refuse_of_paths(order)
+    if lighting == "path" and not order.preintegrated:
+        return _path_drawer(order, volume, tf, light, scene)
     renderer: Renderer
     if name == "vtk" and not order.preintegrated:
         renderer = FallbackRenderer(volume, lighting, light, step)
@@ -179,7 +182,68 @@ def _volume_drawer(order: RenderOrder) -> Drawer:
     )
 
 
+def _refuse_of_paths(order: RenderOrder) -> None:
+    for option, what in (
+        (order.samples, "Samples are counted"),
+        (order.error, "An error is aimed at"),
+        (order.denoise, "Pictures are denoised"),
+    ):
+        if option is not None:
+            raise RenderError(f"{what} in path-traced light only.", lighting="path")
+
+
+def _path_drawer(
+    order: RenderOrder,
+    volume: Volume,
+    tf: TransferFunction,
+    light: LightDirection | None,
+    scene: Scene | None,
+) -> Drawer:
+    from model.rendering.path_tracing import denoising
+    from model.rendering.path_tracing.refinement import MOST_SAMPLES, Refined, drawn
+    from model.rendering.path_tracing.renderer import SAMPLES, PathTracer
+
+    if order.denoise and not denoising.available():
+        raise RenderError(
+            "Open Image Denoise is not installed: it has no package for this machine, or the "
+            "environment lacks pyoidn. Leave --denoise out, or give more --samples."
+        )
+    denoises = order.denoise is not False
+    step = scene.sample_distance if scene else DEFAULT_SAMPLE_DISTANCE
+    tracer = PathTracer(volume, light, step)
+    inputs = SceneInputs.of(order.view, tf, light=order.light, crop=order.crop)
+    size = scene.image_size if scene else DEFAULT_SIZE
+    raster = order.size or Raster(size, size)
+    error = order.error or 0.0
+    samples = order.samples or (MOST_SAMPLES if error else SAMPLES)
+    finished: list[tuple[Refined, float]] = []
+
+    def draw(view: View) -> NDArray[np.float32]:
+        begun = time.perf_counter()
+        seen = replace(inputs, view=view)
+        last = drawn(tracer, seen, raster, samples, denoises=denoises, error=error)
+        finished[:] = [(last, time.perf_counter() - begun)]
+        return last.rgba
+
+    def drawn_by() -> str:
+        by = "the path tracer"
+        for last, seconds in finished:
+            by += f", {last.samples} samples a pixel{', denoised,' * last.is_denoised}"
+            by += f" in {seconds:.2g} s"
+            if last.samples > 1:
+                by += f", estimated error {last.error:.2g}".replace(" 0.", " .")
+        return by
+
+    light = order.light or light
+    return Drawer(draw, inputs, volume, volume.name, "path", light, drawn_by, raster, tracer.close)
+
+
 def _generator_drawer(order: RenderOrder) -> Drawer:
+    if order.paths_are_asked_for:
+        raise RenderError(
+            "Samples, their error and denoising are the path tracer's; leave them out, or choose "
+            "its light."
+        )
     if order.preintegrated:
         raise RenderError("Pre-integration is the ray caster's; give --renderer raycast.")
     if order.volume.is_placed:

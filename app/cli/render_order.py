@@ -39,6 +39,9 @@ class RenderOrder:
     view: View
     tf: Path | None
     lighting: choices.LightingOption | None
+    samples: int | None
+    error: float | None
+    denoise: bool | None
     light: LightDirection | None
     crop: CropBox | None
     size: Raster | None
@@ -56,6 +59,11 @@ class RenderOrder:
     seconds: float = 8.0
     rate: int = 25
 
+    @property
+    def paths_are_asked_for(self) -> bool:
+        """Whether there is an option of path-traced light."""
+        return any(option is not None for option in (self.samples, self.error, self.denoise))
+
 
 @dataclass(frozen=True, eq=False)
 class Drawer:
@@ -65,18 +73,15 @@ class Drawer:
     ----------
     draw : callable
         Returns the image of a view: float32 (H, W, 4).
-    inputs : SceneInputs
     volume : Volume or None
         None where a generator draws of which only the scene is known.
-    volume_name : str
-    lighting : {"none", "direct", "global"}
+    lighting : {"none", "direct", "soft", "shadows", "path"}
     light : LightDirection or None
         None where it is unlit.
     drawn_by : callable
         Returns who has drawn the last image, for people.
     raster : Raster
         Pixels of the image.
-    close : callable
     """
 
     draw: Callable[[View], NDArray[np.float32]]

@@ -72,7 +72,6 @@ class _Question:
     Attributes
     ----------
     kind : {"region", "value", "blocks"}
-    inputs : SceneInputs
     region : Region or None
         None is the whole image.
     edit : ndarray of float32, shape (256,)
@@ -202,12 +201,12 @@ def _by_renderer(order: SensitivityOrder, volume: Volume, asked: _Question) -> _
     try:
         if not renderer.is_differentiable and (asked.block or asked.width < 1):
             raise RenderError(
-                "Under global light there are regions and values, for edits at least one 256th "
+                "Under this light there are regions and values, for edits at least one 256th "
                 "of the range wide; give --region or --value, or another --lighting."
             )
         if order.by_all_values and not renderer.is_differentiable:
             raise RenderError(
-                "Under global light there are no fields of all values to colour by; give "
+                "Under this light there are no fields of all values to colour by; give "
                 "--field-scale own, or another --lighting."
             )
         blocks = None

@@ -7,7 +7,7 @@ import shlex
 import sys
 import time
 from contextlib import suppress
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 from rich.console import Group
 from rich.live import Live
@@ -33,6 +33,9 @@ from model.training.state import STATE_FILE
 
 LINE_SECONDS = 0.5
 """Least time between lines of machine-readable progress."""
+
+TIMED_SAMPLES = 1000
+"""Samples of the run whose time is estimated to tell the pace."""
 
 LONG_RUN = 20_000
 """Samples from which on a run's time is estimated before it begins."""
@@ -60,6 +63,35 @@ def train_model(job: TrainingJob, lines: bool) -> None:
     console.print(f"The model is in {job.out}; open it with: {window}")
 
 
+def measure_pace(job: TrainingJob, lines: bool) -> None:
+    """Tell from how many samples a second a job would learn here; takes some seconds.
+
+    Parameters
+    ----------
+    lines : bool
+        As two JSON objects, "execution" and "pace"; else as a sentence.
+    """
+    from model.devices import choose_device
+    from model.training.run_forecast import forecast_run
+    from model.training.running import shared_execution
+
+    volume, device = job.volume.read(), choose_device(job.device)
+    execution = shared_execution(job, job.scene_of(volume), device)
+    if lines:
+        _write("execution", **asdict(execution))
+    timed = replace(job, minutes=None, samples=TIMED_SAMPLES)
+    pace = TIMED_SAMPLES / forecast_run(timed, volume, device, execution)
+    if lines:
+        _write("pace", samples_per_second=pace)
+    else:
+        console.print(f"This machine would learn from {pace:.3g} samples a second.")
+
+
+def _write(kind: str, **data: object) -> None:
+    """Print a JSON object in a line."""
+    print(json.dumps({"kind": kind, **data}, allow_nan=False), flush=True)
+
+
 def _worth(job: TrainingJob) -> str:
     """Write into the model's card how it compares with what could be used instead.
 
@@ -79,13 +111,20 @@ def _run_with_bar(job: TrainingJob) -> None:
         console.print(f"Steps are computed in {execution}: the fastest way measured here.")
         _say_how_long(job, execution)
 
+    if _is_long(job):
+        # Steps of large networks take seconds, and some of each way are timed.
+        console.print("How long this run takes is measured first, which may take minutes.")
     with TrainingDisplay() as display:
         run_job(job, display.show, say)
 
 
+def _is_long(job: TrainingJob) -> bool:
+    return job.samples is not None and job.samples >= LONG_RUN
+
+
 def _say_how_long(job: TrainingJob, execution: Execution) -> None:
-    """Say what a long run by samples will take; one of the coarse volume's takes minutes."""
-    if job.samples is None or job.samples < LONG_RUN or job.size.architecture != "paper":
+    """Say what a long run by samples will take."""
+    if not _is_long(job):
         return
     from app.cli.console import about
     from model.devices import choose_device
@@ -106,31 +145,28 @@ def _run_with_lines(job: TrainingJob) -> None:
     """Print a JSON object per line: "execution", then "progress", "measuring", at last "end"."""
     last = 0.0
 
-    def write(kind: str, **data: object) -> None:
-        print(json.dumps({"kind": kind, **data}, allow_nan=False), flush=True)
-
     def report(found: TrainingReport) -> None:
         nonlocal last
         if found.notice or found.spent >= 1 or time.monotonic() - last > LINE_SECONDS:
             last = time.monotonic()
             try:
-                write("progress", **asdict(found))
+                _write("progress", **asdict(found))
             except BrokenPipeError:
                 # Whoever reads has gone: save and end, as after Ctrl-C.
                 raise KeyboardInterrupt from None
 
     try:
-        run_job(job, report, lambda execution: write("execution", **asdict(execution)))
+        run_job(job, report, lambda execution: _write("execution", **asdict(execution)))
     except KeyboardInterrupt:
         with suppress(BrokenPipeError):
-            write("end", how="stopped", saved=(job.out / STATE_FILE).exists())
+            _write("end", how="stopped", saved=(job.out / STATE_FILE).exists())
         raise
     except TfscopeError as error:
         with suppress(BrokenPipeError):
-            write("end", how="failed", error=str(error))
+            _write("end", how="failed", error=str(error))
         raise
-    write("measuring", model=str(job.out))
-    write("end", how="finished", model=str(job.out), verdict=_worth(job))
+    _write("measuring", model=str(job.out))
+    _write("end", how="finished", model=str(job.out), verdict=_worth(job))
 
 
 def _say_how_to_go_on(job: TrainingJob) -> None:

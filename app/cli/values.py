@@ -218,6 +218,13 @@ def model(folder: Path | None) -> Path | None:
     return folder
 
 
+def models(folders: list[Path] | None) -> list[Path] | None:
+    """Refuse folders that hold no model."""
+    for folder in folders or ():
+        model(folder)
+    return folders
+
+
 def tf(path: Path | None) -> Path | None:
     """Refuse a file that holds no TF."""
     if path is not None:

@@ -14,7 +14,6 @@ from app.engines.messages import (
     DecodedTFRequest,
     FieldRangeRequest,
     ImageRequest,
-    MeasureRequest,
     PictureRequest,
     RegionSensitivityRequest,
     Request,
@@ -39,7 +38,8 @@ class Engine(Protocol):
     """Interface of engines; each is built, used and closed in one thread.
 
     Each method returns the array described by its request's class, and raises
-    :class:`model.errors.NotOfferedError` if the engine does not support the request.
+    :class:`model.errors.NotOfferedError` if the engine does not support the request. One that
+    is told whether its answer is wanted may raise :class:`SupersededError` once it is not.
     """
 
     @property
@@ -63,23 +63,24 @@ class Engine(Protocol):
         """Whether images can be drawn from latent codes; False for renderers."""
 
     def image(self, request: Request, is_wanted: Callable[[], bool] = always) -> Array:
-        """Draw one image; may raise :class:`SupersededError` once it is no longer wanted."""
+        """Draw one image."""
 
-    def picture(self, request: PictureRequest) -> NDArray[np.uint8]:
+    def picture(
+        self, request: PictureRequest, is_wanted: Callable[[], bool] = always
+    ) -> NDArray[np.uint8]:
         """Draw a picture to save."""
 
     def images(self, request: BatchRequest, is_wanted: Callable[[], bool] = always) -> Array:
-        """Draw several images; may raise :class:`SupersededError` once they are not wanted."""
+        """Draw several images."""
 
     def region_sensitivity(
         self, request: RegionSensitivityRequest, is_wanted: Callable[[], bool] = always
     ) -> Array:
-        """Compute the sensitivity of a region to edits at each scalar value.
+        """Compute the sensitivity of a region to edits at each scalar value."""
 
-        May raise :class:`SupersededError` once it is no longer wanted.
-        """
-
-    def value_sensitivity(self, request: ValueSensitivityRequest) -> Array:
+    def value_sensitivity(
+        self, request: ValueSensitivityRequest, is_wanted: Callable[[], bool] = always
+    ) -> Array:
         """Compute the sensitivity of each pixel to edits at one scalar value."""
 
     def block_fields(self, request: BlockFieldsRequest) -> Array:
@@ -88,10 +89,7 @@ class Engine(Protocol):
     def field_range(
         self, request: FieldRangeRequest, is_wanted: Callable[[], bool] = always
     ) -> Array:
-        """Compute the ends of the scale over the fields of many scalar values.
-
-        May raise :class:`SupersededError` once it is no longer wanted.
-        """
+        """Compute the ends of the scale over the fields of many scalar values."""
 
     def visibility(self, request: VisibilityRequest) -> Array:
         """Compute the visibility of each scalar value in a region."""
@@ -132,17 +130,15 @@ def answer(
         case ImageRequest() | StandInRequest():
             return engine.image(request, is_wanted)
         case PictureRequest():
-            return engine.picture(request)
+            return engine.picture(request, is_wanted)
         case BatchRequest() if request.codes:
             return engine.latent_images(request)
-        case MeasureRequest():
-            return engine.images(request, is_wanted)
         case BatchRequest():
-            return engine.images(request)
+            return engine.images(request, is_wanted)
         case RegionSensitivityRequest():
             return engine.region_sensitivity(request, is_wanted)
         case ValueSensitivityRequest():
-            return engine.value_sensitivity(request)
+            return engine.value_sensitivity(request, is_wanted)
         case BlockFieldsRequest():
             return engine.block_fields(request)
         case FieldRangeRequest():

@@ -6,8 +6,6 @@ they are loaded.
 
 from __future__ import annotations
 
-import math
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from importlib import import_module
@@ -28,11 +26,11 @@ from app.engines.messages import (
     Quality,
     RegionSensitivityRequest,
     Request,
-    SupersededError,
     ValueSensitivityRequest,
     ValueVisibilityRequest,
     VisibilityRequest,
 )
+from app.engines.renderer_engine import RendererEngine
 from model.errors import NotOfferedError
 from model.kernel_cache import has_kernels
 from model.scene.inputs import SceneInputs
@@ -48,30 +46,14 @@ if TYPE_CHECKING:
     from model.generator.backends import BackendName
     from model.generator.generator import Generator
     from model.latent.latent_space import LatentSpace
-    from model.rendering.raycast.renderer import RaycastRenderer
-    from model.rendering.renderer import Renderer
     from model.sensitivity.learned import Sensitivity
     from model.volume_files import Choice, RawLayout
-
-FIRST_GUESS_S = 5e-6
-"""Expected time per pixel before the first image: that of VTK with gradient shading on a CPU."""
-
-BAND_S, MOST_BANDS = 0.25, 16
-"""Time that a band of a final image should take, and the largest number of bands.
-
-A final image is given up between two bands.
-"""
 
 LEAST_SIZE = 8
 """Size of an image that nobody sees, in pixels."""
 
-TILE = 1024
-"""Size of the tiles of pictures to save, in pixels: within what every OpenGL can draw."""
-
 Drawing = Literal["auto"] | RendererName
 """A renderer of the reference image, or the one that suits machine and light."""
-
-RENDERER_NAMES: dict[RendererName, str] = {"vtk": "VTK", "raycast": "ray caster"}
 
 BACKEND_NAMES: dict[BackendName, str] = {
     "eager": "",
@@ -87,18 +69,21 @@ class ReferenceSettings:
 
     Attributes
     ----------
-    lighting : {"none", "direct", "global"}
+    lighting : {"none", "direct", "soft", "shadows", "path"}
     light : LightDirection or None
     sample_distance : float
         Sample distance of final images, in voxels.
     renderer : {"auto", "vtk", "raycast"}
         "auto" for VTK, and for the ray caster where it draws the same without a graphics card.
+    denoises : bool
+        Whether path-traced pictures are denoised, where the package for it is installed.
     """
 
     lighting: Lighting = "none"
     light: LightDirection | None = None
     sample_distance: float = 0.5
     renderer: Drawing = "vtk"
+    denoises: bool = True
 
     @classmethod
     def of(cls, scene: Scene) -> ReferenceSettings:
@@ -148,181 +133,11 @@ class Builders:
     is_compiled: Callable[[], bool] = always
 
 
-class RendererEngine:
-    """VTK or the ray caster as an engine.
-
-    Parameters
-    ----------
-    renderer : Renderer
-    sample_distance : float
-        Of final images, in voxels.
-    name : {"vtk", "raycast"}
-        Which renderer it is, where it does not know itself.
-    """
-
-    scene = None
-    draws_codes = False
-
-    def __init__(
-        self, renderer: Renderer, sample_distance: float, name: RendererName = "raycast"
-    ) -> None:
-        self._name = name
-        self._renderer = renderer
-        self._sample_distance = sample_distance
-        self._seconds_per_pixel = FIRST_GUESS_S
-
-    @property
-    def description(self) -> str:
-        """Name of the renderer; where another one had to draw, the sentence that says so."""
-        name = RENDERER_NAMES["raycast" if self.by_raycast else "vtk"]
-        return getattr(self._renderer, "reason", "") or name
-
-    @property
-    def remark(self) -> str:
-        """One sentence on why this renderer draws; empty if it was asked for."""
-        return getattr(self._renderer, "remark", "")
-
-    @property
-    def by_raycast(self) -> bool:
-        """Whether the ray caster draws."""
-        return getattr(self._renderer, "by_raycast", self._name == "raycast")
-
-    def image(self, request: Request, is_wanted: Callable[[], bool] = always) -> Array:
-        """Render at the request's quality, a band of rows after the other if that takes long."""
-        quality, raster = request.quality, request.quality.pixels
-        distance = self._sample_distance * quality.coarseness
-        if quality.live:
-            return self._renderer.render(request.inputs, raster, distance)
-        expected = self._seconds_per_pixel * raster.columns * raster.rows
-        bands = min(math.ceil(expected / BAND_S), MOST_BANDS)
-        start = time.perf_counter()
-        image = np.empty((*raster.shape, 4), dtype=np.float32)
-        for band in raster.tiles(raster.columns, math.ceil(raster.rows / bands)):
-            if not is_wanted():
-                raise SupersededError
-            image[band.top : band.bottom] = self._renderer.render(request.inputs, band, distance)
-        self._seconds_per_pixel = (time.perf_counter() - start) / (raster.columns * raster.rows)
-        return image
-
-    def picture(self, request: PictureRequest) -> NDArray[np.uint8]:
-        """Render a picture of any size, tile by tile."""
-        whole = request.quality.pixels
-        distance = self._sample_distance * request.quality.coarseness
-        picture = np.empty((whole.height, whole.width, 4), dtype=np.uint8)
-        for tile in whole.tiles(TILE, TILE):
-            image = self._renderer.render(request.inputs, tile, distance)
-            part = picture[tile.top : tile.bottom, tile.left : tile.right]
-            part[...] = np.rint(255 * image)
-        return picture
-
-    def images(self, request: BatchRequest, is_wanted: Callable[[], bool] = always) -> Array:
-        """Render the images one after the other."""
-        pixels, coarseness = request.quality.pixels, request.quality.coarseness
-        images = []
-        for inputs in (request.inputs, *request.more):
-            if not is_wanted():
-                raise SupersededError
-            images.append(self._renderer.render(inputs, pixels, self._sample_distance * coarseness))
-        return np.stack(images)
-
-    def region_sensitivity(
-        self, request: RegionSensitivityRequest, is_wanted: Callable[[], bool] = always
-    ) -> Array:
-        """Differentiate the image exactly; under global light by differences."""
-        from model.sensitivity.rendered import region_responses
-
-        def give_up_if_unwanted() -> None:
-            if not is_wanted():
-                raise SupersededError
-
-        renderer, size = self._ray_caster(), request.quality.pixels
-        width = request.width if renderer.is_differentiable else max(request.width, 1.0)
-        return region_responses(
-            renderer,
-            request.inputs,
-            size,
-            request.region,
-            width,
-            request.measure,
-            give_up_if_unwanted,
-        )
-
-    def value_sensitivity(self, request: ValueSensitivityRequest) -> Array:
-        """Differentiate the image exactly; under global light by differences."""
-        from model.sensitivity.rendered import value_sensitivity
-
-        renderer, size = self._ray_caster(), request.quality.pixels
-        edit = edit_over(request.values, renderer.scalar_range, request.width)
-        return value_sensitivity(renderer, request.inputs, size, edit)
-
-    def block_fields(self, request: BlockFieldsRequest) -> Array:
-        """Differentiate all blocks exactly; not offered under global light."""
-        from model.sensitivity.rendered import all_fields
-
-        renderer, size = self._differentiable(), request.quality.size
-        return all_fields(renderer, request.inputs, size, request.blocks or size, request.width)
-
-    def field_range(
-        self, request: FieldRangeRequest, is_wanted: Callable[[], bool] = always
-    ) -> Array:
-        """Differentiate the image by edits around many values; not offered under global light."""
-        from model.sensitivity.rendered import largest_scales
-
-        def give_up_if_unwanted() -> None:
-            if not is_wanted():
-                raise SupersededError
-
-        renderer, size = self._differentiable(), request.quality.size
-        edits = edits_within(request.window, renderer.scalar_range, request.width)
-        return largest_scales(renderer, request.inputs, size, edits, give_up_if_unwanted)
-
-    def visibility(self, request: VisibilityRequest) -> Array:
-        """Return the visibility of each scalar value; not offered by VTK."""
-        from model.sensitivity.exact import visibility
-
-        renderer, size = self._ray_caster(), request.quality.pixels
-        return np.stack(
-            [visibility(renderer, request.inputs, size, region) for region in request.regions]
-        )
-
-    def value_visibility(self, request: ValueVisibilityRequest) -> Array:
-        """Return how much of each pixel shows some values; not offered by VTK."""
-        renderer = self._ray_caster()
-        edit = edit_over(request.values, renderer.scalar_range, request.width)
-        return renderer.value_visibility(request.inputs, request.quality.pixels, edit / edit.max())
-
-    def _ray_caster(self) -> RaycastRenderer:
-        from model.rendering.raycast.renderer import RaycastRenderer
-
-        if not isinstance(self._renderer, RaycastRenderer):
-            raise NotOfferedError("VTK does not know its derivative; choose the ray caster.")
-        return self._renderer
-
-    def _differentiable(self) -> RaycastRenderer:
-        renderer = self._ray_caster()
-        if not renderer.is_differentiable:
-            raise NotOfferedError(
-                "Under global light the fields of all values take too long; choose another light."
-            )
-        return renderer
-
-    def latent_images(self, request: BatchRequest) -> Array:
-        """Not supported: renderers have no latent codes."""
-        raise NotOfferedError("A renderer draws no latent codes; decode them to TFs first.")
-
-    def decoded_tf(self, request: DecodedTFRequest) -> Array:
-        """Not supported: renderers have no codec."""
-        raise NotOfferedError("A renderer has no latent codes; open a model.")
-
-    def close(self) -> None:
-        """Release the OpenGL context or the threads."""
-        self._renderer.close()
-
-
 class GeneratorEngine:
     """A trained generator as an engine; images always have the generator's size."""
 
     remark = ""
+    draws_codes = True
     by_raycast = False
 
     def __init__(self, generator: Generator) -> None:
@@ -342,16 +157,13 @@ class GeneratorEngine:
         """Scene that the generator was trained on."""
         return self._generator.scene
 
-    @property
-    def draws_codes(self) -> bool:
-        """Whether the network's images depend on the opacity TF through its code alone."""
-        return self._generator.network.takes_code
-
     def image(self, request: Request, is_wanted: Callable[[], bool] = always) -> Array:
         """Generate one image."""
         return self._generator.render(request.inputs)
 
-    def picture(self, request: PictureRequest) -> NDArray[np.uint8]:
+    def picture(
+        self, request: PictureRequest, is_wanted: Callable[[], bool] = always
+    ) -> NDArray[np.uint8]:
         """Generate an image; its size is the generator's."""
         image = self._generator.render(request.inputs)
         return np.rint(255 * np.clip(image, 0, 1)).astype(np.uint8)
@@ -369,7 +181,9 @@ class GeneratorEngine:
             return found.change_norms(request.region)
         return found.region(request.region)
 
-    def value_sensitivity(self, request: ValueSensitivityRequest) -> Array:
+    def value_sensitivity(
+        self, request: ValueSensitivityRequest, is_wanted: Callable[[], bool] = always
+    ) -> Array:
         """Differentiate the generated image forwards."""
         edit = edit_over(request.values, self.scene.scalar_range, request.width)
         return self._sensitivity(request.inputs, request.width).change(edit)
@@ -435,6 +249,12 @@ def _read_volume(path: Path, raw: RawLayout | None = None, choice: Choice | None
 
 def _reference_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
     place = volume, settings.lighting, settings.light, settings.sample_distance
+    if settings.lighting == "path":
+        from app.engines.path_tracing import PathTracingEngine
+        from model.rendering.path_tracing.renderer import PathTracer
+
+        tracer = PathTracer(volume, settings.light, settings.sample_distance)
+        return PathTracingEngine(tracer, settings.sample_distance, settings.denoises)
     if settings.renderer == "raycast":
         from model.rendering.renderer import open_renderer
 
@@ -449,7 +269,9 @@ def _analyst_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
     # The window needs these to show the answers; loaded here, they do not hold it up.
     for library in ("cmap", "scipy.ndimage", "skimage.measure", "skimage.transform"):
         import_module(library)
-    engine = _reference_engine(volume, replace(settings, renderer="raycast"))
+    # Path-traced light has no derivative: soft light, the nearest to it, stands in for it.
+    lighting: Lighting = "soft" if settings.lighting == "path" else settings.lighting
+    engine = _reference_engine(volume, replace(settings, renderer="raycast", lighting=lighting))
     # On the first start the ray caster is compiled here, while VTK draws: once this engine is
     # there, its images take as long as they always do.
     engine.image(ImageRequest(0, _some_inputs(volume), Quality(LEAST_SIZE, live=True)))

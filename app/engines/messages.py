@@ -30,12 +30,15 @@ class Quality:
         True while the user is dragging and speed matters more than quality.
     raster : Raster or None
         Pixels of a picture that is not square; None for a square one.
+    samples : int
+        Of each pixel in path-traced light; other renderers ignore it.
     """
 
     size: int
     coarseness: float = 1.0
     live: bool = False
     raster: Raster | None = None
+    samples: int = 1
 
     @property
     def pixels(self) -> Raster:
@@ -99,7 +102,7 @@ class BatchRequest(Request):
 
 @dataclass(frozen=True)
 class MeasureRequest(BatchRequest):
-    """Request for images by which edits are measured; given up once nobody waits for them."""
+    """Request for images by which edits are measured."""
 
 
 @dataclass(frozen=True)
@@ -272,7 +275,7 @@ class Result:
 
 
 class SupersededError(Exception):
-    """Raised by an engine that gives up an image nobody waits for any more."""
+    """Raised by an engine that gives up an answer nobody waits for any more."""
 
 
 @dataclass(frozen=True)

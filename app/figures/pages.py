@@ -32,7 +32,6 @@ class Page:
 
     Parameters
     ----------
-    title : str
     widths : sequence of int
         Of the columns, in pixels.
     heights : sequence of int

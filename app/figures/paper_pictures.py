@@ -35,9 +35,10 @@ def save_qualitative(path: Path, found: dict[str, list[Compared]]) -> None:
             page.picture(2 * block + 1, column, error, sample.drawn)
     page.save(
         path,
-        "Of each pair the ground truth is above and the model's image below. Typical samples are "
-        "at the 20, 40, 50 and 70 % of the hold-out samples with the smallest RMSE; artifacts are "
-        "those with the largest colour EMD and the largest RMSE of the opacity image.",
+        "Of each pair the ground truth is above and the model's image below. Of the hold-out "
+        "samples that are not nearly black, 20, 40, 50 and 70 % have a smaller RMSE than those in "
+        "the first four columns; artifacts are those with the largest colour EMD and the largest "
+        "RMSE of the opacity image.",
     )
 
 

@@ -40,16 +40,18 @@ class Curve:
 
     Attributes
     ----------
-    name : str
     x, y : ndarray, shape (n,)
     labels : tuple of str
         Text beside the points; none by default.
+    joined : bool
+        Whether a line joins the points.
     """
 
     name: str
     x: NDArray[np.floating]
     y: NDArray[np.floating]
     labels: tuple[str, ...] = ()
+    joined: bool = True
 
 
 @dataclass(frozen=True)
@@ -58,8 +60,6 @@ class Plot:
 
     Attributes
     ----------
-    title, x_label, y_label : str
-    curves : tuple of Curve
     logarithmic : bool
         Whether both axes are logarithmic.
     y_limit : float, optional
@@ -186,11 +186,17 @@ def _ticks(values: NDArray[np.floating]) -> list[tuple[float, str]]:
 def _draw(item: Any, curve: Curve, color: tuple[int, int, int], logarithmic: bool) -> None:
     import pyqtgraph as pg
 
-    symbol = "o" if curve.labels else None
+    symbol = "o" if curve.labels or not curve.joined else None
     item.plot(
-        curve.x, curve.y, pen=pg.mkPen(color, width=2), symbol=symbol, symbolBrush=color,
-        symbolPen=None, symbolSize=7, name=curve.name,
-    )  # fmt: skip
+        curve.x,
+        curve.y,
+        pen=pg.mkPen(color, width=2) if curve.joined else None,
+        symbol=symbol,
+        symbolBrush=color,
+        symbolPen=None,
+        symbolSize=7,
+        name=curve.name,
+    )
     for x, y, text in zip(curve.x, curve.y, curve.labels, strict=False):
         label = pg.TextItem(text, color=color, anchor=(0, 1))
         label.setPos(*(np.log10([x, y]) if logarithmic else (x, y)))

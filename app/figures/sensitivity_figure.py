@@ -55,8 +55,6 @@ def save_figure(
 
     Parameters
     ----------
-    path : Path
-    result : SensitivityResult
     caption : str
         What the image shows: volume, view, TF, lighting.
     region : Region or None

@@ -40,15 +40,11 @@ class TFPlot:
 
     Attributes
     ----------
-    title : str
-    scalar_range : tuple of float
     opacity : ndarray, shape (256,)
     colors : ndarray, shape (256, 3), or None
         In [0, 1], for a strip below the curve.
-    value_label : str
     responses : ndarray, shape (256,), or None
         Sensitivity, drawn in red over the opacity curve with an axis of its own.
-    response_label : str
     window : ndarray of bool, shape (256,), or None
         Values by which the axis of the sensitivity is chosen; all by default.
     band : ndarray, shape (256,), or None

@@ -14,12 +14,7 @@ from model.rendering.brightness import LIT_BRIGHTNESS
 
 
 class BrightnessSlider(QWidget):
-    """Shows and changes the brightness, with a button that sets it back to the usual one.
-
-    Parameters
-    ----------
-    brightness : Brightness
-    """
+    """Shows and changes the brightness, with a button that sets it back to the usual one."""
 
     def __init__(self, brightness: Brightness, parent: QWidget | None = None) -> None:
         super().__init__(parent)

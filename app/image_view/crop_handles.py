@@ -42,11 +42,6 @@ class CropHandles(QObject):
     """Shows the crop box over a canvas while it is active, and moves its planes by the mouse.
 
     It takes the mouse before those that were made for the canvas earlier, at its handles only.
-
-    Parameters
-    ----------
-    canvas : ImageCanvas
-    state : ViewerState
     """
 
     def __init__(self, canvas: ImageCanvas, state: ViewerState) -> None:

@@ -27,7 +27,6 @@ class Handle:
     ----------
     axis, side : int
         Axis of the plane, and 0 for the lower one, 1 for the upper one.
-    place : tuple of float
     depth : float
         Distance in front of the eye.
     is_behind : bool
@@ -47,7 +46,6 @@ class Edge:
 
     Attributes
     ----------
-    start, end : tuple of float
     is_behind : bool
         Whether the box is in front of it.
     """

@@ -11,6 +11,7 @@ from PySide6.QtGui import QColor, QFocusEvent, QImage, QPainter, QPaintEvent, QP
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app import theme
+from app.controls import BY_KEYS
 from model.rendering.brightness import brighten
 from model.rendering.raster import Raster
 from model.scene.region import Reach
@@ -19,13 +20,6 @@ _MARGIN = 14
 
 PROGRESS_HEIGHT = 2
 """Of the line at the upper edge that says how much of an image is there, in pixels."""
-
-BY_KEYS = (
-    Qt.FocusReason.TabFocusReason,
-    Qt.FocusReason.BacktabFocusReason,
-    Qt.FocusReason.ShortcutFocusReason,
-)
-"""Ways in which keys bring the focus."""
 
 LEAST_GAP = 8
 """Pixels beside a picture that are not only rounding of its proportions."""
@@ -84,6 +78,7 @@ class ImageCanvas(QWidget):
         self._image: QImage | None = None
         self._message = ""
         self._message_color = theme.ON_IMAGE.dim
+        self._below_message: QWidget | None = None
         self._progress: float | None = None
         self._is_ringed = False
         self._cover: QImage | None = None
@@ -181,6 +176,11 @@ class ImageCanvas(QWidget):
         self._message_color = color
         self.update()
 
+    def lay_message_above(self, widget: QWidget | None) -> None:
+        """Show messages above a widget that lies over the canvas; None: in the middle."""
+        self._below_message = widget
+        self.update()
+
     @property
     def progress(self) -> float | None:
         """Part of the image that is there, 0..1; None if there is all of it."""
@@ -235,7 +235,11 @@ class ImageCanvas(QWidget):
             painter.setPen(QColor(self._message_color))
             # Narrower than the canvas, as long lines are hard to read.
             column = text_rect.adjusted(text_rect.width() // 10, 0, -text_rect.width() // 10, 0)
-            painter.drawText(column, Qt.AlignmentFlag.AlignCenter | flags, self._message)
+            place = Qt.AlignmentFlag.AlignCenter
+            if self._below_message is not None:
+                column.setBottom(self._below_message.y() - _MARGIN)
+                place = Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignBottom
+            painter.drawText(column, place | flags, self._message)
         if self._progress is not None:
             done = round(self._progress * self.width())
             color = QColor(theme.ON_IMAGE.change)

@@ -21,7 +21,7 @@ CLICK_REACH = 2.0
 """Largest movement of a click, in pixels."""
 
 MOVABLE = (
-    "Drag to move the light, or click where it shall shine; double-click for the light from the "
+    "Drag to move the light, or click to aim it; double-click for the light from the "
     "upper left. In an image: Ctrl, Shift and drag."
 )
 FIXED = "The light stays where it was when the model beside was trained; close the model to move it"
@@ -49,10 +49,6 @@ class LightBall(QWidget):
     A drag moves the light by more pixels than the ball has, so that a hand can set it. Where a
     model was trained with a fixed light, the ball is there but cannot be moved; without light,
     it is hidden.
-
-    Parameters
-    ----------
-    state : ViewerState
     """
 
     def __init__(self, state: ViewerState, parent: QWidget | None = None) -> None:

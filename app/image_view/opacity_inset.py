@@ -14,6 +14,10 @@ from app.image_view.image_canvas import to_qimage
 SHARE, MARGIN = 0.3, 12
 """Edge of the inset as a fraction of the image's, and its distance from the image's edges."""
 
+SCALE_BAR = 1 / 12, 36
+"""Height that a scale bar has below the inset: as a fraction of the image's shorter side, and at
+least in pixels."""
+
 TITLE = "Opacity image"
 
 
@@ -23,10 +27,6 @@ class OpacityInset(QObject):
     A generator draws this image first, and its colours from it; a renderer computes it with the
     colours. While something covers the pane's image, such as a field of sensitivities, it is
     left out.
-
-    Parameters
-    ----------
-    pane : EnginePane
     """
 
     def __init__(self, pane: EnginePane) -> None:
@@ -42,6 +42,18 @@ class OpacityInset(QObject):
     def picture(self) -> QImage | None:
         """The painted image; None while it is not shown."""
         return self._picture
+
+    @property
+    def box(self) -> QRectF:
+        """Where in the canvas the image is painted; empty while it is not."""
+        if self._picture is None:
+            return QRectF()
+        whole = self._pane.canvas.picture_rect
+        width = SHARE * whole.width()
+        height = width * self._picture.height() / self._picture.width()
+        share, least = SCALE_BAR
+        bottom = whole.bottom() - max(share * min(whole.width(), whole.height()), least)
+        return QRectF(whole.left() + MARGIN, bottom - height, width, height)
 
     def set_shown(self, shown: bool) -> None:
         """Show the opacity image, or hide it."""
@@ -64,10 +76,7 @@ class OpacityInset(QObject):
         canvas = self._pane.canvas
         if self._picture is None or canvas.cover is not None:
             return
-        whole = canvas.picture_rect
-        width = SHARE * whole.width()
-        height = width * self._picture.height() / self._picture.width()
-        box = QRectF(whole.left() + MARGIN, whole.bottom() - MARGIN - height, width, height)
+        box = self.box
         painter.drawImage(box, self._picture)
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.setPen(QPen(QColor(theme.ON_IMAGE.line), 1))

@@ -75,11 +75,6 @@ class OrientationCube(QWidget):
 
     Dragging turns the volume, a click on a face looks from there. Other mouse events, and
     all outside the cube, are its parent's.
-
-    Parameters
-    ----------
-    state : ViewerState
-    parent : QWidget
     """
 
     def __init__(self, state: ViewerState, parent: QWidget) -> None:

@@ -6,7 +6,7 @@ from functools import partial
 from typing import Any
 
 from PySide6.QtCore import QObject
-from PySide6.QtGui import QActionGroup
+from PySide6.QtGui import QAction, QActionGroup
 from PySide6.QtWidgets import QMenu, QWidgetAction
 
 from app.caption_button import CaptionButton
@@ -17,21 +17,28 @@ from app.image_view.light_ball import LightBall
 from app.state.brightness import Brightness
 from app.state.reference_choices import ReferenceChoices
 from app.state.reference_work import ReferenceWork
+from app.state.slow_lights import SLOW_SHADOWS_S
 from app.state.viewer_state import ViewerState
+from model.rendering.path_tracing import denoising
 from model.scene.light import LightRange
 
 LIGHTINGS = {
-    "auto": "Automatic: direct, or as the model beside",
+    "auto": "Automatic: shadows or direct, or as the model beside",
     "none": "None",
     "direct": "Direct: shaded surfaces",
-    "global": "Global: with shadows",
+    "soft": "Soft: shadows and ambient light",
+    "shadows": "Shadows: cast by every sample",
+    "path": "Path traced: light scattered many times",
 }
 
-LIGHT_NAMES = {"none": "None", "direct": "Direct", "global": "Global"}
+LIGHT_NAMES = {
+    "none": "None",
+    "direct": "Direct",
+    "soft": "Soft",
+    "shadows": "Shadows",
+    "path": "Path traced",
+}
 """Light that there is, on the button."""
-
-IN_LIGHT = {"none": "no light", "direct": "direct light", "global": "global light"}
-"""Light that there is, in the image's caption."""
 
 DISTANCES = {
     None: "Automatic: 0.5 voxels, or as the model beside",
@@ -50,7 +57,7 @@ SIZES = {
 }
 
 DRAWINGS = {
-    "auto": "Automatic: ray caster while moving; at rest VTK, if a graphics card draws it",
+    "auto": "Automatic: the faster while moving; at rest VTK, if a graphics card draws it",
     "vtk": "VTK alone",
     "raycast": "Ray caster alone",
 }
@@ -59,15 +66,8 @@ DRAWINGS = {
 class ReferenceControls(QObject):
     """Shows and changes how the reference image is drawn.
 
-    Parameters
-    ----------
-    state : ViewerState
-    work : ReferenceWork
-    brightness : Brightness
-
     Attributes
     ----------
-    ball : LightBall
     light : CaptionButton
         Says which light there is; its menu has the others.
     """
@@ -83,6 +83,7 @@ class ReferenceControls(QObject):
         self._work = work
         self._brightness = brightness
         self._actions: dict[str, dict[Any, Any]] = {}
+        self._switches: list[tuple[str, QAction]] = []
         self.ball = LightBall(state)
         self.light = CaptionButton()
         self.fill_light(self.light.add_menu())
@@ -95,6 +96,21 @@ class ReferenceControls(QObject):
     def fill_light(self, menu: QMenu) -> None:
         """Add the kinds of light, and the brightness, to a menu."""
         self._add_choices(menu, "lighting", LIGHTINGS)
+        menu.addSeparator()
+        self._add_switch(
+            menu,
+            "shadows_first",
+            "Open volumes in shadows where that is fast",
+            f"Automatic light is shadows where an image takes less than {SLOW_SHADOWS_S:g} s "
+            "here, else direct light.",
+        )
+        self._add_switch(
+            menu,
+            "denoises",
+            "Denoise path-traced light",
+            "Takes the noise out of pictures of few samples; without it they show what was "
+            "traced, and soft light while something moves.",
+        ).setEnabled(denoising.installed())
         menu.addSeparator()
         action = QWidgetAction(menu)
         action.setDefaultWidget(BrightnessSlider(self._brightness))
@@ -122,6 +138,15 @@ class ReferenceControls(QObject):
             group.addAction(action)
             actions.setdefault(choice, []).append(action)
 
+    def _add_switch(self, menu: QMenu, name: str, text: str, tip: str) -> QAction:
+        action = menu.addAction(text)
+        action.setCheckable(True)
+        action.setChecked(getattr(self._work.choices, name))
+        action.setToolTip(tip)
+        action.triggered.connect(partial(self._choose, name))
+        self._switches.append((name, action))
+        return action
+
     def _choose(self, name: str, choice: Any) -> None:
         self._work.choose(**{name: choice})
 
@@ -129,6 +154,8 @@ class ReferenceControls(QObject):
         for name, actions in self._actions.items():
             for action in actions.get(getattr(choices, name), ()):
                 action.setChecked(True)
+        for name, switch in self._switches:
+            switch.setChecked(getattr(choices, name))
         self._show_settings(self._work.settings)
 
     def _show_settings(self, settings: ReferenceSettings) -> None:

@@ -43,7 +43,7 @@ KEYS_HELP = (
 
 
 class ViewKeys(QObject):
-    """Changes a state's view by the keys of a widget, which takes the focus by click and tab.
+    """Changes a state's view by the keys of a widget, which a click, the wheel and tab focus.
 
     A key that is held repeats as a drag: live until it is released, and one entry in the
     history of views.
@@ -53,7 +53,7 @@ class ViewKeys(QObject):
         super().__init__(widget)
         self._state = state
         self._held: dict[int, str] = {}
-        widget.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        widget.setFocusPolicy(Qt.FocusPolicy.WheelFocus)
         widget.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:

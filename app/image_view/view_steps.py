@@ -27,7 +27,6 @@ def orbit(view: View, dx: float, dy: float, up: str = DEFAULT_UP) -> View:
 
     Parameters
     ----------
-    view : View
     dx, dy : float
         Movement of the mouse in pixels, to the right and down.
     up : str
@@ -53,7 +52,6 @@ def tumble(view: View, dx: float, dy: float) -> View:
 
     Parameters
     ----------
-    view : View
     dx, dy : float
         Movement of the mouse in pixels, to the right and down.
     """
@@ -90,7 +88,6 @@ def zoom(view: View, notches: float, at: tuple[float, float] = (0.0, 0.0)) -> Vi
 
     Parameters
     ----------
-    view : View
     notches : float
         Wheel notches; negative moves away.
     at : tuple of float

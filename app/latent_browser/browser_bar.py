@@ -12,10 +12,10 @@ from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QMenu, QPushButton, QToolB
 
 from app.caption_button import CaptionButton
 from app.controls import add_action
-from app.glosses import SENTENCES
 from app.icons import IconButton, icon
 from app.image_view.image_canvas import to_qimage
 from app.latent_browser.map_colors import lookup_table
+from app.menu_tips import show_tips
 from app.state.latent_state import CodecChoice, Coloring, EngineChoice, LatentState
 from model.scene.transfer_function import Range
 
@@ -26,7 +26,7 @@ COLORINGS: dict[Coloring, tuple[str, str]] = {
     "distance": ("Distance", "How far the TF's code is from the present TF's"),
     "error": (
         "Model error",
-        f"How far the model's picture is from the ray caster's. RMSE: {SENTENCES['RMSE']}",
+        "How far the model's picture is from the ray caster's: RMSE, from 0 (no error) to 1",
     ),
 }
 
@@ -50,17 +50,12 @@ BAND_WIDTH = 84, 150
 class BrowserBar(QWidget):
     """Controls in one row, and the menus of places, of searches, and of what is chosen rarely.
 
-    Parameters
-    ----------
-    latent : LatentState
-
     Attributes
     ----------
     coloring : CaptionButton
         Says what the map's colours mean; its menu has other meanings.
     modes, decoded : QAction
         Whether a chosen TF becomes modes, and what a model's pictures are drawn from.
-    engine, codec : QMenu
     stop, take : QPushButton
         For what is running, while something is.
     """
@@ -142,13 +137,13 @@ class BrowserBar(QWidget):
         super().changeEvent(event)
 
     def _fill_more(self, menu: QMenu) -> None:
-        menu.setToolTipsVisible(True)
+        show_tips(menu)
         self.modes = menu.addAction("Take as modes")
         self.modes.setToolTip("A chosen TF becomes Gaussian modes, instead of a curve")
         self.decoded = menu.addAction("Draw decoded TFs")
         self.decoded.setToolTip(
-            "The model draws the TFs that codes are decoded to, or the ray caster does,\n"
-            "instead of the codes themselves (D)"
+            "The model draws the TFs that codes are decoded to, or the ray caster does, instead of "
+            "the codes themselves (D)"
         )
         for action in (self.modes, self.decoded):
             action.setCheckable(True)
@@ -159,7 +154,7 @@ class BrowserBar(QWidget):
 
     def _add_choices(self, menu: QMenu, name: str, choices: dict[Any, tuple[str, str]]) -> None:
         """Add exclusive choices, each with its explanation."""
-        menu.setToolTipsVisible(True)
+        show_tips(menu)
         group = QActionGroup(menu)
         for choice, (text, explanation) in choices.items():
             action = add_action(menu, text, partial(self._choose, name, choice))
@@ -225,7 +220,7 @@ class BrowserBar(QWidget):
         menu.addSeparator()
         for index, place in enumerate(named):
             sub = menu.addMenu(place.name)
-            add_action(sub, "Make it the TF", partial(self.placeRequested.emit, index))
+            add_action(sub, "Apply transfer function", partial(self.placeRequested.emit, index))
             add_action(sub, "Rename…", partial(self.renameRequested.emit, index))
             add_action(sub, "Forget it", partial(self.forgetRequested.emit, index))
             if place.picture is not None:

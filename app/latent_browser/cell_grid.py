@@ -17,7 +17,8 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app import theme
-from app.image_view.image_canvas import BY_KEYS, paint_ring, to_qimage
+from app.controls import BY_KEYS
+from app.image_view.image_canvas import paint_ring, to_qimage
 from app.state.brightness import Brightness
 from app.state.latent_pictures import GridPicture
 from model.latent.interpolation import CELLS
@@ -58,9 +59,8 @@ class CellGrid(QWidget):
         self._turned = 0.0
         self._is_ringed = False
         self.setMouseTracking(True)
-        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setFocusPolicy(Qt.FocusPolicy.WheelFocus)
         self.setAccessibleName("Grid of pictures")
-        self.setMinimumSize(QSize(180, 180))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         brightness.changed.connect(self._paint_images)
 

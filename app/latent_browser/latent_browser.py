@@ -45,8 +45,8 @@ SAME_TF = 0.02
 GAP = 8
 """Around map and grid, and between them, in pixels."""
 
-LEAST_SQUARE = 180
-"""Least side of map and grid, in pixels."""
+LEAST_SQUARE = 116
+"""Least side of map and grid, in pixels: no window becomes higher because they are opened."""
 
 LEAST_SIDE = 0.01
 """Least side of a brush that a wheel's turn leads to."""
@@ -59,12 +59,8 @@ class LatentBrowser(QWidget):
 
     Parameters
     ----------
-    state : ViewerState
-    work : LatentWork
     regions : SensitivityState
         Its active region is the one that a search is about.
-    reference : EnginePane
-    editor : TransferFunctionEditor
     """
 
     problem = Signal(str)
@@ -168,7 +164,6 @@ class LatentBrowser(QWidget):
 
         Parameters
         ----------
-        tf : OpacityTF
         text : str
             Name of the edit in the menu.
         place : tuple of float, optional
@@ -297,7 +292,8 @@ class LatentBrowser(QWidget):
         tf = self._tf_under_mouse(place)
         menu = QMenu(self)
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        add_action(menu, "Make it the TF", partial(self.take, tf, "TF from the map", place))
+        apply = partial(self.take, tf, "TF from the map", place)
+        add_action(menu, "Apply transfer function", apply)
         shown = self._work.pictures.hover
         picture = shown.image if shown is not None and shown.tf == tf else None
         name = partial(self._ask_name, place, self._editable(tf), picture)

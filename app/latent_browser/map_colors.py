@@ -30,7 +30,6 @@ class Legend:
 
     Attributes
     ----------
-    title : str
     low, high : str
         Numbers at the ends of the colour bar.
     """
@@ -63,8 +62,6 @@ def shades_of(
     ----------
     session : LatentSession
         With a map.
-    latent : LatentState
-    scalar_range : tuple of float
     units : str
         Unit of the scalar values; may be empty.
     errors : ndarray, shape (n,), or None

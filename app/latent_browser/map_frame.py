@@ -23,7 +23,6 @@ class MapFrame:
     ----------
     width, height : int
         In pixels.
-    zoom : float
     center : tuple of float
         Place in the middle of the widget.
     """

@@ -26,7 +26,8 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app import theme
-from app.image_view.image_canvas import BY_KEYS, paint_ring, to_qimage
+from app.controls import BY_KEYS
+from app.image_view.image_canvas import paint_ring, to_qimage
 from app.latent_browser import map_marks as marks
 from app.latent_browser.map_colors import Shades
 from app.latent_browser.map_frame import MapFrame
@@ -113,9 +114,8 @@ class MapView(QWidget):
         self._lasso: list[Place] = []
         self.setMouseTracking(True)
         self._is_ringed = False
-        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setFocusPolicy(Qt.FocusPolicy.WheelFocus)
         self.setAccessibleName("Map of TFs")
-        self.setMinimumSize(QSize(180, 180))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         for signal in (
             latent.brushChanged, latent.lassoChanged, latent.hoverChanged, session.placeChanged,

@@ -29,8 +29,6 @@ class SearchControl(QObject):
 
     Parameters
     ----------
-    state : ViewerState
-    work : LatentWork
     regions : SensitivityState
         Its active region is the one that a search is about.
     reference : EngineClient

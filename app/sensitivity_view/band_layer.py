@@ -6,7 +6,7 @@ import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QObject, QPoint, QRect, Qt
 from PySide6.QtGui import QColor
-from PySide6.QtWidgets import QFrame, QGraphicsRectItem, QHBoxLayout, QLabel, QWidget
+from PySide6.QtWidgets import QFrame, QGraphicsRectItem, QHBoxLayout, QLabel
 
 from app import theme
 from app.icons import IconButton
@@ -64,10 +64,6 @@ class BandLayer(QObject):
 
     Parameters
     ----------
-    area : PlotArea
-    state : ViewerState
-    sensitivity : SensitivityState
-    dispatcher : SensitivityDispatcher
     visible : VisibleLayer
         Knows how much of the image the band makes up.
     """
@@ -144,7 +140,7 @@ class BandLayer(QObject):
         else:
             width = self._sensitivity.choices.width
             share = self._visible.share_of(band.values, scalar_range, width)
-            text += "" if share is None else f" visible {100 * share:.0f} %"
+            text += "" if share is None else f" visible {_percent(share)}"
         color = theme.CHANGE if asks_edit else theme.VISIBLE
         self.tag.show_band(text, color, band.pinned and not self._sensitivity.dragging)
         plot, width = self._area.rect, self.tag.width()
@@ -155,14 +151,8 @@ class BandLayer(QObject):
     def _free_height(self, left: int) -> int:
         """Height, from the plot's top on, at which the tag covers neither flags nor the card."""
         plot, size = self._area.rect, self.tag.size()
-        others = [
-            child.geometry()
-            for child in self._area.widget.viewport().findChildren(
-                QWidget, options=Qt.FindChildOption.FindDirectChildrenOnly
-            )
-            if child is not self.tag and child.isVisible()
-        ]
-        taken = [*others, *self._area.handle_boxes()]
+        others = [box for box in self._area.card_boxes() if box != self.tag.geometry()]
+        taken = [*others, *self._area.handle_boxes(), *self._area.label_boxes()]
         lowest = plot.bottom() + 1 - size.height()
         heights = range(plot.top(), lowest + 1, 4)
         return next(
@@ -173,3 +163,8 @@ class BandLayer(QObject):
             ),
             plot.top(),
         )
+
+
+def _percent(share: float) -> str:
+    """Whole percent; what shows a little is not said to show nothing."""
+    return "under 1 %" if 0.0005 <= share < 0.005 else f"{100 * share:.0f} %"

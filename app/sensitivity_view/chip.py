@@ -11,6 +11,9 @@ from PySide6.QtWidgets import QToolButton
 from app import theme
 
 _ICON = QSize(14, 12)
+AROUND = 18
+"""Beside and between a chip's colour and its text, in pixels."""
+
 _Form = Literal["line", "area", "region"]
 
 
@@ -19,9 +22,7 @@ class Chip(QToolButton):
 
     Parameters
     ----------
-    name : str
     form : {"line", "area", "region"}
-    tip : str
     """
 
     def __init__(self, name: str, form: _Form, tip: str) -> None:
@@ -57,6 +58,18 @@ class Chip(QToolButton):
         )
         self.setText(f" {self._caption}")
         self._draw()
+
+    def sizeHint(self) -> QSize:
+        """Return the room of colour and text, of which Qt's style takes more than it fills."""
+        hint = super().sizeHint()
+        if self.toolButtonStyle() == Qt.ToolButtonStyle.ToolButtonIconOnly:
+            return hint
+        text = self.fontMetrics().horizontalAdvance(self.text())
+        return QSize(min(_ICON.width() + text + AROUND, hint.width()), hint.height())
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the same."""
+        return self.sizeHint()
 
     def set_on(self, on: bool) -> None:
         """Look as if the layer is shown, or not."""

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QInputDialog, QMenu, QToolBut
 
 from app.controls import add_action, add_title
 from app.icons import IconButton
+from app.menu_tips import show_tips
 from app.sensitivity_view.chip import Chip
 from app.sensitivity_view.field_menu import FieldMenu
 from app.state.sensitivity_state import EngineChoice, SensitivityState, Tool
@@ -21,13 +22,13 @@ from model.sensitivity.measure import Measure
 MEASURES: dict[str, tuple[Measure, str]] = {
     "Brightness (±)": (
         "signed",
-        "Whether the region becomes brighter (above 0) or darker: the derivative of its norm "
-        "(Eq. 11 of the paper). A black region has none.",
+        "Whether the region becomes brighter (above 0) or darker: the derivative of its norm, "
+        "which a black region has not (Eq. 11 of the paper)",
     ),
     "Any change": (
         "change",
         "How much the region's pixels change, in any direction: also where the picture is black "
-        "now (norm of dI).",
+        "now (norm of dI)",
     ),
 }
 
@@ -35,10 +36,10 @@ ENGINES: dict[str, tuple[EngineChoice, str]] = {
     "Automatic": (
         "automatic",
         "The ray caster's exact derivative where it is fast enough, the model's otherwise; "
-        "at rest both, so that they can be compared.",
+        "at rest both, so that they can be compared",
     ),
-    "Exact": ("exact", "The ray caster: exact, or by differences under global light."),
-    "Learned": ("learned", "The model of this volume."),
+    "Exact": ("exact", "The ray caster: exact, or by differences under soft and path-traced light"),
+    "Learned": ("learned", "The model of this volume"),
 }
 
 TOOLS: dict[str, Tool] = {"Draw a rectangle\tR": "rectangle", "Draw a lasso\tL": "lasso"}
@@ -62,7 +63,6 @@ class ChipBar(QWidget):
 
     Parameters
     ----------
-    state : SensitivityState
     histogram : HistogramLayer
         The voxels, which can be hidden.
     """
@@ -95,7 +95,7 @@ class ChipBar(QWidget):
 
     def _lay_out(self) -> None:
         for button, menu in ((self.region, self.regions_menu), (self.more, self.change_menu)):
-            menu.setToolTipsVisible(True)
+            show_tips(menu)
             button.setMenu(menu)
             button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.more.setText("▾")
@@ -113,6 +113,8 @@ class ChipBar(QWidget):
         ):  # fmt: skip
             row.addWidget(part)
         row.insertSpacing(0, 4)
+        # The arrow belongs to the word before it.
+        row.insertSpacing(row.indexOf(self.more), -row.spacing())
 
     def _fill_change_menu(self) -> None:
         menu, state = self.change_menu, self._state

@@ -26,13 +26,7 @@ MORE = "▾"
 
 
 class ColorBar(QToolButton):
-    """Says what the colours over an image mean; its menu has the ways to draw them.
-
-    Parameters
-    ----------
-    canvas : ImageCanvas
-    sensitivity : SensitivityState
-    """
+    """Says what the colours over an image mean; its menu has the ways to draw them."""
 
     def __init__(self, canvas: ImageCanvas, sensitivity: SensitivityState) -> None:
         super().__init__(canvas)
@@ -142,7 +136,6 @@ def paint_bar(
 
     Parameters
     ----------
-    painter : QPainter
     rect : QRect
         The image.
     right : int

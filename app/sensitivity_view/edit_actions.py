@@ -31,9 +31,6 @@ class EditActions:
 
     Parameters
     ----------
-    state : ViewerState
-    sensitivity : SensitivityState
-    dispatcher : SensitivityDispatcher
     layer : ResponseLayer
         Has the intervals.
     shown_colors : callable

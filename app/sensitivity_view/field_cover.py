@@ -188,6 +188,7 @@ class FieldCover(QObject):
         # What another has laid there, such as a picture of the map, is not this one's to take.
         if was_shown is not None:
             self._pane.canvas.show_cover(None)
+            self._pane.name_cover("")
             self.changed.emit()
         self._pane.canvas.update()
 
@@ -237,6 +238,10 @@ class FieldCover(QObject):
             colored = overlay(image, field, self._scale, choices.measure, trust)
         self._caption = self._described(answer)
         self._show(colored, choices.measure, f"per .01, {SOURCE_NAMES[answer.source]}")
+        band = self._sensitivity.band
+        if band is not None:
+            values = range_text(band.values, self._state.scalar_range, self._state.scale)
+            self._name(f"What an edit at {values} changes", answer)
 
     def _cover_visible(self, answer: Answer[Any], image: NDArray[np.float32]) -> None:
         """Show where values are visible."""
@@ -253,6 +258,11 @@ class FieldCover(QObject):
         values = range_text(answer.request.values, self._state.scalar_range, self._state.scale)
         self._caption = f"{self._scale:.2g}: part of a pixel that shows {values}{self._way_back}"
         self._show(colored, "visible", "of the pixel")
+        self._name(f"Where {values} is visible", answer)
+
+    def _name(self, title: str, answer: Answer[Any]) -> None:
+        """Have the image's caption say what covers it, and who found it."""
+        self._pane.name_cover(title, SOURCE_NAMES[answer.source], self._caption)
 
     @property
     def _keeps_scale(self) -> bool:

@@ -10,19 +10,26 @@ from PySide6.QtGui import QActionGroup
 from PySide6.QtWidgets import QMenu, QWidget
 
 from app.controls import add_action, add_title
+from app.menu_tips import show_tips
 from app.state.sensitivity_state import SensitivityState
 
 Entries = dict[str, tuple[dict[str, Any], str]]
 
 STYLES: Entries = {
     "Area": ({"style": "map"}, "The change of each pixel, in colours"),
-    "Contours": ({"style": "contours"}, "Its contours"),
+    "Contours": ({"style": "contours"}, "The change of each pixel, as contours"),
     "8 × 8 blocks": (
         {"style": "blocks", "blocks": 8},
         "The change of the norm of 8 × 8 blocks, as in the paper: of all values at once",
     ),
-    "16 × 16 blocks": ({"style": "blocks", "blocks": 16}, "Of 16 × 16 blocks"),
-    "Blocks of one pixel": ({"style": "blocks", "blocks": 0}, "Of each pixel; takes longest"),
+    "16 × 16 blocks": (
+        {"style": "blocks", "blocks": 16},
+        "The change of the norm of 16 × 16 blocks, as in the paper",
+    ),
+    "Blocks of one pixel": (
+        {"style": "blocks", "blocks": 0},
+        "The change of the norm of each pixel: takes longest",
+    ),
 }
 """Ways to draw a field, with their choices and explanations."""
 
@@ -40,23 +47,17 @@ SCALES: Entries = {
 }
 """Ends of the colours' scale, with their choices and explanations."""
 
-DOUBT = "Show doubt"
-DOUBT_TIP = "Fade the effect to grey where the model's and the exact one differ"
+DOUBT = "Fade where model and exact disagree"
+DOUBT_TIP = "Where the model's effect differs from the exact one, its colours turn grey"
 
 
 class FieldMenu(QMenu):
-    """Chooses how the field of the value under the mouse is drawn, and where its colours end.
-
-    Parameters
-    ----------
-    sensitivity : SensitivityState
-    parent : QWidget
-    """
+    """Chooses how the field of the value under the mouse is drawn, and where its colours end."""
 
     def __init__(self, sensitivity: SensitivityState, parent: QWidget) -> None:
         super().__init__("Over the images", parent)
         self._sensitivity = sensitivity
-        self.setToolTipsVisible(True)
+        show_tips(self)
         self._choices = [
             (self._add_group(title, entries), entries)
             for title, entries in (("Drawn as", STYLES), ("Colours end at", SCALES))

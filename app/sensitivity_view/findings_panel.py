@@ -54,14 +54,8 @@ class FindingsPanel(QFrame):
 
     Parameters
     ----------
-    state : ViewerState
-    sensitivity : SensitivityState
-    dispatcher : SensitivityDispatcher
     layer : ResponseLayer
         Finds the intervals, and has flags for them.
-    measured : MeasuredEdits
-    actions : EditActions
-    what_if : WhatIfQuestion
     source : QWidget
         Says who answered.
     """
@@ -120,7 +114,10 @@ class FindingsPanel(QFrame):
         self.height_box.show_value(sensitivity.choices.height)
         self.height_box.setToolTip("Opacity of the modes whose effect is listed")
         self._edits_title = ""
-        explain(self.edits_heading)
+        self._is_low = False
+        self.mixed_gloss = QLabel(gloss("Mixed"))
+        for label in (self.edits_heading, self.mixed_gloss):
+            explain(label)
         self.result = QLabel()
         self.result.setWordWrap(True)
         self.result.setProperty("role", "dim")
@@ -151,7 +148,7 @@ class FindingsPanel(QFrame):
     def fold(self, width: int, height: int) -> None:
         """Take less room in a low editor, and open by itself in a wide one."""
         self._has_room = width >= OPEN_FROM
-        is_low = height < LOW_BELOW
+        self._is_low = is_low = height < LOW_BELOW
         for row in (*self.value_rows, *self.edit_rows):
             row.setFixedHeight(LOW_HEIGHT if is_low else HEIGHT)
         target = self._edits_line if is_low else self._foot
@@ -194,9 +191,12 @@ class FindingsPanel(QFrame):
         self._note(self.edits_note, self._edits_note(fresh))
         self._layer.say_effects(effects)
         has_mixed = any("mixed" in name for _, name in effects)
+        # In a low editor the heading's line has the question, too, and no room.
+        in_heading = has_mixed and not self._is_low
         self.edits_heading.setText(
-            f"{self._edits_title} · {gloss('Mixed')}" if has_mixed else self._edits_title
+            f"{self._edits_title} · {gloss('Mixed')}" if in_heading else self._edits_title
         )
+        self.mixed_gloss.setVisible(has_mixed and self._is_low)
         self._what_if.enable()
 
     def _note(self, label: QLabel, text: str) -> None:
@@ -215,7 +215,7 @@ class FindingsPanel(QFrame):
             if layer.left_out is None:
                 return ""
             value = value_text(layer.left_out, state.scalar_range, state.scale)
-            return f"stronger at {value}: background, no flag"
+            return f"no flag at {value}: it is background"
         if fresh:
             # Or it only rises towards values that hardly any voxel has: see the curve.
             return "no edit shows here" if layer.is_flat else "no value stands out: see the curve"
@@ -259,6 +259,8 @@ class FindingsPanel(QFrame):
         for line in (source, self.result):
             self._said.addWidget(line)
         self._foot.addWidget(self._said, 1)
+        self.mixed_gloss.setProperty("role", "dim")
+        self._foot.addWidget(self.mixed_gloss)
         column.addWidget(self.values_heading)
         column.addWidget(self.values_note)
         for row in self.value_rows:

@@ -24,9 +24,6 @@ class MeasuredEdits(QObject):
 
     Parameters
     ----------
-    state : ViewerState
-    sensitivity : SensitivityState
-    dispatcher : SensitivityDispatcher
     layer : ResponseLayer
         Knows the intervals.
     """

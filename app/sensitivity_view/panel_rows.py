@@ -27,7 +27,6 @@ class PanelRow(QWidget):
     ----------
     widths : sequence of int
         Of the texts, in pixels; 0 for one that takes the room that is left.
-    buttons : sequence of QAbstractButton
     """
 
     def __init__(self, widths: Sequence[int], buttons: Sequence[QAbstractButton]) -> None:

@@ -14,12 +14,7 @@ GAP = 3
 
 
 class PeakFlag(QToolButton):
-    """A numbered flag that can be clicked, or reached by Tab and pressed by Enter.
-
-    Parameters
-    ----------
-    number : int
-    """
+    """A numbered flag that can be clicked, or reached by Tab and pressed by Enter."""
 
     def __init__(self, number: int) -> None:
         super().__init__()
@@ -53,10 +48,8 @@ def place_flags(flags: Sequence[QWidget], centers: Sequence[int], plot: QRect) -
 
     Parameters
     ----------
-    flags : sequence of QWidget
     centers : sequence of int
         Where each would stand in the middle, in pixels.
-    plot : QRect
     """
     order = sorted(range(len(flags)), key=lambda index: centers[index])
     lefts = [0] * len(flags)

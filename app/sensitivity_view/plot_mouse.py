@@ -21,12 +21,6 @@ class PlotMouse(QObject):
     Hovering shows where the value under the mouse is visible, and with Ctrl what an edit there
     would change; the wheel sets the edits' width,
     and dragging beside the handles pins a band of values, which a click there releases.
-
-    Parameters
-    ----------
-    area : PlotArea
-    state : ViewerState
-    sensitivity : SensitivityState
     """
 
     def __init__(self, area: PlotArea, state: ViewerState, sensitivity: SensitivityState) -> None:

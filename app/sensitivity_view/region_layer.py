@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import cast
 
 from PySide6.QtCore import QEvent, QObject, QPointF, QRect, QRectF, Qt
 from PySide6.QtGui import QColor, QCursor, QMouseEvent, QPainter, QPen, QPolygonF
+from PySide6.QtWidgets import QWidget
 
 from app import theme
 from app.image_view.gestures import CLICK_REACH
@@ -39,11 +41,6 @@ class RegionLayer(QObject):
 
     A region is moved by its edge, a rectangle resized by its corners; inside a region the
     mouse turns the view, as everywhere else.
-
-    Parameters
-    ----------
-    canvas : ImageCanvas
-    state : SensitivityState
     """
 
     def __init__(self, canvas: ImageCanvas, state: SensitivityState) -> None:
@@ -195,12 +192,29 @@ class RegionLayer(QObject):
         if not self._state.choices.shown:
             return
         painter.setBrush(Qt.BrushStyle.NoBrush)
+        names = []
         for index, region in enumerate(self._state.regions):
             active = index == self._state.active
             self._paint_outline(painter, self._polygon(region.outline, rect), active)
             if active and _is_rectangle(region.outline):
                 self._paint_corners(painter, self._polygon(region.outline, rect))
-            self._paint_name(painter, region.name, self._polygon(region.outline, rect), active)
+            around = self._polygon(region.outline, rect).boundingRect()
+            names.append((not active, region.name, around))
+        # The active region's name has the first choice.
+        names.sort(key=lambda name: name[0])
+        plates = [_plate(painter, name) for _, name, _ in names]
+        direct = Qt.FindChildOption.FindDirectChildrenOnly
+        above = [
+            QRectF(each.geometry())
+            for each in self._canvas.findChildren(QWidget, options=direct)
+            if each.isVisible()
+        ]
+        corners = name_corners([around for _, _, around in names], plates, above)
+        for (passive, name, _), corner in zip(names, corners, strict=True):
+            ink, ground = theme.ON_IMAGE.dim, theme.ON_IMAGE.panel
+            if not passive:
+                ink, ground = theme.ON_IMAGE.window, theme.ON_IMAGE.change
+            self._paint_plate(painter, name, corner, ink, ground)
         if len(self._lasso) > 1:
             outline = self._drawn_outline()
             if outline is not None:
@@ -208,7 +222,8 @@ class RegionLayer(QObject):
         self._paint_place(painter, rect)
         if self._state.tool is not None and not self._lasso:
             hint = HINTS[self._state.tool]
-            self._paint_plate(painter, hint, HINT_PLACE, theme.ON_IMAGE.change)
+            colors = theme.ON_IMAGE
+            self._paint_plate(painter, hint, HINT_PLACE, colors.change, colors.panel)
 
     def _paint_outline(self, painter: QPainter, polygon: QPolygonF, active: bool) -> None:
         # A dark line beneath, so that it is seen on bright pictures, too.
@@ -224,23 +239,18 @@ class RegionLayer(QObject):
             painter.drawRect(QRectF(corner.x() - 3.5, corner.y() - 3.5, 7, 7))
         painter.setBrush(Qt.BrushStyle.NoBrush)
 
-    def _paint_name(self, painter: QPainter, name: str, polygon: QPolygonF, active: bool) -> None:
-        corner = polygon.boundingRect().topLeft() + QPointF(6, -7)
-        if corner.y() < 18:
-            corner = polygon.boundingRect().bottomLeft() + QPointF(6, 18)
-        self._paint_plate(painter, name, corner, _color(active))
-
-    def _paint_plate(self, painter: QPainter, text: str, corner: QPointF, color: str) -> None:
+    def _paint_plate(
+        self, painter: QPainter, text: str, corner: QPointF, ink: str, ground: str
+    ) -> None:
         """Write on a plate of its own, as images are of any colour."""
-        metrics = painter.fontMetrics()
-        box = QRectF(metrics.boundingRect(text)).translated(corner).adjusted(-5, -2, 5, 2)
-        plate = QColor(theme.ON_IMAGE.panel)
+        box = _plate(painter, text).translated(corner)
+        plate = QColor(ground)
         plate.setAlpha(220)
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(plate)
         painter.drawRoundedRect(box, 3, 3)
         painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.setPen(QColor(color))
+        painter.setPen(QColor(ink))
         painter.drawText(corner, text)
 
     def _paint_place(self, painter: QPainter, rect: QRect) -> None:
@@ -260,6 +270,41 @@ class RegionLayer(QObject):
                 for x, y in outline.points
             ]
         )
+
+
+def name_corners(
+    regions: Sequence[QRectF], plates: Sequence[QRectF], covered: Sequence[QRectF] = ()
+) -> list[QPointF]:
+    """Return where the names of regions begin, so that no name lies over another.
+
+    A name stands above its region, where there is room, else below; at its left, else at its
+    right, else further down.
+
+    Parameters
+    ----------
+    regions : sequence of QRectF
+        Rectangles around the regions.
+    plates : sequence of QRectF
+        What lies behind each name, if the name begins at the origin.
+    covered : sequence of QRectF
+        What hides a part of the image, such as its caption.
+    """
+    taken = list(covered)
+    corners = []
+    for region, plate in zip(regions, plates, strict=True):
+        above, below = region.top() - 7, region.bottom() + 18
+        xs = region.left() + 6, region.right() - 1 - plate.right()
+        places = [QPointF(x, y) for y in (above, below) if y >= 18 for x in xs]
+        steps = range(1, len(regions) + 1)
+        places += [places[0] + QPointF(0, step * (plate.height() + 1)) for step in steps]
+        free = (at for at in places if not any(plate.translated(at).intersects(b) for b in taken))
+        corners.append(next(free, places[0]))
+        taken.append(plate.translated(corners[-1]))
+    return corners
+
+
+def _plate(painter: QPainter, text: str) -> QRectF:
+    return QRectF(painter.fontMetrics().boundingRect(text)).adjusted(-5, -2, 5, 2)
 
 
 def _color(active: bool) -> str:

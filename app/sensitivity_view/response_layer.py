@@ -84,6 +84,8 @@ class ResponseLayer(QObject):
         self._shown: dict[str, tuple[NDArray[np.float64], Range]] = {}
         for item in (self._zero, self._cut, self._stems, self._tops, *self._curves.values()):
             self._view.addItem(item, ignoreBounds=True)
+        for curve in self._curves.values():
+            curve.hide()
         self._waiting: tuple[Interval, ...] | None = None
         self._patience = 0
         self._settle = QTimer(self, singleShot=True, interval=PATIENCE_MS)
@@ -246,7 +248,8 @@ class ResponseLayer(QObject):
         self._view.setYRange(low, limit + head * (limit - low), padding=0)
         self._zero.setVisible(self._is_shown and signed and self._area.scale.logarithmic)
         labels: list[tuple[float, str]] = []
-        if self._is_shown:
+        # Numbers beside no curve would be those of none.
+        if any(curve.isVisible() for curve in self._curves.values()):
             end = round_below(limit)
             numbers = (-end, 0.0, end) if signed else (0.0, end / 2, end)
             places = [(n - low) / (limit - low) / (1.0 + head) for n in numbers]

@@ -23,12 +23,10 @@ class ResponsesTable(QDialog):
 
     Parameters
     ----------
-    title : str
     columns : sequence of str
         Headings.
     rows : sequence of sequence of str
         Numbers, one sequence for each row.
-    parent : QWidget
     """
 
     def __init__(

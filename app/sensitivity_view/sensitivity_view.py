@@ -39,15 +39,6 @@ class SensitivityView(QObject):
 
     The reference pane shows exact fields, the generator's learned ones; where there is only
     one of the two, both show it.
-
-    Parameters
-    ----------
-    state : ViewerState
-    sensitivity : SensitivityState
-    workspace : Workspace
-    generator, reference : EnginePane
-    editor : TransferFunctionEditor
-    parent : QObject
     """
 
     def __init__(

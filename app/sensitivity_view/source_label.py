@@ -29,8 +29,6 @@ class SourceLabel(QLabel):
 
     Parameters
     ----------
-    state : SensitivityState
-    dispatcher : SensitivityDispatcher
     workspace : Workspace
         Knows the model and what it was trained on.
     """

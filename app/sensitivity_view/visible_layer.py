@@ -142,8 +142,9 @@ class VisibleLayer(QObject):
         return label
 
     def _place_labels(self) -> None:
-        """Put each above its peak, or higher where it would cover a handle or another label."""
-        area, taken = self._area, self._area.handle_boxes()
+        """Put each above its peak, or higher where it would cover a handle, a card or another."""
+        area = self._area
+        taken = [*area.handle_boxes(), *area.card_boxes()]
         for number, label in enumerate(self._labels):
             label.setVisible(number < len(self._peaks))
             if number >= len(self._peaks):

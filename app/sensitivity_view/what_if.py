@@ -31,15 +31,11 @@ class WhatIfQuestion(QObject):
 
     Parameters
     ----------
-    state : ViewerState
-    sensitivity : SensitivityState
-    dispatcher : SensitivityDispatcher
     layer : ResponseLayer
         Knows where an edit shows most.
 
     Attributes
     ----------
-    button : HeldButton
     edit_text : str
         Size, place and width of the edit that was asked about last, in words.
     result : str

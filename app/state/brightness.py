@@ -28,8 +28,6 @@ class Brightness(QObject):
 
     Parameters
     ----------
-    preferences : Preferences
-    parent : QObject, optional
     state : ViewerState, optional
         Has what is chosen undone among the edits.
     """

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QObject
+from dataclasses import replace
+
+from PySide6.QtCore import QObject, Signal
 
 from app.engines.client import EngineClient
 from app.engines.messages import ImageRequest, Quality, Request, Result, StandInRequest
+from app.state.live_drawer import LiveDrawer
 from app.state.pace import LIVE_SECONDS, Pace
 from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
@@ -34,16 +37,22 @@ LONGEST_SECONDS = 120.0
 there are as many as half of it allows."""
 
 SCATTERING_LIVE_SECONDS = 0.4
-"""Time that a live image may take under global light, where fewer pixels are all that is saved."""
+"""Time that a live image may take in shadows, where fewer pixels are all that is saved."""
 
 FIRST_SCALE = 0.25
-"""Scale of the first image under global light, before it is known how long its pixels take."""
+"""Scale of the first image in soft light and shadows, before it is known how long pixels take."""
 
 SOON_SECONDS = 0.3
 """Time of VTK's image at rest from which the ray caster's is shown until then."""
 
 FIRST_SIZE = 384
 """Size of the first image, before it is known how long its pixels take."""
+
+MORE_SAMPLES = 2
+"""Factor of the samples of an image that follows one in path-traced light."""
+
+PATH_LIVE_SECONDS = 0.12
+"""Time that a live path-traced image may take: eight a second."""
 
 AT_REST = ImageRequest, False
 """Kind of the reference's images that are not live, by which their times are kept."""
@@ -53,7 +62,8 @@ class Dispatcher(QObject):
     """Sends image requests to the engines at every change of the viewer's state.
 
     While something is dragged the reference's images are coarser, by as much as the times of
-    those before demand, and come from the ray caster where it draws what VTK does.
+    those before demand, and come from the ray caster where it draws what VTK does and is the
+    faster one.
 
     Parameters
     ----------
@@ -72,14 +82,23 @@ class Dispatcher(QObject):
         Whether the ray caster may draw in VTK's place.
     begins_coarse : bool
         Whether the first image at rest follows one of few pixels, as it takes long. Coarse
-        images keep the sample distance then: VTK's scattered light depends on it, and surfaces
-        that are lit at 2 voxels lie in the dark at half a voxel.
+        images keep the sample distance then: shadows depend on it, and surfaces that
+        are lit at 2 voxels lie in the dark at half a voxel.
+    most_samples : int
+        Of each pixel in path-traced light, which images at rest come to in several steps; 1 for
+        other light.
+    draws_live : bool
+        Whether the reference itself draws while something moves, though the ray caster might
+        stand in: path-traced light that is denoised.
     hidden : set of EngineClient
         Clients whose images nobody sees: they are asked for none.
     scale : {"linear", "log"}
         Scale of the volume that the reference draws. Nothing is asked for under a TF of another
         one, which is there for a moment until the volume follows it.
     """
+
+    liveDrawerChanged = Signal(str)
+    """Emitted with a sentence on who draws while something moves, and why; may be empty."""
 
     def __init__(
         self,
@@ -94,11 +113,14 @@ class Dispatcher(QObject):
         self.is_fixed = False
         self.may_stand_in = False
         self.begins_coarse = False
+        self.most_samples = 1
+        self.draws_live = False
         self.hidden: set[EngineClient] = set()
         self.scale: ValueScale = "linear"
         self._state = state
         self._generator, self._reference, self._stand_in = generator, reference, stand_in
         self._pace = Pace()
+        self._live_drawer = LiveDrawer()
         self._sequence = 0
         self._sent: Quality | None = None
         state.inputsChanged.connect(self._send_live)
@@ -118,6 +140,7 @@ class Dispatcher(QObject):
     def forget_times(self) -> None:
         """Forget how long images took, as another volume, light or renderer is drawn."""
         self._pace.forget()
+        self._choose_live_drawer()
 
     def send(self, generator_only: bool = False) -> None:
         """Request the final images of the present state.
@@ -146,7 +169,7 @@ class Dispatcher(QObject):
             if sharp.width >= raster.width and self._takes_not_too_long(self.raster):
                 # A coarse image of VTK's would take the place of a sharper one.
                 final = Quality(self.raster.shorter, raster=self.raster)
-        if self.begins_coarse and is_slow:
+        if self.begins_coarse and is_slow and not stands_in:
             self._ask_reference(self._live(ImageRequest))
         else:
             self._ask_reference(final)
@@ -178,7 +201,10 @@ class Dispatcher(QObject):
         self._submit(self._generator, ImageRequest, Quality(size, LIVE_COARSENESS, live=True))
         if self._reference in self.hidden:
             return
-        if self._stands_in():
+        if self._stands_in() and self._live_drawer.is_vtk:
+            self._stand_in.abandon(StandInRequest)
+            self._submit(self._reference, ImageRequest, self._live_of_vtk)
+        elif self._stands_in():
             self._reference.abandon(ImageRequest)
             self._submit(self._stand_in, StandInRequest, self._live(StandInRequest))
         else:
@@ -189,10 +215,12 @@ class Dispatcher(QObject):
             client.submit(kind(self._sequence, self._state.inputs, quality))
 
     def _stands_in(self) -> bool:
-        return self.may_stand_in and self._stand_in.is_ready
+        return self.may_stand_in and self._stand_in.is_ready and not self.draws_live
 
     def _live(self, kind: type[Request]) -> Quality:
         seconds = SCATTERING_LIVE_SECONDS if self.begins_coarse else LIVE_SECONDS
+        if self.draws_live:
+            seconds = PATH_LIVE_SECONDS
         first = FIRST_SCALE if self.begins_coarse else 0.35
         scale = self._pace.scale((kind, True), _size(self.raster), seconds, first)
         raster = self.raster.scaled(scale)
@@ -201,13 +229,37 @@ class Dispatcher(QObject):
             coarseness = 1.0
         return Quality(raster.shorter, coarseness, live=True, raster=raster)
 
+    @property
+    def _live_of_vtk(self) -> Quality:
+        """VTK's live image, where it is the faster: all samples, and as many pixels as keep up."""
+        scale = self._pace.scale(AT_REST, _size(self.raster), LIVE_SECONDS, FIRST_SCALE)
+        raster = self.raster.scaled(scale)
+        return Quality(raster.shorter, live=True, raster=raster)
+
+    def _choose_live_drawer(self) -> None:
+        before, size = self._live_drawer.reason, _size(self.raster)
+        if self.may_stand_in and self.most_samples == 1 and not self._reference.by_raycast:
+            self._live_drawer.choose(
+                self._pace.expected(AT_REST, size),
+                self._pace.expected((StandInRequest, True), size),
+            )
+        else:
+            self._live_drawer.forget()
+        if self._live_drawer.reason != before:
+            self.liveDrawerChanged.emit(self._live_drawer.reason)
+
     def _note(self, result: Result) -> None:
         """Note how long an image took, and have the next finer one of the same state drawn."""
         request = result.request
         if result.value is None or type(request) not in (ImageRequest, StandInRequest):
             return
         kind, raster = type(request), request.quality.pixels
-        self._pace.note((kind, request.quality.live), _size(raster), result.seconds)
+        if request.quality.samples == 1:
+            # A live image with all samples tells how long one at rest takes.
+            whole = kind is ImageRequest and self._live_drawer.is_vtk
+            live = request.quality.live and not whole
+            self._pace.note((kind, live), _size(raster), result.seconds)
+            self._choose_live_drawer()
         newest = request.sequence == self._sequence and not self._state.live
         if kind is StandInRequest and newest and not self._reference.is_ready:
             if self._stand_in_raster.width > FINER * raster.width:
@@ -230,7 +282,9 @@ class Dispatcher(QObject):
                 scale = self._pace.scale(AT_REST, _size(raster), seconds, FIRST_SCALE)
                 raster = raster.scaled(scale)
             if raster.width <= drawn.pixels.width:
-                return None
+                if drawn.samples >= self.most_samples:
+                    return None
+                return replace(drawn, samples=MORE_SAMPLES * drawn.samples)
         return Quality(raster.shorter, raster=raster)
 
 

@@ -33,8 +33,11 @@ their range, where values are seen, visibility, a place, or images."""
 REST_SIZE = 256
 """Largest size for regions at rest: their numbers hardly depend on it."""
 
+REST_SECONDS = 1.5
+"""Time that a region at rest may take, where fewer pixels would do."""
+
 SLOW_REGION_SIZE = 96
-"""Size for regions by differences, which take some 90 images."""
+"""Size for regions by differences, which take some 90 images, and for the first one in shadows."""
 
 MEASURED_SIZE = 128
 """Size of images by which edits are measured: they are made after every change."""
@@ -81,6 +84,8 @@ class EngineChooser:
     ----------
     exact_source : {"exact", "differences"} or None
         How the ray caster answers under the present light; None without a volume.
+    begins_small : bool
+        Whether a region takes long under the present light, as far as is known before the first.
     learned_size : int or None
         Image size of the generator; None without one that fits the volume.
     picture : Raster
@@ -93,6 +98,7 @@ class EngineChooser:
     def __init__(self, asked: SensitivityState) -> None:
         self._asked = asked
         self.exact_source: Source | None = None
+        self.begins_small = False
         self.learned_size: int | None = None
         self.picture = Raster(REST_SIZE, REST_SIZE)
         self.pace = Pace()
@@ -141,7 +147,13 @@ class EngineChooser:
             return self._sized(self.picture.shorter)
         if self._by_differences and question in REGION_QUESTIONS:
             return self._sized(SLOW_REGION_SIZE)
-        return self._sized(min(REST_SIZE, self.picture.shorter))
+        largest = min(REST_SIZE, self.picture.shorter)
+        if question in REGION_QUESTIONS:
+            if self.pace.expected((name, question), largest) is not None:
+                largest = self.pace.live_size((name, question), largest, REST_SECONDS)
+            elif self.begins_small:
+                largest = min(SLOW_REGION_SIZE, largest)
+        return self._sized(largest)
 
     def measuring_quality(self, name: EngineName) -> Quality:
         """Size of the images by which an engine measures edits."""

@@ -21,7 +21,9 @@ from model.scene.value_scale import SCALE_NAMES, values_at
 LIGHTS: dict[Lighting, str] = {
     "none": "no light",
     "direct": "direct light",
-    "global": "global light",
+    "soft": "soft light",
+    "shadows": "shadows",
+    "path": "path-traced light",
 }
 
 NO_VOLUME = "Waiting for a volume: open one with File > Open volume."
@@ -33,12 +35,6 @@ LOADING = "Loading the model …"
 
 class GeneratorWork(QObject):
     """Loads a model in the background, and pauses it beside a volume that is not its own.
-
-    Parameters
-    ----------
-    client : EngineClient
-    builders : Builders
-    settings : GeneratorSettings
 
     Attributes
     ----------
@@ -135,7 +131,6 @@ class GeneratorWork(QObject):
 
         Parameters
         ----------
-        opened : OpenedVolume or None
         is_reading : bool
             Whether a volume is on its way.
         """
@@ -164,9 +159,7 @@ class GeneratorWork(QObject):
 
         Parameters
         ----------
-        opened : OpenedVolume or None
-        inputs : SceneInputs
-        drawn : {"none", "direct", "global"}
+        drawn : {"none", "direct", "soft", "shadows", "path"}
             Lighting of the reference.
         """
         scene = self.scene_for(opened)

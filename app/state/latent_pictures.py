@@ -259,7 +259,9 @@ class LatentPictures(QObject):
         self._hover_rest.stop()
 
     def forget(self) -> None:
-        """Forget all pictures."""
+        """Forget all pictures, and call off the grid's."""
+        for client in self.clients.values():
+            client.abandon(GridRequest)
         self.grid = self.hover = self._grid_key = None
         self.thumbnails, self.stale_thumbnails = {}, {}
         self._asked_grids.clear()

@@ -124,6 +124,8 @@ class LatentSearch(QObject):
         """End the search; what it has found so far stays."""
         if self._inputs is not None:
             self._preparing.forget()
+            for kind in (_FirstRequest, SearchRequest):
+                self._pictures.clients[self._engine].abandon(kind)
             self._end("")
 
     def stop(self) -> None:

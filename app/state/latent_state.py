@@ -71,10 +71,8 @@ class NamedPlace:
 
     Attributes
     ----------
-    name : str
     place : tuple of float
         On the map.
-    tf : OpacityTF
     picture : ndarray of float32, shape (S, S, 4), or None
         What it showed when it was named.
     """
@@ -191,7 +189,6 @@ class LatentState(QObject):
 
         Parameters
         ----------
-        places : tuple of NamedPlace
         count : int
             Number of the last one that was numbered.
         """

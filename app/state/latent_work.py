@@ -23,11 +23,8 @@ class LatentWork(QObject):
 
     Parameters
     ----------
-    state : ViewerState
-    latent : LatentState
     exact, learned : EngineClient
         Clients of a ray caster and of the generator.
-    open_space : callable
     """
 
     def __init__(

@@ -10,10 +10,9 @@ from app.engines.messages import error_sentence
 from app.state.generator_work import LIGHTS
 from app.state.preferences import Preferences
 from model.errors import CheckpointError, TfscopeError
-from model.generator.catalog import START_ARCHITECTURE, shipped_models
+from model.generator.catalog import shipped_models
 from model.networks.card import MODEL_FILE, ModelCard, card_of, read_header
 from model.networks.recorded_errors import worth
-from model.networks.size import Architecture
 from model.networks.weights_file import read_weights
 from model.scene.scene import Scene
 from model.volume_files import SUFFIXES
@@ -30,12 +29,10 @@ class KnownModel:
 
     Attributes
     ----------
-    folder : Path
     name : str
         For display.
     worth : str
         What it is worth, as its card says; empty where that is not known.
-    is_shipped : bool
     """
 
     folder: Path
@@ -50,7 +47,6 @@ class ModelCheck:
 
     Attributes
     ----------
-    folder : Path
     problem : str
         What is missing or broken, and what to do, in a sentence; empty for a model that
         can be opened.
@@ -87,9 +83,8 @@ class Library:
     def models_of(self, fingerprint: str) -> list[KnownModel]:
         """Return the models of a volume: the one opened last, the user's, then shipped ones.
 
-        Of the shipped ones those of :data:`model.generator.catalog.START_ARCHITECTURE` come first,
-        and of these that of direct light: it shows most. Models that are gone, or are of another
-        volume by now, are left out.
+        Of the shipped ones that of direct light comes first: it shows most. Models that are gone,
+        that this version does not draw, or that are of another volume by now, are left out.
         """
         own = [Path(text) for text in self._preferences.volume(fingerprint).models]
         shipped = shipped_models()
@@ -97,7 +92,7 @@ class Library:
         cards = [(folder, card) for folder in folders if (card := _card(folder)) is not None]
         ours = [(f, card) for f, card in cards if card.scene.volume_fingerprint == fingerprint]
         last = own[0] if own else None
-        ours.sort(key=lambda one: (one[0] != last, _rank(one[1]) if one[0] in shipped else (0, 0)))
+        ours.sort(key=lambda one: (one[0] != last, one[0] in shipped and _rank(one[1])))
         return [
             KnownModel(
                 folder,
@@ -108,8 +103,8 @@ class Library:
             for folder, card in ours
         ]
 
-    def shipped_of(self, architecture: Architecture) -> list[tuple[KnownModel, Path]]:
-        """Return the shipped models of an architecture, named by volume and light, with these.
+    def shipped(self) -> list[tuple[KnownModel, Path]]:
+        """Return the shipped models, named by volume and light, with their volumes.
 
         Models whose volume does not ship are left out.
         """
@@ -117,7 +112,7 @@ class Library:
         for folder in shipped_models():
             card = _card(folder)
             volume = None if card is None else _shipped_volume(card.scene)
-            if card is None or volume is None or card.size.architecture != architecture:
+            if card is None or volume is None:
                 continue
             name = f"{title_of(volume)}, {LIGHTS[card.scene.lighting]}"
             found.append((KnownModel(folder, name, worth(card), is_shipped=True), volume))
@@ -186,12 +181,9 @@ def _card(folder: Path) -> ModelCard | None:
         return None
 
 
-def _rank(card: ModelCard) -> tuple[int, int]:
-    """Order of shipped models: the smallest comes first."""
-    return (
-        1 + (card.size.architecture != START_ARCHITECTURE),
-        int(card.scene.lighting != "direct"),
-    )
+def _rank(card: ModelCard) -> int:
+    """Order of shipped models, from 1: the smallest comes first."""
+    return 1 + (card.scene.lighting != "direct")
 
 
 def _volume_files(place: Path) -> Iterator[Path]:

@@ -13,13 +13,7 @@ from model.scene.view import View
 
 
 class LookKeeper(QObject):
-    """Keeps the open volume's view and crop box for the next time.
-
-    Parameters
-    ----------
-    state : ViewerState
-    preferences : Preferences
-    """
+    """Keeps the open volume's view and crop box for the next time."""
 
     def __init__(self, state: ViewerState, preferences: Preferences, parent: QObject) -> None:
         super().__init__(parent)

@@ -21,14 +21,7 @@ _NO_COLOR = 0.0, 0.0, 0.0
 
 
 class MarksKeeper(QObject):
-    """Keeps the open volume's regions and named TFs for the next time, with their numbers.
-
-    Parameters
-    ----------
-    sensitivity : SensitivityState
-    latent : LatentState
-    preferences : Preferences
-    """
+    """Keeps the open volume's regions and named TFs for the next time, with their numbers."""
 
     def __init__(
         self,

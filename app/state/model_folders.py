@@ -7,8 +7,7 @@ from contextlib import suppress
 from itertools import count
 from pathlib import Path
 
-from PySide6.QtCore import QStandardPaths
-
+from app.state.user_folder import user_folder
 from model.errors import TrainingError, reason
 from model.training.stopping import LOCK_FILE, STOP_FILE
 
@@ -18,7 +17,6 @@ def new_model_folder(volume_name: str, place: Path | None = None) -> Path:
 
     Parameters
     ----------
-    volume_name : str
     place : Path or None
         Folder of the models; by default in the user's application data folder.
 
@@ -28,8 +26,7 @@ def new_model_folder(volume_name: str, place: Path | None = None) -> Path:
         When it cannot be made.
     """
     if place is None:
-        kind = QStandardPaths.StandardLocation.AppDataLocation
-        place = Path(QStandardPaths.writableLocation(kind)) / "models"
+        place = user_folder() / "models"
     name = re.sub(r"[^\w.-]+", "_", volume_name)[:80].strip("._-") or "volume"
     try:
         place.mkdir(parents=True, exist_ok=True)

@@ -25,7 +25,6 @@ class OpenedVolume:
 
     Attributes
     ----------
-    path : Path
     volume : Volume
         Over the range that is looked at; its robust range at first.
     counts : ndarray of int64, shape (n,)
@@ -33,7 +32,6 @@ class OpenedVolume:
         wider beyond it where outliers lie far out: where bins are compared, divide by widths.
     edges : ndarray of float64, shape (n + 1,)
         Where the bins end, on the volume's scale; from the smallest to the largest voxel.
-    fingerprint : str
     default : TransferFunction
         Over the volume's scalar range.
     window : tuple of float

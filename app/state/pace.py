@@ -33,23 +33,21 @@ class Pace:
         per_pixel = self._per_pixel.get(kind)
         return None if per_pixel is None else per_pixel * size**2
 
-    def live_size(self, kind: object, largest: int) -> int:
-        """Return the largest size that keeps up, at most `largest`."""
+    def live_size(self, kind: object, largest: int, seconds: float = LIVE_SECONDS) -> int:
+        """Return the largest size, at most `largest`, at which an answer takes some seconds."""
         per_pixel = self._per_pixel.get(kind)
         sizes = [size for size in LIVE_SIZES if size <= largest] or [largest]
         if per_pixel is None:
             return min(128, sizes[0])
-        return next((s for s in sizes if per_pixel * s**2 <= LIVE_SECONDS), sizes[-1])
+        return next((s for s in sizes if per_pixel * s**2 <= seconds), sizes[-1])
 
     def scale(self, kind: object, size: float, seconds: float, first: float) -> float:
         """Return the largest of :data:`SCALES` at which a picture takes at most some seconds.
 
         Parameters
         ----------
-        kind : object
         size : float
             Of the whole picture: the square root of its number of pixels.
-        seconds : float
         first : float
             Scale as long as nothing is known.
         """

@@ -11,11 +11,12 @@ from pathlib import Path
 from typing import Any, Literal
 
 from filelock import FileLock, Timeout
-from PySide6.QtCore import QObject, QStandardPaths, Signal
+from PySide6.QtCore import QObject, Signal
 
 from app.state.delayed_writer import DelayedWriter
 from app.state.remembered import MOST_VOLUMES, KnownVolume, Remembered, changed_volume
 from app.state.remembered_merge import merged
+from app.state.user_folder import user_folder
 from model.errors import TfscopeError, reason
 from model.files import write_atomically
 from model.json_files import read_json
@@ -52,8 +53,7 @@ class PreferencesStore:
     @classmethod
     def of_user(cls) -> PreferencesStore:
         """Return the store in the user's application data folder."""
-        place = QStandardPaths.writableLocation(QStandardPaths.StandardLocation.AppDataLocation)
-        return cls(Path(place) / "preferences.json")
+        return cls(user_folder() / "preferences.json")
 
     def load(self) -> Remembered:
         """Read the file; return defaults if there is none.
@@ -246,7 +246,6 @@ class Preferences(QObject):
 
         Parameters
         ----------
-        fingerprint : str
         path : Path or None
             Where it was opened; it becomes the first of the recent volumes. None changes
             neither.
@@ -278,10 +277,6 @@ class Preferences(QObject):
     def recent(self, kind: RecentKind) -> list[Path]:
         """Return the recent files of a kind, the newest first, whether they exist or not."""
         return [Path(text) for text in self.value(f"recent_{kind}")]
-
-    def existing(self, kind: RecentKind) -> list[Path]:
-        """Return the recent files of a kind that exist, the newest first."""
-        return [path for path in self.recent(kind) if path.exists()]
 
     def forget_recent(self, kind: RecentKind) -> None:
         """Empty the list of the recent files of a kind."""

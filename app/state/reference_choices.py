@@ -26,29 +26,37 @@ class ReferenceChoices:
 
     Attributes
     ----------
-    lighting : {"auto", "none", "direct", "global"}
+    lighting : {"auto", "none", "direct", "soft", "shadows", "path"}
     drawing : {"auto", "vtk", "raycast"}
     sample_distance : float or None
         In voxels; None for that of the model's training images, or :data:`USUAL_DISTANCE`.
     size : {"pane", "generator"} or int
+    shadows_first : bool
+        Whether volumes open in shadows where these do not take long; else in direct light.
+    denoises : bool
+        Whether path-traced pictures are denoised.
     """
 
     lighting: LightingChoice = "auto"
     drawing: Drawing = "auto"
     sample_distance: float | None = None
     size: SizeChoice = "pane"
+    shadows_first: bool = True
+    denoises: bool = True
 
-    def settings(self, scene: Scene | None, light_is_slow: bool) -> ReferenceSettings:
+    def settings(
+        self, scene: Scene | None, slow_lights: frozenset[Lighting] = frozenset()
+    ) -> ReferenceSettings:
         """Return the settings of the renderer.
 
         Parameters
         ----------
         scene : Scene or None
             Scene of the model that is shown beside it, if there is one.
-        light_is_slow : bool
-            Whether lit images turned out to take too long here.
+        slow_lights : frozenset of str
+            Kinds of light in which an image turned out to take too long here.
         """
-        lighting = self._lighting(scene, light_is_slow)
+        lighting = self._lighting(scene, slow_lights)
         light = None
         if lighting != "none":
             follows = scene is not None and scene.lighting == lighting
@@ -59,6 +67,7 @@ class ReferenceChoices:
             light,
             self.sample_distance or usual,
             self.drawing,
+            self.denoises or lighting != "path",
         )
 
     def light_range(self, scene: Scene | None, settings: ReferenceSettings) -> LightRange | None:
@@ -72,9 +81,12 @@ class ReferenceChoices:
             return scene.light_range
         return EVERYWHERE
 
-    def _lighting(self, scene: Scene | None, light_is_slow: bool) -> Lighting:
+    def _lighting(self, scene: Scene | None, slow_lights: frozenset[Lighting]) -> Lighting:
         if self.lighting != "auto":
             return self.lighting
         if scene is not None:
             return scene.lighting
-        return "none" if light_is_slow else "direct"
+        # VTK alone, on a processor, takes ten times as long in shadows as the ray caster.
+        if self.shadows_first and self.drawing != "vtk" and "shadows" not in slow_lights:
+            return "shadows"
+        return "none" if "direct" in slow_lights else "direct"

@@ -10,12 +10,14 @@ from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from app.engines.client import EngineClient
 from app.engines.engines import Builders, ReferenceSettings
-from app.engines.messages import Result, StandInRequest
-from app.state.dispatcher import FIRST_SIZE, NO_MODEL_SIZE, Dispatcher
+from app.engines.messages import Result
+from app.state.dispatcher import NO_MODEL_SIZE, Dispatcher
 from app.state.preferences import Preferences
 from app.state.reference_choices import ReferenceChoices
 from app.state.remembered import LightingChoice
+from app.state.slow_lights import SlowLights
 from app.state.viewer_state import ViewerState
+from model.rendering.path_tracing import denoising
 from model.rendering.raster import Raster
 from model.scene.light import LightDirection
 from model.scene.region import SQUARE, Reach
@@ -28,11 +30,12 @@ PANE_REST_MS = 150
 LEAST_PANE = 64
 """Fewest pixels of an image's sides, while a pane is not laid out yet."""
 
-SLOW_LIGHT_S = 3.0
-"""Time of the ray caster's image from which nobody is given light who has not asked for it; that of
-as many pixels as the first image has, however wide the pane."""
+MOST_SAMPLES = 64
+"""Samples of each pixel that path-traced light comes to at rest."""
 
 PREPARING = "Preparing the volume …"
+PREPARING_FIRST = f"{PREPARING} The first time takes about half a minute longer."
+"""Said while there is no machine code of the ray caster yet."""
 
 
 class ReferenceWork(QObject):
@@ -54,6 +57,8 @@ class ReferenceWork(QObject):
     choices : ReferenceChoices
     settings : ReferenceSettings
         What the reference is drawn with now.
+    fits_view : bool
+        Whether the home view is still fitted to the pane while it is looked from.
     """
 
     choicesChanged = Signal(object)
@@ -68,6 +73,8 @@ class ReferenceWork(QObject):
     """Emitted with the :class:`Raster` of the image."""
     lightWentOut = Signal(float)
     """Emitted with the seconds of a lit image when no light is shown as it takes too long."""
+    liveDrawerChanged = Signal(str)
+    """Emitted with a sentence on who draws while something moves, and why; may be empty."""
     volumeStarted = Signal()
     """Emitted when another volume, or its values over another range, are drawn."""
 
@@ -91,11 +98,14 @@ class ReferenceWork(QObject):
         self._scene: Scene | None = None
         self.choices = _remembered(preferences)
         self.settings = ReferenceSettings()
-        self._light_is_slow = self._light_is_judged = False
+        self._slow_lights = SlowLights()
+        self.fits_view = True
         self._pane_pixels = NO_MODEL_SIZE, NO_MODEL_SIZE
         self._pane_rest = QTimer(self, singleShot=True, interval=PANE_REST_MS)
         self._pane_rest.timeout.connect(self._take_pane_size)
+        reference.resultReady.connect(self._judge_light)
         analyst.resultReady.connect(self._judge_light)
+        dispatcher.liveDrawerChanged.connect(self.liveDrawerChanged)
         # Queued: in the middle of an opening, the view is still that of the volume before.
         self.resized.connect(self._fit_home, Qt.ConnectionType.QueuedConnection)
         self._keeps_light = True
@@ -104,8 +114,8 @@ class ReferenceWork(QObject):
 
     @property
     def light_is_slow(self) -> bool:
-        """Whether lit images turned out to take too long here."""
-        return self._light_is_slow
+        """Whether images in direct light turned out to take too long here."""
+        return "direct" in self._slow_lights.found
 
     @property
     def reach(self) -> Reach:
@@ -147,6 +157,8 @@ class ReferenceWork(QObject):
                 drawing=choices.drawing,
                 sample_distance=choices.sample_distance,
                 reference_size=None if choices.size == "pane" else choices.size,
+                shadows_first=choices.shadows_first,
+                denoises=choices.denoises,
             )
         self.choicesChanged.emit(choices)
         self.follow(self._scene)
@@ -171,17 +183,22 @@ class ReferenceWork(QObject):
         before, self._volume, self._scene = self._volume, volume, scene
         is_new = before is None or volume.voxels is not before.voxels
         if is_new:
-            self._light_is_slow = self._light_is_judged = False
+            self._slow_lights = SlowLights()
             self._take_light(before)
+            # A model that comes or goes with the volume leaves another pane.
+            self._follow_pane()
         self._take_settings()
         self._dispatcher.forget_times()
         self.volumeStarted.emit()
         # Over another range, the last image stays until the first new one.
-        self._start_reference(PREPARING if is_new else "")
+        preparing = PREPARING if self._builders.is_compiled() else PREPARING_FIRST
+        self._start_reference(preparing if is_new else "")
         self._start_analyst()
 
     def follow(self, scene: Scene | None) -> None:
         """Adapt to the model that is shown beside it, and to the choices."""
+        if (scene is None) != (self._scene is None):
+            self._follow_pane()
         self._scene = scene
         before = self.settings
         self._take_settings()
@@ -219,7 +236,7 @@ class ReferenceWork(QObject):
         self.place_light(None)
 
     def _take_settings(self) -> None:
-        self.settings = self.choices.settings(self._scene, self._light_is_slow)
+        self.settings = self.choices.settings(self._scene, self._slow_lights.found)
         self._size_images()
         self._offer_light()
         self.settingsChanged.emit(self.settings)
@@ -233,15 +250,23 @@ class ReferenceWork(QObject):
         dispatcher.raster = (
             Raster(size, size) if isinstance(size, int) else Raster(*self._pane_pixels)
         )
-        # Under global light the ray caster's images differ visibly from VTK's.
-        is_global = self.settings.lighting == "global"
-        dispatcher.may_stand_in = self.choices.drawing == "auto" and not is_global
-        dispatcher.begins_coarse = is_global
+        dispatcher.may_stand_in = self.choices.drawing == "auto"
+        dispatcher.most_samples = MOST_SAMPLES if self.settings.lighting == "path" else 1
+        is_clean = self.settings.denoises and denoising.installed()
+        dispatcher.draws_live = self.settings.lighting == "path" and is_clean
+        dispatcher.begins_coarse = self.settings.lighting in ("soft", "shadows", "path")
         self.resized.emit(dispatcher.final_raster)
+
+    def _follow_pane(self) -> None:
+        """Have the home view follow the pane until that rests, and stay from then on."""
+        self.fits_view = True
+        self._pane_rest.start()
 
     def _take_pane_size(self) -> None:
         before = self._dispatcher.raster
         self._size_images()
+        self._fit_home()
+        self.fits_view = False
         if self._dispatcher.raster != before and self._volume is not None:
             self._dispatcher.send()
 
@@ -267,23 +292,16 @@ class ReferenceWork(QObject):
         return self._preferences.volume(self._volume.fingerprint).light
 
     def _fit_home(self) -> None:
-        self._state.set_reach(self.reach)
+        self._state.set_reach(self.reach, follow=self.fits_view)
 
     def _judge_light(self, result: Result) -> None:
-        """Turn off a light that nobody has chosen where it takes too long."""
-        is_whole = isinstance(result.request, StandInRequest) and not result.request.quality.live
-        if not is_whole or self._light_is_judged:
-            return
-        # Once per volume: nobody wants the light to go out later because the machine is busy.
-        self._light_is_judged = True
-        unasked = self.choices.lighting == "auto" and self._scene is None
-        lit = self.settings.lighting != "none"
-        pixels = result.request.quality.pixels
-        seconds = result.seconds * min(1.0, FIRST_SIZE**2 / (pixels.width * pixels.height))
-        if unasked and lit and seconds > SLOW_LIGHT_S:
-            self._light_is_slow = True
+        """Show a faster light in place of one that nobody has chosen and that takes too long."""
+        lighting = self.settings.lighting
+        seconds = self._slow_lights.judge(lighting, result, self._dispatcher.raster)
+        if seconds and self.choices.lighting == "auto" and self._scene is None:
             self.follow(None)
-            self.lightWentOut.emit(seconds)
+            if self.settings.lighting == "none":
+                self.lightWentOut.emit(seconds)
 
     def _start_reference(self, busy_text: str = PREPARING) -> None:
         assert self._volume is not None
@@ -302,4 +320,11 @@ class ReferenceWork(QObject):
 def _remembered(preferences: Preferences) -> ReferenceChoices:
     values = preferences.values
     size = "pane" if values.reference_size is None else values.reference_size
-    return ReferenceChoices("auto", values.drawing, values.sample_distance, size)
+    return ReferenceChoices(
+        "auto",
+        values.drawing,
+        values.sample_distance,
+        size,
+        values.shadows_first,
+        values.denoises,
+    )

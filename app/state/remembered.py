@@ -26,8 +26,8 @@ from model.scene.scene import Lighting
 from model.scene.transfer_function import TransferFunction
 from model.scene.view import View
 
-FORMAT_VERSION = 1
-"""Version of the data, in case the meaning of a value ever changes."""
+FORMAT_VERSION = 2
+"""Version of the data: in the first one, the lights "soft" and "shadows" were "global"."""
 
 MOST_RECENT = 10
 """Number of recent files of each kind, and of remembered models of a volume."""
@@ -57,7 +57,6 @@ class KnownRegion:
 
     Attributes
     ----------
-    name : str
     points : tuple of (x, y)
         Those of its :class:`~model.scene.region.Outline`.
     """
@@ -72,7 +71,6 @@ class KnownPlace:
 
     Attributes
     ----------
-    name : str
     tf : dict
         Its opacity TF as the content of a TF file, see
         :meth:`~model.scene.transfer_function.TransferFunction.to_json`.
@@ -102,7 +100,7 @@ class KnownVolume:
         Layout to read a headerless file with, see :meth:`RawLayout.parse`; empty for none.
     view : tuple of float
         Values of the last :class:`~model.scene.view.View`; empty if unknown.
-    lighting : {"auto", "none", "direct", "global"}
+    lighting : {"auto", "none", "direct", "soft", "shadows", "path"}
         Of the reference image.
     light : tuple of float
         Azimuth and elevation of the light that the user has moved, in degrees; else empty.
@@ -117,12 +115,10 @@ class KnownVolume:
         What was chosen of a file of several volumes, see :meth:`Choice.parse`; empty for nothing.
     models : tuple of str
         Folders of models that were opened with it, the newest first.
-    regions : tuple of KnownRegion
     active_region : str
         Name of the active one; empty for the whole image.
     region_count : int
         Number of the last one that was numbered.
-    places : tuple of KnownPlace
     place_count : int
         Number of the last one that was numbered.
     value_scale, opacity_scale : {"linear", "logarithmic"}
@@ -166,9 +162,12 @@ class Remembered:
         In voxels, 0.01 to 10; None for the usual one.
     reference_size : None, int or "generator"
         Pixels of the reference image, 16 to 8192; None for as many as its pane has.
+    shadows_first : bool
+        Whether volumes open in shadows where these do not take long.
+    denoises : bool
+        Whether path-traced pictures are denoised.
     trackball : bool
         Whether dragging turns views freely.
-    colors_follow_modes : bool
     legend, scale_bar, cube, opacity_images : bool
         Whether images have a colour legend, a scale bar, an orientation cube, and the opacity
         image.
@@ -180,7 +179,6 @@ class Remembered:
         Qt's bytes in base64; empty if unknown.
     splitters : dict of tuple of int
         Sizes by the splitter's name.
-    hidden_panes : tuple of str
     swapped : bool
         Whether the two images have changed places.
     theme : {"system", "dark", "light"}
@@ -197,6 +195,8 @@ class Remembered:
     drawing: Drawing = "auto"
     sample_distance: float | None = None
     reference_size: ReferenceSize = None
+    shadows_first: bool = True
+    denoises: bool = True
     trackball: bool = False
     colors_follow_modes: bool = True
     legend: bool = False
@@ -247,7 +247,18 @@ class Remembered:
         if not isinstance(data, dict) or "tfscope_preferences" not in data:
             raise ValueError("it does not hold tfscope's settings")
         rest = {name: value for name, value in data.items() if name != "tfscope_preferences"}
+        if data["tfscope_preferences"] == 1:
+            _name_shadows(rest)
         return cls(**valid_values(_CHECKS, rest))
+
+
+def _name_shadows(data: dict[str, Any]) -> None:
+    """Call "global" light what it was drawn as, in place: the ray caster's was another one."""
+    name = "soft" if data.get("drawing") == "raycast" else "shadows"
+    volumes = data.get("volumes")
+    for volume in volumes.values() if isinstance(volumes, dict) else ():
+        if isinstance(volume, dict) and volume.get("lighting") == "global":
+            volume["lighting"] = name
 
 
 def _with_others(data: dict[str, Any]) -> dict[str, Any]:
@@ -348,7 +359,7 @@ _VOLUME_CHECKS: Checks = {
     "choice": text,
     "models": _recent,
     "view": _view,
-    "lighting": one_of("auto", "none", "direct", "global"),
+    "lighting": one_of("auto", "none", "direct", "soft", "shadows", "path"),
     "light": _light,
     "brightness": either(one_of(None), number(0.25, 4.0)),
     "crop": _crop,
@@ -367,6 +378,8 @@ _CHECKS: Checks = {
     "drawing": one_of("auto", "vtk", "raycast"),
     "sample_distance": either(one_of(None), number(0.01, 10)),
     "reference_size": either(one_of(None, "generator"), whole_number(16, 8192)),
+    "shadows_first": _flag,
+    "denoises": _flag,
     "trackball": _flag,
     "colors_follow_modes": _flag,
     "legend": _flag,

@@ -147,7 +147,7 @@ class SensitivityDispatcher(QObject):
         """Whether there is a generator for this volume."""
         return self.chooser.learned_size is not None
 
-    def start_volume(self, window: Range, source: Source) -> None:
+    def start_volume(self, window: Range, source: Source, begins_small: bool = False) -> None:
         """Forget all answers, for another volume or light.
 
         Parameters
@@ -156,7 +156,10 @@ class SensitivityDispatcher(QObject):
             The scalar values of interest.
         source : {"exact", "differences"}
             How the ray caster answers under this light.
+        begins_small : bool
+            Whether that takes long; see :class:`.engine_chooser.EngineChooser`.
         """
+        self.chooser.begins_small = begins_small
         self.window, self.chooser.exact_source = window, source
         self.chooser.pace = Pace()
         self._forget()
@@ -331,7 +334,10 @@ class SensitivityDispatcher(QObject):
                     )
                 )
             return
-        for name in self.chooser.order("field", live):
+        names = self.chooser.order("field", live)
+        if "exact" not in names:
+            self._clients["exact"].abandon(ValueSensitivityRequest)
+        for name in names:
             quality = self.chooser.quality(name, "field", live)
             self._clients[name].submit(
                 ValueSensitivityRequest(

@@ -186,7 +186,6 @@ class SensitivityState(QObject):
 
         Parameters
         ----------
-        outline : Outline
         reach : tuple of float
             The image's, see :data:`model.scene.region.Reach`.
         """

@@ -8,20 +8,17 @@ import signal
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 from PySide6.QtCore import QObject, QProcess, QTimer, Signal
 
 from app.state.model_folders import new_model_folder, remove_if_unused
 from app.state.training_clock import MINUTES, TrainingClock
+from app.state.training_order import TFSCOPE, TrainingChoices, training_order
 from model.errors import TrainingError
 from model.scene.scene import Lighting
-from model.scene.transfer_function import Range
-from model.scene.value_scale import ValueScale, values_at
 from model.training.stopping import ask_to_stop
-from model.volume_files.choice import LARGEST, Choice
 from model.volume_files.finish import readable_name
 
 PATIENCE_MS = 8_000
@@ -33,11 +30,15 @@ TICK_MS = 500
 NICENESS = 10
 """Priority of the run below the window's, where the system has priorities."""
 
-TRAINED_LIGHT: dict[Lighting, Lighting] = {"none": "none", "direct": "direct", "global": "direct"}
+TRAINED_LIGHT: dict[Lighting, Lighting] = {
+    "none": "none",
+    "direct": "direct",
+    "soft": "direct",
+    "shadows": "direct",
+    "path": "direct",
+}
 """Light that a model learns where the window shows one: a network would take hours to learn
-scattering, as images under global light are not drawn by the thousand."""
-
-TFSCOPE = (sys.executable, str(Path(__file__).resolve().parents[2] / "main.py"))
+shadows, as their images are not drawn by the thousand."""
 
 
 class TrainingRun(QObject):
@@ -85,6 +86,11 @@ class TrainingRun(QObject):
         return self._name
 
     @property
+    def unfinished(self) -> str:
+        """Work that stopping it would lose, in words; empty for none."""
+        return f"A model of '{self._name}' is being trained" if self.is_running else ""
+
+    @property
     def verdict(self) -> str:
         """What the last model is worth; empty where that is not known."""
         return self._verdict
@@ -94,13 +100,7 @@ class TrainingRun(QObject):
         volume_path: Path,
         out: Path | None = None,
         minutes: float = MINUTES,
-        preset: str = "compact",
-        lighting: Lighting = "none",
-        scalar_range: Range | None = None,
-        scale: ValueScale = "linear",
-        raw_layout: str = "",
-        up: str = "",
-        choice: Choice = LARGEST,
+        **choices: Unpack[TrainingChoices],
     ) -> None:
         """Start to train a model of a volume's file; returns at once.
 
@@ -108,43 +108,15 @@ class TrainingRun(QObject):
 
         Parameters
         ----------
-        volume_path : Path
         out : Path or None
             Folder of the model; None for a new one of :func:`new_model_folder`.
-        minutes : float
-        preset : str
-            See :data:`model.training.options.PRESETS`.
-        lighting : {"none", "direct", "global"}
-            The model can follow the light's direction.
-        scalar_range : tuple of float, or None
-            Range that the TFs lie over, on the scale; None for the volume's.
-        scale : {"linear", "log"}
-        raw_layout : str
-            Layout of a headerless file, see :meth:`RawLayout.parse`; empty for none.
-        up : str
-            The volume's axis that points up; empty for what the file says.
-        choice : Choice
-            What to read of a file that holds several volumes.
+        choices : dict
+            See :class:`~app.state.training_order.TrainingChoices`.
         """
         if self._process is not None:
             return
-        order = [*("train", "--volume", str(volume_path.absolute()), "--preset", preset)]
-        order += [*("--minutes", f"{minutes:g}", "--lighting", lighting, "--json-lines")]
-        if lighting != "none":
-            order.append("--movable-light")
-        if scalar_range is not None:
-            lo, hi = values_at(scalar_range, scale)
-            # One word, as it may begin with a minus.
-            order.append(f"--range={float(lo)!r},{float(hi)!r}")
-        if scale != "linear":
-            order += ["--scale", scale]
-        if raw_layout:
-            order += ["--raw", raw_layout]
-        # One word each, as a name may begin with a minus.
-        order += [f"--{kind}={name}" for kind, name in asdict(choice).items() if name is not None]
-        if up:
-            order.append(f"--up={up}")
-        self._order, self._name = tuple(order), readable_name(volume_path)
+        order = training_order(volume_path, minutes, **choices)
+        self._order, self._name = order, readable_name(volume_path)
         self._forget_outcome(minutes)
         goes_on = out is None and self._order in self._saved
         self._is_folder_new = out is None and not goes_on

@@ -6,8 +6,7 @@ from contextlib import suppress
 from itertools import chain, count
 from pathlib import Path
 
-from PySide6.QtCore import QStandardPaths
-
+from app.state.user_folder import user_folder
 from model.errors import TransferFunctionError, reason
 from model.scene.transfer_function import TransferFunction
 
@@ -27,8 +26,7 @@ class TransferFunctionStore:
     @classmethod
     def of_user(cls) -> TransferFunctionStore:
         """Return the store in the user's application data folder."""
-        place = QStandardPaths.writableLocation(QStandardPaths.StandardLocation.AppDataLocation)
-        return cls(Path(place) / "transfer_functions")
+        return cls(user_folder() / "transfer_functions")
 
     def path(self, fingerprint: str) -> Path:
         """Return the path of a volume's TF file."""

@@ -49,7 +49,6 @@ class ViewHistory:
 
         Parameters
         ----------
-        view : View
         kind : str
             What led to it, such as ``"zoom"``: steps of one kind in quick succession become
             one. An empty one stands alone.

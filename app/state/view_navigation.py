@@ -17,7 +17,6 @@ from model.scene.orientation import (
     centred,
     fit_distance,
     home_view,
-    nearest_fitting,
     standard_view,
     view_in,
 )
@@ -122,31 +121,11 @@ class ViewNavigation(QObject):
         return centred(far, self._proportions, self._shown)
 
     def turned(self, view: View) -> View:
-        """Return a view that was turned so that the pivot stays where it is in the image.
-
-        Where all that is shown was in the image, it still is: the view moves away if it must.
-        """
+        """Return a view that was turned so that the pivot stays where it is in the image."""
         pivot, before = self.pivot, Projection(self._view, self._proportions)
         if before.depths(pivot[None])[0] < NEAREST_DEPTH:
             return view
-        place = before.places(pivot[None])[0]
-
-        def held(distance: float) -> View:
-            return holding(pivot, place, replace(view, distance=distance), self._proportions)
-
-        near = view.distance
-        if not self._has_all(self._view) or self._has_all(held(near)):
-            return held(near)
-        far = max(near, FARTHEST_HOME)
-        return held(nearest_fitting(lambda distance: self._has_all(held(distance)), near, far))
-
-    def _has_all(self, view: View) -> bool:
-        """Whether all that is shown is in the image."""
-        projection = Projection(view, self._proportions)
-        if projection.depths(self._shown).min() < NEAREST_DEPTH:
-            return False
-        places = np.abs(projection.places(self._shown))
-        return bool((places <= 2 * np.array(self._reach)).all())
+        return holding(pivot, before.places(pivot[None])[0], view, self._proportions)
 
     def move_view(self, view: View) -> None:
         """Change the view during a drag."""
@@ -210,25 +189,22 @@ class ViewNavigation(QObject):
         view = standard_view(name, distance, self._up_axis, front=front)
         self.set_view(holding(self.pivot, np.zeros(2), view, self._proportions))
 
-    def set_home(self, view: View) -> None:
-        """Set the view that :meth:`reset_view` goes to, until the up axis or the volume changes."""
-        if view != self._home:
-            self._home = view
-            self.navigationChanged.emit()
-
-    def set_reach(self, reach: Reach) -> None:
-        """Set what the home view has to fit; whoever looks from there sees the new one.
+    def set_reach(self, reach: Reach, follow: bool = False) -> None:
+        """Set what the home view has to fit.
 
         Parameters
         ----------
         reach : tuple of float
             That of the narrowest image, see :data:`model.scene.region.Reach`.
+        follow : bool
+            Whether who looks from the home view sees the new one. Else the image shows the same
+            as before, and so does a region in it.
         """
         if reach != self._reach:
             self._reach = reach
             at_home = self._view == self._home and not self._view_moving
             self._home = self._upright_home()
-            if at_home:
+            if follow and at_home:
                 self._views.replace(self._home)
                 self._look(self._home)
             self.navigationChanged.emit()

@@ -41,7 +41,6 @@ class ViewerState(ViewNavigation):
 
     Attributes
     ----------
-    undo_stack : QUndoStack
     clock : callable
         Returns the time in seconds.
     """
@@ -234,7 +233,6 @@ class ViewerState(ViewNavigation):
 
         Parameters
         ----------
-        transfer_function : TransferFunction
         text : str
             Name of the edit in the menu.
         merge_key : str, optional
@@ -259,7 +257,6 @@ class ViewerState(ViewNavigation):
         ----------
         show : callable
             Shows a value; it is called with `after` now.
-        before, after : object
         text : str
             Name of the change in the menu.
         merge_key : str, optional

@@ -22,13 +22,11 @@ class WindowStart:
 
     Attributes
     ----------
-    volume : Path
     model : Path or None
         A model's folder.
     tf : Path or None
         A TF file.
-    view : View or None
-    lighting : {"none", "direct", "global"} or None
+    lighting : {"none", "direct", "soft", "shadows", "path"} or None
     light : LightDirection or None
         Direction of the light where it is movable.
     renderer : {"auto", "vtk", "raycast"} or None

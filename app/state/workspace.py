@@ -32,7 +32,7 @@ from model.errors import TfscopeError
 from model.scene.range_choice import RangeChoice
 from model.scene.range_fitting import fit_to_range, fit_to_volume
 from model.scene.robust_range import robust_range
-from model.scene.scene import Lighting
+from model.scene.scene import EXACT_LIGHTINGS, Lighting
 from model.scene.transfer_function import Range, TransferFunction
 from model.scene.value_scale import ValueScale, share_without_logarithm
 from model.scene.volume import Volume
@@ -51,10 +51,6 @@ class Workspace(QObject):
 
     Parameters
     ----------
-    state : ViewerState
-    sensitivity : SensitivityState
-    latent : LatentState
-    generator, reference, analyst : EngineClient
     builders : Builders
         Functions that read volumes and build engines.
     store : TransferFunctionStore or None
@@ -63,13 +59,6 @@ class Workspace(QObject):
         What is remembered of volumes, models and choices.
     generator_settings : GeneratorSettings
         Device, backend and precision of generators.
-
-    Attributes
-    ----------
-    reference : ReferenceWork
-    sensitivity : SensitivityDispatcher
-    latent : LatentWork
-    library : Library
     """
 
     readingStarted = Signal(str)
@@ -212,7 +201,6 @@ class Workspace(QObject):
 
         Parameters
         ----------
-        path : Path
         raw : RawLayout or None
             Of a file without a header; None for the one in its name.
         first_range : RangeChoice or None
@@ -509,9 +497,9 @@ class Workspace(QObject):
     def _restart_questions(self) -> None:
         """Ask the analyst everything anew."""
         if self._opened is not None:
-            is_global = self.reference.settings.lighting == "global"
-            source: Source = "differences" if is_global else "exact"
-            self.sensitivity.start_volume(self._opened.window, source)
+            lighting = self.reference.settings.lighting
+            source: Source = "exact" if lighting in EXACT_LIGHTINGS else "differences"
+            self.sensitivity.start_volume(self._opened.window, source, lighting == "shadows")
             self.sensitivity.ask()
             self.latent.restart()
 

@@ -14,12 +14,7 @@ ZOOM_STEP = 1.25
 
 
 class AxisGestures(QObject):
-    """Zooms the axis by Ctrl and the wheel, and pans it by drags with the middle button.
-
-    Parameters
-    ----------
-    area : PlotArea
-    """
+    """Zooms the axis by Ctrl and the wheel, and pans it by drags with the middle button."""
 
     def __init__(self, area: PlotArea) -> None:
         super().__init__(area)

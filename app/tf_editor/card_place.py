@@ -1,4 +1,4 @@
-"""Where the card of a handle stands: beside it, in the plot, over no flag and no other handle."""
+"""Where the card of a handle stands: beside it, in the plot, over no flag, handle or label."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def free_corner(
     beside: int,
     plot: QRect,
     flags: Sequence[QRect],
-    handles: Sequence[QRect],
+    others: Sequence[QRect],
 ) -> QPoint:
     """Return a card's upper left corner, as near to its handle as may be.
 
@@ -33,7 +33,7 @@ def free_corner(
         Its distance from the handle, in pixels.
     plot : QRect
         It lies inside.
-    flags, handles : sequence of QRect
+    flags, others : sequence of QRect
         What it covers on no account, and what it covers only where it must.
     """
     inside = plot.adjusted(ROOM, ROOM, -ROOM, -ROOM)
@@ -58,7 +58,7 @@ def free_corner(
     def cost(corner: QPoint) -> tuple[bool, int, int]:
         box = QRect(corner, size)
         covers = any(box.intersects(flag) for flag in kept_clear)
-        hidden = sum(box.intersects(handle) for handle in handles)
+        hidden = sum(box.intersects(other) for other in others)
         return covers, hidden, abs(box.center().y() - at.y())
 
     return min(corners, key=cost)

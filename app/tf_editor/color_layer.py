@@ -29,15 +29,7 @@ PIN_PLACE = -0.5 * PINS_HEIGHT / STRIP_HEIGHT
 
 
 class ColorLayer(QObject):
-    """Draws the state's colour TF and edits it by drags and clicks.
-
-    Parameters
-    ----------
-    area : PlotArea
-    state : ViewerState
-    selection : Selection
-    moves : HandleMoves
-    """
+    """Draws the state's colour TF and edits it by drags and clicks."""
 
     def __init__(
         self, area: PlotArea, state: ViewerState, selection: Selection, moves: HandleMoves

@@ -14,13 +14,7 @@ COLOR = "#cc79a7"
 
 
 class DecodedLayer(QObject):
-    """Draws what the model's codec makes of the opacity TF.
-
-    Parameters
-    ----------
-    area : PlotArea
-    decoded : DecodedTF
-    """
+    """Draws what the model's codec makes of the opacity TF."""
 
     def __init__(self, area: PlotArea, decoded: DecodedTF) -> None:
         super().__init__(area)

@@ -23,7 +23,7 @@ from app.tf_editor.rubber_band import RubberBand
 from app.tf_editor.selection import Selection
 from app.tf_editor.tf_menu import TransferFunctionMenu
 from model.scene import tf_editing as edits
-from model.scene.transfer_function import Range
+from model.scene.transfer_function import Range, TransferFunction
 from model.scene.value_scale import ValueScale
 
 SMALL_RANGE = 0.2
@@ -40,12 +40,7 @@ CAPTIONED_FROM = 1180
 
 
 class TransferFunctionEditor(QFrame):
-    """Edits a state's TF over a volume's histogram; the lower third of the window.
-
-    Parameters
-    ----------
-    state : ViewerState
-    """
+    """Edits a state's TF over a volume's histogram; the lower third of the window."""
 
     resized = Signal()
 
@@ -74,6 +69,8 @@ class TransferFunctionEditor(QFrame):
         self.menu.range_shown.connect(self.show_range)
         self.add_button = IconButton("plus", "Add mode", "Insert")
         self._is_new = False
+        self._range: Range | None = None
+        """Scalar range of the last finished edit."""
         self._lay_out()
         self._connect()
         self.setEnabled(False)
@@ -138,6 +135,21 @@ class TransferFunctionEditor(QFrame):
             axis = axis.showing((float(ends[0]), float(ends[1])))
         self.area.set_axis(axis)
 
+    def show_small_range(self) -> None:
+        """Show the values around the TF's range where it is a small part of those in sight."""
+        low, high = self.area.axis.places(self._state.scalar_range)
+        if high - low < SMALL_RANGE:
+            self.show_range()
+
+    def _follow_range(self, tf: TransferFunction) -> None:
+        """Make the values of the TF fit on the axis, and bring a range into sight that is not."""
+        self.area.include(tf.scalar_range, tf.scale)
+        is_new, self._range = self._range != tf.scalar_range, tf.scalar_range
+        # A range that is dragged has an end in sight.
+        places = self.area.axis.places(tf.scalar_range)
+        if is_new and not np.any((places >= 0.0) & (places <= 1.0)):
+            self.show_range()
+
     def _show_new(self) -> None:
         if self._is_new:
             self._is_new = False
@@ -199,9 +211,7 @@ class TransferFunctionEditor(QFrame):
         self._row.addWidget(widget)
 
     def _connect(self) -> None:
-        self._state.transferFunctionChangeFinished.connect(
-            lambda tf: self.area.include(tf.scalar_range, tf.scale)
-        )
+        self._state.transferFunctionChangeFinished.connect(self._follow_range)
         self.area.opacityClicked.connect(self.selection.clear)
         self.area.opacityDoubleClicked.connect(self.opacity.add)
         self.area.opacityMenuRequested.connect(self._opacity_menu)

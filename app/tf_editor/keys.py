@@ -30,18 +30,7 @@ _Target = tuple[Kind, int, int | None]
 
 
 class EditorKeys(QObject):
-    """Binds keys that reach, move, add and remove every handle.
-
-    Parameters
-    ----------
-    area : PlotArea
-    state : ViewerState
-    selection : Selection
-    moves : HandleMoves
-    opacity : OpacityLayer
-    color : ColorLayer
-    gestures : AxisGestures
-    """
+    """Binds keys that reach, move, add and remove every handle."""
 
     def __init__(
         self,

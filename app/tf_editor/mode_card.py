@@ -44,13 +44,6 @@ class ModeCard(QFrame):
 
     It stands beside the handle, inside the plot and over no flag, and hides while a handle is
     dragged, which then has its numbers alone.
-
-    Parameters
-    ----------
-    area : PlotArea
-    state : ViewerState
-    selection : Selection
-    moves : HandleMoves
     """
 
     removeRequested = Signal()
@@ -274,7 +267,10 @@ class ModeCard(QFrame):
             BESIDE_PIN if is_pin else BESIDE,
             area.rect,
             [flag.geometry() for flag in area.flags if not flag.isHidden()],
-            [box for box in area.handle_boxes() if not box.contains(at)],
+            [
+                *(box for box in area.handle_boxes() if not box.contains(at)),
+                *area.label_boxes(),
+            ],
         )
         self.setGeometry(QRect(corner, size))
         self.show()

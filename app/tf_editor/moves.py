@@ -15,11 +15,6 @@ from model.scene.transfer_function import OpacityTF, TransferFunction
 class HandleMoves(QObject):
     """Moves and removes the selected handles of the state's TF together.
 
-    Parameters
-    ----------
-    state : ViewerState
-    selection : Selection
-
     Attributes
     ----------
     colors_follow : bool

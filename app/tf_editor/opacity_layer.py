@@ -37,15 +37,7 @@ _PLACES = np.linspace(0.0, 1.0, _CURVE_SAMPLES)
 
 
 class OpacityLayer(QObject):
-    """Draws the state's opacity TF and edits it by drags.
-
-    Parameters
-    ----------
-    area : PlotArea
-    state : ViewerState
-    selection : Selection
-    moves : HandleMoves
-    """
+    """Draws the state's opacity TF and edits it by drags."""
 
     def __init__(
         self, area: PlotArea, state: ViewerState, selection: Selection, moves: HandleMoves

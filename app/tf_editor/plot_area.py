@@ -8,10 +8,11 @@ import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, QRect, Qt, Signal
-from PySide6.QtGui import QHelpEvent
+from PySide6.QtGui import QFocusEvent, QHelpEvent
 from PySide6.QtWidgets import QGraphicsItem, QLabel, QToolTip, QWidget
 
 from app import theme
+from app.controls import BY_KEYS
 from app.tf_editor.handle import DragHandle
 from app.tf_editor.histogram import HistogramLayer
 from app.tf_editor.opacity_scale import OpacityScale
@@ -43,7 +44,6 @@ class PlotArea(QObject):
         Map between scalar values and places in the plots.
     scale : OpacityScale
         Map between opacities and heights in the opacity plot.
-    histogram : HistogramLayer
     data_range : tuple of float
         Smallest and largest voxel.
     widget : pyqtgraph.GraphicsLayoutWidget
@@ -133,6 +133,8 @@ class PlotArea(QObject):
         kind = event.type()
         if kind == QEvent.Type.PaletteChange and watched is self.widget:
             self._recolor()
+        elif isinstance(event, QFocusEvent) and watched is self.widget:
+            self._show_ring(event.gotFocus() and event.reason() in BY_KEYS)
         elif kind == QEvent.Type.ToolTip and watched is self.widget.viewport():
             where = cast(QHelpEvent, event)
             said = self._said_at(where.pos())
@@ -140,6 +142,12 @@ class PlotArea(QObject):
                 QToolTip.showText(where.globalPos(), said, self.widget)
                 return True
         return False
+
+    def _show_ring(self, ringed: bool) -> None:
+        """Show a ring where keys have brought the focus, none where the mouse has."""
+        self.widget.setProperty("ringed", ringed)
+        self.widget.style().unpolish(self.widget)
+        self.widget.style().polish(self.widget)
 
     def _said_at(self, point: QPoint) -> str:
         """What there is to say of the histogram's bar at a pixel; empty over a handle."""
@@ -162,6 +170,20 @@ class PlotArea(QObject):
                 center = self.widget.mapFromScene(item.scenePos())
                 boxes.append(QRect(center.x() - 7, center.y() - 7, 14, 14))
         return boxes
+
+    def label_boxes(self) -> list[QRect]:
+        """Return where labels in sight are over the opacity plot, in pixels of the widget."""
+        items = self.opacity.childGroup.childItems()
+        labels = [item for item in items if isinstance(item, pg.TextItem) and item.isVisible()]
+        return [
+            self.widget.mapFromScene(label.sceneBoundingRect()).boundingRect() for label in labels
+        ]
+
+    def card_boxes(self) -> list[QRect]:
+        """Return where flags and cards in sight are, in pixels of the widget."""
+        direct = Qt.FindChildOption.FindDirectChildrenOnly
+        cards = self.widget.viewport().findChildren(QWidget, options=direct)
+        return [card.geometry() for card in cards if card.isVisible()]
 
     def add_flag(self, flag: QWidget) -> None:
         """Put a widget over the plot, which nothing else shall cover."""

@@ -12,13 +12,7 @@ from app.tf_editor.unit_axis import ScalarAxis
 
 
 class PlotMemory(QObject):
-    """Keeps the plot's scales, and the values in sight, for the next time.
-
-    Parameters
-    ----------
-    area : PlotArea
-    preferences : Preferences
-    """
+    """Keeps the plot's scales, and the values in sight, for the next time."""
 
     def __init__(self, area: PlotArea, preferences: Preferences) -> None:
         super().__init__(area)

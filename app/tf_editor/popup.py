@@ -15,8 +15,6 @@ def pop_up(
 
     Parameters
     ----------
-    parent : QWidget
-    point : QPoint
     *entries : tuple
         Text, function to call, and True if the entry is enabled.
     """

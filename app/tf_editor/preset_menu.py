@@ -8,17 +8,21 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import Signal
-from PySide6.QtGui import QImage
+from PySide6.QtGui import QAction, QImage
 from PySide6.QtWidgets import QMenu, QWidget
 
 from app.controls import add_action, picture_icon
+from app.menu_tips import show_tips
 from app.state.viewer_state import ViewerState
 from app.tf_editor.plot_area import PlotArea
 from model.scene.range_fitting import fit_to_range
 from model.scene.tf_presets import Preset, presets
 
-PICTURE = 80
-"""Sides of a picture, in pixels."""
+PICTURE = 64
+"""Sides of a picture, in pixels: all of them have room on a small screen."""
+
+FOLDED = "Nearly black here"
+"""Title of the menu of presets that show next to nothing of the volume."""
 
 DEFAULT = "Default"
 
@@ -26,12 +30,12 @@ DEFAULT = "Default"
 class PresetMenu(QMenu):
     """Lists presets over the volume's scalar range, and says which one is chosen.
 
-    Those that show most come first, as far as that is known when the menu opens: while it is
-    open, nothing moves under the mouse.
+    Those that show most come first, and those that show next to nothing are in a menu of their own
+    at the end, as far as that is known when the menu opens: while it is open, nothing moves under
+    the mouse.
 
     Parameters
     ----------
-    state : ViewerState
     area : PlotArea
         Has the histogram.
     """
@@ -46,9 +50,11 @@ class PresetMenu(QMenu):
         self._state = state
         self._area = area
         self._worth: dict[str, float] = {}
+        self._black: frozenset[str] = frozenset()
+        self._by_name: dict[str, QAction] = {}
         self.units = ""
         """Unit of the volume's scalars; may be empty."""
-        self.setToolTipsVisible(True)
+        show_tips(self)
         self.setStyleSheet(f"QMenu {{ icon-size: {PICTURE}px; }}")
         self.aboutToShow.connect(self._fill)
 
@@ -72,22 +78,44 @@ class PresetMenu(QMenu):
         """Histogram of the volume, another array for another volume or range."""
         return self._area.histogram.counts
 
-    def rank(self, worth: Mapping[str, float]) -> None:
-        """Say how much each preset shows, by name, for the next time that the menu opens."""
-        self._worth = dict(worth)
+    def rank(self, worth: Mapping[str, float], black: frozenset[str]) -> None:
+        """Say how much each preset shows, for the next time that the menu opens.
+
+        Parameters
+        ----------
+        worth : mapping of str to float
+            By name; the largest comes first.
+        black : frozenset of str
+            Names of those whose pictures are nearly black.
+        """
+        self._worth, self._black = dict(worth), black
 
     def _fill(self) -> None:
         self.clear()
+        self._by_name = {}
         listed = self.listed()
-        for preset in listed:
-            action = add_action(self, preset.name, partial(self.chosen.emit, preset))
-            action.setToolTip(preset.explanation)
-            action.setIcon(picture_icon(None, PICTURE))
+        for preset in (each for each in listed if each.name not in self._folded):
+            self._add(self, preset)
+        if self._folded:
+            folded = self.addMenu(FOLDED)
+            folded.setStyleSheet(self.styleSheet())
+            show_tips(folded)
+            for preset in (each for each in listed if each.name in self._folded):
+                self._add(folded, preset)
         self.picturesWanted.emit(listed)
+
+    @property
+    def _folded(self) -> frozenset[str]:
+        return self._black - {DEFAULT}
+
+    def _add(self, menu: QMenu, preset: Preset) -> None:
+        action = add_action(menu, preset.name, partial(self.chosen.emit, preset))
+        action.setToolTip(preset.explanation)
+        action.setIcon(picture_icon(None, PICTURE))
+        self._by_name[preset.name] = action
 
     def set_pictures(self, pictures: Mapping[str, QImage]) -> None:
         """Show how the volume looks under each preset, by name."""
-        for action in self.actions():
-            picture = pictures.get(action.text())
-            if picture is not None:
-                action.setIcon(picture_icon(picture, PICTURE))
+        for name, picture in pictures.items():
+            if name in self._by_name:
+                self._by_name[name].setIcon(picture_icon(picture, PICTURE))

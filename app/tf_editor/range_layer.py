@@ -81,11 +81,6 @@ class RangeLayer(QObject):
     """Draws the range of the state's TF and edits it by drags.
 
     A TF that was cut is whole again when its range becomes wider, unless it was edited meanwhile.
-
-    Parameters
-    ----------
-    area : PlotArea
-    state : ViewerState
     """
 
     def __init__(self, area: PlotArea, state: ViewerState) -> None:

@@ -21,10 +21,8 @@ class RangePopup(QFrame):
 
     Parameters
     ----------
-    state : ViewerState
     layer : RangeLayer
         Sets the range.
-    parent : QWidget
     """
 
     def __init__(self, state: ViewerState, layer: RangeLayer, parent: QWidget) -> None:

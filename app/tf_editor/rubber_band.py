@@ -16,15 +16,7 @@ from app.tf_editor.selection import Selection
 
 
 class RubberBand(QObject):
-    """Selects the modes or points, or else the colour stops, in a frame drawn with Shift.
-
-    Parameters
-    ----------
-    area : PlotArea
-    opacity : OpacityLayer
-    color : ColorLayer
-    selection : Selection
-    """
+    """Selects the modes or points, or else the colour stops, in a frame drawn with Shift."""
 
     def __init__(
         self, area: PlotArea, opacity: OpacityLayer, color: ColorLayer, selection: Selection

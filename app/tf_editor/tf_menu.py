@@ -9,11 +9,12 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QPoint, QSignalBlocker, QSize, Qt, Signal
-from PySide6.QtGui import QIcon, QImage, QPixmap
+from PySide6.QtGui import QAction, QIcon, QImage, QPixmap
 from PySide6.QtWidgets import QMenu, QToolButton, QWidget
 
 from app.controls import add_action
 from app.icons import BUTTON, IconButton
+from app.menu_tips import show_tips
 from app.state.viewer_state import ViewerState
 from app.tf_editor.histogram import percentile_range
 from app.tf_editor.moves import HandleMoves
@@ -52,21 +53,17 @@ class TransferFunctionMenu(QObject):
 
     Parameters
     ----------
-    state : ViewerState
     area : PlotArea
         Has the histogram, and the axis to be changed.
     layer : RangeLayer
         Sets the range.
     moves : HandleMoves
         Has the option that colours follow their mode.
-    parent : QWidget
 
     Attributes
     ----------
     presets_button, colors_button, button : QToolButton
         For presets, colours, and the rest.
-    presets : PresetMenu
-    colors_menu, menu : QMenu
     """
 
     show_all = Signal()
@@ -91,9 +88,10 @@ class TransferFunctionMenu(QObject):
         self._area = area
         self._layer = layer
         self._moves = moves
+        self._with_colors: list[QAction] = []
         self.button = IconButton("more", "More", tip=HINT)
         self.menu = QMenu(self.button)
-        self.menu.setToolTipsVisible(True)
+        show_tips(self.menu)
         self.presets_button = _menu_button("Presets", "Presets ▾", PRESETS_TIP)
         self.presets = PresetMenu(state, area, self.presets_button)
         self.presets.chosen.connect(self._use_preset)
@@ -112,6 +110,10 @@ class TransferFunctionMenu(QObject):
         self.menu.aboutToShow.connect(self._refresh)
         state.transferFunctionChanged.connect(lambda _tf: self._show_colors())
         self.set_narrow(False)
+
+    def offer_with_colors(self, action: QAction) -> None:
+        """Have an action in the menu of the colours, too."""
+        self._with_colors.append(action)
 
     def set_narrow(self, is_narrow: bool) -> None:
         """Make the colours' button narrower, or as wide as usual."""
@@ -142,7 +144,7 @@ class TransferFunctionMenu(QObject):
 
     def _add_range_menu(self) -> None:
         menu = self.menu.addMenu("Range")
-        menu.setToolTipsVisible(True)
+        show_tips(menu)
         add_action(menu, "Type…", self.type_range)
         for text, (lower, upper) in PERCENTILES.items():
             action = add_action(menu, text, partial(self.set_percentiles, lower, upper))
@@ -151,7 +153,7 @@ class TransferFunctionMenu(QObject):
 
     def _add_axis_menu(self) -> None:
         menu = self.menu.addMenu("Axis")
-        menu.setToolTipsVisible(True)
+        show_tips(menu)
         add_action(menu, "Show all", self.show_all.emit).setToolTip(
             "Ctrl and the wheel zoom the axis, a drag with the middle button pans it"
         )
@@ -159,8 +161,8 @@ class TransferFunctionMenu(QObject):
         self._scale = menu.addAction("Logarithmic scale")
         self._scale.setCheckable(True)
         self._scale.setToolTip(
-            "TF, histogram and sensitivities lie over the logarithm of the values: each of the\n"
-            "TF's 256 steps is the same factor. Zero and below look as the lowest value does"
+            "TF, histogram and sensitivities lie over the logarithm of the values, of which zero "
+            "and below look as the lowest one does"
         )
         self._scale.toggled.connect(lambda on: self.scale_wanted.emit("log" if on else "linear"))
         self._logarithmic = menu.addAction("Logarithmic plot")
@@ -202,6 +204,7 @@ class TransferFunctionMenu(QObject):
             action.setIcon(_swatch(map_colors(name, SWATCH.width()), SWATCH))
         self.colors_menu.addSeparator()
         add_action(self.colors_menu, "Reverse the colours", self.reverse_colors)
+        self.colors_menu.addActions(self._with_colors)
 
     def _use_preset(self, preset: Preset) -> None:
         self._commit(preset.tf, f"preset {preset.name}")

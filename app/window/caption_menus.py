@@ -22,17 +22,7 @@ from app.window.sample_menus import SampleMenus
 
 
 class CaptionMenus(QObject):
-    """Fills the menus of the captions with what can be done with what they name.
-
-    Parameters
-    ----------
-    volume, generator, reference : CaptionButton
-    opening : FileOpening
-    files : FileDialogs
-    workspace : Workspace
-    preferences : Preferences
-    parent : QObject
-    """
+    """Fills the menus of the captions with what can be done with what they name."""
 
     def __init__(
         self,

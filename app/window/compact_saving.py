@@ -31,8 +31,6 @@ class CompactSaving(QObject):
         Parent of the dialogs.
     state : ViewerState
         Its TF and view are what is seen first of the file.
-    workspace : Workspace
-    files : FileDialogs
 
     Attributes
     ----------
@@ -59,6 +57,11 @@ class CompactSaving(QObject):
         self.work.progressed.connect(self._show)
         self.work.done.connect(self._saved)
         self.work.failed.connect(self._fail)
+
+    @property
+    def unfinished(self) -> str:
+        """Work that closing the window would lose, in words; empty for none."""
+        return f"{self._place.name} is being written" if self.work.is_running else ""
 
     def save(self) -> None:
         """Ask how small and where, and save the open volume."""

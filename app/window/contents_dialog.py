@@ -48,7 +48,6 @@ class ContentsDialog(QDialog):
     ----------
     name : str
         Of the file or folder.
-    contents : sequence of Content
     """
 
     chosen = Signal(object)

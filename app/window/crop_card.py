@@ -44,12 +44,7 @@ SLIDER_TIP = (
 
 
 class CropCard(QFrame):
-    """Shows the state's crop box and changes it; initially hidden.
-
-    Parameters
-    ----------
-    state : ViewerState
-    """
+    """Shows the state's crop box and changes it; initially hidden."""
 
     shownChanged = Signal(bool)
     """Emitted when the card is shown or hidden, other than with its window."""

@@ -90,14 +90,13 @@ def figure(
 
     Parameters
     ----------
-    look : FigureLook
     images : mapping
         The image and its brightness, see :func:`app.image_view.picture.compose`, of "generator"
-        or "reference", or of both. An image is enlarged to its panel, in its own proportions.
+        or "reference", or of both; of a difference as they are shown, float32. An image is
+        enlarged to its panel, in its own proportions.
     which : {"generator", "reference", "both", "difference"}
     inputs : SceneInputs
         What the images show.
-    subject : Subject
 
     Raises
     ------
@@ -160,17 +159,11 @@ def pixels_of(image: QImage) -> NDArray[np.uint8]:
 
 def _difference(images: Mapping[str, tuple[Rgba, float]]) -> tuple[QImage, float]:
     """Return the generator's image with its difference from the reference's over it."""
-    drawn, truth = (_as_float(images[name][0])[..., :3] for name in ("generator", "reference"))
-    colored, largest = in_colors(drawn, difference_of(drawn, truth))
+    drawn, truth = (np.asarray(images[name][0][..., :3], np.float32) for name in TITLES)
+    colored, largest = in_colors(np.clip(drawn, 0, 1), difference_of(drawn, truth))
     opaque = np.ones((*colored.shape[:2], 4), np.float32)
     opaque[..., :3] = colored
     return compose(opaque, (0, 0, 0)), largest
-
-
-def _as_float(image: Rgba) -> NDArray[np.float32]:
-    if image.dtype == np.uint8:
-        return image.astype(np.float32) / np.float32(255)
-    return np.clip(np.nan_to_num(image), 0, 1).astype(np.float32)
 
 
 def _fitted(image: QImage, place: QRect) -> QRect:

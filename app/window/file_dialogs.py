@@ -27,8 +27,6 @@ class FileDialogs(QObject):
     ----------
     parent : QWidget
         Parent of the dialogs.
-    state : ViewerState
-    opening : FileOpening
     preferences : Preferences
         Dialogs begin in the folder of the last file.
     """

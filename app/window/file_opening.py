@@ -46,16 +46,14 @@ class FileOpening(QObject):
     ----------
     window : QWidget
         Parent of the dialogs.
-    state : ViewerState
-    workspace : Workspace
-    preferences : Preferences
-    notice : Notices
     """
 
     problem = Signal(str)
     """Emitted with an error sentence for the notice bar."""
     news = Signal(str)
     """Emitted with a sentence for the status bar."""
+    transferFunctionOpened = Signal()
+    """Emitted when a TF file's TF is there."""
 
     def __init__(
         self,
@@ -131,7 +129,6 @@ class FileOpening(QObject):
 
         Parameters
         ----------
-        path : Path
         choice : Choice or None
             What to read of it.
         """
@@ -200,6 +197,7 @@ class FileOpening(QObject):
             return
         fitted = self._workspace.fitted(loaded)
         self._state.commit(fitted, f"open {path.name}")
+        self.transferFunctionOpened.emit()
         self._preferences.note_transfer_function(path)
         same = fitted.scalar_range == loaded.scalar_range
         lo, hi = values_at(fitted.scalar_range, fitted.scale)

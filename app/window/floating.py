@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QEvent, QObject, QRect, QSize
+from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, QRect, QSize, Qt
+from PySide6.QtGui import QMouseEvent
 from PySide6.QtWidgets import QWidget
 
 TOP, BOTTOM = 40, 44
@@ -24,6 +25,9 @@ _PLACES = {
 class Floating(QObject):
     """Keeps widgets over an area in their places, each as large as it must be.
 
+    Cards begin in the lower left corner, clear of the image's centre. They are dragged by their
+    title, or wherever else no control is; a double click there puts a card back.
+
     Parameters
     ----------
     area : QWidget
@@ -35,6 +39,8 @@ class Floating(QObject):
         self._area = area
         self._columns: dict[str, list[QWidget]] = {"top": [], "bottom": []}
         self._around: QWidget | None = None
+        self._grip: tuple[QWidget, QPoint] | None = None
+        self._moved: dict[QWidget, QPointF] = {}
         area.installEventFilter(self)
 
     def add_top(self, widget: QWidget) -> None:
@@ -45,13 +51,15 @@ class Floating(QObject):
         """Have a widget float at the bottom, beside those that are there, or above them."""
         self._add("bottom", widget)
 
-    def set_middle_of(self, widget: QWidget | None) -> None:
-        """Put what floats at the bottom in the middle of a widget of the area; None: of all."""
+    def set_corner_of(self, widget: QWidget | None) -> None:
+        """Put what floats at the bottom in the corner of a widget of the area; None: of all."""
         self._around = widget
         self._place()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Follow the area's size, and the sizes of what floats."""
+        """Follow the area's size, the sizes of what floats, and the mouse that drags a card."""
+        if isinstance(event, QMouseEvent) and watched in self._columns["bottom"]:
+            return self._drag(watched, event)
         resized = event.type() == QEvent.Type.Resize and watched is self._area
         if resized or event.type() in _PLACES:
             self._place()
@@ -74,6 +82,11 @@ class Floating(QObject):
             widget.setGeometry((area.width() - size.width()) // 2, y, size.width(), size.height())
             y += size.height() + GAP
         sizes = {widget: self._size_of(widget, area) for widget in self._shown("bottom")}
+        for widget in [widget for widget in sizes if widget in self._moved]:
+            size, share = sizes.pop(widget), self._moved[widget]
+            free = _room(area, size)
+            left, top = round(share.x() * free.x()), round(share.y() * free.y())
+            widget.setGeometry(left, top, size.width(), size.height())
         in_row = sum(size.width() + GAP for size in sizes.values()) - GAP
         rows = [sizes] if in_row <= area.width() - 2 * SIDE else [{w: s} for w, s in sizes.items()]
         y = area.height() - BOTTOM
@@ -83,13 +96,15 @@ class Floating(QObject):
     def _place_row(self, row: dict[QWidget, QSize], bottom: int) -> int:
         """Place widgets beside each other, and return their upper edge."""
         width = sum(size.width() + GAP for size in row.values()) - GAP
-        room, around = self._area.width() - SIDE - width, self._middle()
-        middle = around.left() + (around.width() - width) // 2
-        left = max(min(max(middle, SIDE), room), 0)
+        corner = self._ground().left() + SIDE
+        left = max(min(corner, self._area.width() - SIDE - width), 0)
         top = bottom
         for widget, size in row.items():
             # On a low screen it may lie over the captions, but not beyond the area.
             upper = max(bottom - size.height(), 0)
+            # Where the lowest would reach the image's centre, it lies over the colour bars.
+            if self._is_lowest(bottom) and upper <= self._ground().center().y():
+                upper = max(self._area.height() - SIDE - size.height(), 0)
             widget.setGeometry(left, upper, size.width(), size.height())
             left += size.width() + GAP
             top = min(top, upper)
@@ -106,8 +121,39 @@ class Floating(QObject):
         high = widget.heightForWidth(width) if widget.hasHeightForWidth() else -1
         return QSize(width, high if high >= 0 else widget.sizeHint().height())
 
-    def _middle(self) -> QRect:
+    def _ground(self) -> QRect:
+        """Where cards have their corner."""
         around = self._around
         if around is None or around.isHidden():
             return self._area.rect()
         return QRect(around.mapTo(self._area, around.rect().topLeft()), around.size())
+
+    def _is_lowest(self, bottom: int) -> bool:
+        return bottom == self._area.height() - BOTTOM
+
+    def _drag(self, card: QWidget, event: QMouseEvent) -> bool:
+        """Take, move or let go a card; controls on it have their clicks before."""
+        kind, at = event.type(), event.globalPosition().toPoint()
+        is_left = event.button() == Qt.MouseButton.LeftButton
+        if kind == QEvent.Type.MouseButtonPress and is_left:
+            self._grip = card, at - card.pos()
+        elif kind == QEvent.Type.MouseButtonDblClick and is_left:
+            self._moved.pop(card, None)
+            self._place()
+        elif kind == QEvent.Type.MouseMove and self._grip is not None and self._grip[0] is card:
+            free, place = _room(self._area.rect(), card.size()), at - self._grip[1]
+            # A share of the room, so that it follows the window's size.
+            self._moved[card] = QPointF(
+                min(max(place.x() / max(free.x(), 1), 0.0), 1.0),
+                min(max(place.y() / max(free.y(), 1), 0.0), 1.0),
+            )
+            self._place()
+        elif kind == QEvent.Type.MouseButtonRelease:
+            self._grip = None
+        # What happens on a card is not the image's.
+        return True
+
+
+def _room(area: QRect, size: QSize) -> QPoint:
+    """Largest place of a widget's upper left corner in an area."""
+    return QPoint(max(area.width() - size.width(), 0), max(area.height() - size.height(), 0))

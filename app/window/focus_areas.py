@@ -14,7 +14,6 @@ class FocusAreas(QObject):
 
     Parameters
     ----------
-    window : QWidget
     areas : callable
         Returns the areas; those that are hidden or take no keys are passed over.
     """

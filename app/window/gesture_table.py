@@ -24,6 +24,9 @@ class Gesture:
 
 
 GESTURES: dict[str, tuple[Gesture, ...]] = {
+    "Files": (
+        Gesture("Ctrl+O, or drop it on the window", "open a volume", ("Ctrl O", "open a volume")),
+    ),
     "Images": (
         Gesture("Drag, or arrow keys", "turn", ("Drag", "turn")),
         Gesture(
@@ -71,9 +74,11 @@ GESTURES: dict[str, tuple[Gesture, ...]] = {
         Gesture("Click a numbered flag", "add a mode there"),
     ),
     "Transfer function": (
-        Gesture("Drag a mode's peak", "its value and opacity", ("Drag", "move a handle")),
+        Gesture(
+            "Drag a mode's peak, or a point", "its value and opacity", ("Drag", "move a handle")
+        ),
         Gesture("Drag a square at its side", "its width"),
-        Gesture("Double click beside the handles", "add a mode", ("Double click", "add a mode")),
+        Gesture("Double click beside the handles", "add a mode or point", ("Double click", "add")),
         Gesture("Drag a line at an end of the range", "stretch the TF (with Ctrl: cut it)"),
         Gesture("Ctrl and wheel, middle drag; Home", "zoom and move the axis; all of it"),
         Gesture("Click the colour strip", "add a colour stop"),
@@ -84,20 +89,20 @@ GESTURES: dict[str, tuple[Gesture, ...]] = {
         Gesture("T", "the TF decoded from the model's code"),
     ),
     "Values and edits": (
-        Gesture("▲, ▼ or Only in a row", "raise, lower or isolate its values", ("▲ ▼", "edit")),
+        Gesture("▲, ▼ or Isolate in a row", "raise, lower or isolate its values", ("▲ ▼", "edit")),
         Gesture("Add in a row", "add that edit to the TF", ("Add", "take an edit")),
         Gesture("Hold W", "what would a mode at the value under the mouse change?"),
         Gesture("F8, or Escape", "close the panel", ("F8", "close")),
     ),
     "Map of TFs (B)": (
         Gesture("Move the mouse over the map", "picture and TF of that place"),
-        Gesture("Click", "make it the TF", ("Click", "take this TF")),
+        Gesture("Click", "apply its transfer function", ("Click", "apply this TF")),
         Gesture("Wheel over the map", "come closer, until thumbnails appear", ("Wheel", "closer")),
         Gesture("Drag beside it, or with Shift", "draw a new one", ("Shift drag", "new rectangle")),
         Gesture("Drag in the rectangle, at its edges", "move it, resize it"),
         Gesture("Middle drag, or Ctrl and drag", "move the map"),
         Gesture("Wheel over a picture of the grid", "divide that cell; return"),
-        Gesture("D", "a model's pictures of decoded TFs, or of the codes"),
+        Gesture("Shift+D", "a model's pictures of decoded TFs, or of the codes"),
         Gesture("Home", "the whole map"),
         Gesture("Escape", "stop what is running; close the map", ("Esc", "close")),
     ),

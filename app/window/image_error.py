@@ -5,7 +5,6 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QRect
 from PySide6.QtGui import QImage, QPainter
 
@@ -13,13 +12,10 @@ from app.glosses import SENTENCES
 from app.image_view.engine_pane import EnginePane
 from app.image_view.image_canvas import to_qimage
 from app.sensitivity_view.color_bar import paint_bar
-from app.state.sensitivity_export import at_size_of
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
-from app.window.difference import difference_of, in_colors
+from app.window.difference import Image, difference_of, in_colors, meaning
 from model.scene.inputs import SceneInputs
-
-Image = NDArray[np.float32]
 
 TIP = (
     f"Error (RMSE, against the ground truth): {SENTENCES['RMSE']} Of the square that both images "
@@ -34,12 +30,6 @@ class ImageError(QObject):
 
     Where the generator was trained under another light, or the volume is cropped, which models
     are not trained for, there is nothing to compare.
-
-    Parameters
-    ----------
-    generator, reference : EnginePane
-    state : ViewerState
-    workspace : Workspace
     """
 
     def __init__(
@@ -68,40 +58,46 @@ class ImageError(QObject):
         """Whether the difference is shown where there is one."""
         return self._is_wanted
 
-    def _take(self, name: str, inputs: SceneInputs, image: Image) -> None:
-        self._shown[name] = inputs, image[..., :3]
-        if not self._state.live and len(self._shown) == 2:
-            self._compare()
-
-    def _compare(self) -> None:
+    @property
+    def compared(self) -> tuple[Image, Image] | None:
+        """The generator's image and the ground truth, (H, W, 3); None where they do not compare."""
+        if len(self._shown) < 2:
+            return None
         (inputs, drawn), (others, truth) = self._shown["generator"], self._shown["reference"]
         alike = self._workspace.model_lighting == self._workspace.reference.settings.lighting
         if inputs != others or inputs != self._state.inputs or not alike or inputs.crop:
+            return None
+        return drawn, truth
+
+    def _take(self, name: str, inputs: SceneInputs, image: Image) -> None:
+        self._shown[name] = inputs, image[..., :3]
+        if not self._state.live:
+            self._compare()
+
+    def _compare(self) -> None:
+        if self.compared is None:
             self._clear()
             return
-        # Not by model.metrics: it imports torch and more, without which the window starts.
-        # Sampled as models draw: means would count what any image of so few pixels lacks.
-        one, other = np.clip(drawn, 0, 1), np.clip(at_size_of(drawn, truth, sampled=True), 0, 1)
-        difference = difference_of(one, other)
+        drawn, truth = self.compared
+        difference = difference_of(drawn, truth)
         error = float(np.sqrt(np.mean(difference**2)))
         self._generator.set_note(f"error {error:.3f}".replace(" 0.", " ."), TIP)
         self._difference = None
         if self._is_wanted:
-            colored, self._scale = in_colors(drawn, difference)
+            colored, self._scale = in_colors(np.clip(drawn, 0, 1), difference)
             self._difference = to_qimage(colored.astype(np.float32))
         self._generator.canvas.update()
 
     def set_wanted(self, wanted: bool) -> None:
         """Show the difference over the generator's image, or no longer."""
         self._is_wanted = wanted
-        if len(self._shown) == 2:
-            self._compare()
+        self._compare()
 
     def _paint(self, painter: QPainter, rect: QRect) -> None:
         canvas = self._generator.canvas
         if self._difference is not None and canvas.cover is None:
             painter.drawImage(rect, self._difference)
-            text = f"0 to {self._scale:.2g}: difference from the ground truth"
+            text = f"0 to {self._scale:.2g}: {meaning(self._difference.width())}"
             paint_bar(painter, rect, canvas.picture_rect.right(), "change", text)
 
     def _clear(self) -> None:

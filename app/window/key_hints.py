@@ -11,6 +11,7 @@ from app.state.sensitivity_state import SensitivityState
 from app.window.gesture_table import status_keys
 from app.window.status_line import StatusLine
 
+FILES = "Files"
 IMAGES, DRAWING, REGIONS, MAP = "Images", "Drawing a region", "Regions", "Map of TFs (B)"
 PLOT, VALUE = "Transfer function", "Value under the mouse"
 PANEL = "Values and edits"
@@ -21,11 +22,8 @@ class KeyHints(QObject):
 
     Parameters
     ----------
-    status : StatusLine
     regions : SensitivityState
         With a region the images have other gestures, and with a band of values the plot.
-    images, maps : sequence of QWidget
-    plot, panel : QWidget
     """
 
     def __init__(
@@ -40,6 +38,7 @@ class KeyHints(QObject):
         super().__init__(status)
         self._status, self._regions = status, regions
         self._images, self._plot = images, plot
+        self._is_empty = True
         for each in maps:
             each.setStatusTip(status_keys(MAP))
         panel.setStatusTip(status_keys(PANEL))
@@ -52,7 +51,14 @@ class KeyHints(QObject):
         """Show the keys of what is under the mouse; of nothing, those of the images."""
         self._status.set_keys(keys or self._of_images())
 
+    def start_volume(self) -> None:
+        """Tell what can be done with images and plot, now that there is something in them."""
+        self._is_empty = False
+        self._follow()
+
     def _of_images(self) -> str:
+        if self._is_empty:
+            return status_keys(FILES)
         if self._regions.tool is not None:
             return status_keys(DRAWING)
         return status_keys(IMAGES if self._regions.active is None else REGIONS)
@@ -61,6 +67,8 @@ class KeyHints(QObject):
         """Give images and plot the keys of what is under way."""
         shown, band = self._status.keys, self._regions.band
         plot = status_keys(PLOT if band is None else VALUE)
+        if self._is_empty:
+            plot = ""
         for widget, keys in (
             *((image, self._of_images()) for image in self._images),
             (self._plot, plot),

@@ -47,10 +47,8 @@ def paint_legend(
 
     Parameters
     ----------
-    painter : QPainter
     rect : QRect
         The image's rectangle; in one of fewer than about 120 pixels nothing is painted.
-    tf : TransferFunction
     units, name : str
         Units and name of the scalar values, written above the bar as the axis' title; empty if
         unknown.

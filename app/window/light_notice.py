@@ -15,13 +15,7 @@ KEY = "light"
 
 
 class LightNotice(QObject):
-    """Follows the light that the window chooses by itself.
-
-    Parameters
-    ----------
-    work : ReferenceWork
-    notices : Notices
-    """
+    """Follows the light that the window chooses by itself."""
 
     def __init__(self, work: ReferenceWork, notices: Notices) -> None:
         super().__init__(notices)

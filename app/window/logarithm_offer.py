@@ -18,14 +18,7 @@ OFFER = "logarithmic scale"
 
 
 class LogarithmOffer(QObject):
-    """Offers the logarithm once such a volume is open, unless its TF was edited before.
-
-    Parameters
-    ----------
-    state : ViewerState
-    workspace : Workspace
-    notice : Notices
-    """
+    """Offers the logarithm once such a volume is open, unless its TF was edited before."""
 
     def __init__(
         self, state: ViewerState, workspace: Workspace, notice: Notices, parent: QObject

@@ -17,7 +17,7 @@ from PySide6.QtGui import (
     QKeyEvent,
     QStatusTipEvent,
 )
-from PySide6.QtWidgets import QMainWindow, QMessageBox, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QMainWindow, QVBoxLayout, QWidget
 
 from app.controls import order_focus
 from app.engines.client import EngineClient
@@ -25,16 +25,19 @@ from app.engines.engines import FASTEST, REAL_BUILDERS, Builders, GeneratorSetti
 from app.image_view.crop_handles import CropHandles
 from app.image_view.engine_pane import EnginePane
 from app.image_view.gestures import ViewGestures
-from app.image_view.reference_controls import IN_LIGHT, ReferenceControls
+from app.image_view.reference_controls import ReferenceControls
 from app.image_view.view_keys import ViewKeys
 from app.latent_browser.latent_browser import LatentBrowser
 from app.sensitivity_view.sensitivity_view import SensitivityView
 from app.state.brightness import Brightness
+from app.state.generator_work import LIGHTS
 from app.state.latent_state import LatentChoices, LatentState
 from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
 from app.state.sensitivity_state import SensitivityState
-from app.state.training_clock import usual_minutes
+from app.state.training_clock import MINUTES
+from app.state.training_order import TrainingChoices, training_order
+from app.state.training_pace import TrainingPace
 from app.state.training_run import TRAINED_LIGHT, TrainingRun
 from app.state.transfer_function_store import TransferFunctionStore
 from app.state.viewer_state import ViewerState
@@ -46,6 +49,7 @@ from app.tf_editor.plot_memory import PlotMemory
 from app.window.compact_saving import CompactSaving
 from app.window.crop_card import CropCard
 from app.window.emptiness_notice import EmptinessNotice
+from app.window.empty_card import EmptyCard
 from app.window.figure import Subject
 from app.window.file_dialogs import FileDialogs
 from app.window.file_opening import FileOpening
@@ -63,11 +67,13 @@ from app.window.overlays import Overlays
 from app.window.pane_layout import PaneLayout
 from app.window.picture_saving import PictureSaving
 from app.window.preset_pictures import PresetPictures
+from app.window.quitting import may_quit
 from app.window.shown_images import ShownImages
 from app.window.status_line import StatusLine
 from app.window.tool_strip import ToolStrip
 from app.window.top_bar import TopBar
 from app.window.training_card import TrainingCard
+from app.window.training_question import TrainingQuestion
 from app.window.up_axis_card import UpAxisCard
 from app.window.up_axis_question import UpAxisQuestion
 from app.window.window_memory import WindowMemory
@@ -142,10 +148,12 @@ class MainWindow(QMainWindow):
         self.browse = self.top_bar.browse
         self.panes = PaneLayout(self.browser, self.generator, self.reference)
         self.training = TrainingRun(self)
+        self.pace = TrainingPace(self)
         self.training_card = TrainingCard(self.training)
         self.up_axis_card = UpAxisCard()
         self.crop_card = CropCard(self.state)
         self.tools = ToolStrip(self.sensitivity_state, self.crop_card)
+        self.tools.setEnabled(False)
         self.status = StatusLine(self.state)
         self._images = QWidget()
         self._floating = Floating(self._images)
@@ -180,6 +188,7 @@ class MainWindow(QMainWindow):
         )
         self.pictures = PictureSaving(self, self.state, self.files, shown)
         self.movies = MovieSaving(self, self.state, self.files, shown, self.workspace.latent.path)
+        self.empty_card = EmptyCard(self.reference, self.workspace, self.opening, self.files)
         self.browser.movieRequested.connect(self.movies.save_path)
         self.browser.preview.tfChanged.connect(self.overlays.preview)
         self.compact = CompactSaving(self, self.state, self.workspace, self.files)
@@ -259,6 +268,7 @@ class MainWindow(QMainWindow):
             lambda settings: self.brightness.set_lighting("exact", settings.lighting)
         )
         self.workspace.reference.settingsChanged.connect(lambda _settings: self._name_light())
+        self.workspace.reference.liveDrawerChanged.connect(self.reference.set_live_drawer)
         self._name_light()
         self.workspace.latent.path.brightness = self.brightness.of
         self.workspace.sensitivity.trials.set_brightness(self.brightness)
@@ -266,6 +276,7 @@ class MainWindow(QMainWindow):
         self.workspace.scaleChanged.connect(self._show_scale)
         # A band kept over the plot would be one of other values.
         self.workspace.scaleChanged.connect(lambda _opened: self.sensitivity_state.unpin())
+        self.opening.transferFunctionOpened.connect(self.editor.show_small_range)
         self.editor.menu.scale_wanted.connect(self.workspace.show_on_scale)
         # Errors of an earlier file no longer apply.
         self.workspace.volumeRead.connect(self.notice.clear)
@@ -287,7 +298,7 @@ class MainWindow(QMainWindow):
         """Say in which light the reference is drawn, and where the volume is a compressed one."""
         opened = self.workspace.opened
         copy = ", compact" if opened is not None and opened.volume.file.is_lossy else ""
-        self.reference.set_light(IN_LIGHT[self.workspace.reference.settings.lighting] + copy)
+        self.reference.set_light(LIGHTS[self.workspace.reference.settings.lighting] + copy)
 
     @property
     def errors(self) -> list[str]:
@@ -363,13 +374,15 @@ class MainWindow(QMainWindow):
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Hide the window at once, then wait for the threads to end."""
-        if self.training.is_running and self.isVisible() and not self._may_stop_training():
+        work = (self.pictures, self.movies, self.compact, self.training)
+        if self.isVisible() and not may_quit(self, [each.unfinished for each in work]):
             event.ignore()
             return
         self.movies.cancel()
         self.compact.cancel()
         self.workspace.stop()
         self.training.cancel()
+        self.pace.cancel()
         self._memory.note()
         self.hide()
         self.workspace.join()
@@ -378,11 +391,6 @@ class MainWindow(QMainWindow):
         self.training.join()
         self.preferences.finish()
         event.accept()
-
-    def _may_stop_training(self) -> bool:
-        question = f"A model of '{self.training.volume_name}' is being trained. Quit and stop it?"
-        answer = QMessageBox.question(self, "Training", question)
-        return answer == QMessageBox.StandardButton.Yes
 
     def _lay_out(self) -> None:
         for pane in (self.generator, self.reference):
@@ -423,7 +431,7 @@ class MainWindow(QMainWindow):
         images = self.panes.images
         self.overlays.lie_over(images[-1].canvas)
         self.tools.lie_over(None if self.panes.is_browsing else images[0].canvas)
-        self._floating.set_middle_of(images[-1] if self.panes.is_browsing else None)
+        self._floating.set_corner_of(images[-1] if self.panes.is_browsing else None)
         # Tab goes from the bar to the tools, then from image to image.
         tools = self.tools
         chain: list[QWidget] = [self.top_bar.save, tools.rectangle, tools.lasso, tools.crop]
@@ -470,27 +478,22 @@ class MainWindow(QMainWindow):
         opened = self.workspace.opened
         if opened is None:
             return
-        question = QMessageBox(self)
-        question.setWindowTitle("Train a model")
-        question.setTextFormat(Qt.TextFormat.PlainText)
-        question.setText(f"Train a model of '{opened.volume.name}'?")
-        question.setInformativeText(
-            f"It takes about {usual_minutes()} minutes in the background, in which the window is "
-            "slower. You can go on working, and cancel it."
-        )
-        train = question.addButton("Train", QMessageBox.ButtonRole.AcceptRole)
-        question.addButton(QMessageBox.StandardButton.Cancel)
-        train.clicked.connect(partial(self._train, opened))
-        question.finished.connect(question.deleteLater)
+        order = training_order(opened.path, MINUTES, **self._training_choices(opened))
+        question = TrainingQuestion(opened.volume.name, self.pace, self)
+        question.train.clicked.connect(partial(self._train, opened))
         question.open()
+        self.pace.measure(order)
 
     def _train(self, opened: OpenedVolume, _checked: bool = False) -> None:
         """Train a model of the open volume, as it is shown."""
         if opened is not self.workspace.opened:
             return
+        self.training.start(opened.path, **self._training_choices(opened))
+
+    def _training_choices(self, opened: OpenedVolume) -> TrainingChoices:
+        """Say what a model of the open volume is of, as it is shown."""
         known = self.preferences.volume(opened.fingerprint)
-        self.training.start(
-            opened.path,
+        return TrainingChoices(
             lighting=TRAINED_LIGHT[self.workspace.reference.settings.lighting],
             scalar_range=opened.volume.scalar_range,
             scale=opened.volume.scale,
@@ -517,7 +520,9 @@ class MainWindow(QMainWindow):
         self.top_bar.volume.set_detail(shape)
         self._name_light()
         self.browser.set_units(volume.units)
-        self.overlays.subject = Subject(volume.units, Scale.of(volume, opened.shown))
+        self.overlays.start_volume(Subject(volume.units, Scale.of(volume, opened.shown)))
+        self.tools.setEnabled(True)
+        self._hints.start_volume()
         self.files.volume_name = volume.name
         self.crop_card.set_volume(volume.dimensions)
         for handles in self.crop_handles:

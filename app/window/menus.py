@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QApplication, QMainWindow, QMenu
 
 from app.controls import add_action
 from app.glosses import open_glossary
+from app.menu_tips import show_tips
 from app.state.remembered import ThemeChoice
 from app.theme import apply_theme
 from app.window.caption_menus import CaptionMenus
@@ -72,7 +73,9 @@ class Menus(QObject):
         self._single_keys.keep()
 
     def _menu(self, title: str) -> QMenu:
-        return self._parts.bar.menu_bar.addMenu(title)
+        menu = self._parts.bar.menu_bar.addMenu(title)
+        show_tips(menu)
+        return menu
 
     def _build_file(self, menu: QMenu) -> None:
         files, recent = self._parts.files, self._recent
@@ -153,7 +156,7 @@ class Menus(QObject):
         browse.setCheckable(True)
         latent.choicesChanged.connect(lambda choices: browse.setChecked(choices.shown))
         show_action(self._parts.bar.browse, browse)
-        decoded = add_action(menu, "Draw &decoded TFs on the map", self._toggle_decoded, "D")
+        decoded = add_action(menu, "Draw &decoded TFs on the map", self._toggle_decoded, "Shift+D")
         decoded.setCheckable(True)
 
         def show_decoded() -> None:
@@ -169,7 +172,7 @@ class Menus(QObject):
         menu.addSeparator()
         controls.fill_light(menu.addMenu("&Light"))
         controls.fill_quality(menu.addMenu("&Quality of the ground truth"))
-        controls.fill_drawing(menu.addMenu("Ground truth &drawn by"))
+        controls.fill_drawing(menu.addMenu("Reference ren&derer"))
         menu.addSeparator()
         crop, overlays = self._parts.crop, self._parts.overlays
         cropping = add_action(menu, "&Crop", lambda: crop.set_shown(not crop.is_shown))
@@ -212,6 +215,7 @@ class Menus(QObject):
 
         for action in (cube, legend, scale_bar, opacity, through_code):
             action.setCheckable(True)
+        self._parts.editor.menu.offer_with_colors(legend)
         self._parts.workspace.modelChanged.connect(show_overlays)
         overlays.changed.connect(show_overlays)
         show_overlays()
@@ -283,7 +287,7 @@ class Menus(QObject):
         state.viewHistoryChanged.connect(show_history)
         show_history()
         add_action(menu, "&Reset view", state.reset_view, "Ctrl+0")
-        add_action(menu, "W&hole volume", state.view_whole, "Ctrl+9")
+        add_action(menu, "Zoom to f&it", state.view_whole, "Ctrl+9")
         sides = menu.addMenu("&From")
         for number, name in enumerate(STANDARD_VIEWS, start=1):
             add_action(sides, name, partial(state.look_from, name), f"Ctrl+{number}")

@@ -97,6 +97,13 @@ class MovieSaving(QObject):
         """Whether a turntable is drawn or written."""
         return self._turning is not None or self._writing.is_running
 
+    @property
+    def unfinished(self) -> str:
+        """Work that closing the window would lose, in words; empty for none."""
+        if self._turning is not None:
+            return f"{self._turning.place.name} is being drawn"
+        return "A movie is being written" if self.is_running or self._path.is_movie else ""
+
     def save(self) -> None:
         """Ask what movie, how and where, and save it."""
         self._ask("turntable")
@@ -152,6 +159,7 @@ class MovieSaving(QObject):
         """Give a turntable up."""
         self._writing.cancel()
         if self._turning is not None:
+            self._shown.panes[self._turning.choice.which].client.abandon(MovieFrameRequest)
             self._turning = None
             self.news.emit("The movie was cancelled.")
         self._close_progress()

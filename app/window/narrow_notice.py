@@ -21,11 +21,8 @@ class NarrowNotice(QObject):
 
     Parameters
     ----------
-    state : ViewerState
-    notice : Notices
     show_range : callable
         Shows the volume over a range, as an undo step.
-    parent : QObject
     """
 
     def __init__(

@@ -25,12 +25,7 @@ from model.scene.transfer_function import OpacityTF, TransferFunction
 class Overlays(QObject):
     """Shows what the user wants over each pane's image, and over the TF.
 
-    Parameters
-    ----------
-    panes : sequence of EnginePane
-    state : ViewerState
-    decoded : DecodedTF
-    preferences : Preferences
+    Nothing is shown while there is no volume.
 
     Attributes
     ----------
@@ -54,6 +49,7 @@ class Overlays(QObject):
         self._decoded = decoded
         self._preferences = preferences
         self.subject = Subject()
+        self._has_volume = False
         self._previewed: OpacityTF | None = None
         self._cubes = [OrientationCube(state, canvas) for canvas in canvases]
         self._right = canvases[-1]
@@ -100,6 +96,12 @@ class Overlays(QObject):
         """Whether the decoded TF is shown, where there is one."""
         return bool(self._preferences.value("decoded_tf"))
 
+    def start_volume(self, subject: Subject) -> None:
+        """Show what is wanted of another volume."""
+        self.subject = subject
+        self._has_volume = True
+        self._show_cubes()
+
     def lie_over(self, canvas: ImageCanvas) -> None:
         """Show cube and legend over one canvas: the rightmost that is there."""
         self._right = canvas
@@ -145,7 +147,8 @@ class Overlays(QObject):
 
     def _show_cubes(self) -> None:
         for canvas, cube in zip(self._canvases, self._cubes, strict=True):
-            cube.setVisible(self.has_cube and canvas is self._right)
+            shown = self.has_cube and self._has_volume and canvas is self._right
+            cube.setVisible(shown)
 
     def _paint(self, canvas: ImageCanvas, painter: QPainter, _square: QRect) -> None:
         rect, state, subject = canvas.picture_rect, self._state, self.subject

@@ -23,11 +23,6 @@ class PaneLayout(QSplitter):
 
     Without a model the reference has the row to itself. The browser takes the generator's
     place. Edges between the images can be dragged.
-
-    Parameters
-    ----------
-    browser : LatentBrowser
-    generator, reference : EnginePane
     """
 
     imagesShown = Signal(bool, bool)
@@ -119,7 +114,11 @@ class PaneLayout(QSplitter):
         # One image is always there.
         alone = self._shown == "generator" and generator
         focus = QApplication.focusWidget()
-        had = [pane for pane in self.images if focus is not None and pane.isAncestorOf(focus)]
+        had = [
+            part
+            for part in (*self.images, self._browser)
+            if focus is not None and part.isAncestorOf(focus)
+        ]
         self._browser.setVisible(self._browsing)
         self._generator.setVisible(generator)
         self._reference.setVisible(not alone)

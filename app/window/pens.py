@@ -49,7 +49,6 @@ class Pens:
 
     Parameters
     ----------
-    painter : QPainter
     line : float
         Width of lines in pixels.
     font : QFont

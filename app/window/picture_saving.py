@@ -20,6 +20,7 @@ from app.window.shown_images import ShownImages
 from model.errors import RenderError
 from model.rendering.raster import Raster
 from model.rendering.scale_bar import DEPTH_TEXT
+from model.scene.inputs import SceneInputs
 
 PICTURE_FILTER = "PNG images (*.png);;JPEG images (*.jpg *.jpeg);;TIFF images (*.tif *.tiff)"
 
@@ -32,7 +33,11 @@ class _Drawing:
     choice: PictureChoice
     place: Path | None
     subject: Subject
+    inputs: SceneInputs
     images: dict[str, tuple[Rgba, float]] = field(default_factory=dict)
+
+
+CHANGED = "The figure was given up: volume, light or quality changed; save it again."
 
 
 class PictureSaving(QObject):
@@ -65,6 +70,15 @@ class PictureSaving(QObject):
         self._wanted: _Drawing | None = None
         for name, pane in shown.panes.items():
             pane.client.resultReady.connect(partial(self._take, name))
+            pane.client.stateChanged.connect(lambda _state, name=name: self._follow(name))
+
+    @property
+    def unfinished(self) -> str:
+        """Work that closing the window would lose, in words; empty for none."""
+        if self._wanted is None:
+            return ""
+        place = self._wanted.place
+        return f"{'A figure to be copied' if place is None else place.name} is being drawn"
 
     def save(self) -> None:
         """Ask what to show, how and where, and save the figure."""
@@ -105,25 +119,34 @@ class PictureSaving(QObject):
         """Have a figure drawn, and save it to a file; without one, copy it to the clipboard."""
         self._last = choice
         self._sequence += 1
-        self._wanted = _Drawing(self._sequence, choice, place, self._shown.subject)
+        inputs, subject = self._state.inputs, self._shown.subject
+        self._wanted = _Drawing(self._sequence, choice, place, subject, inputs)
+        if choice.which == "difference":
+            self._draw_difference(self._wanted)
+            return
         for name in self._names(choice):
             pane = self._shown.panes[name]
-            raster = self._raster(name, choice)
+            raster = self._raster(choice)
             quality = Quality(raster.shorter, raster=raster)
-            pane.client.submit(PictureRequest(self._sequence, self._state.inputs, quality))
+            pane.client.submit(PictureRequest(self._sequence, inputs, quality))
         self.news.emit(f"Drawing {choice.width} × {choice.height} pixels …")
+
+    def _draw_difference(self, wanted: _Drawing) -> None:
+        """Draw the difference of both images as they are shown: the numbers are the screen's."""
+        compared = self._shown.compared
+        if compared is None:
+            self._wanted = None
+            self.problem.emit("There is no difference to save; wait until both images are at rest.")
+            return
+        wanted.images = {name: (image, 1.0) for name, image in zip(TITLES, compared, strict=True)}
+        self._finish(wanted)
 
     def _names(self, choice: PictureChoice) -> list[str]:
         """The images that a figure needs."""
-        return [*TITLES] if choice.which in ("both", "difference") else [choice.which]
+        return [*TITLES] if choice.which == "both" else [choice.which]
 
-    def _raster(self, name: str, choice: PictureChoice) -> Raster:
+    def _raster(self, choice: PictureChoice) -> Raster:
         """Pixels of an image in a figure; a generator has its own."""
-        if choice.which == "difference":
-            # The reference's at the generator's pixels.
-            image = self._shown.panes["generator"].canvas.image
-            side = min(choice.width, choice.height) if image is None else image.width()
-            return Raster(side, side)
         place = panels(choice, choice.which)[-1]
         return Raster(place.width(), place.height())
 
@@ -140,8 +163,20 @@ class PictureSaving(QObject):
         wanted.images[name] = result.value, self._shown.brightness(name)
         if len(wanted.images) < len(self._names(wanted.choice)):
             return
+        self._finish(wanted)
+
+    def _follow(self, name: str) -> None:
+        """Say that a figure is not saved where another engine is started, as it will not answer."""
+        wanted = self._wanted
+        if wanted is None or name in wanted.images or name not in self._names(wanted.choice):
+            return
+        if not self._shown.panes[name].client.is_ready:
+            self._wanted = None
+            self.problem.emit(CHANGED)
+
+    def _finish(self, wanted: _Drawing) -> None:
         self._wanted = None
-        choice, inputs = wanted.choice, result.request.inputs
+        choice, inputs = wanted.choice, wanted.inputs
         try:
             image = figure(choice, wanted.images, choice.which, inputs, wanted.subject)
         except RenderError as error:

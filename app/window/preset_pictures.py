@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QObject
 from PySide6.QtGui import QImage
 
@@ -16,12 +17,17 @@ from app.tf_editor.preset_menu import PICTURE, PresetMenu
 from app.window.small_pictures import SmallPictures
 from model.scene.tf_presets import Preset
 
+NEARLY_BLACK = 0.02
+"""Root mean square of a picture's brightness below which a preset is folded: half a thousandth of
+the pixels are white, say."""
+
 
 class PresetPictures(QObject):
     """Has pictures drawn whenever the menu of presets opens, from the present side.
 
     Of another volume, or over another range, they are drawn once before, as the order of the
-    presets is by what they show: those with the strongest contrast first, black ones last.
+    presets is by what they show: those with the strongest contrast first, nearly black ones last
+    and folded.
 
     Parameters
     ----------
@@ -71,11 +77,24 @@ class PresetPictures(QObject):
     def _show(self, images: list[QImage]) -> None:
         pictures = dict(zip(self._names, images, strict=True))
         self._menu.set_pictures(pictures)
-        self._menu.rank({name: contrast(picture) for name, picture in pictures.items()})
+        self._menu.rank(
+            {name: contrast(picture) for name, picture in pictures.items()},
+            frozenset(name for name, picture in pictures.items() if is_nearly_black(picture)),
+        )
 
 
 def contrast(picture: QImage) -> float:
     """Standard deviation of a picture's brightness, 0 to 0.5; 0 for a black one."""
+    return float(_levels(picture).std())
+
+
+def is_nearly_black(picture: QImage) -> bool:
+    """Whether next to nothing is seen in a picture: few pixels that are bright, or none."""
+    return float(np.sqrt(np.mean(_levels(picture) ** 2))) < NEARLY_BLACK
+
+
+def _levels(picture: QImage) -> NDArray[np.float64]:
+    """Brightness of a picture's pixels, 0 to 1."""
     gray = picture.convertToFormat(QImage.Format.Format_Grayscale8)
     rows = np.frombuffer(gray.constBits(), np.uint8).reshape(gray.height(), gray.bytesPerLine())
-    return float(rows[:, : gray.width()].std()) / 255
+    return rows[:, : gray.width()] / 255

@@ -26,7 +26,6 @@ class PropertiesDialog(QDialog):
     ----------
     path : Path
         Where it was read.
-    volume : Volume
     """
 
     def __init__(self, path: Path, volume: Volume, parent: QWidget | None = None) -> None:

@@ -11,6 +11,7 @@ from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QMenu
 
 from app.controls import add_action
+from app.menu_tips import show_tips
 from app.state.preferences import Preferences, RecentKind
 from app.state.workspace import Workspace
 from app.window.file_opening import FileOpening
@@ -23,14 +24,7 @@ TITLES: dict[RecentKind, str] = {
 
 
 class RecentMenus(QObject):
-    """Fills its menus whenever they are opened.
-
-    Parameters
-    ----------
-    opening : FileOpening
-    workspace : Workspace
-    preferences : Preferences
-    """
+    """Fills its menus whenever they are opened."""
 
     def __init__(
         self, opening: FileOpening, workspace: Workspace, preferences: Preferences
@@ -43,14 +37,14 @@ class RecentMenus(QObject):
     def add_recent(self, menu: QMenu, kind: RecentKind) -> QMenu:
         """Add a menu of recent files to another one, and return it."""
         recent = menu.addMenu(TITLES[kind])
-        recent.setToolTipsVisible(True)
+        show_tips(recent)
         recent.aboutToShow.connect(partial(self._fill_recent, recent, kind))
         return recent
 
     def add_models(self, menu: QMenu) -> None:
         """Add a menu of the models that are known to be of the open volume."""
         models = menu.addMenu("Models of this volu&me")
-        models.setToolTipsVisible(True)
+        show_tips(models)
         models.aboutToShow.connect(partial(self._fill_models, models))
 
     def _fill_recent(self, menu: QMenu, kind: RecentKind) -> None:

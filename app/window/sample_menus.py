@@ -8,15 +8,10 @@ from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QMenu
 
 from app.controls import add_action
+from app.menu_tips import show_tips
 from app.state.workspace import Workspace
 from app.window.file_opening import FileOpening
-from model.networks.size import Architecture
 from model.volume_files.shipped import shipped_volumes, title_of
-
-MODEL_MENUS: dict[Architecture, str] = {
-    "paper": "The &paper's networks",
-    "refined": "&Coarse volumes, refined",
-}
 
 
 class SampleMenus(QObject):
@@ -24,7 +19,6 @@ class SampleMenus(QObject):
 
     Parameters
     ----------
-    opening : FileOpening
     workspace : Workspace
         Its library knows the shipped models.
     """
@@ -37,7 +31,7 @@ class SampleMenus(QObject):
     def add_volumes(self, menu: QMenu) -> QMenu:
         """Add a menu of the shipped volumes, and return it."""
         samples = menu.addMenu("Sa&mple volumes")
-        samples.setToolTipsVisible(True)
+        show_tips(samples)
         for path in shipped_volumes():
             action = add_action(samples, title_of(path), partial(self._opening.open_volume, path))
             action.setToolTip("Ships with tfscope, with a model that was trained on it")
@@ -45,18 +39,16 @@ class SampleMenus(QObject):
 
     def add_models(self, menu: QMenu) -> None:
         """Add a menu of the shipped models, which are opened with their volumes."""
-        samples = menu.addMenu("Sample mo&dels")
-        for architecture, title in MODEL_MENUS.items():
-            models = samples.addMenu(title)
-            models.setToolTipsVisible(True)
-            models.aboutToShow.connect(partial(self._fill, models, architecture))
+        models = menu.addMenu("Sample mo&dels")
+        show_tips(models)
+        models.aboutToShow.connect(partial(self._fill, models))
 
-    def _fill(self, menu: QMenu, architecture: Architecture) -> None:
+    def _fill(self, menu: QMenu) -> None:
         menu.clear()
-        found = self._workspace.library.shipped_of(architecture)
+        found = self._workspace.library.shipped()
         for model, volume in found:
             open_both = partial(self._opening.open_model_and_volume, model.folder, volume)
-            action = add_action(menu, model.name, open_both)
+            action = add_action(menu, f"Paper's networks: {model.name}", open_both)
             action.setToolTip(model.worth or str(model.folder))
             action.setCheckable(True)
             action.setChecked(model.folder == self._workspace.model)

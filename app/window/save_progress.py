@@ -18,7 +18,6 @@ class SaveProgress(QProgressDialog):
         Their number.
     cancel : callable
         Called when the user does not want the file any more.
-    parent : QWidget
     """
 
     def __init__(

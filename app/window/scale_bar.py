@@ -7,6 +7,7 @@ from PySide6.QtCore import QPointF, QRect, QRectF
 from PySide6.QtGui import QFontMetricsF, QImage, QPainter, QPainterPath
 
 from app.image_view.picture import Background
+from app.window.difference import meaning
 from app.window.pens import Pens, is_bright, sized_font, text_size
 from model.rendering.scale_bar import ScaleBar
 from model.sensitivity.display import color_bar
@@ -21,7 +22,6 @@ def paint_scale_bar(
 
     Parameters
     ----------
-    painter : QPainter
     rect : QRect
         The image's rectangle, whose shorter side the bar refers to; in one of fewer than about
         120 pixels nothing is painted.
@@ -57,8 +57,7 @@ def paint_difference_bar(
 ) -> None:
     """Paint the colours of a difference at the lower right of an image, from 0 to the largest.
 
-    It says how many pixels along a side were compared: on the screen the generator's fewer ones
-    are compared with those of a finer image, which lie beside them.
+    It says how many pixels along a side were compared.
     """
     text = text_size(rect)
     if not text:
@@ -76,7 +75,7 @@ def paint_difference_bar(
     outline.addRect(bar)
     pens.stroke(outline)
     painter.drawImage(bar, strip)
-    title, last = f"difference of {pixels} × {pixels} pixels", f"{largest:.2g}"
+    title, last = meaning(pixels), f"{largest:.2g}"
     pens.write(
         QPointF(bar.right() - metrics.horizontalAdvance(title), bar.top() - 0.5 * text), title
     )

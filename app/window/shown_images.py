@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from app.image_view.engine_pane import EnginePane
 from app.state.brightness import Brightness
+from app.window.difference import Image
 from app.window.figure import GAP, Subject, Which
 from app.window.image_error import ImageError
 from app.window.overlays import Overlays
@@ -12,15 +13,7 @@ Size = tuple[int, int]
 
 
 class ShownImages:
-    """Knows which images are there, how large they are, and what lies over them.
-
-    Parameters
-    ----------
-    generator, reference : EnginePane
-    overlays : Overlays
-    error : ImageError
-    brightness : Brightness
-    """
+    """Knows which images are there, how large they are, and what lies over them."""
 
     def __init__(
         self,
@@ -50,6 +43,11 @@ class ShownImages:
         """Whether they have a scale bar."""
         return self._overlays.has_scale_bar
 
+    @property
+    def compared(self) -> tuple[Image, Image] | None:
+        """Both images, (H, W, 3), as far as they show the same; else None."""
+        return self._error.compared
+
     def brightness(self, name: str) -> float:
         """Brightness of one of them."""
         return self._brightness.of(self.panes[name].engine)
@@ -70,7 +68,8 @@ class ShownImages:
         if len(found) == 2:
             side = min(found["reference"])
             found["both"] = round(2 * side / (1 - GAP)), side
-            found["difference"] = side, side
+            if self.compared is not None:
+                found["difference"] = side, side
         return found
 
     def which(self) -> Which:

@@ -15,7 +15,6 @@ class SingleKeys(QObject):
     ----------
     window : QObject
         Has the entries.
-    preferences : Preferences
     """
 
     def __init__(self, window: QObject, preferences: Preferences) -> None:

@@ -11,7 +11,9 @@ from PySide6.QtWidgets import QLabel, QStackedWidget, QStatusBar
 
 from app import theme
 from app.controls import ElidedLabel, announce
+from app.short_numbers import without_zero
 from app.state.viewer_state import ViewerState
+from app.typed_numbers import MINUS
 
 HEIGHT = 24
 
@@ -31,10 +33,6 @@ class StatusLine(QStatusBar):
     """Shows the keys that are of use under the mouse, or the newest sentence in their place.
 
     At the right are the view's numbers, where there is room.
-
-    Parameters
-    ----------
-    state : ViewerState
     """
 
     def __init__(self, state: ViewerState) -> None:
@@ -131,11 +129,12 @@ class StatusLine(QStatusBar):
         view = self._state.view
         azimuth, elevation, roll = self._state.angles
         text = (
-            f"azimuth {azimuth:.0f}°   elevation {elevation:.0f}°   roll {roll:.0f}°   "
-            f"distance {view.distance:.2f}"
+            f"azimuth {azimuth:.0f}°   elevation {elevation:.0f}°   "
+            + (f"roll {roll:.0f}°   " if round(roll) else "")
+            + f"distance {without_zero(f'{view.distance:.2f}')}"
         )
         # The sum makes 0 of -0.
         pan_x, pan_y = (round(pan, 2) + 0.0 for pan in (view.pan_x, view.pan_y))
         if pan_x or pan_y:
-            text += f"   pan {pan_x:+.2f}, {pan_y:+.2f}"
-        self._view.setText(text)
+            text += f"   pan {without_zero(f'{pan_x:+.2f}')}, {without_zero(f'{pan_y:+.2f}')}"
+        self._view.setText(text.replace("-", MINUS))

@@ -16,13 +16,7 @@ PLACE = 8, 40
 
 
 class ToolStrip(QFrame):
-    """Chooses what a drag in the images draws, and shows the planes of the crop box.
-
-    Parameters
-    ----------
-    regions : SensitivityState
-    crop : CropCard
-    """
+    """Chooses what a drag in the images draws, and shows the planes of the crop box."""
 
     def __init__(self, regions: SensitivityState, crop: CropCard) -> None:
         super().__init__()

@@ -22,19 +22,12 @@ LINE_HEIGHT = 20
 class TopBar(QWidget):
     """Lays out menus and controls in one row, and folds them where there is less room.
 
-    Parameters
-    ----------
-    ball : LightBall
-    light : CaptionButton
-
     Attributes
     ----------
-    menu_bar : QMenuBar
     menus : IconButton
         Has all menus while they are folded.
     volume : CaptionButton
         Names the volume; its menu has others.
-    compare, difference, browse, save : IconButton
     """
 
     def __init__(self, ball: LightBall, light: CaptionButton) -> None:

@@ -27,9 +27,8 @@ STEPS = 1000
 Phase = Literal["rest", "training", "trained", "failed"]
 
 TRAIN_TIP = (
-    "Trains a model of this volume beside the window: a file of 3 MB that draws the\n"
-    "volume where its own file is not, and is kept for the next time. It follows the\n"
-    "light's direction. Global light would take hours to learn; it learns direct light."
+    "Trains the paper's networks on this volume beside the window: 4 MB that draw it from view and "
+    "TF alone, in light that can be moved"
 )
 
 
@@ -37,10 +36,6 @@ class TrainingCard(QFrame):
     """Follows a training; hidden while there is nothing to tell of one.
 
     A training and what came of it stay in sight, whatever is open.
-
-    Parameters
-    ----------
-    run : TrainingRun
 
     Attributes
     ----------

@@ -30,13 +30,8 @@ class WindowMemory(QObject):
 
     Parameters
     ----------
-    window : QMainWindow
     splitter : DockSplitter
         Between the images and the TF editor.
-    panes : PaneLayout
-    state : ViewerState
-    moves : HandleMoves
-    preferences : Preferences
     """
 
     def __init__(

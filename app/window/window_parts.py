@@ -28,31 +28,7 @@ from app.window.training_card import TrainingCard
 
 @dataclass(frozen=True)
 class WindowParts:
-    """Parts of the window that menus act on.
-
-    Attributes
-    ----------
-    opening : FileOpening
-    files : FileDialogs
-    pictures : PictureSaving
-    movies : MovieSaving
-    compact : CompactSaving
-    state : ViewerState
-    workspace : Workspace
-    preferences : Preferences
-    generator, reference : EnginePane
-    bar : TopBar
-    controls : ReferenceControls
-    training : TrainingCard
-    error : ImageError
-    panes : PaneLayout
-    overlays : Overlays
-    crop : CropCard
-    editor : TransferFunctionEditor
-    sensitivity : SensitivityState
-    view : SensitivityView
-    latent : LatentState
-    """
+    """Parts of the window that menus act on."""
 
     opening: FileOpening
     files: FileDialogs

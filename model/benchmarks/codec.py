@@ -73,7 +73,6 @@ def train_codec(
         Each step uses `unrendered_tfs` TFs and the learning rate of `joint`.
     scene : Scene
         Determines the distribution of random TFs.
-    steps : int
 
     Yields
     ------

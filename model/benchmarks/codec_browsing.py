@@ -30,7 +30,6 @@ class BrowsingRow:
     ----------
     name : str
         Kind of the codec.
-    latent_dim : int
     steps : int
         Number of training steps.
     layer_rmse : dict of int to float

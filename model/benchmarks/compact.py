@@ -31,7 +31,6 @@ class CompactRow:
 
     Attributes
     ----------
-    name : str
     bytes_a_voxel : float
         Of the file, or of the rival's code.
     rmse, largest : float
@@ -55,7 +54,6 @@ def compare_compressors(
 
     Parameters
     ----------
-    volume : Volume
     rates : sequence of float
         Sizes in bytes a voxel.
     images : int
@@ -73,7 +71,7 @@ def compare_compressors(
         path = Path(folder) / "a.tfvolume"
         for rate in rates:
             begun = time.perf_counter()
-            coded = encode_voxels(volume.voxels, int(rate * volume.voxels.size))
+            coded = encode_voxels(volume.voxels, int(rate * volume.voxels.size), volume.missing)
             write_compact(path, volume, coded)
             written = time.perf_counter()
             copy = read_volume(path)

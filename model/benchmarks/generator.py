@@ -31,9 +31,6 @@ class BackendRow:
 
     Attributes
     ----------
-    backend : str
-    precision : str
-    batch : int
     seconds : float or None
         Median time per batch; None if the backend cannot be used here.
     speedup : float or None
@@ -59,9 +56,8 @@ class PartsRow:
 
     Attributes
     ----------
-    batch : int
     features : float
-        Images of the coarse volume, or codes of view and TFs.
+        Codes of view and TFs.
     """
 
     batch: int
@@ -80,10 +76,8 @@ def compare_backends(
 
     Parameters
     ----------
-    network : GeneratorNetwork
     scene : Scene
         Views and TFs are those of its first hold-out samples.
-    device : torch.device
     seconds : float
         Least duration of a measurement.
     names : sequence of str

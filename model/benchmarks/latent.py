@@ -36,7 +36,6 @@ class LatentRow:
 
     Attributes
     ----------
-    engine : str
     size : int
         Width and height of the images in pixels.
     image : float
@@ -60,10 +59,8 @@ class SearchRow:
 
     Attributes
     ----------
-    engine : str
     errors : tuple of float
         RMSE of each search's picture from its goal's.
-    seconds : tuple of float
     images : tuple of int
         Pictures that each search looked at.
     """
@@ -80,7 +77,6 @@ class MapRow:
 
     Attributes
     ----------
-    samples : int
     sampling, cells, blend, placement, overview : float
         Decoding and encoding all samples; means of the grid's cells; interpolation at a place;
         placing a TF; what all samples show in a view.

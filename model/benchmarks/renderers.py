@@ -26,8 +26,13 @@ from model.sensitivity.rendered import value_sensitivity
 SAMPLE_DISTANCES = (0.25, 0.5, 1.0, 2.0, 4.0)
 """Sample distances to compare, in voxels."""
 
-REFERENCE_DISTANCE: dict[Lighting, float] = {"none": 1 / 16, "direct": 1 / 16, "global": 1 / 4}
-"""Sample distance of VTK's reference images, in voxels; larger for VTK's slow scattering."""
+REFERENCE_DISTANCE: dict[Lighting, float] = {
+    "none": 1 / 16,
+    "direct": 1 / 16,
+    "soft": 1 / 16,
+    "shadows": 1 / 4,
+}
+"""Sample distance of VTK's reference images, in voxels; larger for VTK's slow shadows."""
 
 RENDERERS: tuple[RendererName, ...] = ("vtk", "raycast")
 
@@ -70,15 +75,11 @@ class RendererComparison:
 
     Attributes
     ----------
-    volume : str
-    dimensions : tuple of int
-    lighting : str
     count, size : int
         Number of views and TFs; width and height of images in pixels.
-    rows : tuple of RendererRow
     derivative_costs : dict of float
         Time of derivatives by what is differentiated, relative to that of an image, at the
-        scene's sample distance; under global light by differences.
+        scene's sample distance; by differences under soft light.
     reference_distance : float
         Sample distance of VTK's reference images, in voxels.
     cells_share : float
@@ -117,11 +118,8 @@ def compare_renderers(
 
     Parameters
     ----------
-    volume : Volume
     scene : Scene
         Gives image size and lighting; views and TFs are drawn as for training.
-    count : int
-    seed : int
     distances : sequence of float, optional
         Sample distances in voxels; by default those of :data:`SAMPLE_DISTANCES` above
         the reference distance.

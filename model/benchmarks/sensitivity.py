@@ -37,7 +37,6 @@ class SensitivityCost:
     Attributes
     ----------
     engine : {"exact", "learned"}
-    question : str
     size : int
         Width and height of the image in pixels.
     ms : float
@@ -64,13 +63,11 @@ def exact_costs(
 
     Parameters
     ----------
-    volume : Volume
-    lighting : {"none", "direct"}
+    lighting : {"none", "direct", "shadows"}
     size : int
         Width and height of images in pixels.
     count : int
         Number of random views and TFs.
-    seed : int
     """
     scene = Scene.of(volume, size, lighting)
     samples = [draw_sample(scene, seed, "holdout", index) for index in range(count)]

@@ -31,11 +31,8 @@ class TrainingRow:
 
     Attributes
     ----------
-    stage : str
-    execution : Execution
     chosen : bool
         Whether ``train`` uses these settings on this machine.
-    batch_size : int
     seconds : float
         Time per step: the median of steps alone, the mean of a run's.
     speedup : float
@@ -60,10 +57,6 @@ def compare_training(
 
     Parameters
     ----------
-    size : NetworkSize
-    options : TrainingOptions
-    scene : Scene
-    device : torch.device
     steps : int
         Number of steps that are timed, after a few that are not.
 
@@ -97,15 +90,10 @@ def compare_batches(
 
     Parameters
     ----------
-    size : NetworkSize
-    options : TrainingOptions
-    scene : Scene
     volume : Volume
         The scene's.
-    device : torch.device
     steps : int
         Number of steps that are timed, after a few that are not.
-    batch_sizes : sequence of int
 
     Yields
     ------
@@ -114,8 +102,7 @@ def compare_batches(
         beside them as in a run.
     """
     way = choose_execution(size, options, scene, device)
-    stages = Schedule(size, options, scene, device).stages.items()
-    for name in [name for name, stage in stages if stage.needs_images]:
+    for name in Schedule(size, options, scene, device).names:
         first: float | None = None
         for batch_size in batch_sizes:
             changed = replace(getattr(options, name), batch_size=batch_size)
@@ -154,7 +141,7 @@ def _seconds_of_a_run(
 
         def go_on(count: int) -> None:
             for batch in islice(samples, count):
-                stage.step(encode_batch(batch, scene, size.opacity_size).to(device), LATE)
+                stage.step(encode_batch(batch, scene, size.opacity_size, device), LATE)
 
         go_on(WARM_UP_STEPS)
         source.wait_until_ahead()

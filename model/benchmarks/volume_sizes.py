@@ -1,36 +1,25 @@
-"""Cost of an image over the size of the volume: ray caster, VTK and a model, side by side.
+"""Cost of an image over the size of the volume: ray caster and VTK, side by side.
 
 A volume of any size is a real one, enlarged or averaged by linear interpolation: its
-structures are as many, and as opaque along a ray, as in the real one. Models take as many
-bytes for all sizes. An untrained one draws as fast as a trained one.
+structures are as many, and as opaque along a ray, as in the real one.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
-import torch
 from scipy.ndimage import zoom
 
-from model.generator.generator import Generator
-from model.networks.build import build_generator
-from model.networks.card import ModelCard
 from model.rendering.renderer import open_renderer
 from model.rendering.scalars import unit_planes
 from model.samples.sampling import draw_sample
-from model.scene.inputs import SceneInputs
 from model.scene.scene import Lighting, Scene
 from model.scene.volume import Volume
-from model.training.options import preset_size
 
-LIGHTINGS: tuple[Lighting, ...] = ("none", "direct", "global")
-
-_CPU = torch.device("cpu")
-
-Draw = Callable[[SceneInputs], object]
+LIGHTINGS: tuple[Lighting, ...] = ("none", "direct", "soft", "shadows")
 
 
 @dataclass(frozen=True)
@@ -41,10 +30,9 @@ class CostRow:
     ----------
     edge : int
         Voxels along the volume's longest axis.
-    voxels : int
-    lighting : {"none", "direct", "global"}
+    lighting : {"none", "direct", "soft", "shadows"}
     seconds : dict of float
-        Mean time of an image by "raycast", "vtk" and "model".
+        Mean time of an image by "raycast" and "vtk".
     """
 
     edge: int
@@ -71,11 +59,10 @@ def costs_over_sizes(
     slowest: float,
     seed: int = 0,
 ) -> Iterator[CostRow]:
-    """Time images of all renderers and of a model of the preset `compact`.
+    """Time images of both renderers.
 
     Parameters
     ----------
-    volume : Volume
     edges : tuple of int
         Voxels along the longest axis, in increasing order.
     size : int
@@ -96,33 +83,19 @@ def costs_over_sizes(
             scene = Scene.of(enlarged, size, lighting, renderer="raycast")
             samples = [draw_sample(scene, seed, "holdout", index) for index in range(count + 1)]
             seconds = {}
-            for name in ("raycast", "vtk", "model"):
-                if (name, lighting) in given_up:
+            for name in ("raycast", "vtk"):
+                if (name, lighting) in {*given_up, ("vtk", "soft")}:
                     continue
-                draw, close = _opened(name, enlarged, scene)
+                renderer = open_renderer(
+                    name, enlarged, scene.lighting, scene.light, scene.sample_distance
+                )
                 # The first image takes compilation and preparation.
-                draw(samples[0])
+                renderer.render(samples[0], size)
                 start = time.perf_counter()
                 for sample in samples[1:]:
-                    draw(sample)
+                    renderer.render(sample, size)
                 seconds[name] = (time.perf_counter() - start) / count
-                close()
+                renderer.close()
                 if seconds[name] > slowest:
                     given_up.add((name, lighting))
             yield CostRow(edge, enlarged.scalars.size, lighting, seconds)
-
-
-def _opened(name: str, volume: Volume, scene: Scene) -> tuple[Draw, Callable[[], None]]:
-    """Open a renderer or a model; return how it draws, and how it is closed."""
-    if name == "model":
-        size = replace(preset_size("compact"), opacity_size=16, image_size=scene.image_size)
-        card = ModelCard(scene, "untrained", size)
-        return Generator(card, build_generator(size, scene, volume), _CPU).render, lambda: None
-    renderer = open_renderer(
-        "vtk" if name == "vtk" else "raycast",
-        volume,
-        scene.lighting,
-        scene.light,
-        scene.sample_distance,
-    )
-    return lambda inputs: renderer.render(inputs, scene.image_size), renderer.close

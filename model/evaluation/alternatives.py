@@ -1,42 +1,40 @@
-"""Alternatives to a model that a user could take: a coarse volume, or the ray caster itself.
+"""Alternatives to a model that a user could take: a compact volume, or the volume itself.
 
-On some samples of a scene, a model is compared with the volume averaged to
-half its resolution, with the volume averaged to the model's bytes, both drawn by the ray
-caster's kernels under the scene's light, with the ray caster on the whole volume, and with VTK
-where it draws the same images.
+On some samples of a scene, a model is compared with the volume compressed to the model's bytes
+and with the whole volume, both drawn by the ray caster under the scene's light, and with VTK where
+it draws the same images.
 """
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import torch
 from numpy.typing import NDArray
 
 from model import metrics
+from model.evaluation.compact_error import restored
 from model.generator.generator import Generator
 from model.networks.card import add_metrics
-from model.networks.refined.coarse_volume import CoarseVolume
-from model.networks.refined.refined_generator import RefinedGenerator
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.samples.sample_rendering import make_renderer, render_samples
 from model.samples.sampling import draw_sample
 from model.scene.inputs import SceneInputs
-from model.scene.scene import Scene
+from model.scene.scene import EXACT_LIGHTINGS, Scene
 from model.scene.volume import Volume
 from model.sensitivity.agreement import sensitivity_agreement
+from model.volume_files.voxel_code import LEAST_BITS, encode_voxels
 
 WORTH_WHILE = 1.5
 """Speed over the ray caster's from which on a model pays although it is less exact."""
 
 TIMED = 3
-"""Samples that VTK is timed on: its scattering takes seconds for each."""
+"""Samples that VTK is timed on: its shadows take seconds for each."""
 
 RECORDED = 48
 """Samples that the sentence in a model's card is measured on."""
@@ -53,7 +51,6 @@ class Alternative:
 
     Attributes
     ----------
-    name : str
     rmse, ssim, emd : float
         Means over samples.
     ms : float
@@ -82,7 +79,6 @@ def compare_alternatives(
 
     Parameters
     ----------
-    generator : Generator
     folder : Path
         The model's, for its bytes.
     volume : Volume
@@ -102,22 +98,22 @@ def compare_alternatives(
     scene = generator.scene
     truth, size = images[..., :3] / 255, scene.image_size
     weights = sum(path.stat().st_size for path in folder.glob("generator-*.safetensors"))
-    half = math.prod(-(-n // 2) for n in volume.dimensions)
-    renderer = RaycastRenderer(volume, scene.lighting, scene.light, scene.sample_distance)
-    ways: list[tuple[str, Draw, int]] = [
-        ("model", generator.render, weights),
-        ("volume at half resolution", _coarse(generator, volume, half), half),
-        ("volume at the model's bytes", _coarse(generator, volume, weights), weights),
-        ("ray caster", lambda inputs: renderer.render(inputs, size), volume.scalars.nbytes),
-    ]
-    rows = []
-    try:
-        for done, (name, draw, needed) in enumerate(ways, start=1):
+    least = int(LEAST_BITS / 8 * volume.voxels.size) + 1
+    coded = encode_voxels(volume.voxels, max(weights, least), volume.missing)
+    rows = [_measured("model", generator.render, weights, samples, truth)]
+    on_progress(1)
+    for name, drawn, needed in (
+        ("compact volume", restored(volume, coded), len(coded.data)),
+        ("ray caster", volume, volume.scalars.nbytes),
+    ):
+        renderer = RaycastRenderer(drawn, scene.lighting, scene.light, scene.sample_distance)
+        try:
+            draw = partial(renderer.render, size=size)
             rows.append(_measured(name, draw, needed, samples, truth))
-            on_progress(done)
-    finally:
-        renderer.close()
-    said = verdict(rows[0], rows[2], rows[3])
+        finally:
+            renderer.close()
+        on_progress(len(rows))
+    said = verdict(*rows)
     if is_drawn_by_vtk(scene):
         vtk = make_renderer(volume, replace(scene, renderer="vtk"))
         try:
@@ -138,8 +134,8 @@ def compare_alternatives(
 
 
 def is_drawn_by_vtk(scene: Scene) -> bool:
-    """Return True if VTK's images are those of a scene: all but the ray caster's global light."""
-    return scene.renderer == "vtk" or scene.lighting != "global"
+    """Return True if VTK's images are those of a scene: it has no soft or path-traced light."""
+    return scene.lighting not in ("soft", "path")
 
 
 def record_verdict(folder: Path, volume: Volume) -> str:
@@ -170,29 +166,29 @@ def record_verdict(folder: Path, volume: Volume) -> str:
     samples = [draw_sample(scene, seed, "holdout", index) for index in range(RECORDED)]
     found = compare_alternatives(generator, folder, volume, samples, rendered.rgba)
     recorded: dict[str, Any] = {"alternatives": found}
-    if scene.lighting != "global":
+    if scene.lighting in EXACT_LIGHTINGS:
         agreement = sensitivity_agreement(generator, volume, samples[:RECORDED_SENSITIVITIES])
         recorded["sensitivity_agreement"] = agreement.to_json()
     add_metrics(folder, **recorded)
     return str(found["verdict"])
 
 
-def verdict(model: Alternative, coarse: Alternative, renderer: Alternative) -> str:
+def verdict(model: Alternative, compact: Alternative, renderer: Alternative) -> str:
     """Say in a sentence or two what a model is worth.
 
     Parameters
     ----------
-    model, coarse, renderer : Alternative
-        The model, the volume averaged to its bytes, and the ray caster.
+    model, compact, renderer : Alternative
+        The model, the volume compressed to its bytes, and the ray caster.
     """
     faster = renderer.ms / model.ms
     errors = {
-        "RMSE": (model.rmse, coarse.rmse),
-        "EMD": (model.emd, coarse.emd),
-        "SSIM": (-model.ssim, -coarse.ssim),
+        "RMSE": (model.rmse, compact.rmse),
+        "EMD": (model.emd, compact.emd),
+        "SSIM": (-model.ssim, -compact.ssim),
     }
     nearer = [name for name, (ours, theirs) in errors.items() if ours < theirs]
-    rival = "a coarse copy of the volume in a file as small"
+    rival = "a compact volume of its size"
     quality = f"{'' if nearer else 'not '}nearer to the truth than {rival}"
     if 0 < len(nearer) < len(errors):
         quality += f" (in {', '.join(nearer)})"
@@ -210,16 +206,6 @@ def verdict(model: Alternative, coarse: Alternative, renderer: Alternative) -> s
 
 def _times(ratio: float) -> str:
     return f"{ratio:.0f} times" if ratio >= 10 else f"{ratio:.1f} times"
-
-
-def _coarse(generator: Generator, volume: Volume, most: int) -> Draw:
-    """Return a function that draws a plainly averaged volume under the scene's light."""
-    # In the ray caster's light there is nothing to refine.
-    scene = replace(generator.scene, renderer="raycast", dimensions=volume.dimensions)
-    size = replace(generator.card.size, architecture="refined", opacity_size=scene.image_size)
-    network = RefinedGenerator(size, scene, CoarseVolume.plain(volume, most))
-    card = replace(generator.card, scene=scene, size=size)
-    return Generator(card, network.requires_grad_(False), torch.device("cpu")).render
 
 
 def _measured(

@@ -49,10 +49,6 @@ class TrueImages:
     """Images of a volume from random views through TFs of all kinds, unlit, to compare copies by.
 
     They are drawn when they are first needed, and once, however many copies are compared.
-
-    Parameters
-    ----------
-    volume : Volume
     """
 
     def __init__(self, volume: Volume) -> None:
@@ -72,7 +68,6 @@ class TrueImages:
         ----------
         copy : Volume
             On the volume's grid, over its range.
-        images : int
         on_progress : callable
             Called with the fraction that is done; what it raises ends the measurement.
         """
@@ -111,7 +106,6 @@ def encode_within(
 
     Parameters
     ----------
-    volume : Volume
     most_error : float
         Largest RMSE of images, in the mean over :data:`FEW_IMAGES` random views and TFs.
     truth : TrueImages
@@ -128,13 +122,13 @@ def encode_within(
         raise VolumeError(f"An image error of {most_error:g} is none; give one such as 0.004.")
     voxels = volume.voxels
     low, high = math.log(LEAST_BITS / 8 * voxels.size + 1), math.log(voxels.nbytes)
-    best = encode_voxels(voxels, 2 * voxels.nbytes)
+    best = encode_voxels(voxels, 2 * voxels.nbytes, volume.missing)
     if best.is_exact:
         high = math.log(len(best.data))
     for step in range(STEPS):
         # The first lengths that are tried are far apart, and most volumes need few bytes.
         length = (low + high) / 2
-        coded = encode_voxels(voxels, int(math.exp(length)))
+        coded = encode_voxels(voxels, int(math.exp(length)), volume.missing)
         error = 0.0
         if not coded.is_exact:
             # Told image by image, so that whoever cancels need not wait for all of them.

@@ -21,7 +21,6 @@ class CompactOrder:
 
     Attributes
     ----------
-    out : Path
     megabytes : float or None
         Size of the file; exactly one of this and `error` is given.
     error : float or None
@@ -98,7 +97,6 @@ def save_compact(
     ----------
     volume : Volume
         As it was read.
-    order : CompactOrder
     on_progress : callable
         Called with what is being done and the fraction of it that is done; what it raises ends
         the work, and nothing is written.
@@ -116,7 +114,7 @@ def save_compact(
         )
     else:
         assert order.megabytes is not None
-        coded = encode_voxels(volume.voxels, int(1e6 * order.megabytes))
+        coded = encode_voxels(volume.voxels, int(1e6 * order.megabytes), volume.missing)
     error = None
     if not coded.is_exact:
         error = truth.error_of(

@@ -48,8 +48,6 @@ def error_profile(
 
     Parameters
     ----------
-    scene : Scene
-    samples : SampleBatch
     errors : ndarray of float64, shape (N,)
         Error of each sample.
 

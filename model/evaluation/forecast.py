@@ -24,7 +24,7 @@ PROCESS_START_S = 4.0
 SEARCHED = 64
 """Images among which so many are searched for, to time the search for neighbours."""
 
-WAYS = 4
+WAYS = 3
 """Ways of drawing that are compared."""
 
 
@@ -64,10 +64,8 @@ def forecast_seconds(
 
     Parameters
     ----------
-    generator : Generator
     volume : Volume or None
         The scene's; may be None where nothing is rendered.
-    parts : EvaluationParts
     stored : SampleBatch or None
         A sample or two of the scene; None renders them.
     workers : int or None

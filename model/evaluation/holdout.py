@@ -80,7 +80,6 @@ def evaluate(
 
     Parameters
     ----------
-    generator : Generator
     store : SampleStore
         Samples of the generator's scene; its training split is searched for
         nearest neighbours.
@@ -146,7 +145,6 @@ def nearest_images(queries: Images, store: SampleStore) -> Images:
     Parameters
     ----------
     queries : ndarray of uint8, shape (N, S, S, 4)
-    store : SampleStore
 
     Returns
     -------
@@ -176,7 +174,7 @@ def _render(
     size = generator.card.size.opacity_size
     for start in range(0, len(samples), RENDER_BATCH):
         part = samples[start : start + RENDER_BATCH]
-        batch = encode_batch(part, generator.scene, size).to(generator.device)
+        batch = encode_batch(part, generator.scene, size, generator.device)
         yield from zip(
             *generator.image_pairs(batch.inputs),
             decode_unit(batch.opacity_image)[:, 0].cpu().numpy(),

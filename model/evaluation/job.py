@@ -23,6 +23,7 @@ from model.samples.sample_rendering import render_store
 from model.samples.sample_store import SampleStore
 from model.samples.sampling import draw_sample, sample_kind
 from model.scene.random_tfs import SHARES
+from model.scene.scene import EXACT_LIGHTINGS
 from model.scene.volume import Volume
 from model.sensitivity.agreement import sensitivity_agreement
 from model.volume_files.source import VolumeSource, volume_of
@@ -51,7 +52,6 @@ class EvaluationJob:
 
     Attributes
     ----------
-    model : Path
     count : int
         Hold-out samples.
     volume : VolumeSource
@@ -66,7 +66,7 @@ class EvaluationJob:
     sensitivities : int or None
         Hold-out samples whose sensitivities are compared with the renderer's; None takes a
         tenth of them, at most :data:`DEFAULT_SENSITIVITIES`, where the volume is at hand, but
-        under global light.
+        in soft light and shadows.
     workers : int or None
         Rendering processes, one per processor by default.
     device : {"auto", "cpu", "cuda"}
@@ -109,7 +109,9 @@ class EvaluationJob:
             neighbors=neighbors,
             rendered=self.count + neighbors if stored_images is None else 0,
             compared=self._share(COMPARED) if at_hand else 0,
-            differentiated=differentiated if at_hand and card.scene.lighting != "global" else 0,
+            differentiated=differentiated
+            if at_hand and card.scene.lighting in EXACT_LIGHTINGS
+            else 0,
         )
 
     def _share(self, default: int) -> int:
@@ -129,10 +131,8 @@ class EvaluationResult:
         "kinds" (number of samples and RMSE by kind of the opacity TF), "alternatives" (see
         :mod:`model.evaluation.alternatives`) where the volume is at hand, and
         "sensitivity_agreement" once that is measured.
-    profile : dict of list of Group
     sheet : ndarray of uint8, or None
         Worst, median and best samples, where the job is illustrated.
-    volume_name : str
     """
 
     figures: dict[str, Any]
@@ -152,8 +152,6 @@ def run_evaluation(
 
     Parameters
     ----------
-    job : EvaluationJob
-    on_progress : callable
     on_images : callable
         Called when all but the sensitivities is measured.
     on_note : callable
@@ -198,18 +196,11 @@ def run_evaluation(
 def _store(job: EvaluationJob, generator: Generator, path: Path) -> SampleStore:
     """A data set of the model's scene with enough hold-out samples."""
     store = SampleStore(path)
-    store.require_complete()
+    store.require_holdout(job.count)
     if store.scene != generator.scene:
         raise DatasetError(
             f"{path}: the data set has another scene than the model {job.model}; "
             "give one of its volume, size, light and kinds of TFs, or none."
-        )
-    there = store.count("holdout")
-    if job.count > there:
-        raise DatasetError(
-            f"{path}: only {there} hold-out samples are there, not {job.count}; "
-            "measure fewer, or add some to the data set.",
-            count=str(there),
         )
     return store
 
@@ -271,7 +262,7 @@ def _measure(
     }
     if volume is not None:
         first = range(parts.compared)
-        ways = 5 if is_drawn_by_vtk(store.scene) else 4
+        ways = 4 if is_drawn_by_vtk(store.scene) else 3
         inputs = [draw_sample(store.scene, store.seed, "holdout", index) for index in first]
         figures["alternatives"] = compare_alternatives(
             generator,

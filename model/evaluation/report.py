@@ -95,11 +95,9 @@ def html_report(
 
     Parameters
     ----------
-    title : str
     result : dict
         Result of :meth:`model.evaluation.holdout.Evaluation.to_json`, with
         "sensitivity_agreement" if that was measured.
-    profile : dict of list of Group
     sheet : ndarray of uint8
         Result of :func:`picture_sheet`.
     """

@@ -78,10 +78,8 @@ class Study:
 
     Attributes
     ----------
-    title : str
     paper : str
         Description of the paper's numbers.
-    variants : tuple of Variant
     neighbor : tuple of 2 float or None
         The paper's image RMSE and colour EMD of the nearest training image.
     varied : str
@@ -195,8 +193,6 @@ def run_study(
 
     Parameters
     ----------
-    study : Study
-    plan : StudyPlan
     on_variant : callable
         Called before a variant is trained.
     on_report : callable
@@ -226,7 +222,6 @@ def run_study(
         "title": study.title,
         "volume": plan.store.scene.volume_name,
         "preset": plan.base.preset,
-        "architecture": plan.base.size.architecture,
         "image_size": plan.base.size.image_size,
         "minutes": plan.base.budget.minutes,
         "samples": plan.base.budget.samples,

@@ -10,13 +10,11 @@ from numpy.typing import NDArray
 from model.evaluation.holdout import nearest_images, pictures
 from model.evaluation.study import Study, StudyPlan
 from model.generator.generator import Generator
+from model.metrics import clearly_seen
 from model.networks.card import MODEL_FILE
 
 PICTURED = 4
 """Samples that are shown."""
-
-LEAST_CONTENT = 0.05
-"""Mean opacity of a true image that shows enough to be compared."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +33,7 @@ class StudyPictures:
 def study_pictures(study: Study, plan: StudyPlan, count: int = PICTURED) -> StudyPictures:
     """Draw the first hold-out samples that show something by all models of a finished study."""
     samples = plan.store.read("holdout", range(plan.count))
-    shows = samples.rgba[..., 3].mean(axis=(1, 2)) / 255 >= LEAST_CONTENT
+    shows = clearly_seen(samples.rgba)
     chosen = np.flatnonzero(shows if shows.any() else ~shows)[:count]
     columns: dict[str, NDArray[np.floating]] = {
         "ground truth": samples.rgba[chosen, ..., :3] / 255,

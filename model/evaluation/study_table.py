@@ -34,8 +34,7 @@ def markdown(study: Study, result: dict[str, Any]) -> str:
     )
     lines = [
         f"{study.title}. {result['volume']}, lighting {result['lighting']}, preset "
-        f"{result['preset']} ({result['architecture']}, "
-        f"{result['image_size']} x {result['image_size']}), "
+        f"{result['preset']} ({result['image_size']} x {result['image_size']}), "
         f"{budget} for each, {result['holdout_count']} hold-out samples. "
         f"Paper: {study.paper}.",
         "",

@@ -8,13 +8,14 @@ for :data:`TOGETHER` of them, which more are divided into.
 from __future__ import annotations
 
 import importlib.util
+import locale
 import logging
 import os
 import shutil
 import sysconfig
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -111,9 +112,7 @@ def _knows_bfloat16() -> bool:
     return "BF16" in _openvino_core().get_property("CPU", "OPTIMIZATION_CAPABILITIES")
 
 
-def choose_backends(
-    name: str, precision: str, device: torch.device, may_round: bool = False
-) -> list[Backend]:
+def choose_backends(name: str, precision: str, device: torch.device) -> list[Backend]:
     """Return the backend of a name, or for "auto" all candidates worth timing here.
 
     Compilation takes most of a minute and has not been faster than the libraries
@@ -125,10 +124,8 @@ def choose_backends(
     name : str
         One of :data:`BACKENDS`, or "auto".
     precision : {"auto", "float32", "bfloat16"}
-    device : torch.device
-    may_round : bool
-        Whether "auto" may take bfloat16 of libraries, which rounds images by some 1/255: little
-        where a network's own error is many times that.
+        "auto" may take bfloat16 of libraries, which rounds images by some 1/255: a network's own
+        error is many times that.
 
     Returns
     -------
@@ -147,7 +144,7 @@ def choose_backends(
         names = ", ".join(BACKENDS)
         raise DeviceError(f"The backend '{name}' is unknown; choose auto, {names}.")
     digits: Precision = "bfloat16" if precision == "bfloat16" else "float32"
-    rounded: list[Precision] = ["bfloat16"] if precision == "auto" and may_round else []
+    rounded: list[Precision] = ["bfloat16"] if precision == "auto" else []
     libraries = ["openvino", "onnxruntime"] if name == "auto" else [name]
     found = [
         Backend(cast(BackendName, library), each)
@@ -169,8 +166,6 @@ def make_decode(network: GeneratorNetwork, backend: Backend, device: torch.devic
     ----------
     network : GeneratorNetwork
         In evaluation mode, on the device.
-    backend : Backend
-    device : torch.device
 
     Raises
     ------
@@ -189,8 +184,19 @@ def make_decode(network: GeneratorNetwork, backend: Backend, device: torch.devic
     if backend.name == "compiled":
         # On GPUs this mode replays CUDA graphs.
         mode = "reduce-overhead" if device.type == "cuda" else "default"
+        _read_utf8()
         decode = torch.compile(network.decode, dynamic=False, mode=mode)
     return _rounded(decode, device) if backend.precision == "bfloat16" else decode
+
+
+def _read_utf8() -> None:
+    """Have text files read as UTF-8, where another library has left the locale at plain ASCII.
+
+    Torch's compiler reads sources of its own in the locale's encoding, which are not plain ASCII.
+    """
+    if locale.getencoding().upper().replace("-", "") != "UTF8":
+        with suppress(locale.Error):
+            locale.setlocale(locale.LC_CTYPE, "C.UTF-8")
 
 
 class _Decoding(nn.Module):

@@ -43,8 +43,6 @@ class Generator:
 
     Attributes
     ----------
-    card : ModelCard
-    device : torch.device
     network : GeneratorNetwork
         The differentiable network, a function of encoded inputs.
     backend : Backend
@@ -80,15 +78,14 @@ class Generator:
 
         Parameters
         ----------
-        folder : Path
         device : {"auto", "cpu", "cuda"}
             "auto" uses the GPU if there is one.
         backend : {"eager", "compiled", "openvino", "onnxruntime", "auto"}
             "auto" chooses the fastest on this machine, which is measured when a
             network of this size is first loaded, and then cached.
         precision : {"auto", "float32", "bfloat16"}
-            "auto" also tries inference libraries' bfloat16 where a network takes the opacity TF
-            through its code: what that loses is many times what is rounded.
+            "auto" also tries inference libraries' bfloat16: a network's own error is many times
+            what is rounded.
 
         Raises
         ------
@@ -99,7 +96,7 @@ class Generator:
         """
         chosen = choose_device(device)
         card, network = load_model(folder)
-        by = choose_backends(backend, precision, chosen, may_round=network.takes_code)
+        by = choose_backends(backend, precision, chosen)
         about = {
             "size": asdict(card.size),
             "device": chosen.type,
@@ -156,11 +153,6 @@ class Generator:
         """Scene that the model was trained on."""
         return self.card.scene
 
-    @property
-    def takes_code(self) -> bool:
-        """Whether images depend on the opacity TF through its latent code only."""
-        return self.network.takes_code
-
     def render(self, inputs: SceneInputs) -> NDArray[np.float32]:
         """Generate one image of shape (S, S, 4)."""
         return self.render_batch([inputs])[0]
@@ -193,7 +185,7 @@ class Generator:
         opacities : ndarray of float32, shape (N, So, So)
             Both in [0, 1].
         """
-        image, opacity = self._decoded(self.network.features(inputs))
+        image, opacity = self._decode(*self.network.features(inputs))
         colors = decode_unit(image).permute(0, 2, 3, 1).cpu().numpy()
         return colors, decode_unit(opacity)[:, 0].cpu().numpy()
 
@@ -232,7 +224,7 @@ class Generator:
     @torch.inference_mode()
     def opacity_image(self, inputs: SceneInputs) -> NDArray[np.float32]:
         """Generate the opacity image only, shape (So, So), in [0, 1]."""
-        _, image = self._decoded(self.network.features(self.encoded([inputs])))
+        _, image = self._decode(*self.network.features(self.encoded([inputs])))
         return decode_unit(image)[0, 0].cpu().numpy()
 
     @torch.inference_mode()
@@ -295,12 +287,5 @@ class Generator:
         rgba = torch.empty((len(image), *image.shape[-2:], 4), device=image.device)
         rgba[..., :3] = image.permute(0, 2, 3, 1)
         rgba[..., 3] = opacity[:, 0]
-        # A correction that is added to an image may leave the range.
-        rgba.mul_(0.5).add_(0.5).clamp_(0, 1)
+        rgba.mul_(0.5).add_(0.5)
         return np.asarray(rgba.cpu().numpy())
-
-    def _decoded(self, features: tuple[Tensor, ...]) -> tuple[Tensor, Tensor]:
-        """Colour and opacity images in [-1, 1], by the backend."""
-        image, opacity = self._decode(*features)
-        # A correction that is added to an image may leave the range.
-        return image.clamp(-1, 1), opacity.clamp(-1, 1)

@@ -1,6 +1,8 @@
-"""Panned pictures of generators, which are trained on pictures that are not panned."""
+"""Panned pictures of generators, whose view parameters (paper, section 4) know no panning."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,30 +18,16 @@ def panned(pictures: NDArray[np.float32], view: View) -> NDArray[np.float32]:
     Parameters
     ----------
     pictures : ndarray of float32, shape (..., S, S, C)
-    view : View
     """
-    if not _is_panned(view):
+    if view.pan_x == view.pan_y == 0.0:
         return pictures
     size = pictures.shape[-2]
     down, right = -view.pan_y * size / 2, view.pan_x * size / 2
     still = (0.0,) * (pictures.ndim - 3)
-    moved = shift(pictures, (*still, down, right, 0.0), order=1, mode="constant")
-    return np.asarray(moved, dtype=np.float32)
+    return shift(pictures, (*still, down, right, 0.0), order=1, mode="constant")
 
 
 def unpanned(mask: Mask, view: View) -> Mask:
     """Return the pixels of a picture before panning that a mask (S, S) of the panned one shows."""
-    if not _is_panned(view):
-        return mask
-    size = len(mask)
-    rows, columns = np.nonzero(mask)
-    rows = rows + round(view.pan_y * size / 2)
-    columns = columns - round(view.pan_x * size / 2)
-    inside = (rows >= 0) & (rows < size) & (columns >= 0) & (columns < size)
-    before = np.zeros_like(mask)
-    before[rows[inside], columns[inside]] = True
-    return before
-
-
-def _is_panned(view: View) -> bool:
-    return view.pan_x != 0.0 or view.pan_y != 0.0
+    back = replace(view, pan_x=-view.pan_x, pan_y=-view.pan_y)
+    return panned(mask[..., None].astype(np.float32), back)[..., 0] > 0.5

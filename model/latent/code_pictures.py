@@ -13,7 +13,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from model.errors import LatentError
 from model.generator.generator import Generator
 from model.latent.codes import Codes, PictureOf, checked_codes
 from model.latent.interpolation import Cells
@@ -22,11 +21,6 @@ from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import OpacityTF
 
 Images = NDArray[np.float32]
-
-
-def usual_picture(generator: Generator) -> PictureOf:
-    """Return "code" for a generator that draws from codes, else "tf"."""
-    return "code" if generator.takes_code else "tf"
 
 
 def draw_codes(
@@ -40,7 +34,6 @@ def draw_codes(
 
     Parameters
     ----------
-    generator : Generator
     space : LatentSpace
         The space that the codes are of; for pictures of codes, the generator's own.
     codes : ndarray of float32, shape (n, d)
@@ -56,17 +49,11 @@ def draw_codes(
     Raises
     ------
     LatentError
-        For codes that are not finite or not of the generator, and for pictures of codes by a
-        generator that draws from TFs only.
+        For codes that are not finite or not of the generator.
     """
     codes = checked_codes(codes)
     if of == "tf":
         return _of_tfs(generator, space.tfs_of(codes), inputs)
-    if not generator.takes_code:
-        raise LatentError(
-            "This model draws from TFs, not from latent codes; take the pictures of decoded TFs.",
-            picture="tf",
-        )
     return generator.render_latent(codes, inputs)
 
 

@@ -31,7 +31,6 @@ class CodecCard:
 
     Attributes
     ----------
-    latent_dim : int
     width : float
         Number of channels as a fraction of the paper's.
     training : dict

@@ -106,11 +106,8 @@ def sample_codes(
 
     Parameters
     ----------
-    codec : TFCodec
     tfs : ndarray, shape (m, 256)
         Opacity TFs, the codes of which but for outliers span the box that is drawn from.
-    count : int
-    seed : int
 
     Raises
     ------

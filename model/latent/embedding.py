@@ -21,8 +21,6 @@ PERPLEXITY = 30
 """Effective number of neighbours of t-SNE, as in the paper (section 5.2)."""
 
 ITERATIONS = 750
-REPORTED_EVERY = 50
-"""t-SNE reports its progress after as many iterations."""
 
 LEAST_POINTS = 5
 """Distinct points below which there is no map."""
@@ -40,7 +38,6 @@ class EmbeddingProcess:
     Parameters
     ----------
     codes : ndarray of float32, shape (n, d)
-    seed : int
 
     Raises
     ------

@@ -114,7 +114,6 @@ class GoalSearch:
 
     Parameters
     ----------
-    goal : Goal
     candidates : ndarray, shape (m, d)
         Codes to compare first; the present TF's should be among them.
     codes : ndarray, shape (n, d)
@@ -244,7 +243,6 @@ def candidates_for(
 
     Parameters
     ----------
-    goal : Goal
     present : ndarray, shape (d,), or None
         Code of the present TF.
     codes : ndarray of float32, shape (n, d)

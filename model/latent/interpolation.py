@@ -113,7 +113,6 @@ def blended_code(codes: Codes, places: Places, place: tuple[float, float], radiu
     ----------
     codes : ndarray of float32, shape (n, d)
     places : ndarray of float32, shape (n, 2)
-    place : tuple of float
     radius : float
         The paper's is :func:`disc_radius`.
     """

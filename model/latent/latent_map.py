@@ -28,7 +28,6 @@ class LatentMap:
 
     Attributes
     ----------
-    samples : CodeSamples
     places : ndarray of float32, shape (n, 2)
     is_final : bool
         False while principal components stand for the t-SNE map.
@@ -66,7 +65,6 @@ class LatentMap:
 
         Parameters
         ----------
-        place : tuple of float
         closeness : float
             How many times closer one looks than at the whole map: the disc is so much smaller.
         """

@@ -33,8 +33,6 @@ class LatentSpace:
 
     Attributes
     ----------
-    codec : TFCodec
-    frame : TFFrame
     scene : Scene
         Determines the random TFs of the codec.
     digest : str

@@ -17,7 +17,6 @@ def path_codes(codec: TFCodec, stations: NDArray[np.floating], frames: int) -> C
 
     Parameters
     ----------
-    codec : TFCodec
     stations : ndarray, shape (k, d)
         Codes to visit, two at least.
     frames : int

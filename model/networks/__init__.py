@@ -1,1 +1,1 @@
-"""Networks: what they share, their sizes, cards and checkpoints; one package per architecture."""
+"""Networks: what they share, their sizes, cards and checkpoints; the paper's two in a package."""

@@ -27,7 +27,6 @@ class DoublingConv2d(nn.Conv2d):
 
     Parameters
     ----------
-    channels_in, channels_out : int
     bias : bool
         Whether a bias is added.
     """
@@ -53,7 +52,6 @@ class ResidualBlock(nn.Module):
 
     Parameters
     ----------
-    channels_in, channels_out : int
     kernel : int
         Kernel size, 1 or 3.
     last : bool

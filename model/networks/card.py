@@ -10,7 +10,7 @@ from typing import Any
 from model.errors import CheckpointError, TfscopeError, reason
 from model.files import write_atomically
 from model.json_files import MalformedError, build, read_json
-from model.networks.size import NetworkSize
+from model.networks.size import NetworkSize, migrate_size
 from model.scene.migration import FORMAT_VERSION, migrate_scene
 from model.scene.scene import Scene
 
@@ -27,7 +27,6 @@ class ModelCard:
         What it was trained to render.
     preset : str
         Name of the preset that the size came from.
-    size : NetworkSize
     training : dict
         Options, budget and course of the training.
     metrics : dict
@@ -76,7 +75,7 @@ def read_header(folder: Path) -> dict[str, Any]:
     Raises
     ------
     CheckpointError
-        When there is none, or it is not of a format that this version reads.
+        When there is none, or it is not of a format or of networks that this version reads.
     """
     path = folder / MODEL_FILE
     if not path.is_file():
@@ -103,7 +102,7 @@ def read_header(folder: Path) -> dict[str, Any]:
             f"{FORMAT_VERSION}, so train the model anew or update tfscope."
         )
     scene = migrate_scene(header.get("scene"), version)
-    return {**header, "scene": scene, "size": _migrate_size(path, header.get("size"))}
+    return {**header, "scene": scene, "size": migrate_size(header.get("size"), str(path))}
 
 
 def write_header(folder: Path, header: dict[str, Any]) -> None:
@@ -115,18 +114,6 @@ def write_header(folder: Path, header: dict[str, Any]) -> None:
 def _clause(error: Exception) -> str:
     """Return an error's message for the middle of a sentence."""
     return str(error).rstrip(".")
-
-
-def _migrate_size(path: Path, size: Any) -> Any:
-    """Leave out what only feature grids had, which were an architecture up to format 2."""
-    if not isinstance(size, dict):
-        return size
-    if size.get("architecture") in ("grid", "grid-translation"):
-        raise CheckpointError(
-            f"{path}: the model is a feature grid, which this tfscope no longer draws; "
-            "train a model anew, which takes minutes."
-        )
-    return {name: value for name, value in size.items() if name not in ("features", "rays")}
 
 
 def verdict_of(folder: Path) -> str:

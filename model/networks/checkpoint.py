@@ -27,12 +27,6 @@ from model.scene.migration import FORMAT_VERSION
 def save_model(folder: Path, card: ModelCard, network: GeneratorNetwork) -> None:
     """Write a model folder, replacing the model in it, with weights in half precision.
 
-    Parameters
-    ----------
-    folder : Path
-    card : ModelCard
-    network : GeneratorNetwork
-
     Raises
     ------
     CheckpointError

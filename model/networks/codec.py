@@ -62,7 +62,6 @@ class BrowserCodec(nn.Module):
 
     Parameters
     ----------
-    latent_dim : int
     width : float
         Number of channels as a fraction of the paper's.
     """

@@ -14,7 +14,6 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from model.scene.color_space import LAB_HIGH, LAB_LOW, WHITE, XYZ_TO_RGB
 from model.scene.inputs import Arrays, SceneInputs, encode_inputs, store_inputs
 from model.scene.scene import Scene
 
@@ -44,7 +43,12 @@ class EncodedInputs(NamedTuple):
     @classmethod
     def stored(cls, arrays: Arrays, scene: Scene) -> EncodedInputs:
         """Encode inputs given in the stored form of samples."""
-        return cls(**{k: torch.from_numpy(v) for k, v in encode_inputs(arrays, scene).items()})
+        return cls.encoded(encode_inputs(arrays, scene))
+
+    @classmethod
+    def encoded(cls, arrays: Arrays) -> EncodedInputs:
+        """Return inputs that :func:`model.scene.inputs.encode_inputs` has encoded."""
+        return cls(**{name: torch.from_numpy(array) for name, array in arrays.items()})
 
     def map(self, function: Callable[[Tensor], Tensor]) -> EncodedInputs:
         """Apply a function to each tensor."""
@@ -60,21 +64,3 @@ def decode_unit(values: Tensor) -> Tensor:
     """Scale values of any shape from [-1, 1] to [0, 1]."""
     # At least float32 precision; float64 is kept for checks of derivatives.
     return values.to(torch.promote_types(values.dtype, torch.float32)) / 2 + 0.5
-
-
-def decode_colors(color_tf: Tensor) -> Tensor:
-    """Convert colour TFs in scaled CIELAB (N, 3, 256) to sRGB (N, 3, 256) in [0, 1].
-
-    The differentiable inverse of :func:`encode_colors`.
-    """
-    low, high = (color_tf.new_tensor(bound)[:, None] for bound in (LAB_LOW, LAB_HIGH))
-    lightness, a, b = (low + (color_tf + 1) / 2 * (high - low)).unbind(1)
-    y = (lightness + 16) / 116
-    roots = torch.stack([y + a / 500, y, y - b / 200], dim=1)
-    # CIE's definition of CIELAB, with its linear segment near black.
-    straight = (roots - 4 / 29) * 3 * (6 / 29) ** 2
-    xyz = torch.where(roots > 6 / 29, roots**3, straight) * roots.new_tensor(WHITE)[:, None]
-    linear = torch.einsum("rx,nxb->nrb", xyz.new_tensor(XYZ_TO_RGB), xyz).clamp(0, 1)
-    # sRGB's transfer curve; its root is not differentiable at 0.
-    curved = 1.055 * linear.clamp_min(1e-6) ** (1 / 2.4) - 0.055
-    return torch.where(linear > 0.0031308, curved, 12.92 * linear)

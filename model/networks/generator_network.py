@@ -16,13 +16,8 @@ class GeneratorNetwork(nn.Module, ABC):
     It works in two steps: :meth:`features` prepares what :meth:`decode`, the larger part,
     turns into images. Only the second is given to inference libraries.
 
-    Attributes
-    ----------
-    takes_code : bool
-        Whether images depend on the opacity TF through its latent code only.
+    Images depend on the opacity TF through its latent code only.
     """
-
-    takes_code: bool
 
     def forward(self, inputs: EncodedInputs) -> tuple[Tensor, Tensor]:
         """Generate colour and opacity images from scene inputs.
@@ -31,7 +26,7 @@ class GeneratorNetwork(nn.Module, ABC):
         -------
         image : Tensor, shape (N, 3, S, S)
         opacity_image : Tensor, shape (N, 1, So, So)
-            All values in [-1, 1], but for what an untrained network exceeds them by.
+            All values in [-1, 1].
         """
         return self.decode(*self.features(inputs))
 

@@ -63,17 +63,13 @@ def error_text(metrics: dict[str, Any]) -> str:
 
 
 def worth(card: ModelCard) -> str:
-    """What a model is worth, as its card says; empty where that is not known.
+    """What a model is worth, as its card says: its errors by kind of TF; else how it compares.
 
-    The paper's networks are there to be looked at, whatever could be used instead: of them the
-    errors alone are told. Of others it is the verdict of their comparison with what could be.
+    Empty where neither is known.
     """
     compared = card.metrics.get("alternatives")
     verdict = str(compared.get("verdict", "")) if isinstance(compared, dict) else ""
-    errors = error_text(card.metrics)
-    if card.size.architecture == "paper":
-        return errors or verdict
-    return " ".join(filter(None, (verdict, errors)))
+    return error_text(card.metrics) or verdict
 
 
 def worth_of(folder: Path) -> str:

@@ -1,18 +1,25 @@
-"""Architecture and size of the networks."""
+"""Size of the networks, and their variants."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Any
 
-from model.errors import TfscopeError
+from model.errors import CheckpointError, TfscopeError
 
-Architecture = Literal["refined", "paper"]
+GONE = {
+    "grid": "a feature grid",
+    "grid-translation": "a feature grid",
+    "refined": "a coarse volume",
+}
+"""What models of former architectures are."""
+
+FORMER_FIELDS = ("architecture", "nodes", "features", "rays")
 
 
 @dataclass(frozen=True)
 class NetworkSize:
-    """Architecture and size of the networks.
+    """Size of the paper's networks, and what is added to them.
 
     Attributes
     ----------
@@ -24,12 +31,6 @@ class NetworkSize:
         Width and height of the colour image, a power of two from `opacity_size`.
     latent_dim : int
         Length of the latent code of an opacity TF.
-    architecture : {"refined", "paper"}
-        A coarse volume drawn under the true TFs, refined by a small network; or the
-        paper's two networks.
-    nodes : int
-        Largest number of nodes of the coarse volume, if there is one: a byte and a half
-        each; half as many more, of a byte, where that keeps a volume whole.
     modulation : bool
         Whether the codes of view and TFs also scale and shift the translation
         decoder's features at every resolution. The paper's network has only
@@ -53,12 +54,10 @@ class NetworkSize:
     opacity_size: int = 64
     image_size: int = 256
     latent_dim: int = 8
-    nodes: int = 1_610_000
     modulation: bool = False
     opacity_modulation: bool = False
     deep_codec: bool = False
     color_attention: bool = False
-    architecture: Architecture = "paper"
 
     def __post_init__(self) -> None:
         for name in ("opacity_size", "image_size"):
@@ -70,20 +69,32 @@ class NetworkSize:
                 f"The colour image ({self.image_size} pixels) must not be smaller than "
                 f"the opacity image ({self.opacity_size} pixels)."
             )
-        if self.architecture not in get_args(Architecture):
+        if not (isinstance(self.latent_dim, int) and 1 <= self.latent_dim <= 4096):
             raise TfscopeError(
-                f"The architecture '{self.architecture}' is unknown; "
-                f"choose {', '.join(get_args(Architecture))}."
+                f"The network's latent_dim is {self.latent_dim}; give a number from 1 to 4096."
             )
-        for name, most in (("latent_dim", 4096), ("nodes", 1 << 30)):
-            number = getattr(self, name)
-            if not (isinstance(number, int) and 1 <= number <= most):
-                raise TfscopeError(
-                    f"The network's {name} is {number}; give a number from 1 to {most}."
-                )
         if not 0 < self.width <= 4:
             raise TfscopeError(f"The network's width {self.width} is not in 0..4.")
 
     def channels(self, full: int) -> int:
         """Scale a number of channels of the paper's network by the width, in multiples of 8."""
         return max(8, 8 * round(full * self.width / 8))
+
+
+def migrate_size(size: Any, where: str) -> Any:
+    """Convert a size's data from an older format to the present one; keep other data.
+
+    Raises
+    ------
+    CheckpointError
+        For networks that are no longer drawn.
+    """
+    if not isinstance(size, dict):
+        return size
+    kind = GONE.get(str(size.get("architecture")))
+    if kind is not None:
+        raise CheckpointError(
+            f"{where}: the model is {kind}, which this tfscope no longer draws; train one anew by "
+            "the command train, or have the volume itself small by the command compact."
+        )
+    return {name: value for name, value in size.items() if name not in FORMER_FIELDS}

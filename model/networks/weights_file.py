@@ -18,7 +18,6 @@ def read_weights(folder: Path, header: dict[str, Any]) -> bytes:
 
     Parameters
     ----------
-    folder : Path
     header : dict
         The folder's description, of :func:`model.networks.card.read_header`.
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.evaluation.holdout import generator_errors
+from model.metrics import clearly_seen
 from model.paper.subject import Image, Subject
 from model.samples.sample_rendering import render_samples
 from model.samples.sampling import draw_sample
@@ -16,9 +17,6 @@ from model.scene.inputs import SceneInputs
 TYPICAL_AT = (0.2, 0.4, 0.5, 0.7)
 """Shares of the samples with a smaller RMSE than the typical ones that are shown."""
 
-LEAST_CONTENT = 0.05
-"""Mean opacity of a true image that shows enough to be compared."""
-
 
 @dataclass(frozen=True, eq=False)
 class Compared:
@@ -26,8 +24,6 @@ class Compared:
 
     Attributes
     ----------
-    index : int
-    inputs : SceneInputs
     truth, drawn : ndarray, shape (S, S, 3)
     errors : dict of float
         "rmse", "emd", "ssim", "flip" and "opacity_rmse".
@@ -47,18 +43,18 @@ def compared_samples(subject: Subject, count: int) -> list[Compared]:
     """Measure hold-out samples, and choose four typical ones and two with artifacts.
 
     The artifacts are the paper's: a wrong mapping of colours (the largest colour EMD), and a
-    wrong shape (the largest RMSE of the opacity image).
+    wrong shape (the largest RMSE of the opacity image). Nearly black images are left out, as long
+    as there are others.
 
     Parameters
     ----------
-    subject : Subject
     count : int
         Samples that are measured.
     """
     scene = subject.generator.scene
     samples = render_samples(subject.renderer, scene, subject.seed, "holdout", range(count))
     errors = generator_errors(subject.generator, samples)
-    shows = samples.rgba[..., 3].mean(axis=(1, 2)) / 255 >= LEAST_CONTENT
+    shows = clearly_seen(samples.rgba)
     usable = np.flatnonzero(shows if shows.any() else ~shows)
     artifacts: dict[int, str] = {}
     for measure, why in (("emd", "colours"), ("opacity_rmse", "shape")):

@@ -32,7 +32,6 @@ def suggested_mode(
     ----------
     scene : Scene
         Modes lie in its scalar window.
-    inputs : SceneInputs
     responses : ndarray, shape (256,)
         Sensitivity to smooth edits at each scalar value; its size counts.
     not_near : GaussianMode, optional

@@ -31,9 +31,6 @@ CLOSER = 0.75
 CANDIDATES = 48
 """Samples that the places of a walk are chosen among."""
 
-LEAST_OPACITY = 0.02
-"""Mean opacity of a picture that shows something."""
-
 
 @dataclass(frozen=True, eq=False)
 class Place:
@@ -41,7 +38,6 @@ class Place:
 
     Attributes
     ----------
-    place : tuple of float
     radius : float
         Of the disc that codes are interpolated over.
     code : ndarray of float32, shape (d,)
@@ -67,11 +63,8 @@ class Exploration:
     ----------
     inputs : SceneInputs
         View and colours of all pictures.
-    map : LatentMap
-    brush : tuple of float
     cells : ndarray of float32, shape (4, 4, S, S, 3)
         NaN in empty cells.
-    hovered : Place
     """
 
     inputs: SceneInputs
@@ -122,12 +115,14 @@ def walk(
     """Visit places whose pictures differ most, from left to right.
 
     Each is farthest, by the RMSE of pictures, from all those chosen before; the first is the one
-    that differs most from the mean picture.
+    that differs most from the mean picture. The half of the pictures with less contrast is left
+    out: nearly black ones, and blocks of an opaque background.
     """
     step = max(1, len(map_.codes) // candidates)
     chosen = np.arange(0, len(map_.codes), step)[:candidates]
     drawn = _drawn(subject, map_.codes[chosen], inputs)
-    shows = drawn[..., 3].mean(axis=(1, 2)) > LEAST_OPACITY
+    contrast = drawn[..., :3].std(axis=(1, 2, 3))
+    shows = contrast >= np.median(contrast)
     if shows.sum() >= count:
         chosen, drawn = chosen[shows], drawn[shows]
     flat = drawn[..., :3].reshape(len(drawn), -1)

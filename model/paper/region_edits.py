@@ -33,7 +33,6 @@ class RegionStep:
 
     Attributes
     ----------
-    inputs : SceneInputs
     drawn, truth : ndarray, shape (S, S, 3)
         The model's image and the true one.
     region : Region or None

@@ -8,8 +8,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from model.errors import CheckpointError
-from model.generator.catalog import shipped_models
 from model.generator.generator import Generator
 from model.latent.latent_space import LatentSpace
 from model.networks.card import load_card
@@ -31,7 +29,6 @@ class Subject:
     ----------
     folder : Path
         The model's.
-    generator : Generator
     volume : Volume
         Over the scalar range of the model's scene.
     space : LatentSpace
@@ -77,26 +74,17 @@ class Subject:
 
 
 def open_subject(folder: Path, source: VolumeSource, device: str = "auto") -> Subject:
-    """Load a model of the paper's networks and its volume.
+    """Load a model and its volume.
 
     Raises
     ------
     CheckpointError
-        When the folder holds no valid model, or one of another architecture.
+        When the folder holds no valid model.
     VolumeError
         When the volume is neither given nor shipped.
     """
     card = load_card(folder)
-    if card.size.architecture != "paper":
-        raise CheckpointError(
-            f"{folder}: this is no model of the paper's networks; train one.", architecture="paper"
-        )
     volume = volume_of(card.scene, source)
     generator = Generator.load(folder, device)
     renderer = make_renderer(volume, card.scene, threads=None)
     return Subject(folder, generator, volume, LatentSpace.of_model(folder), renderer)
-
-
-def shipped_paper_models() -> list[Path]:
-    """Return the folders of the shipped models of the paper's networks."""
-    return [f for f in shipped_models() if load_card(f).size.architecture == "paper"]

@@ -12,8 +12,6 @@ class Table:
 
     Attributes
     ----------
-    title : str
-    heading : tuple of str
     rows : tuple of tuple of str
         As long as the heading.
     notes : tuple of str

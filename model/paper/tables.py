@@ -9,8 +9,9 @@ from dataclasses import dataclass
 from statistics import median
 
 import numpy as np
+from numpy.typing import NDArray
 
-from model.evaluation.holdout import generator_errors
+from model.evaluation.holdout import generator_errors, neighbor_errors
 from model.latent.code_pictures import draw_codes
 from model.paper.subject import Subject
 from model.paper.table import Table
@@ -22,6 +23,8 @@ from model.sensitivity.learned import Sensitivity
 
 PAPER_IMAGES = 200_000
 """Training images whose rendering time the paper's Table 1 has."""
+
+Errors = dict[str, NDArray[np.float64]]
 
 MEASURED_TOGETHER = 100
 """Hold-out samples that are in memory at once."""
@@ -51,14 +54,43 @@ class HoldoutErrors:
 
 
 def holdout_errors(
-    subject: Subject, count: int, on_progress: Callable[[int], None] = lambda done: None
+    subject: Subject,
+    count: int,
+    on_progress: Callable[[int], None] = lambda done: None,
+    store: SampleStore | None = None,
 ) -> HoldoutErrors:
-    """Measure a model on its first hold-out samples, which are rendered anew."""
-    scene, rows = subject.generator.scene, []
+    """Measure a model on the first hold-out samples of a data set of its scene.
+
+    Without one they are the model's own, rendered anew.
+    """
+    scene = subject.generator.scene
+
+    def errors(indices: range) -> Errors:
+        if store is None:
+            samples = render_samples(subject.renderer, scene, subject.seed, "holdout", indices)
+        else:
+            samples = store.read("holdout", indices)
+        return generator_errors(subject.generator, samples)
+
+    return _means(count, errors, on_progress)
+
+
+def nearest_errors(
+    store: SampleStore, count: int, on_progress: Callable[[int], None] = lambda done: None
+) -> HoldoutErrors:
+    """Measure the training images that are nearest to a data set's first hold-out images."""
+    return _means(
+        count, lambda indices: neighbor_errors(store.read("holdout", indices), store), on_progress
+    )
+
+
+def _means(
+    count: int, errors: Callable[[range], Errors], on_progress: Callable[[int], None]
+) -> HoldoutErrors:
+    rows = []
     for first in range(0, count, MEASURED_TOGETHER):
         indices = range(first, min(first + MEASURED_TOGETHER, count))
-        samples = render_samples(subject.renderer, scene, subject.seed, "holdout", indices)
-        rows.append(generator_errors(subject.generator, samples))
+        rows.append(errors(indices))
         on_progress(indices.stop)
     names = ("rmse", "emd", "ssim", "flip")
     means = {name: float(np.concatenate([row[name] for row in rows]).mean()) for name in names}
@@ -70,24 +102,35 @@ def table_1(
     errors: Sequence[HoldoutErrors],
     timed: int,
     store: SampleStore | None = None,
+    nearest: HoldoutErrors | None = None,
 ) -> Table:
     """Return Table 1: the models' data sets and errors, then the paper's.
 
+    Models of one data set are told apart by the names of their folders.
+
     Parameters
     ----------
-    subjects : sequence of Subject
     errors : sequence of HoldoutErrors
         Of each.
     timed : int
         Samples that rendering is timed on.
     store : SampleStore, optional
         Samples of one of the models' scenes, whose own time is taken where it has kept one.
+    nearest : HoldoutErrors, optional
+        Of the store's training images that are nearest to its hold-out images.
     """
     heading = (
         "data set", "resolution", "precision", "MB", "light", "200,000 training images",
         "image RMSE", "colour EMD", "SSIM", "FLIP",
     )  # fmt: skip
     rows = [_row_1(s, e, timed, store) for s, e in zip(subjects, errors, strict=True)]
+    if len(rows) > len({row[0] for row in rows}):
+        rows = [
+            (f"{row[0]}: {s.folder.name}", *row[1:]) for s, row in zip(subjects, rows, strict=True)
+        ]
+    if nearest is not None and store is not None:
+        name = f"nearest of {store.count('train'):,} training images: {store.scene.volume_name}"
+        rows.append((name, "", "", "", "", "", *_cells(nearest)))
     rows += [(f"paper: {name}", *rest, "", "") for name, *rest in PAPER_TABLE_1]
     pixels = ", ".join(dict.fromkeys(f"{s.size} x {s.size}" for s in subjects))
     return Table(
@@ -119,8 +162,12 @@ def _row_1(
         f"{volume.scalars.nbytes / 1e6:.0f}",
         scene.lighting,
         f"{seconds / samples * PAPER_IMAGES / 3600:.1f} h",
-        *(_short(e) for e in (errors.rmse, errors.emd, errors.ssim, errors.flip)),
+        *_cells(errors),
     )
+
+
+def _cells(errors: HoldoutErrors) -> tuple[str, ...]:
+    return tuple(_short(e) for e in (errors.rmse, errors.emd, errors.ssim, errors.flip))
 
 
 def _sample_seconds(subject: Subject, count: int) -> float:
@@ -141,7 +188,6 @@ def table_2(subject: Subject, repeats: int, blocks: int = PAPER_R) -> Table:
 
     Parameters
     ----------
-    subject : Subject
     repeats : int
         Images and grids of which the median time is taken; fields are timed once, as they take
         long.

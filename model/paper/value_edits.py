@@ -33,7 +33,6 @@ class ValueField:
 
     Attributes
     ----------
-    value : float
     band : ndarray of float64, shape (256,)
         The Gaussian by which fields of neighbouring values count, at most 1.
     responses : ndarray of float64, shape (256,)

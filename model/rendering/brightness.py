@@ -9,7 +9,7 @@ from model.scene.scene import Lighting
 
 LIT_BRIGHTNESS = 2.0
 """Usual brightness of lit images, which light from one side leaves dim: of ten of them, five
-volumes under direct and global light, 95 % of the pixels are below .45 to .70 of the full one."""
+volumes under direct and soft light, 95 % of the pixels are below .45 to .70 of the full one."""
 
 
 def usual_brightness(lighting: Lighting) -> float:

@@ -19,8 +19,8 @@ class FallbackRenderer:
     """Draws by VTK until that fails, and by the ray caster from then on.
 
     Where no graphics card draws for VTK, the ray caster may do so from the start: by the processor
-    it is many times as fast, and differs little except under global light. As long as it is not
-    compiled, VTK draws there, too.
+    it is many times as fast, and draws the same. As long as it is not compiled, VTK draws there,
+    too. Soft light is the ray caster's.
 
     For whoever looks at pictures, not for data sets, whose images are all of one renderer.
 
@@ -36,8 +36,8 @@ class FallbackRenderer:
     reason : str
         One sentence that says what VTK failed in, so that the ray caster draws; "" if it did not.
     remark : str
-        One sentence that says that no graphics card is there, so that the ray caster draws; "" if
-        there is one, or VTK draws nevertheless.
+        One sentence that says why the ray caster draws though VTK did not fail, such as that no
+        graphics card is there; "" if VTK draws.
     """
 
     def __init__(
@@ -53,7 +53,14 @@ class FallbackRenderer:
         self._place = volume, lighting, light, sample_distance
         self._renderer: Renderer
         self._software = ""
-        if spares_processor and lighting != "global":
+        if lighting in ("soft", "path"):
+            self.remark = {
+                "soft": "Soft light is the ray caster's; VTK has shadows instead.",
+                "path": "The path tracer draws; VTK has shadows instead.",
+            }[lighting]
+            self._renderer = open_renderer("raycast", *self._place)
+            return
+        if spares_processor:
             from model.rendering.opengl import software_name
 
             self._software = software_name()

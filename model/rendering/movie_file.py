@@ -20,10 +20,8 @@ def write_movie(path: Path, frames: Iterable[NDArray[np.uint8]], frames_per_seco
 
     Parameters
     ----------
-    path : Path
     frames : iterable of ndarray
         Taken one by one; whatever it raises ends the movie, of which nothing is left then.
-    frames_per_second : float
 
     Raises
     ------

@@ -33,7 +33,6 @@ class Renderer(Protocol):
 
         Parameters
         ----------
-        inputs : SceneInputs
         size : int or Raster
             Width and height in pixels, or the pixels of a wider image or of a part.
         sample_distance : float, optional
@@ -80,6 +79,15 @@ def open_renderer(
         from model.rendering.vtk_renderer import VtkRenderer
 
         return VtkRenderer(volume, lighting, light, sample_distance)
+    if lighting == "path":
+        if preintegrated or device != "cpu":
+            raise RenderError(
+                "Path-traced light is there on the CPU and without pre-integration only; "
+                "choose those, or another light."
+            )
+        from model.rendering.path_tracing.renderer import PathTracer
+
+        return PathTracer(volume, light, sample_distance, threads=threads)
     from model.rendering.raycast.renderer import RaycastRenderer
 
     return RaycastRenderer(

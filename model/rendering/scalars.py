@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from model.rendering.missing_voxels import filled
+from model.scene.missing_voxels import filled
 from model.scene.transfer_function import Range
 from model.scene.volume import Volume
 
@@ -19,8 +19,15 @@ WELL_CONDITIONED = 256.0
 At this ratio rounding errors are 1/256 of a TF bin.
 """
 
-NARROWEST, WIDEST = 1e-30, 1e30
-"""Limits of the range of values for which float32 can hold differences and reciprocals."""
+NARROWEST, WIDEST = 1e-4, 1e6
+"""Limits of the range of floats for which float32 can hold what renderers compute of them.
+
+Light takes the fourth power of differences: of 1e-5 of the range, where noise is weak, up to
+:data:`BEYOND` ranges, next to outliers.
+"""
+
+LEAST_RANGE, GREATEST_RANGE = 1e-30, 1e30
+"""Limits of a range over whole numbers, so that float32 can hold it and its reciprocal."""
 
 BEYOND = 256.0
 """How far floats may lie beyond the scalar range, in widths of it; farther ones are clamped.
@@ -38,7 +45,6 @@ def renderable_scalars(
 
     Parameters
     ----------
-    volume : Volume
     native : tuple of scalar types
         Types that the renderer supports directly.
 
@@ -56,11 +62,12 @@ def renderable_scalars(
     values = shown_voxels(volume)
     kind = values.dtype
     well_conditioned = max(abs(lo), abs(hi)) / WELL_CONDITIONED <= hi - lo
-    fits = NARROWEST <= hi - lo <= WIDEST and (
-        well_conditioned
+    if kind.kind == "f":
+        fits = well_conditioned and NARROWEST <= hi - lo <= WIDEST
+    else:
         # From an integer, an end of the range that float32 holds exactly is subtracted exactly.
-        or (kind.kind != "f" and float(np.float32(lo)) == lo)
-    )
+        fits = well_conditioned or float(np.float32(lo)) == lo
+        fits &= LEAST_RANGE <= hi - lo <= GREATEST_RANGE
     if kind in native and fits:
         voxels = values if kind.kind != "f" else _clamped_far_out(volume, values)
         return np.ascontiguousarray(voxels), (lo, hi)

@@ -31,7 +31,7 @@ from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkOpenGLGPUVolumeRayCastMapper
 from model.errors import CannotDrawError, RenderError
 from model.rendering.noise import noise_of
 from model.rendering.opacity_correction import per_sample
-from model.rendering.opengl import offscreen_window
+from model.rendering.opengl import offscreen_window, software_name
 from model.rendering.raster import Raster
 from model.rendering.scalars import renderable_scalars
 from model.rendering.vtk_errors import drawing_errors
@@ -63,8 +63,12 @@ occurrence.
 NOISE = 3.0
 """Gradient, in standard deviations of the noise, at which its direction counts for a half."""
 
-SCATTERING_BLEND, GLOBAL_REACH = 1.0, 0.5
-"""Global lighting: equal parts of gradient shading and scattering, rays of half the volume."""
+SCATTERING_BLEND, SHADOW_REACH = 1.0, 0.5
+"""Shadows: what is faint scatters light, what has an edge reflects it; rays of half the volume."""
+
+MOST_ITERATIONS = 60_000
+"""Iterations of a shader's loops in one drawing: Mesa's programs end a shader after 65,536 of them,
+and its pixel stays black and transparent."""
 
 NATIVE_TYPES = (np.uint16, np.int16)
 """Scalar types that are rendered without conversion."""
@@ -81,8 +85,9 @@ class VtkRenderer:
     volume : Volume
         TFs lie over its scalar range, that of the voxels or a chosen one; what is interpolated
         beyond it looks as its ends do.
-    lighting : {"none", "direct", "global"}
-        Emission-absorption only, with gradient shading, or with shadows and scattering.
+    lighting : {"none", "direct", "soft", "shadows", "path"}
+        Emission-absorption only, with gradient shading, or with a shadow of each sample; "soft" and
+        "path" are refused.
     light : LightDirection, optional
         Default direction of the distant light relative to the view, for inputs
         without a light; ignored when unlit.
@@ -92,8 +97,9 @@ class VtkRenderer:
     Raises
     ------
     CannotDrawError
-        When OpenGL is not available; by :meth:`render`, when VTK reports that it could not draw,
-        such as a texture too large for the driver, or a shader that does not compile.
+        Under soft or path-traced light, or when OpenGL is not available; by :meth:`render`, when
+        VTK reports that it could not draw, such as a texture too large for the driver, or a shader
+        that does not compile.
     """
 
     def __init__(
@@ -103,6 +109,9 @@ class VtkRenderer:
         light: LightDirection | None = None,
         sample_distance: float = 0.5,
     ) -> None:
+        if lighting in ("soft", "path"):
+            name = "soft" if lighting == "soft" else "path-traced"
+            raise CannotDrawError(f"VTK has no {name} light; choose shadows, or the ray caster.")
         self.sample_distance = sample_distance
         self._volume = volume
         self._crop: CropBox | None = None
@@ -148,9 +157,11 @@ class VtkRenderer:
             actor.GetShaderProperty().AddFragmentShaderReplacement(
                 *_solid_lighting(volume, NOISE * noise)
             )
-        if lighting == "global":
+        if lighting == "shadows":
             self._mapper.SetVolumetricScatteringBlending(SCATTERING_BLEND)
-            self._mapper.SetGlobalIlluminationReach(GLOBAL_REACH)
+            self._mapper.SetGlobalIlluminationReach(SHADOW_REACH)
+            actor.GetShaderProperty().AddFragmentShaderReplacement(*_SOME_SAMPLES)
+        self._counts_iterations = lighting == "shadows" and bool(software_name())
         self._window = offscreen_window()
         self._window.AddRenderer(self._renderer)
 
@@ -161,7 +172,6 @@ class VtkRenderer:
 
         Parameters
         ----------
-        inputs : SceneInputs
         size : int or Raster
             Width and height in pixels, or the pixels of a wider image or of a part.
         sample_distance : float, optional
@@ -170,8 +180,8 @@ class VtkRenderer:
         Returns
         -------
         ndarray of float32, shape (rows, columns, 4)
-            RGBA in [0, 1] in steps of 1/255; colour premultiplied by opacity
-            on black; row 0 at the top.
+            RGBA in [0, 1] in steps of 1/255, or finer where shadows take several drawings; colour
+            premultiplied by opacity on black; row 0 at the top.
         """
         scalar_range = self._volume.scalar_range
         distance = sample_distance or self.sample_distance
@@ -191,6 +201,34 @@ class VtkRenderer:
         self._point_camera(inputs.view, raster)
         self._show_part(inputs.crop)
         self._lamp.SetPosition(*(inputs.light or self._light).towards())
+        image = np.zeros((rows, columns, 4), dtype=np.float32)
+        for first, last in self._sample_ranges(step, inputs.crop or CropBox()):
+            self._uniforms.SetUniformf("in_firstSample", first)
+            self._uniforms.SetUniformf("in_lastSample", last)
+            image += (1 - image[..., 3:]) * self._drawn(rows, columns)
+        return image
+
+    def _sample_ranges(self, step: float, crop: CropBox) -> list[tuple[float, float]]:
+        """First sample of a ray, and the one after the last, of each drawing that an image takes.
+
+        Parameters
+        ----------
+        step : float
+            Between samples, in voxel sizes.
+        """
+        if not self._counts_iterations:
+            return [(0.0, 1e9)]
+        extent = _extent(self._volume)
+        shown = extent * (np.array(crop.high) - crop.low)
+        samples = math.ceil(np.linalg.norm(shown) / step) + 1
+        # A step is shortest in texture coordinates along the longest side.
+        reach = math.sqrt(3) * (1 - (1 - SHADOW_REACH) ** 0.33)
+        along_shadow = math.ceil(reach * extent.max() / step) + 2
+        at_once = max((MOST_ITERATIONS - samples) // along_shadow, 1)
+        return [(float(k), float(k + at_once)) for k in range(0, samples, at_once)]
+
+    def _drawn(self, rows: int, columns: int) -> NDArray[np.float32]:
+        """Draw what is set, as RGBA in steps of 1/255, row 0 at the top."""
         pixels = vtkUnsignedCharArray()
         self._check_failure()
         with drawing_errors() as errors:
@@ -247,7 +285,10 @@ class VtkRenderer:
         camera.SetViewUp(*up)
         (x, y), (half_width, half_height) = raster.center, raster.half_size
         tangent = math.tan(math.radians(VIEW_ANGLE / 2))
-        camera.SetViewAngle(math.degrees(2 * math.atan(half_height * tangent)))
+        # Along the shorter side: VTK's angle ends at 179.9 degrees, which a tall part would need.
+        camera.SetUseHorizontalViewAngle(half_height > half_width)
+        shorter = min(half_width, half_height)
+        camera.SetViewAngle(math.degrees(2 * math.atan(shorter * tangent)))
         camera.SetWindowCenter((x - view.pan_x) / half_width, (y - view.pan_y) / half_height)
         # The whole bounding sphere, with a small margin.
         camera.SetClippingRange(view.near_distance(radius), distance + 1.01 * radius)
@@ -366,6 +407,15 @@ def _whole_rays(volume: Volume) -> tuple[tuple[str, bool, str, bool], ...]:
     )
 
 
+_SOME_SAMPLES = (
+    "if (g_srcColor.a > 0.0)",
+    False,
+    "if (g_srcColor.a > 0.0 && g_currentT >= in_firstSample && g_currentT < in_lastSample)",
+    True,
+)
+"""Shader replacement by which only samples of a range along each ray are shaded and composited."""
+
+
 def _hiding(volume: Volume) -> tuple[tuple[str, bool, str, bool], ...]:
     """Return shader replacements by which samples whose nearest voxel is hidden are transparent.
 
@@ -388,7 +438,6 @@ def _solid_lighting(volume: Volume, noise: float) -> tuple[str, bool, str, bool]
 
     Parameters
     ----------
-    volume : Volume
     noise : float
         Difference of two voxels, as a part of the texture's range, at which the direction of the
         gradient counts for a half.
@@ -433,7 +482,7 @@ def _solid_lighting(volume: Volume, noise: float) -> tuple[str, bool, str, bool]
 def _extent(volume: Volume) -> NDArray[np.float64]:
     """A volume's lengths along x, y and z in voxel sizes, in which VTK gets all lengths.
 
-    What it draws under global light depends on the unit of length otherwise.
+    What it draws in shadows depends on the unit of length otherwise.
     """
     return np.array(volume.extent) / volume.voxel_size
 

@@ -42,9 +42,7 @@ def render_block(
         The volume's fingerprint, to compare volumes without reading their voxels.
     scene_json : dict
         Result of :meth:`model.scene.scene.Scene.to_json`.
-    seed : int
     split : {"train", "holdout"}
-    block : range
     """
     scene = Scene.from_json(scene_json)
     if _kept.made_for != (scene, fingerprint):

@@ -56,8 +56,6 @@ def render_store_on_cluster(
 
     Parameters
     ----------
-    store : SampleStore
-    volume : Volume
     scheduler : str
         A scheduler's address such as ``tcp://host:8786``, or ``local`` for a
         cluster of processes on this machine.

@@ -32,8 +32,6 @@ def render_samples(
     ----------
     renderer : Renderer
         Renderer of the scene's volume and lighting.
-    scene : Scene
-    seed : int
     split : {"train", "holdout"}
     indices : range
         Indices of the samples in the split.
@@ -53,8 +51,6 @@ def make_renderer(
 
     Parameters
     ----------
-    volume : Volume
-    scene : Scene
     threads : int, optional
         Number of the ray caster's threads; one by default, for parallel renderers;
         None for one per processor.
@@ -97,20 +93,15 @@ def render_store(
     volume: Volume,
     workers: int | None = None,
     on_progress: Callable[[int], None] = lambda count: None,
-    until: Callable[[], bool] = lambda: False,
 ) -> None:
     """Render a store's missing samples in parallel processes.
 
     Parameters
     ----------
-    store : SampleStore
-    volume : Volume
     workers : int, optional
         Number of processes, one per processor by default.
     on_progress : callable
         Called with the number of new samples after each block.
-    until : callable
-        Called before each block; rendering stops once it returns True.
 
     Raises
     ------
@@ -131,8 +122,6 @@ def render_store(
         running: set[Future[int]] = set()
         try:
             for task in tasks:
-                if until():
-                    break
                 running.add(pool.submit(_render_block, *task))
                 if len(running) >= 2 * workers:
                     running = _drain(running, on_progress)

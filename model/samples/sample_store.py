@@ -23,7 +23,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -58,10 +58,14 @@ class SampleBatch:
         Scene inputs, see :func:`model.scene.inputs.store_inputs`.
     rgba : ndarray of uint8, shape (N, S, S, 4)
         Premultiplied by opacity, row 0 at the top.
+    encoded : dict of ndarray, each of shape (N, ...)
+        The inputs as the networks take them (:func:`model.scene.inputs.encode_inputs`), if
+        they are there already.
     """
 
     inputs: Arrays
     rgba: NDArray[np.uint8]
+    encoded: Arrays = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.rgba)
@@ -73,12 +77,15 @@ class SampleBatch:
     @property
     def arrays(self) -> Arrays:
         """Inputs and images by name."""
-        return {**self.inputs, IMAGES: self.rgba}
+        encoded = {ENCODED + name: array for name, array in self.encoded.items()}
+        return {**self.inputs, **encoded, IMAGES: self.rgba}
 
     @classmethod
     def of(cls, arrays: Arrays) -> SampleBatch:
         """Build a batch from :attr:`arrays`."""
-        return cls({name: a for name, a in arrays.items() if name != IMAGES}, arrays[IMAGES])
+        own = {n: a for n, a in arrays.items() if n != IMAGES and not n.startswith(ENCODED)}
+        encoded = {n.removeprefix(ENCODED): a for n, a in arrays.items() if n.startswith(ENCODED)}
+        return cls(own, arrays[IMAGES], encoded)
 
     @classmethod
     def concatenate(cls, batches: list[SampleBatch]) -> SampleBatch:
@@ -88,6 +95,9 @@ class SampleBatch:
 
 
 IMAGES = "rgba"
+ENCODED = "encoded_"
+"""First part of the names of encoded inputs, which are not stored."""
+
 COUNTED = "view"
 """Array whose length is the intended number of samples."""
 
@@ -143,9 +153,6 @@ class SampleStore:
 
         Parameters
         ----------
-        path : Path
-        scene : Scene
-        seed : int
         counts : dict
             Number of samples of each split; an existing store may grow.
 
@@ -240,12 +247,16 @@ class SampleStore:
                 f"{self.path}: {missing} samples are not rendered yet; render it to its end first."
             )
 
-    def trim(self) -> None:
-        """Truncate each split before its first incomplete block."""
-        for split in SPLITS:
-            missing = self.missing_blocks(split)
-            if missing:
-                self._resize(split, missing[0].start)
+    def require_holdout(self, count: int) -> None:
+        """Raise :class:`DatasetError` where samples are missing or hold-out ones are too few."""
+        self.require_complete()
+        there = self.count("holdout")
+        if count > there:
+            raise DatasetError(
+                f"{self.path}: only {there} hold-out samples are there, not {count}; "
+                "measure fewer, or add some to the data set.",
+                count=str(there),
+            )
 
     def read(self, split: Split, indices: range) -> SampleBatch:
         """Read consecutive samples.

@@ -39,7 +39,6 @@ def color_tf_of_map(name: str, scalar_range: Range) -> ColorTF:
     ----------
     name : str
         A key of :data:`COLOR_MAPS`.
-    scalar_range : tuple of float
     """
     lo, hi = scalar_range
     values = [lo, *np.linspace(lo, hi, MAP_STOPS)[1:-1].tolist(), hi]

@@ -9,16 +9,6 @@ LAB_LOW = np.array([0.0, -86.185, -107.863])
 LAB_HIGH = np.array([100.0, 98.254, 94.482])
 """Extent of the RGB cube in CIELAB (L, a, b)."""
 
-WHITE = (0.95047, 1.0, 1.08883)
-"""CIE XYZ of the white point, D65."""
-
-XYZ_TO_RGB = (
-    (3.2404813432, -1.5371515163, -0.4985363262),
-    (-0.9692549500, 1.8759900015, 0.0415559266),
-    (0.0556466391, -0.2040413384, 1.0573110696),
-)
-"""Matrix from CIE XYZ to linear sRGB."""
-
 
 def rgb_to_lab(rgb: NDArray[np.float32]) -> NDArray[np.float32]:
     """Convert sRGB (..., 3) to CIELAB, each channel scaled so that the RGB cube fills [-1, 1].

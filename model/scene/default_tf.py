@@ -48,10 +48,6 @@ def default_transfer_function(volume: Volume) -> TransferFunction:
     Where the image would be faint nevertheless, all opacities are raised, see
     :data:`SEEN_OPACITY`.
 
-    Parameters
-    ----------
-    volume : Volume
-
     Returns
     -------
     TransferFunction

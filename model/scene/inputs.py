@@ -35,9 +35,6 @@ class SceneInputs:
 
     Attributes
     ----------
-    view : View
-    opacity_tf : OpacityTF
-    color_tf : ColorTF
     light : LightDirection or None
         Light direction of a lit scene; None is the scene's fixed light.
     crop : CropBox or None
@@ -86,8 +83,6 @@ class InputField:
         Converts a value to an array of `shape`.
     encode : callable
         Encodes stored values (N, ...) as float32, in [-1, 1] inside the scene's ranges.
-    decode : callable
-        Rebuilds a value from its part of the condition vector; None for TFs.
     outside : callable
         Describes the parts of a value outside the training range, as a list of strings.
     """
@@ -101,7 +96,6 @@ class InputField:
     draw: Callable[[np.random.Generator, Scene, dict[str, Any]], Any]
     store: Callable[[Any, Scene], NDArray[Any]]
     encode: Callable[[NDArray[Any], Scene], NDArray[np.float32]]
-    decode: Callable[[NDArray[np.float32], Scene], Any] | None
     outside: Callable[[Any, Scene], list[str]]
 
 
@@ -157,7 +151,6 @@ INPUT_FIELDS: tuple[InputField, ...] = (
         encode=lambda rows, scene: np.stack(
             [View(*map(float, row)).vector(scene.view_range) for row in rows]
         ),
-        decode=lambda numbers, scene: View.of_vector(numbers, scene.view_range),
         outside=_view_outside,
     ),
     InputField(
@@ -170,7 +163,6 @@ INPUT_FIELDS: tuple[InputField, ...] = (
         draw=lambda rng, scene, drawn: draw_opacity_tf(rng, scene),
         store=lambda tf, scene: tf.sample(scene.scalar_range),
         encode=lambda rows, scene: 2 * rows.astype(np.float32) - 1,
-        decode=None,
         outside=_opacity_outside,
     ),
     InputField(
@@ -184,7 +176,6 @@ INPUT_FIELDS: tuple[InputField, ...] = (
         store=lambda tf, scene: tf.sample(scene.scalar_range),
         # Networks take CIELAB, channels first (paper, section 6).
         encode=lambda rows, scene: np.ascontiguousarray(rgb_to_lab(rows).transpose(0, 2, 1)),
-        decode=None,
         outside=lambda tf, scene: [],
     ),
     InputField(
@@ -199,7 +190,6 @@ INPUT_FIELDS: tuple[InputField, ...] = (
         encode=lambda rows, scene: np.array(
             [LightDirection(*map(float, row)).towards() for row in rows], np.float32
         ),
-        decode=lambda numbers, scene: LightDirection.of_vector(numbers),
         outside=_light_outside,
     ),
     InputField(
@@ -213,7 +203,6 @@ INPUT_FIELDS: tuple[InputField, ...] = (
         draw=lambda rng, scene, drawn: None,
         store=lambda crop, scene: (crop or CropBox()).numbers(),
         encode=lambda rows, scene: (2 * rows - 1).astype(np.float32),
-        decode=None,
         outside=lambda crop, scene: [] if crop is None else ["a crop box"],
     ),
 )
@@ -255,7 +244,6 @@ def encode_inputs(arrays: Arrays, scene: Scene) -> dict[str, NDArray[np.float32]
     ----------
     arrays : dict of ndarray
         Result of :func:`store_inputs`, or part of a sample store.
-    scene : Scene
 
     Returns
     -------
@@ -268,23 +256,11 @@ def encode_inputs(arrays: Arrays, scene: Scene) -> dict[str, NDArray[np.float32]
     return {"conditions": np.concatenate(conditions, axis=1), **encoded}
 
 
-def decode_conditions(numbers: NDArray[np.float32], scene: Scene) -> dict[str, Any]:
-    """Rebuild the inputs in one condition vector, by name: the view, and a movable light."""
-    found: dict[str, Any] = {}
-    first = 0
-    for field in varying(scene):
-        if field.decode is not None:
-            found[field.name] = field.decode(numbers[first : first + field.numbers], scene)
-            first += field.numbers
-    return found
-
-
 def outside_range(inputs: SceneInputs, scene: Scene) -> str:
     """Describe the inputs outside a generator's training range in one line; empty if none.
 
     Parameters
     ----------
-    inputs : SceneInputs
     scene : Scene
         The scene that the generator was trained on.
     """

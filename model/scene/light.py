@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 from model.errors import TfscopeError
@@ -56,15 +55,6 @@ class LightDirection:
             math.sin(azimuth) * math.cos(elevation),
             math.sin(elevation),
             math.cos(azimuth) * math.cos(elevation),
-        )
-
-    @classmethod
-    def of_vector(cls, towards: Iterable[float]) -> LightDirection:
-        """Rebuild a direction from :meth:`towards`."""
-        right, up, back = towards
-        return cls(
-            azimuth=math.degrees(math.atan2(right, back)),
-            elevation=math.degrees(math.asin(min(max(up, -1.0), 1.0))),
         )
 
 

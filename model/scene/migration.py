@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-FORMAT_VERSION = 4
+FORMAT_VERSION = 5
 """Version of the scene's format in stores and models."""
 
 
@@ -27,10 +27,18 @@ def _with_up_axis(scene: dict[str, Any]) -> dict[str, Any]:
     return {**scene, "view_range": view_range}
 
 
+def _with_named_shadows(scene: dict[str, Any]) -> dict[str, Any]:
+    """Convert format 4 to 5: what was called global was another light by each renderer."""
+    if scene.get("lighting") != "global":
+        return scene
+    return {**scene, "lighting": "shadows" if scene.get("renderer") == "vtk" else "soft"}
+
+
 STEPS: tuple[Callable[[dict[str, Any]], dict[str, Any]], ...] = (
     _with_light_range,
     _with_tf_family,
     _with_up_axis,
+    _with_named_shadows,
 )
 """Conversions between successive formats, from 1 to 2 onwards."""
 

@@ -84,7 +84,6 @@ def opacity_tf_of(kind: OpacityKind, rng: np.random.Generator, scene: Scene) -> 
         that is log-uniform from .01; "step": a ramp over :data:`MIN_WIDTH_BINS`; "band": a
         trapezoid; "curve": straight lines between 3 to 8 points; "constant": one opacity,
         log-uniform from .001 to 1; "nearly empty": modes of at most .01; "empty".
-    rng : numpy.random.Generator
     scene : Scene
         Its scalar window has the values where a TF changes.
     """

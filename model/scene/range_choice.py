@@ -20,7 +20,6 @@ class RangeChoice:
     ----------
     low, high : float
         In the data's own units, or per cent of the voxels, 0 to 100; low < high.
-    are_percentiles : bool
 
     Raises
     ------

@@ -70,11 +70,6 @@ def fit_to_volume(transfer_function: TransferFunction, volume: Volume) -> Transf
     return stretch_to_range(transfer_function, volume.scalar_range)
 
 
-def range_of(transfer_function: TransferFunction, volume: Volume) -> Range:
-    """Range over which to show a volume under a TF: that of :func:`fit_to_volume`'s TF."""
-    return fit_to_volume(transfer_function, volume).scalar_range
-
-
 def fit_to_range(transfer_function: TransferFunction, scalar_range: Range) -> TransferFunction:
     """Convert a TF made for any scalar range to one over a given scalar range.
 

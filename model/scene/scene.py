@@ -19,8 +19,13 @@ from model.scene.value_scale import ValueScale, place_of
 from model.scene.view import ViewRange
 from model.scene.volume import Triple, Volume
 
-Lighting = Literal["none", "direct", "global"]
-"""Emission-absorption only, gradient shading, or global illumination with shadows."""
+Lighting = Literal["none", "direct", "soft", "shadows", "path"]
+"""Emission-absorption only; gradient shading; shadows and ambient light from a grid, which the ray
+caster alone draws; gradient shading and a shadow of each sample, as VTK casts it; or light
+scattered many times, by the path tracer."""
+
+EXACT_LIGHTINGS: tuple[Lighting, ...] = ("none", "direct", "shadows")
+"""Lightings under which the ray caster has the exact derivative of images by the TF."""
 
 TFFamily = Literal["paper", "drawn"]
 """Random TFs: the paper's mixtures of Gaussian modes, or also those that people draw."""
@@ -28,8 +33,8 @@ TFFamily = Literal["paper", "drawn"]
 RendererName = Literal["vtk", "raycast"]
 """VTK, the reference, or tfscope's ray caster, which is several times faster.
 
-Their images agree without lighting and with direct lighting; global lighting is
-scattering in VTK, and shadows with ambient occlusion in the ray caster.
+Their images agree under each lighting; VTK does not draw "soft". Under "path" the path tracer draws
+in the ray caster's place, and VTK does not.
 """
 
 
@@ -51,7 +56,7 @@ class Scene:
         Range of the means of random opacity modes, on the scale.
     image_size : int
         Width and height of the colour image in pixels, 16 to 4096.
-    lighting : {"none", "direct", "global"}
+    lighting : {"none", "direct", "soft", "shadows", "path"}
     light : LightDirection or None
         None exactly when the lighting is "none".
     light_range : LightRange or None
@@ -99,7 +104,8 @@ class Scene:
         window_lo, window_hi = self.scalar_window
         if self.lighting not in get_args(Lighting):
             raise TfscopeError(
-                f"The lighting '{self.lighting}' is unknown; choose none, direct or global."
+                f"The lighting '{self.lighting}' is unknown; "
+                "choose none, direct, soft, shadows or path."
             )
         if self.renderer not in get_args(RendererName):
             raise TfscopeError(f"The renderer '{self.renderer}' is unknown; choose vtk or raycast.")
@@ -141,8 +147,8 @@ class Scene:
 
     @property
     def is_scattering(self) -> bool:
-        """Whether light scatters in the images: in VTK's global lighting alone."""
-        return scatters(self.renderer, self.lighting)
+        """Whether samples of the images cast shadows."""
+        return self.lighting in ("shadows", "path")
 
     @property
     def window_samples(self) -> slice:
@@ -229,11 +235,6 @@ def _on_scale(scalar_window: Range, volume: Volume) -> Range:
             "give one above zero."
         )
     return place_of(low, volume.scale), place_of(high, volume.scale)
-
-
-def scatters(renderer: RendererName, lighting: Lighting) -> bool:
-    """Return True if light scatters under a renderer's lighting, see :data:`RendererName`."""
-    return renderer == "vtk" and lighting == "global"
 
 
 def default_scalar_window(volume: Volume) -> Range:

@@ -43,7 +43,8 @@ def move_opacity_handle(opacity: OpacityTF, index: int, value: float, height: fl
 def opacity_limits(opacity: OpacityTF, index: int) -> tuple[float, float]:
     """Values between which :func:`move_opacity_handle` can move a handle."""
     if opacity.points:
-        return _room([p[0] for p in opacity.points], index)
+        values = [point[0] for point in opacity.points]
+        return _room(values, index, _fixed_ends(opacity), opacity.scalar_range)
     (lo, hi), now = opacity.scalar_range, opacity.modes[index].mean
     return min(lo, now), max(hi, now)
 
@@ -55,17 +56,16 @@ def move_opacity_handles(
 
     Parameters
     ----------
-    opacity : OpacityTF
-    indices : sequence of int
     shift, lift : float
-        Differences in value and opacity. The ends of a free curve are not shifted.
+        Differences in value and opacity. The ends of a free curve are not shifted where they
+        lie at an end of the range, or beyond it.
     """
     handles = opacity_handles(opacity)
     lift = _within(lift, [(-handles[i][1], 1.0 - handles[i][1]) for i in indices])
     if opacity.points:
-        values = [point[0] for point in handles]
-        shift = _within(shift, _rooms(values, indices))
-        shifts = [0.0 if i in (0, len(values) - 1) else shift for i in indices]
+        values, fixed = [point[0] for point in handles], _fixed_ends(opacity)
+        shift = _within(shift, _rooms(values, indices, fixed, opacity.scalar_range))
+        shifts = [0.0 if i in fixed else shift for i in indices]
     else:
         lo, hi = opacity.scalar_range
         # A mode outside the range, made for another volume, cannot move farther away.
@@ -99,12 +99,13 @@ def add_opacity_handle(opacity: OpacityTF, value: float, height: float) -> tuple
 
 
 def can_remove_opacity_handle(opacity: OpacityTF, index: int) -> bool:
-    """Return True unless the handle is one of the two ends of a free curve."""
-    return not opacity.points or 0 < index < len(opacity.points) - 1
+    """Return True unless the handle is an end of a free curve that holds an end of the range."""
+    points = opacity.points
+    return not points or (len(points) > 2 and index not in _fixed_ends(opacity))
 
 
 def remove_opacity_handle(opacity: OpacityTF, index: int) -> OpacityTF:
-    """Remove a mode or a point; keep the ends of a free curve."""
+    """Remove a mode or a point; keep the ends of a free curve at the ends of the range."""
     if not can_remove_opacity_handle(opacity, index):
         return opacity
     if opacity.points:
@@ -128,13 +129,15 @@ def move_stop(color: ColorTF, index: int, value: float) -> ColorTF:
 
 def stop_limits(color: ColorTF, index: int) -> tuple[float, float]:
     """Values between which :func:`move_stop` can move a stop; equal for an end stop."""
-    return _room([s[0] for s in color.stops], index)
+    values = [stop[0] for stop in color.stops]
+    return _room(values, index, _both_ends(values), color.scalar_range)
 
 
 def move_stops(color: ColorTF, indices: Sequence[int], shift: float) -> ColorTF:
     """Move stops together, as far as all of them can go; see :func:`move_stop`."""
     values = [stop[0] for stop in color.stops]
-    shift = _within(shift, _rooms(values, indices))
+    rooms = _rooms(values, indices, _both_ends(values), color.scalar_range)
+    shift = _within(shift, rooms)
     for index in sorted(indices, reverse=shift > 0):
         color = move_stop(color, index, values[index] + shift)
     return color
@@ -204,15 +207,35 @@ def _within(wanted: float, rooms: list[tuple[float, float]]) -> float:
     return _clamp(wanted, min(low, 0.0), max(high, 0.0))
 
 
-def _rooms(values: list[float], indices: Sequence[int]) -> list[tuple[float, float]]:
-    """How far each of these may move before it meets a value that stays; the ends stay."""
-    last = len(values) - 1
-    moving = {i for i in indices if i not in (0, last)}
+def _both_ends(values: Sequence[float]) -> frozenset[int]:
+    return frozenset((0, len(values) - 1))
+
+
+def _fixed_ends(opacity: OpacityTF) -> frozenset[int]:
+    """Ends of a free curve at an end of the range or beyond it: they say what lies there."""
+    (lo, hi), points = opacity.scalar_range, opacity.points
+    low = {0} if points[0][0] <= lo else set()
+    high = {len(points) - 1} if points[-1][0] >= hi else set()
+    return frozenset(low | high)
+
+
+def _rooms(
+    values: list[float],
+    indices: Sequence[int],
+    fixed: frozenset[int],
+    scalar_range: tuple[float, float],
+) -> list[tuple[float, float]]:
+    """How far each of these may move before it meets a value that stays, or leaves the range."""
+    moving = {i for i in indices if i not in fixed}
     rooms = []
     for i in moving:
-        low = i - 1 in moving or values[i - 1] - values[i]
-        high = i + 1 in moving or values[i + 1] - values[i]
-        rooms.append((-math.inf if low is True else low, math.inf if high is True else high))
+        low, high = _room(values, i, fixed, scalar_range)
+        rooms.append(
+            (
+                -math.inf if i - 1 in moving else low - values[i],
+                math.inf if i + 1 in moving else high - values[i],
+            )
+        )
     return rooms
 
 
@@ -220,11 +243,15 @@ def _without(items: tuple[_Item, ...], index: int) -> tuple[_Item, ...]:
     return items[:index] + items[index + 1 :]
 
 
-def _room(values: list[float], index: int) -> tuple[float, float]:
-    """Limits between which values stay sorted; the first and the last value are fixed."""
-    if index in (0, len(values) - 1):
+def _room(
+    values: list[float], index: int, fixed: frozenset[int], scalar_range: tuple[float, float]
+) -> tuple[float, float]:
+    """Limits between which values stay sorted and within the range; fixed ones stay."""
+    if index in fixed:
         return values[index], values[index]
-    return values[index - 1], values[index + 1]
+    low = values[index - 1] if index > 0 else scalar_range[0]
+    high = values[index + 1] if index < len(values) - 1 else scalar_range[1]
+    return low, high
 
 
 def _clamp(value: float, lo: float, hi: float) -> float:

@@ -44,7 +44,6 @@ def add_mode(opacity: OpacityTF, value: float, width: float, height: float) -> O
 
     Parameters
     ----------
-    opacity : OpacityTF
     value, width : float
         Mean and standard deviation of the mode, in the data's units.
     height : float
@@ -69,7 +68,6 @@ def add_striking_mode(
 
     Parameters
     ----------
-    tf : TransferFunction
     value : float
         Mean of the mode, in the data's units.
     width : float
@@ -130,7 +128,6 @@ def raise_value(opacity: OpacityTF, value: float, width: float) -> OpacityTF:
 
     Parameters
     ----------
-    opacity : OpacityTF
     value, width : float
         Middle and standard deviation of what is raised, in the data's units.
     """
@@ -154,7 +151,6 @@ def isolate_value(opacity: OpacityTF, value: float, width: float, reach: Range) 
 
     Parameters
     ----------
-    opacity : OpacityTF
     value, width : float
         Among the values, and the width of a flank, in the data's units.
     reach : tuple of float

@@ -32,7 +32,6 @@ def fitted_curve(opacity: OpacityTF, largest_error: float = CURVE_ERROR) -> Opac
 
     Parameters
     ----------
-    opacity : OpacityTF
     largest_error : float
         Largest difference of square roots at any of the points.
     """
@@ -69,7 +68,6 @@ def fitted_modes(opacity: OpacityTF, most: int = MAX_MODES) -> OpacityTF:
 
     Parameters
     ----------
-    opacity : OpacityTF
     most : int
         Largest number of modes.
 

@@ -32,7 +32,6 @@ def edit_around(value: float, scalar_range: Range, width: float) -> NDArray[np.f
     ----------
     value : float
         In the data's units.
-    scalar_range : tuple of float
     width : float
         Standard deviation in bins; 0 for the nearest bin alone.
 
@@ -54,7 +53,6 @@ def edit_over(
     ----------
     values : tuple of float
         Lowest and highest value that the edit has in full, in the data's units.
-    scalar_range : tuple of float
     width : float
         Standard deviation of the flanks in bins; 0 for the interval's bins alone.
 

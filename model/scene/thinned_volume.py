@@ -36,7 +36,6 @@ class ThinnedVolume:
     levels : ndarray of uint16, shape (nz, ny, nx)
         Scalar values as :data:`LEVELS` even steps over the scalar range, so that a TF is evaluated
         once for each of these; hidden voxels have :data:`LEVELS` itself, which is transparent.
-    scalar_range : tuple of float
     steps : tuple of float
         Distance between two voxels along z, y and x, in units of the volume's voxel size.
     """

@@ -191,8 +191,6 @@ class TransferFunction:
 
     Attributes
     ----------
-    opacity : OpacityTF
-    color : ColorTF
     is_relative : bool
         Whether the values are not scalars, but fractions of any volume's scalar range. The TF
         shows nothing meaningful before :func:`model.scene.range_fitting.fit_to_range` has made

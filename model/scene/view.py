@@ -179,7 +179,6 @@ class View:
         ----------
         basis : ndarray of float64, shape (3, 3)
             Rows right, up and back, orthonormal with determinant 1.
-        distance, pan_x, pan_y : float
         """
         right, _, back = basis
         level = math.hypot(back[0], back[1])
@@ -248,27 +247,6 @@ class View:
             ],
             dtype=np.float32,
         )
-
-    @classmethod
-    def of_vector(cls, vector: NDArray[np.float32], view_range: ViewRange) -> View:
-        """Rebuild a view from its encoding; the inverse of :meth:`vector`.
-
-        Parameters
-        ----------
-        vector : ndarray of float32, shape (5,)
-        view_range : ViewRange
-        """
-        elevation, cos_a, sin_a, roll, distance = map(float, vector)
-        middle = (view_range.farthest + view_range.nearest) / 2
-        half = (view_range.farthest - view_range.nearest) / 2
-        view = cls(
-            azimuth=math.degrees(math.atan2(sin_a, cos_a)),
-            # Rounding must not turn the camera over a pole.
-            elevation=min(max(elevation * view_range.max_elevation, -90.0), 90.0),
-            roll=roll * view_range.max_roll,
-            distance=distance * half + middle,
-        )
-        return view.in_frame(upright_frame(view_range.up).T)
 
 
 def _sin_cos(degrees: float) -> tuple[float, float]:

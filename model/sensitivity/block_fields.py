@@ -30,7 +30,6 @@ def field_of_band(
     values : tuple of float
         Lowest and highest value, in the data's units; see
         :func:`model.scene.tf_perturbation.edit_over`, whose edits these are.
-    scalar_range : tuple of float
     """
     return np.asarray(fields[..., field_bins(values, scalar_range)].mean(axis=-1))
 

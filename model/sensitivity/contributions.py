@@ -60,7 +60,6 @@ def contributions(
     ----------
     visibility : ndarray, shape (256,)
         Of each scalar value at the place; see :func:`model.sensitivity.exact.visibility`.
-    scalar_range : tuple of float
     count : int
         Largest number of values.
 
@@ -122,7 +121,6 @@ def follow(
     ----------
     before, found : tuple of Contribution
         Values that were listed, and those that show now.
-    scalar_range : tuple of float
 
     Returns
     -------

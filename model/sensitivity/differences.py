@@ -1,9 +1,9 @@
 """Sensitivity of any renderer's images, by central differences.
 
-For images whose derivative the ray caster does not compute: under global light, where an
-edit also moves shadows, and VTK's. An edit costs two images. Differences of the TF are
+For images whose derivative the ray caster does not compute: in soft light, where an edit
+also moves shadows, and VTK's. An edit costs two images. Differences of the TF are
 small, but not so small that 8-bit images hide them; where they would take away more
-opacity than there is, they are one-sided.
+opacity than there is, or add more than there can be, they are one-sided.
 """
 
 from __future__ import annotations
@@ -30,7 +30,11 @@ def go_on() -> None:
 
 
 def value_sensitivity(
-    renderer: Renderer, inputs: SceneInputs, size: int | Raster, edit: NDArray[np.float32]
+    renderer: Renderer,
+    inputs: SceneInputs,
+    size: int | Raster,
+    edit: NDArray[np.float32],
+    before_each: Callable[[], None] = go_on,
 ) -> NDArray[np.float32]:
     """Change of each pixel by an edit of the opacity TF.
 
@@ -44,13 +48,15 @@ def value_sensitivity(
     edit : ndarray of float32, shape (256,)
         Differences of opacity, none of them negative, such as those of
         :func:`model.scene.tf_perturbation.edit_around`.
+    before_each : callable
+        Called before each of the two images; may raise an exception to give up.
 
     Returns
     -------
     ndarray of float32, shape (rows, columns, 3)
         Per unit of the edit.
     """
-    more, less, difference = _images(renderer, inputs, size, edit)
+    more, less, difference = _images(renderer, inputs, size, edit, before_each)
     return np.asarray((more - less) / difference, dtype=np.float32)
 
 
@@ -78,7 +84,7 @@ def region_responses(
         Change of the l2 norm of the region's colours (paper, Eq. 11), which is 0 for a black
         region, or the l2 norm of their change.
     before_each : callable
-        Called before each value is computed; may raise an exception to give up.
+        Called before each image; may raise an exception to give up.
 
     Returns
     -------
@@ -103,8 +109,7 @@ def region_responses(
     bins = np.linspace(0, TF_SAMPLES - 1, count).round().astype(int)
     responses = []
     for edit in response_to_edits(np.eye(TF_SAMPLES, dtype=np.float32)[bins], width):
-        before_each()
-        more, less, difference = _images(renderer, inputs, size, edit)
+        more, less, difference = _images(renderer, inputs, size, edit, before_each)
         change = (more - less)[mask] / difference
         if measure == "change":
             responses.append(np.linalg.norm(change))
@@ -121,16 +126,23 @@ def region_responses(
 
 
 def _images(
-    renderer: Renderer, inputs: SceneInputs, size: int | Raster, edit: NDArray[np.float32]
+    renderer: Renderer,
+    inputs: SceneInputs,
+    size: int | Raster,
+    edit: NDArray[np.float32],
+    before_each: Callable[[], None],
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], float]:
     """Images with more and with less opacity, and how far these TFs are apart."""
     scalar_range = inputs.opacity_tf.scalar_range
     opacity = inputs.opacity_tf.sample(scalar_range).astype(float)
     step = LARGEST_CHANGE / float(edit.max())
-    above = step if (opacity + step * edit <= 1).all() else 0.0
-    below = step if (opacity - step * edit >= 0).all() or above == 0 else 0.0
-    more, less = (
-        renderer.render(with_opacity(inputs, opacity + change * edit), size)[..., :3]
-        for change in (above, -below)
-    )
-    return more, less, above + below
+    has_room = (opacity + step * edit <= 1).all() and (opacity - step * edit >= 0).all()
+    difference = 2 * step if has_room else step
+    # Each bin by itself: an edit may reach one that is transparent, and one that is opaque.
+    least = opacity - step * edit if has_room else np.minimum(opacity, 1 - difference * edit)
+    images = []
+    for shown in (least + difference * edit, least):
+        before_each()
+        images.append(renderer.render(with_opacity(inputs, shown), size))
+    more, less = (image[..., :3] for image in images)
+    return more, less, difference

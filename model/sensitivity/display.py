@@ -163,7 +163,6 @@ def field_of_value(
     value : float or None
         In the data's units, inside the range; None takes the mean strength over all
         values, each relative to its own maximum.
-    scalar_range : tuple of float
 
     Returns
     -------

@@ -32,7 +32,7 @@ def region_sensitivity(
     Parameters
     ----------
     renderer : RaycastRenderer
-        Unlit, or with direct light.
+        Under a light that it differentiates.
     inputs : SceneInputs
     size : int or Raster
         Width and height of the image in pixels, or the pixels of a wider one.
@@ -48,7 +48,7 @@ def region_sensitivity(
     Raises
     ------
     RenderError
-        For a region outside the image, or global light.
+        For a region outside the image, or a light without exact derivative.
     """
     windows = windows_of(region.mask(Raster.of(size).shape))
     gradients, energies = renderer.differentiate(inputs, size, windows)
@@ -83,7 +83,7 @@ def change_norms(
     Raises
     ------
     RenderError
-        For a region outside the image, or global light.
+        For a region outside the image, or a light without exact derivative.
     """
     bins, edits = spaced_edits(width)
     windows = windows_of(region.mask(Raster.of(size).shape))
@@ -119,7 +119,7 @@ def sensitivity_field(
     Parameters
     ----------
     renderer : RaycastRenderer
-        Unlit, or with direct light.
+        Under a light that it differentiates.
     inputs : SceneInputs
     size : int
         Width and height of the image in pixels.
@@ -137,7 +137,7 @@ def sensitivity_field(
     ------
     RenderError
         For a block size outside 1 to `size`, a field that is too large for
-        memory, or global light.
+        memory, or a light without exact derivative.
     """
     edges = block_edges(size, block)
     numbers = TF_SAMPLES * (len(edges) - 1) ** 2

@@ -52,7 +52,6 @@ def strongest_intervals(
     ----------
     responses : ndarray, shape (256,)
         In the displayed unit; see :func:`model.sensitivity.display.shown_responses`.
-    scalar_range : tuple of float
     count : int
         Largest number of intervals.
     window : tuple of float, optional

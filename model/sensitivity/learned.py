@@ -2,9 +2,9 @@
 
 Each question has its own direction of differentiation: where in the TF a region reacts is
 one reverse pass, where in the image an edit shows is one forward pass. A field of all
-blocks and scalar values takes many of either kind, and whichever needs fewer is used. A
-network that takes the opacity TF through a latent code needs as many forward passes as the
-code has numbers, as its derivative has no higher rank.
+blocks and scalar values takes many of either kind, and whichever needs fewer is used: the
+network takes the opacity TF through a latent code, so that its derivative has no higher rank
+than the code has numbers, and as many forward passes are enough.
 """
 
 from __future__ import annotations
@@ -93,8 +93,7 @@ class Sensitivity:
     def change_norms(self, region: ImageRegion) -> NDArray[np.float32]:
         """Norm of a region's change by smooth edits around each scalar value.
 
-        It takes a forward pass for every 2/3 of the edits' width: some 50 times as long as
-        :meth:`region`. Where the network takes a code, it is one for each of the code's numbers.
+        It takes a forward pass for each of the code's numbers.
 
         Returns
         -------
@@ -167,8 +166,8 @@ class Sensitivity:
     def change(self, edit: NDArray[np.float32]) -> NDArray[np.float32]:
         """Change of the image per unit of an edit of the opacity TF, by one forward pass.
 
-        Where the network takes a code, the second edit has all directions differentiated that
-        the code can change in; further edits then take no pass.
+        The second edit has all directions differentiated that the code can change in; further
+        edits then take no pass.
 
         Parameters
         ----------
@@ -180,7 +179,7 @@ class Sensitivity:
         ndarray of float32, shape (S, S, 3)
         """
         again, self._is_asked_again = self._is_asked_again, True
-        ways = self._changes_of if again and self._network.takes_code else self._changes
+        ways = self._changes_of if again else self._changes
         return panned(next(iter(ways(edit[None]))), self._view)
 
     def largest_scales(self, edits: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -199,13 +198,9 @@ class Sensitivity:
 
     def _changes_of(self, edits: NDArray[np.float32]) -> Iterator[NDArray[np.float32]]:
         """Yield the change (S, S, 3) of the image by each of some edits (N, 256)."""
-        if self._network.takes_code:
-            # Whatever an edit changes is a sum of what the directions change.
-            for shares in edits @ self._directions.T:
-                yield np.tensordot(shares, self._direction_changes, axes=1)
-            return
-        for first in range(0, len(edits), TOGETHER):
-            yield from self._changes(edits[first : first + TOGETHER])
+        # Whatever an edit changes is a sum of what the directions change.
+        for shares in edits @ self._directions.T:
+            yield np.tensordot(shares, self._direction_changes, axes=1)
 
     @cached_property
     def _direction_changes(self) -> NDArray[np.float32]:
@@ -247,8 +242,6 @@ class Sensitivity:
     @cached_property
     def _directions(self) -> NDArray[np.float32]:
         """Orthonormal rows (D, 256) that span all TF edits which the image can react to."""
-        if not self._network.takes_code:
-            return np.eye(TF_SAMPLES, dtype=np.float32)
         encode = self._network.codec.encode
         by_tf = jacobian(encode, self._inputs.opacity_tf)[0, :, 0]  # type: ignore[no-untyped-call]
         basis, _ = np.linalg.qr(by_tf.double().cpu().numpy().T)

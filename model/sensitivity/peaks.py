@@ -41,10 +41,6 @@ def find_peaks(curve: NDArray[np.floating], least_prominence: float) -> list[Pea
         Finite. Its two ends are no peaks; pad it with zeros to make them so.
     least_prominence : float
         Prominence from which a peak counts.
-
-    Returns
-    -------
-    list of Peak
     """
     return [
         peak

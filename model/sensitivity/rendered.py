@@ -17,7 +17,11 @@ from model.sensitivity.measure import Measure
 
 
 def value_sensitivity(
-    renderer: RaycastRenderer, inputs: SceneInputs, size: int | Raster, edit: NDArray[np.float32]
+    renderer: RaycastRenderer,
+    inputs: SceneInputs,
+    size: int | Raster,
+    edit: NDArray[np.float32],
+    before_each: Callable[[], None] = differences.go_on,
 ) -> NDArray[np.float32]:
     """Change of each pixel by an edit; see :func:`model.sensitivity.differences.value_sensitivity`.
 
@@ -25,7 +29,7 @@ def value_sensitivity(
     """
     if renderer.is_differentiable:
         return renderer.change(inputs, size, edit)
-    return differences.value_sensitivity(renderer, inputs, size, edit)
+    return differences.value_sensitivity(renderer, inputs, size, edit, before_each)
 
 
 def region_responses(

@@ -30,7 +30,6 @@ class SensitivityResult:
     Attributes
     ----------
     kind : {"region", "value", "blocks"}
-    scalar_range : tuple of float
     scalar_window : tuple of float
         Values of interest; those of the background may be 100 times as sensitive.
     units : str

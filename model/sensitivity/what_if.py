@@ -42,7 +42,6 @@ def edited(inputs: SceneInputs, edit: NDArray[np.floating], height: float) -> Sc
 
     Parameters
     ----------
-    inputs : SceneInputs
     edit : ndarray, shape (256,)
         Shape of the edit.
     height : float

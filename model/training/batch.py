@@ -15,6 +15,8 @@ from model.networks.encoding import EncodedInputs
 from model.samples.sample_store import SampleBatch
 from model.scene.scene import Scene
 
+CPU = torch.device("cpu")
+
 
 @dataclass(frozen=True)
 class EncodedBatch:
@@ -22,7 +24,6 @@ class EncodedBatch:
 
     Attributes
     ----------
-    inputs : EncodedInputs
     opacity_image : Tensor, shape (N, 1, So, So)
     image : Tensor, shape (N, 3, S, S)
     """
@@ -33,7 +34,12 @@ class EncodedBatch:
 
     def to(self, device: torch.device) -> EncodedBatch:
         """Return the batch on a device."""
-        return self._map(lambda tensor: tensor.to(device))
+        return self.map(lambda tensor: tensor.to(device))
+
+    @property
+    def tensors(self) -> list[Tensor]:
+        """All tensors, in a fixed order."""
+        return [*self.inputs, self.opacity_image, self.image]
 
     def __len__(self) -> int:
         return len(self.image)
@@ -42,31 +48,37 @@ class EncodedBatch:
         """Split into about `count` parts; only the last may have an odd number of samples."""
         size = 2 * -(-len(self) // (2 * count))
         slices = [slice(start, start + size) for start in range(0, len(self), size)]
-        return [self._map(itemgetter(part)) for part in slices]
+        return [self.map(itemgetter(part)) for part in slices]
 
-    def _map(self, function: Callable[[Tensor], Tensor]) -> EncodedBatch:
+    def map(self, function: Callable[[Tensor], Tensor]) -> EncodedBatch:
+        """Apply a function to each tensor."""
         return EncodedBatch(
             self.inputs.map(function), function(self.opacity_image), function(self.image)
         )
 
 
-def encode_batch(batch: SampleBatch, scene: Scene, opacity_size: int) -> EncodedBatch:
-    """Encode stored samples.
+def encode_batch(
+    batch: SampleBatch, scene: Scene, opacity_size: int, device: torch.device = CPU
+) -> EncodedBatch:
+    """Encode stored samples, on the device that is to learn from them.
 
     Parameters
     ----------
-    batch : SampleBatch
-    scene : Scene
     opacity_size : int
         Width and height of the opacity image: the image's opacity, averaged
         over square blocks of pixels.
     """
-    rgba = torch.from_numpy(np.ascontiguousarray(batch.rgba))
+    if batch.encoded:
+        inputs = EncodedInputs.encoded(batch.encoded)
+    else:
+        inputs = EncodedInputs.stored(batch.inputs, scene)
+    # As bytes: a quarter of what the numbers would be.
+    rgba = torch.from_numpy(np.ascontiguousarray(batch.rgba)).to(device)
     # Left in the order of the pixels, channels last: to turn them over takes longer.
     parts = rgba[..., :3], rgba[..., 3:]
     color, opacity = (part.float().div_(127.5).sub_(1) for part in parts)
     return EncodedBatch(
-        EncodedInputs.stored(batch.inputs, scene),
+        inputs.map(lambda tensor: tensor.to(device)),
         adaptive_avg_pool2d(opacity.permute(0, 3, 1, 2), opacity_size),
         color.permute(0, 3, 1, 2),
     )

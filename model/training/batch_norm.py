@@ -33,13 +33,11 @@ class BatchNormRecalibration:
     ----------
     source : SampleSource
         Provides the first :data:`SAMPLES` training samples.
-    size : NetworkSize
-    device : torch.device
     """
 
     def __init__(self, source: SampleSource, size: NetworkSize, device: torch.device) -> None:
         samples = source.first("train", SAMPLES)
-        batch = encode_batch(samples, source.scene, size.opacity_size).to(device)
+        batch = encode_batch(samples, source.scene, size.opacity_size, device)
         self._batches = batch.parts(-(-len(batch) // BATCH))
 
     def of(self, generator: GeneratorNetwork) -> GeneratorNetwork:

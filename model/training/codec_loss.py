@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from model.networks.codec import LatentCodec
-from model.networks.encoding import decode_unit, encode_unit
+from model.networks.encoding import decode_unit
 from model.samples.sampling import EDIT_HEIGHT, draw_edits, draw_opacity_tfs
 from model.scene.scene import Scene
 from model.training.batch import EncodedBatch
@@ -39,6 +39,9 @@ class CodecLoss:
     def __init__(self, scene: Scene, options: TrainingOptions) -> None:
         self._scene = scene
         self._options = options
+        self._ahead: tuple[int, NDArray[np.float32]] | None = None
+        self._tfs: Tensor | None = None
+        self._prepared: int | None = None
 
     def __call__(
         self, codec: LatentCodec, decoded: Tensor, batch: EncodedBatch, step: int
@@ -47,10 +50,8 @@ class CodecLoss:
 
         Parameters
         ----------
-        codec : LatentCodec
         decoded : Tensor, shape (N, 256)
             The batch's decoded TFs, in [-1, 1].
-        batch : EncodedBatch
         step : int
             Determines the random TFs, together with the rank, so that resumed
             runs are reproducible.
@@ -64,27 +65,52 @@ class CodecLoss:
     def without_images(self, codec: LatentCodec, step: int, device: torch.device) -> Tensor:
         """Return the loss of this step's random TFs alone; `unrendered_tfs` must not be 0."""
         options = self._options
-        index = step * ranks() + rank()
-        drawn = draw_opacity_tfs(self._scene, options.seed, index, options.unrendered_tfs)
-        tfs = encode_unit(drawn).to(device)
+        tfs, edited = self._of_step(step, device)
         if options.tf_edit_weight:
-            decoded, missed = self._edited(codec, drawn, tfs, index)
+            with torch.autocast(device.type, enabled=False):
+                # The difference of two similar TFs needs float32 precision.
+                twice = codec.decode(codec.encode(torch.cat([tfs, edited])))
+            decoded, after = twice.chunk(2)
+            missed = edit_error(after - decoded, edited - tfs)
         else:
             decoded, missed = codec.decode(codec.encode(tfs)), tfs.new_zeros(())
         error = decoded_tf_error(decoded, tfs, options.thick_layer_weight)
         return error + options.tf_edit_weight * missed
 
-    def _edited(
-        self, codec: LatentCodec, drawn: NDArray[np.float32], tfs: Tensor, index: int
-    ) -> tuple[Tensor, Tensor]:
-        """Return decoded TFs (N, 256), and the error of decoding a random edit of each."""
-        edits = draw_edits(self._scene, self._options.seed, index, len(drawn))
-        edited = encode_unit((drawn + edits).clip(0, 1)).to(tfs.device)
-        with torch.autocast(tfs.device.type, enabled=False):
-            # The difference of two similar TFs needs float32 precision.
-            twice = codec.decode(codec.encode(torch.cat([tfs, edited])))
-        before, after = twice.chunk(2)
-        return before, edit_error(after - before, edited - tfs)
+    def draw_ahead(self, step: int) -> None:
+        """Draw a step's random TFs, for :meth:`prepare`."""
+        if self._options.unrendered_tfs and (self._ahead is None or self._ahead[0] != step):
+            self._ahead = step, self._draw(step)
+
+    def prepare(self, step: int, device: torch.device) -> None:
+        """Put a step's random TFs where the step before had its own, for recorded passes."""
+        if not self._options.unrendered_tfs:
+            return
+        self.draw_ahead(step)
+        assert self._ahead is not None
+        drawn = torch.from_numpy(self._ahead[1])
+        if self._tfs is None or self._tfs.device.type != device.type:
+            self._tfs = drawn.to(device)
+        else:
+            self._tfs.copy_(drawn)
+        self._prepared = step
+
+    def _of_step(self, step: int, device: torch.device) -> tuple[Tensor, Tensor]:
+        """A step's random TFs (N, 256), and a random edit of each (N, 256), in [-1, 1]."""
+        if self._tfs is None or self._prepared != step or self._tfs.device.type != device.type:
+            self.prepare(step, device)
+        assert self._tfs is not None
+        tfs, edited = self._tfs.unbind()
+        return tfs, edited
+
+    def _draw(self, step: int) -> NDArray[np.float32]:
+        index = step * ranks() + rank()
+        seed, count = self._options.seed, self._options.unrendered_tfs
+        tfs = draw_opacity_tfs(self._scene, seed, index, count)
+        edited = tfs
+        if self._options.tf_edit_weight:
+            edited = (tfs + draw_edits(self._scene, seed, index, count)).clip(0, 1)
+        return 2 * np.stack([tfs, edited]) - 1
 
 
 def decoded_tf_error(decoded: Tensor, opacity_tf: Tensor, thick: float) -> Tensor:

@@ -40,7 +40,6 @@ class CodecDesign:
     Attributes
     ----------
     kind : {"plain", "contractive", "variational"}
-    latent_dim : int
     width : float
         Number of channels as a fraction of the paper's.
     layer_weight : float
@@ -54,8 +53,6 @@ class CodecDesign:
     contraction_weight : float
         Weight of a contractive codec's change by smooth edits, in squared standard deviations
         of the codes (after Rifai et al. 2011).
-    batch_size : int
-    learning_rate : float
 
     Raises
     ------
@@ -101,8 +98,6 @@ def train_codec(
 
     Parameters
     ----------
-    design : CodecDesign
-    steps : int
     seed : int
         Determines weights, TFs and edits.
     reports : int

@@ -37,14 +37,15 @@ class EMA(Generic[Network]):
 
         Parameters
         ----------
-        network : torch.nn.Module
         step : int
             Number of the optimization step just done, from 0.
         """
         decay = min(self.decay, (1 + step) / (10 + step))
-        ours = self.network.state_dict()
-        for name, value in network.state_dict().items():
-            if value.is_floating_point():
-                ours[name].lerp_(value, 1 - decay)
-            else:
-                ours[name].copy_(value)
+        pairs = list(
+            zip(self.network.state_dict().values(), network.state_dict().values(), strict=True)
+        )
+        ours, theirs = zip(*(p for p in pairs if p[0].is_floating_point()), strict=True)
+        torch._foreach_lerp_(list(ours), list(theirs), 1 - decay)
+        for count, newest in pairs:
+            if not count.is_floating_point():
+                count.copy_(newest)

@@ -28,7 +28,6 @@ def samples_of_epochs(epochs: float, images: int, options: TrainingOptions) -> i
     ----------
     epochs : float
         Passes over the images in each stage.
-    images : int
     options : TrainingOptions
         The recipe, which says whether there are two stages.
     """

@@ -23,12 +23,17 @@ class Execution:
         Whether the optimizer is fused.
     compiled : bool
         Whether the generator is compiled by ``torch.compile``.
+    recorded : bool
+        Whether a GPU's steps without a discriminator are recorded once, as a CUDA graph, and
+        then repeated: a step is thousands of small kernels, and starting each of them from
+        Python takes longer than they do.
     """
 
     precision: Precision = "float32"
     channels_last: bool = True
     fused: bool = True
     compiled: bool = False
+    recorded: bool = False
 
     @property
     def dtype(self) -> torch.dtype:
@@ -38,7 +43,8 @@ class Execution:
     def __str__(self) -> str:
         order = "channels last" if self.channels_last else "channels first"
         parts = [self.precision, order, "fused optimizer" if self.fused else "plain optimizer"]
-        return ", ".join([*parts, *(["compiled"] if self.compiled else [])])
+        more = {"compiled": self.compiled, "recorded": self.recorded}
+        return ", ".join([*parts, *(name for name, is_so in more.items() if is_so)])
 
 
 STANDARD = Execution()

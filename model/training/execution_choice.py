@@ -29,6 +29,7 @@ from model.scene.transfer_function import TF_SAMPLES
 from model.training.batch import EncodedBatch
 from model.training.execution import Execution
 from model.training.options import Precision, TrainingOptions
+from model.training.recording import FIRST_PASSES
 from model.training.schedule import Schedule
 
 RUN_SECONDS = 8.0
@@ -66,10 +67,6 @@ def choose_execution(
 
     Parameters
     ----------
-    size : NetworkSize
-    options : TrainingOptions
-    scene : Scene
-    device : torch.device
     precision : {"auto", "float32", "bfloat16"}
         "auto" leaves the choice to the measurement.
 
@@ -115,13 +112,8 @@ def step_seconds(
 
     Parameters
     ----------
-    size : NetworkSize
-    options : TrainingOptions
-    scene : Scene
-    device : torch.device
-    execution : Execution
     stage : str, optional
-        Name of the stage that is timed; by default the last that learns from images, if any.
+        Name of the stage that is timed; by default the last.
 
     Yields
     ------
@@ -129,8 +121,7 @@ def step_seconds(
         Seconds.
     """
     stages = Schedule(size, options, scene, device, execution).stages
-    by_default = [s.name for s in stages.values() if s.needs_images] or list(stages)
-    timed = stages[stage or by_default[-1]]
+    timed = stages[stage or list(stages)[-1]]
     drawn = replace(size, image_size=timed.image_size or size.image_size)
     batch = _noise(timed.stage.batch_size, drawn, condition_numbers(scene)).to(device)
     while True:
@@ -162,10 +153,12 @@ def _fastest(
     for way in _ways(device, precision):
         steps = steps_of(way)
         try:
-            next(steps)
+            for _ in range(1 + FIRST_PASSES * way.recorded):
+                next(steps)
         except Exception:
-            # torch.compile raises many kinds of errors if a dependency is missing.
-            if not way.compiled:
+            # torch.compile raises many kinds of errors if a dependency is missing, recording
+            # where a driver cannot.
+            if not (way.compiled or way.recorded):
                 raise
         else:
             running[way] = steps
@@ -196,6 +189,7 @@ def _ways(device: torch.device, precision: str) -> list[Execution]:
     if device.type == "cuda":
         # On CPUs it takes a minute, and its steps are slower (docs/training.md).
         ways.append(replace(ways[0], compiled=True))
+        ways.append(replace(ways[0], recorded=True))
     return ways
 
 

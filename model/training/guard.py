@@ -81,7 +81,6 @@ class CollapseGuard:
 
         Parameters
         ----------
-        stage : Stage
         metrics : dict of float
             "latent_rank", "latent_spread" and "diversity" as measured by the probe.
         steps : int

@@ -15,15 +15,15 @@ from typing import Any, get_args
 from model.errors import TrainingError, reason
 from model.files import write_atomically
 from model.json_files import MalformedError, build, read_json
-from model.networks.size import Architecture, NetworkSize
+from model.networks.size import NetworkSize
 from model.scene.axes import AXES
 from model.scene.scene import Lighting, RendererName, Scene, TFFamily
 from model.scene.transfer_function import Range
 from model.scene.volume import Volume
-from model.training.options import PRESETS, Budget, Precision, TrainingOptions, preset_size
+from model.training.options import PRESETS, Budget, Precision, TrainingOptions
 from model.volume_files.source import VolumeSource
 
-JOB_VERSION = 2
+JOB_VERSION = 3
 
 
 @dataclass(frozen=True)
@@ -34,21 +34,19 @@ class TrainingJob:
     ----------
     out : Path
         Folder of the run and its model.
-    volume : VolumeSource
     store : Path or None
         A stored data set; None renders samples during training.
     preset : str
         Name of a network size, see :data:`model.training.options.PRESETS`.
-    architecture : str or None
-        Architecture to use instead of the preset's.
     color_attention : bool
-        Whether the paper's networks look colours up in the colour TF, see
+        Whether the networks look colours up in the colour TF, see
         :class:`model.networks.size.NetworkSize`.
+    width : float or None
+        Number of the networks' channels as a fraction of the paper's, instead of the preset's.
     faithful : bool
         Whether to use the paper's recipe without additions.
     settings : tuple of str
         Changes of the recipe, see :meth:`TrainingOptions.with_settings`.
-    minutes : float or None
     samples : int or None
         The budget; exactly one of the two is given.
     lighting, movable_light, tf_family, renderer, window, up, reuse
@@ -57,7 +55,6 @@ class TrainingJob:
         :class:`model.training.streamed_samples.StreamSource`.
     start : Path or None
         Folder of a trained model to start from.
-    seed : int
     workers : int or None
         Number of rendering threads, one per processor by default.
     device : {"auto", "cpu", "cuda"}
@@ -75,8 +72,8 @@ class TrainingJob:
     volume: VolumeSource = field(default_factory=VolumeSource)
     store: Path | None = None
     preset: str = "compact"
-    architecture: Architecture | None = None
     color_attention: bool = False
+    width: float | None = None
     faithful: bool = False
     settings: tuple[str, ...] = ()
     minutes: float | None = None
@@ -131,13 +128,10 @@ class TrainingJob:
         self._check_values()
         # What is wrong with either had better be said before anything is read.
         _ = self.budget, self.options
-        if self.faithful and self.architecture not in (None, "paper"):
-            raise TrainingError("The paper's recipe is for its networks; leave the other one out.")
-        if self.color_attention and (self.faithful or self.size.architecture != "paper"):
+        if self.color_attention and self.faithful:
             raise TrainingError(
                 "Colours are looked up in a variant of the paper's networks, which the paper's own "
-                "recipe does not have; choose that architecture, without the whole recipe.",
-                architecture="paper",
+                "recipe does not have; leave one of the two out."
             )
 
     def _check_values(self) -> None:
@@ -148,6 +142,10 @@ class TrainingJob:
                 raise TrainingError(f"The {name} is {number!r}; give a whole number from {least}.")
         if self.reuse is not None and not (type(self.reuse) in (int, float) and self.reuse >= 1):
             raise TrainingError(f"The reuse is {self.reuse!r}; give a number from 1.")
+        if self.width is not None and not (
+            type(self.width) in (int, float) and 0 < self.width <= 4
+        ):
+            raise TrainingError(f"The width is {self.width!r}; give a number above 0, up to 4.")
         for name in ("color_attention", "faithful", "movable_light", "resume"):
             if not isinstance(getattr(self, name), bool):
                 raise TrainingError(f"The job's '{name}' must be true or false.")
@@ -155,7 +153,6 @@ class TrainingJob:
             "lighting": (self.lighting, get_args(Lighting)),
             "renderer": (self.renderer, get_args(RendererName)),
             "TF family": (self.tf_family, get_args(TFFamily)),
-            "architecture": (self.architecture, (None, *get_args(Architecture))),
             "device": (self.device, ("auto", "cpu", "cuda")),
             "precision": (self.precision, ("auto", *get_args(Precision))),
             "up axis": (self.up, ("", *AXES)),
@@ -168,10 +165,10 @@ class TrainingJob:
     @property
     def size(self) -> NetworkSize:
         """Size of the networks; without additions to the paper's if `faithful`."""
+        size = PRESETS[self.preset]
+        size = replace(size, width=self.width or size.width, color_attention=self.color_attention)
         if not self.faithful:
-            size = preset_size(self.preset, self.architecture)
-            return replace(size, color_attention=self.color_attention)
-        size = preset_size(self.preset, "paper")
+            return size
         return replace(size, modulation=False, opacity_modulation=False, deep_codec=False)
 
     @property
@@ -211,12 +208,19 @@ class TrainingJob:
         TrainingError
             When the data does not describe a valid job.
         """
-        if not isinstance(data, dict) or data.get("tfscope_job") not in (1, JOB_VERSION):
-            raise TrainingError(f"It is not a training job of format 1 or {JOB_VERSION}.")
-        try:
+        if not isinstance(data, dict) or data.get("tfscope_job") not in (1, 2, JOB_VERSION):
+            raise TrainingError(f"It is not a training job of format 1 to {JOB_VERSION}.")
+        values = {**data}
+        version = values.pop("tfscope_job")
+        if version == 1:
             # Jobs of format 1 know the paper's TFs only.
-            values = {"tf_family": "paper", **data}
-            del values["tfscope_job"]
+            values.setdefault("tf_family", "paper")
+        if version < JOB_VERSION and values.pop("architecture", None) == "refined":
+            raise TrainingError(
+                "It trains a coarse volume, which this tfscope no longer does; leave its "
+                "architecture out to train the paper's networks."
+            )
+        try:
             return build(cls, values, exact=True)
         except MalformedError as error:
             raise TrainingError(f"The training job is malformed near {error}.") from error

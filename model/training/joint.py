@@ -25,14 +25,8 @@ class JointStage(ColorStage):
 
     Parameters
     ----------
-    size : NetworkSize
-    options : TrainingOptions
-    generator : TwoStageGenerator
     conditions : int
         Number of condition values.
-    codec_loss : CodecLoss
-    device : torch.device
-    execution : Execution
     """
 
     name = "joint"
@@ -78,6 +72,12 @@ class JointStage(ColorStage):
             "opacity_l1": l1(opacity_image, batch.opacity_image),
             "l1": l1(fake, batch.image),
         }
+
+    def _prepare(self) -> None:
+        self._codec_loss.prepare(self.steps, self.device)
+
+    def _draw_ahead(self) -> None:
+        self._codec_loss.draw_ahead(self.steps + 1)
 
     def _weights(self) -> dict[str, float]:
         return {

@@ -33,26 +33,18 @@ MEASURES = ("tf_rmse", "opacity_rmse", "rmse", "emd")
 
 
 class HoldoutProbe:
-    """Measures generators on a fixed set of hold-out samples.
-
-    Parameters
-    ----------
-    source : SampleSource
-    size : NetworkSize
-    device : torch.device
-    """
+    """Measures generators on a fixed set of hold-out samples."""
 
     def __init__(self, source: SampleSource, size: NetworkSize, device: torch.device) -> None:
         samples = source.first("holdout", PROBE_SAMPLES)
         self.count = len(samples)
-        self.batch = encode_batch(samples, source.scene, size.opacity_size).to(device)
+        self.batch = encode_batch(samples, source.scene, size.opacity_size, device)
 
     def measure(self, generator: GeneratorNetwork, sheet: Path) -> dict[str, float]:
         """Measure a generator and write a sheet of images of the first samples.
 
         Parameters
         ----------
-        generator : GeneratorNetwork
         sheet : Path
             PNG file. Rows, from the top: true images, generated images, true
             opacity images, generated opacity images.
@@ -103,7 +95,6 @@ class RunLog:
 
     Parameters
     ----------
-    folder : Path
     samples : int
         Samples seen by the run so far; later rows, of a session that was killed
         before its state was saved, are dropped.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import torch
-from torch import nn
+from torch import Tensor, nn
 
 BETA1 = 0.5
 
@@ -16,29 +16,42 @@ LEAST_DECAY = 1e-3
 """Initial and final learning rate of a cosine schedule, as a fraction of its maximum."""
 
 
-def adam(network: nn.Module, beta2: float, fused: bool = True) -> torch.optim.Adam:
+def adam(
+    network: nn.Module, beta2: float, fused: bool = True, recorded: bool = False
+) -> torch.optim.Adam:
     """Return an Adam optimizer with the paper's beta1 (section 6, implementation details).
 
     Parameters
     ----------
-    network : Module
     beta2 : float
         Decay rate of the squared gradients' moving average.
     fused : bool
         Whether to use the fused implementation.
+    recorded : bool
+        Whether its steps can be recorded as part of a CUDA graph.
 
     Returns
     -------
     Adam
         Its learning rate is set by :func:`set_rate`.
     """
-    return torch.optim.Adam(network.parameters(), betas=(BETA1, beta2), fused=fused)
+    parameters = list(network.parameters())
+    rate: float | Tensor = 1e-3
+    if recorded:
+        # A number would be recorded as it is.
+        rate = torch.tensor(rate, device=parameters[0].device)
+    return torch.optim.Adam(
+        parameters, rate, betas=(BETA1, beta2), fused=fused, capturable=recorded
+    )
 
 
 def set_rate(optimizer: torch.optim.Optimizer, rate: float) -> None:
     """Set the learning rate of each parameter group to `rate` times the group's factor."""
     for group in optimizer.param_groups:
-        group["lr"] = rate
+        if isinstance(group["lr"], Tensor):
+            group["lr"].fill_(rate)
+        else:
+            group["lr"] = rate
 
 
 def cosine_decay(progress: float) -> float:

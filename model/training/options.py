@@ -8,34 +8,20 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
 
 from model.errors import TrainingError
-from model.networks.size import Architecture, NetworkSize
+from model.networks.size import NetworkSize
 
 Precision = Literal["float32", "bfloat16"]
 """Digits that optimization steps are computed in."""
 
-_SMALL = NetworkSize(
-    0.25, modulation=True, opacity_modulation=True, deep_codec=True, architecture="refined"
-)
+_SMALL = NetworkSize(0.25, modulation=True, opacity_modulation=True, deep_codec=True)
 
 PRESETS: dict[str, NetworkSize] = {
-    "draft": replace(_SMALL, image_size=64, opacity_size=64),
-    "compact": replace(_SMALL, image_size=128, opacity_size=128),
-    "large": replace(_SMALL, image_size=256, opacity_size=256),
+    "draft": replace(_SMALL, image_size=64),
+    "compact": replace(_SMALL, image_size=128),
+    "large": replace(_SMALL, image_size=256),
     "paper": NetworkSize(1.0, image_size=256),
 }
 """Network sizes by name: "draft" for experiments, "compact" for CPUs, and the paper's."""
-
-PAPER_OPACITY_SIZE = 64
-"""Width and height of the paper's opacity images; those of a coarse volume are not reduced."""
-
-
-def preset_size(preset: str, architecture: Architecture | None = None) -> NetworkSize:
-    """Return a preset's size, with another architecture if one is given."""
-    size = PRESETS[preset]
-    if architecture in (None, size.architecture):
-        return size
-    opacity_size = PAPER_OPACITY_SIZE if architecture == "paper" else size.image_size
-    return replace(size, architecture=architecture, opacity_size=opacity_size)
 
 
 @dataclass(frozen=True)
@@ -77,7 +63,7 @@ class TrainingOptions:
 
     Attributes
     ----------
-    opacity, translation, small, joint, codec, refiner : StageOptions
+    opacity, translation, small, joint : StageOptions
         The paper's runs make 30 passes over 200,000 samples. Runs of an hour
         are far shorter and need more steps: smaller batches, larger rates.
     l1_weight : float
@@ -131,9 +117,6 @@ class TrainingOptions:
         rendered colour images (Salimans et al. 2016), once it has joined; 0 in the paper.
     opacity_time_share : float
         Fraction of the budget for stage 1 of the paper's two.
-    codec_time_share : float
-        Fraction of the budget for the codec, if a refiner is trained after it.
-    seed : int
 
     Raises
     ------
@@ -145,8 +128,6 @@ class TrainingOptions:
     translation: StageOptions = StageOptions(16, 4e-4, 3.0)
     small: StageOptions = StageOptions(32, 2e-3, 5.0)
     joint: StageOptions = StageOptions(32, 1e-3, 5.0)
-    codec: StageOptions = StageOptions(32, 1e-3, 5.0)
-    refiner: StageOptions = StageOptions(8, 1e-3, 5.0)
     l1_weight: float = 150.0
     decoded_tf_weight: float = 1000.0
     unrendered_tfs: int = 32
@@ -163,7 +144,6 @@ class TrainingOptions:
     true_opacity_share: float = 0.0
     feature_matching_weight: float = 0.0
     opacity_time_share: float = 0.4
-    codec_time_share: float = 0.15
     seed: int = 0
 
     def __post_init__(self) -> None:
@@ -190,7 +170,7 @@ class TrainingOptions:
                 "The share of small images must be from 0 to below 1, "
                 "that of true opacity images from 0 to 1."
             )
-        if not (0 < self.opacity_time_share < 1 and 0 < self.codec_time_share < 1):
+        if not 0 < self.opacity_time_share < 1:
             raise TrainingError("A stage's share of the budget must be between 0 and 1.")
 
     @classmethod
@@ -249,7 +229,7 @@ class TrainingOptions:
     def from_json(cls, data: dict[str, Any]) -> TrainingOptions:
         """Rebuild options from :meth:`to_json`'s data."""
         values = dict(data)
-        for stage in ("opacity", "translation", "small", "joint", "codec", "refiner"):
+        for stage in ("opacity", "translation", "small", "joint"):
             values[stage] = StageOptions(**values[stage])
         return cls(**values)
 

@@ -12,7 +12,6 @@ import torch
 from model.errors import TrainingError
 from model.networks.size import NetworkSize
 from model.scene.scene import Scene
-from model.scene.volume import Volume
 from model.training.execution import STANDARD, Execution
 from model.training.options import PRESETS, Budget, TrainingOptions
 from model.training.sources import SampleSource
@@ -26,20 +25,12 @@ class TrainingPlan:
 
     Attributes
     ----------
-    source : SampleSource
     preset : str
         Name of the preset, for the record.
-    size : NetworkSize
-    options : TrainingOptions
-    budget : Budget
-    folder : Path
-    device : torch.device
     start : WarmStart, optional
         A trained model whose weights are the initial ones; random by default.
     execution : Execution
         Execution settings of optimization steps.
-    volume : Volume, optional
-        The scene's, for networks that hold a coarse volume.
     interval : float
         Seconds between checkpoints.
     """
@@ -53,7 +44,6 @@ class TrainingPlan:
     device: torch.device
     start: WarmStart | None = None
     execution: Execution = STANDARD
-    volume: Volume | None = None
     interval: float = 60.0
 
     def recipe(self) -> dict[str, Any]:
@@ -94,12 +84,8 @@ class TrainingReport:
 
     Attributes
     ----------
-    stage : str
     spent : float
         Fraction of the whole budget used, 0..1.
-    seconds : float
-    samples : int
-    losses : dict of float
     metrics : dict of float
         Most recent hold-out metrics; empty before the first measurement.
     notice : str

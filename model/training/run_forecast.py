@@ -37,8 +37,6 @@ def forecast_run(
     ----------
     job : TrainingJob
         Its samples are rendered while it trains, unless it has a stored data set.
-    volume : Volume
-    device : torch.device
     execution : Execution
         How steps are computed.
 
@@ -50,7 +48,7 @@ def forecast_run(
     assert job.samples is not None
     scene = job.scene_of(volume)
     options = job.options
-    schedule = Schedule(job.size, options, scene, torch.device("cpu"), volume=volume)
+    schedule = Schedule(job.size, options, scene, torch.device("cpu"))
     seconds, begun = 0.0, 0.0
     for name in schedule.names:
         share, begun = schedule.ends[name] - begun, schedule.ends[name]

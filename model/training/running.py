@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from contextlib import nullcontext
 
@@ -9,7 +10,6 @@ import torch
 
 from model.devices import choose_device
 from model.errors import TrainingError
-from model.rendering.raycast import cuda
 from model.samples.sample_store import SampleStore
 from model.scene.scene import Scene
 from model.scene.volume import Volume
@@ -25,6 +25,9 @@ from model.training.streamed_samples import StreamSource
 from model.training.trainer import train
 from model.training.warm_start import WarmStart
 
+MANY_WORKERS = 4
+"""Number of processors from which on samples are rendered by processes beside a GPU."""
+
 
 def run_job(
     job: TrainingJob,
@@ -35,7 +38,6 @@ def run_job(
 
     Parameters
     ----------
-    job : TrainingJob
     on_report : callable
         Called in the first process after each optimization step.
     on_execution : callable
@@ -76,7 +78,6 @@ def run_job(
                 device=device,
                 start=start,
                 execution=execution,
-                volume=volume,
             )
             if first:
                 train(plan, job.resume, on_report, locked=True)
@@ -95,42 +96,32 @@ def shared_execution(job: TrainingJob, scene: Scene, device: torch.device) -> Ex
 
 def _volume(job: TrainingJob) -> Volume | None:
     """Return the job's volume; None if it is not needed."""
-    needed = job.store is None or job.size.architecture == "refined"
-    return job.volume.read() if needed or job.volume.path is not None else None
+    return job.volume.read() if job.store is None or job.volume.path is not None else None
 
 
 def _source(job: TrainingJob, volume: Volume | None, device: str) -> SampleSource:
     if job.store is not None:
         store = SampleStore(job.store)
         check_image_size(job.size, store.scene)
-        if volume is not None:
-            _check_volume(job, volume, store)
+        if volume is not None and volume.fingerprint != store.scene.volume_fingerprint:
+            raise TrainingError(
+                f"{store.path}: the data set shows '{store.scene.volume_name}', "
+                f"not {job.volume.path}; name the right one."
+            )
         return StoredSource(store)
     assert volume is not None
     scene = job.scene_of(volume)
-    on_gpu = device == "cuda" and scene.renderer == "raycast" and cuda.is_available()
+    # A GPU that trains is not to wait for the interpreter's lock, which rendering threads hold.
+    in_processes = device == "cuda" and (job.workers or os.cpu_count() or 1) >= MANY_WORKERS
+    on_gpu = device == "cuda" and scene.renderer == "raycast" and _is_drawn_on_gpu()
     return StreamSource(
         volume,
         scene,
         job.seed,
         job.reuse,
         job.workers,
-        device="cuda" if on_gpu else "cpu",
-    )
-
-
-def _check_volume(job: TrainingJob, volume: Volume, store: SampleStore) -> None:
-    if volume.fingerprint == store.scene.volume_fingerprint:
-        return
-    if job.volume.path is None:
-        raise TrainingError(
-            f"{store.path}: the data set shows '{store.scene.volume_name}'; name its file, as "
-            "the model keeps a coarse copy of the volume.",
-            volume="FILE",
-        )
-    raise TrainingError(
-        f"{store.path}: the data set shows '{store.scene.volume_name}', "
-        f"not {job.volume.path}; name the right one."
+        device="cuda" if on_gpu and not in_processes else "cpu",
+        processes=in_processes,
     )
 
 
@@ -150,3 +141,10 @@ def _check_resumption(job: TrainingJob) -> None:
             f"{job.out}: the run is finished; train longer in another folder, from this model.",
             start_from=str(job.out),
         )
+
+
+def _is_drawn_on_gpu() -> bool:
+    # Late: who trains on the CPU does without.
+    from model.rendering.raycast.cuda import is_available
+
+    return is_available()

@@ -2,41 +2,25 @@
 
 from __future__ import annotations
 
-import copy
-
 import torch
 
-from model.networks.build import build_generator
 from model.networks.generator_network import GeneratorNetwork
 from model.networks.paper.opacity import OpacityGenerator
 from model.networks.paper.translation import TranslationGenerator
 from model.networks.paper.two_stage import TwoStageGenerator
-from model.networks.refined.refined_generator import RefinedGenerator
 from model.networks.size import NetworkSize
 from model.scene.inputs import condition_numbers
 from model.scene.scene import Scene
-from model.scene.volume import Volume
 from model.training.codec_loss import CodecLoss
 from model.training.execution import STANDARD, Execution
 from model.training.joint import JointStage, SmallStage, small_size
 from model.training.options import TrainingOptions
-from model.training.refined_stages import CodecStage, RefinerStage
 from model.training.stage import Stage
 from model.training.stages import OpacityStage, TranslationStage
 
 
 class Schedule:
     """Stages of a run and their fractions of the budget.
-
-    Parameters
-    ----------
-    size : NetworkSize
-    options : TrainingOptions
-    scene : Scene
-    device : torch.device
-    execution : Execution
-    volume : Volume, optional
-        The scene's, for networks that hold a coarse volume.
 
     Attributes
     ----------
@@ -53,28 +37,12 @@ class Schedule:
         scene: Scene,
         device: torch.device,
         execution: Execution = STANDARD,
-        volume: Volume | None = None,
     ) -> None:
         self._size = size
         torch.manual_seed(options.seed)
         self.stages: dict[str, Stage]
         codec_loss, conditions = CodecLoss(scene, options), condition_numbers(scene)
-        self._refined: RefinedGenerator | None = None
-        if size.architecture == "refined":
-            network = build_generator(size, scene, volume)
-            assert isinstance(network, RefinedGenerator)
-            self._refined = network
-            # Copies, as the network itself is to have their averages.
-            codec = copy.deepcopy(self._refined.codec)
-            refiner = copy.deepcopy(self._refined.refiner)
-            self.stages = {"codec": CodecStage(codec, scene, options, device, execution)}
-            self.ends = {"codec": 1.0}
-            if refiner is not None:
-                self.stages["refiner"] = RefinerStage(
-                    self._refined, refiner, options, device, execution
-                )
-                self.ends = {"codec": options.codec_time_share, "refiner": 1.0}
-        elif options.one_stage:
+        if options.one_stage:
             rest = conditions, codec_loss, device, execution
             self.stages, self.ends = {}, {}
             if options.small_time_share and size.image_size > size.opacity_size:
@@ -102,7 +70,6 @@ class Schedule:
 
         Parameters
         ----------
-        name : str
         spent : float
             Fraction of the whole budget used.
 
@@ -124,11 +91,6 @@ class Schedule:
 
     def generator(self) -> GeneratorNetwork:
         """Return the averaged networks as one generator, in evaluation mode."""
-        if self._refined is not None:
-            for name, stage in self.stages.items():
-                averaged = stage.average.network.state_dict()
-                getattr(self._refined, name).load_state_dict(averaged)
-            return self._refined.eval()
         if "joint" in self.stages:
             begun = [s for s in self.stages.values() if s.steps] or [self.stages["joint"]]
             network: GeneratorNetwork = begun[-1].average.network

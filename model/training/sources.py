@@ -22,7 +22,6 @@ class SampleSource(ABC):
 
     Attributes
     ----------
-    scene : Scene
     seed : int
         Seed of the samples; scene and seed alone determine the hold-out split.
     """
@@ -44,7 +43,6 @@ class SampleSource(ABC):
         ----------
         stage : int
             Stage of the training, from 0.
-        batch_size : int
         seed : int
             Seed of the training run; equal arguments give equal batches.
         done : int
@@ -70,12 +68,7 @@ class SampleSource(ABC):
 
 
 class StoredSource(SampleSource):
-    """Samples of a store on disk, in repeated passes in random order.
-
-    Parameters
-    ----------
-    store : SampleStore
-    """
+    """Samples of a store on disk, in repeated passes in random order."""
 
     def __init__(self, store: SampleStore) -> None:
         self.store = store

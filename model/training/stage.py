@@ -18,7 +18,6 @@ from torch.nn.utils import clip_grad_norm_
 
 from model.errors import TrainingError
 from model.networks.blocks import kaiming_init, place
-from model.networks.refined.refined_generator import RefinedGenerator
 from model.training.batch import EncodedBatch
 from model.training.ema import EMA
 from model.training.execution import STANDARD, Execution
@@ -26,6 +25,7 @@ from model.training.losses import adversarial
 from model.training.optimizers import adam, cosine_decay, halving_decay, set_rate
 from model.training.options import StageOptions, TrainingOptions
 from model.training.parallel import average_gradients, ranks
+from model.training.recording import RecordedPass
 
 Losses = dict[str, float]
 
@@ -55,12 +55,8 @@ class Stage(ABC):
 
     Attributes
     ----------
-    needs_images : bool
-        Whether steps learn from rendered images; otherwise any batch will do.
     image_size : int or None
         Width and height of the colour images it learns, if smaller than the scene's.
-    generator : torch.nn.Module
-    discriminator : torch.nn.Module or None
     average : EMA
         Average of the generator, for evaluation and saved models.
     steps : int
@@ -74,7 +70,6 @@ class Stage(ABC):
     """
 
     name: str
-    needs_images = True
     image_size: int | None = None
 
     def __init__(
@@ -104,10 +99,9 @@ class Stage(ABC):
         self.steps = 0
         self.parts = 1
         self.execution = execution
-        self.generator_optimizer = adam(self.generator, options.beta2, fused)
+        self.generator_optimizer = adam(self.generator, options.beta2, fused, execution.recorded)
+        self._recording: RecordedPass | None = None
         if execution.compiled:
-            if isinstance(self.generator, RefinedGenerator):
-                self.generator.leave_features_uncompiled()
             self._generate = torch.compile(self._generate)  # type: ignore[method-assign]
 
     def start_from(self, generator: nn.Module) -> None:
@@ -127,7 +121,6 @@ class Stage(ABC):
 
         Parameters
         ----------
-        batch : EncodedBatch
         progress : float
             Fraction of this stage's budget used, 0..1; determines the learning rate.
 
@@ -152,6 +145,9 @@ class Stage(ABC):
 
     def _step(self, batch: EncodedBatch, adversaries: bool, judged: Losses) -> StepResult:
         """Attempt a step; `judged` keeps the discriminator's loss, so that it learns only once."""
+        self._prepare()
+        if self.execution.recorded and not adversaries and self.parts == 1 and ranks() == 1:
+            return self._recorded_step(batch)
         parts = batch.parts(self.parts)
         # Keep the graph while the discriminator is trained only if the batch is not split.
         kept = self._generated(batch) if len(parts) == 1 else None
@@ -176,9 +172,48 @@ class Stage(ABC):
         gradient = float(clip_grad_norm_(self.generator.parameters(), math.inf))
         if math.isfinite(gradient):
             self.generator_optimizer.step()
-            self.average.update(self.generator, self.steps)
-            self.steps += 1
+            self._count()
         return StepResult(reported, gradient)
+
+    def _recorded_step(self, batch: EncodedBatch) -> StepResult:
+        """Attempt a step without a discriminator by a recorded pass."""
+        if self._recording is None:
+            self._recording = RecordedPass(self._pass)
+        values = self._recording.run(batch)
+        # While the GPU is at work.
+        self._draw_ahead()
+        *losses, gradient = values.tolist()
+        if math.isfinite(gradient):
+            self._count()
+        return StepResult(dict(zip(self._names, losses, strict=True)), gradient)
+
+    def _pass(self, batch: EncodedBatch) -> Tensor:
+        """Learn from a batch; return the losses, named by ``_names``, and the gradient's norm.
+
+        All of it is done on the device, which must not wait for this process.
+        """
+        self.generator_optimizer.zero_grad(set_to_none=True)
+        fake, extra = self._generated(batch)
+        losses = self._generator_losses(batch, fake, extra)
+        weights = self._weights()
+        torch.stack([weights[name] * loss for name, loss in losses.items()]).sum().backward()  # type: ignore[no-untyped-call]
+        gradient = clip_grad_norm_(self.generator.parameters(), math.inf)
+        # What the fused optimizer skips its step by.
+        self.generator_optimizer.found_inf = (~gradient.isfinite()).float()  # type: ignore[attr-defined]
+        self.generator_optimizer.step()
+        self._names = list(losses)
+        return torch.stack([*(loss.detach().float() for loss in losses.values()), gradient])
+
+    def _count(self) -> None:
+        """Count a step that has changed the generator, and average the generator."""
+        self.average.update(self.generator, self.steps)
+        self.steps += 1
+
+    def _prepare(self) -> None:  # noqa: B027
+        """Draw what the losses of the next step need besides its batch."""
+
+    def _draw_ahead(self) -> None:  # noqa: B027
+        """Draw it for the step after the present one, for which it is prepared later."""
 
     def _generated(self, batch: EncodedBatch) -> tuple[Tensor, Any]:
         with self._autocast():

@@ -22,13 +22,8 @@ class OpacityStage(Stage):
 
     Parameters
     ----------
-    size : NetworkSize
-    options : TrainingOptions
     opacity : OpacityGenerator
         The generator.
-    codec_loss : CodecLoss
-    device : torch.device
-    execution : Execution
     """
 
     name = "opacity"
@@ -104,14 +99,10 @@ class TranslationStage(ColorStage):
 
     Parameters
     ----------
-    size : NetworkSize
-    options : TrainingOptions
     opacity : OpacityGenerator
         The trained generator of stage 1; encodes opacity TFs.
     conditions : int
         Number of condition values.
-    device : torch.device
-    execution : Execution
     """
 
     name = "translation"

@@ -9,24 +9,33 @@ resume exactly; training waits if rendering falls behind.
 
 from __future__ import annotations
 
+import multiprocessing
 import os
+import signal
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import AbstractContextManager, closing, nullcontext
 from dataclasses import replace
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from model.errors import RenderError
+from model.rendering.renderer import Renderer
 from model.samples.sample_rendering import check_volume, make_renderer, render_samples
 from model.samples.sample_store import BLOCK, SampleBatch
 from model.samples.sampling import Split
+from model.scene.inputs import encode_inputs
 from model.scene.scene import Lighting, Scene
 from model.scene.volume import Volume
 from model.training.sources import SampleSource
 
-DEFAULT_REUSE: dict[Lighting, float] = {"none": 4.0, "direct": 16.0, "global": 8.0}
+DEFAULT_REUSE: dict[Lighting, float] = {"none": 4.0, "direct": 16.0, "soft": 8.0, "shadows": 8.0}
 """Uses per sample by lighting; rendering then takes at most a quarter of a run on a CPU."""
 
 FIRST_SAMPLES = 512
@@ -36,19 +45,24 @@ RING_BYTES = 512 << 20
 RING_SAMPLES = 8192
 """Largest number of samples in the ring."""
 
+PROCESS_RINGS = 4
+"""Both limits of the ring are so many times as large on machines that render in processes."""
+
 AHEAD_BLOCKS = 8
-"""Number of blocks that may be rendered ahead."""
+"""Number of blocks that may be rendered ahead; at least two for each thread or process."""
 
 STAGE_SAMPLES = 1 << 40
 """Offset between the sample indices of stages, so that they share no samples."""
 
 
 class StreamSource(SampleSource):
-    """Samples rendered in background threads during training.
+    """Samples rendered in the background during training, by threads or by processes.
+
+    Threads share the interpreter's lock with the training. A training on a CPU holds it for
+    little of its time, one on a GPU for nearly all of it.
 
     Parameters
     ----------
-    volume : Volume
     scene : Scene
         Should be rendered by the ray caster, which releases the interpreter lock.
     seed : int
@@ -56,11 +70,14 @@ class StreamSource(SampleSource):
     reuse : float, optional
         Average number of uses of each sample; :data:`DEFAULT_REUSE` by default.
     threads : int, optional
-        Number of rendering threads; by default one per processor, or one for a GPU.
+        Number of rendering threads or processes; by default one per processor, or one for a
+        ray caster on a GPU.
     ring_samples : int, optional
         Number of samples in the ring.
     device : {"cpu", "cuda"}
         Device of the ray caster.
+    processes : bool
+        Whether processes render instead of threads.
 
     Attributes
     ----------
@@ -82,6 +99,7 @@ class StreamSource(SampleSource):
         threads: int | None = None,
         ring_samples: int | None = None,
         device: Literal["cpu", "cuda"] = "cpu",
+        processes: bool = False,
     ) -> None:
         self.scene = scene
         self.seed = seed
@@ -91,8 +109,9 @@ class StreamSource(SampleSource):
         self._volume = volume
         self._threads = threads or (1 if device == "cuda" else os.cpu_count() or 1)
         self._device: Literal["cpu", "cuda"] = device
-        image_bytes = 4 * scene.image_size**2
-        self._capacity = ring_samples or min(RING_SAMPLES, RING_BYTES // image_bytes)
+        self._processes = processes
+        most, image_bytes = PROCESS_RINGS if processes else 1, 4 * scene.image_size**2
+        self._capacity = ring_samples or min(most * RING_SAMPLES, most * RING_BYTES // image_bytes)
         check_volume(volume, scene)
         self._ring: _Ring | None = None
 
@@ -113,11 +132,13 @@ class StreamSource(SampleSource):
         first = max(FIRST_SAMPLES, batch_size)
         newest = first + int(done * fresh)
         oldest = max(0, newest - self._capacity) // BLOCK * BLOCK
-        ring = self._ring = _Ring(self._capacity, stage * STAGE_SAMPLES, oldest)
+        ahead = max(AHEAD_BLOCKS, 2 * self._threads)
+        ring = self._ring = _Ring(self._capacity, stage * STAGE_SAMPLES, oldest, ahead)
+        scene = replace(self.scene, image_size=image_size or self.scene.image_size)
+        pool = self._pool(scene)
         for _ in range(self._threads):
-            arguments = ring, replace(self.scene, image_size=image_size or self.scene.image_size)
             threading.Thread(
-                target=self._render, args=arguments, name="samples", daemon=True
+                target=self._render, args=(ring, scene, pool), name="samples", daemon=True
             ).start()
         try:
             number = done
@@ -131,6 +152,8 @@ class StreamSource(SampleSource):
                 number += 1
         finally:
             ring.close()
+            if pool is not None:
+                pool.shutdown(wait=False, cancel_futures=True)
 
     def wait_until_ahead(self) -> None:
         """Wait until as many samples are rendered beforehand as there is room for."""
@@ -165,29 +188,79 @@ class StreamSource(SampleSource):
         with self._lock:
             self.rendering_seconds += seconds
 
-    def _render(self, ring: _Ring, scene: Scene) -> None:
+    def _pool(self, scene: Scene) -> ProcessPoolExecutor | None:
+        if not self._processes:
+            return None
+        # "spawn", as torch's threads do not survive a fork.
+        context = multiprocessing.get_context("spawn")
+        arguments = self._volume, scene, self.seed, self._device
+        return ProcessPoolExecutor(self._threads, context, _start_worker, arguments)
+
+    def _render(self, ring: _Ring, scene: Scene, pool: ProcessPoolExecutor | None) -> None:
         """Render block after block into the ring, until it is closed."""
         try:
-            renderer = make_renderer(self._volume, scene, device=self._device)
-            try:
+            renderer: AbstractContextManager[Renderer | None] = nullcontext()
+            render: Callable[[range], tuple[SampleBatch, float]]
+            if pool is not None:
+                render = partial(_from_worker, pool)
+            else:
+                own = make_renderer(self._volume, scene, device=self._device)
+                renderer, render = closing(own), partial(_timed, own, scene, self.seed)
+            with renderer:
                 while (block := ring.next_block()) is not None:
-                    start = time.thread_time()
-                    indices = range(block.start + ring.offset, block.stop + ring.offset)
-                    samples = render_samples(renderer, scene, self.seed, "train", indices)
-                    self._count(time.thread_time() - start)
+                    samples, seconds = render(
+                        range(block.start + ring.offset, block.stop + ring.offset)
+                    )
+                    self._count(seconds)
                     ring.write(block, samples)
-            finally:
-                renderer.close()
         except BaseException as error:
             ring.fail(error)
+
+
+def _timed(
+    renderer: Renderer, scene: Scene, seed: int, indices: range
+) -> tuple[SampleBatch, float]:
+    """Training samples, and the processor time that this thread took for them."""
+    start = time.thread_time()
+    samples = render_samples(renderer, scene, seed, "train", indices)
+    # Once, and not each time that a sample is learned from.
+    samples = replace(samples, encoded=encode_inputs(samples.inputs, scene))
+    return samples, time.thread_time() - start
+
+
+_own: Callable[[range], tuple[SampleBatch, float]]
+"""How a rendering process renders samples."""
+
+
+def _start_worker(volume: Volume, scene: Scene, seed: int, device: Literal["cpu", "cuda"]) -> None:
+    global _own
+    # The training handles Ctrl-C and ends the processes.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _own = partial(_timed, make_renderer(volume, scene, device=device), scene, seed)
+
+
+def _work(indices: range) -> tuple[SampleBatch, float]:
+    return _own(indices)
+
+
+def _from_worker(pool: ProcessPoolExecutor, indices: range) -> tuple[SampleBatch, float]:
+    try:
+        return pool.submit(_work, indices).result()
+    except BrokenProcessPool as error:
+        raise RenderError(
+            "A process that renders samples ended unexpectedly (out of memory?); "
+            "go on with fewer processes.",
+            workers="1",
+        ) from error
 
 
 class _Ring:
     """Ring buffer of the newest samples, written by rendering threads, read by the trainer."""
 
-    def __init__(self, capacity: int, offset: int, first: int) -> None:
+    def __init__(self, capacity: int, offset: int, first: int, ahead: int) -> None:
+        self._ahead = ahead * BLOCK
         # Blocks rendered ahead must not overwrite samples that are still needed.
-        self._slots = -(-capacity // BLOCK) * BLOCK + (AHEAD_BLOCKS + 1) * BLOCK
+        self._slots = -(-capacity // BLOCK) * BLOCK + self._ahead + BLOCK
         self.offset = offset
         self._arrays: dict[str, NDArray[Any]] = {}
         self._changed = threading.Condition()
@@ -201,14 +274,17 @@ class _Ring:
     def wait_for(self, newest: int) -> None:
         """Wait until all samples below `newest` are rendered, and allow further ones.
 
-        Raises the error of a rendering thread, if one has failed.
+        Raises the error of a rendering thread, if one has failed, and :class:`RuntimeError`
+        once the ring is closed.
         """
         with self._changed:
             self._wanted = newest
             self._changed.notify_all()
-            self._changed.wait_for(lambda: self._error or self._complete >= newest)
+            self._changed.wait_for(lambda: self._error or self._closed or self._complete >= newest)
             if self._error is not None:
                 raise self._error
+            if self._closed:
+                raise RuntimeError("No more samples are rendered.")
 
     def wait_until_full(self) -> None:
         """Wait until all blocks that may be rendered ahead are finished, or none ever will be.
@@ -217,11 +293,7 @@ class _Ring:
         """
         with self._changed:
             self._changed.wait_for(
-                lambda: (
-                    self._error
-                    or self._closed
-                    or self._complete >= self._wanted + AHEAD_BLOCKS * BLOCK
-                )
+                lambda: self._error or self._closed or self._complete >= self._wanted + self._ahead
             )
             if self._error is not None:
                 raise self._error
@@ -229,9 +301,7 @@ class _Ring:
     def next_block(self) -> range | None:
         """Return the next block to render once there is room for it; None when closed."""
         with self._changed:
-            self._changed.wait_for(
-                lambda: self._closed or self._next < self._wanted + AHEAD_BLOCKS * BLOCK
-            )
+            self._changed.wait_for(lambda: self._closed or self._next < self._wanted + self._ahead)
             if self._closed:
                 return None
             start = self._next

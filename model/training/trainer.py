@@ -14,7 +14,6 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import asdict
 from importlib.metadata import version
-from itertools import repeat
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +25,7 @@ from model.networks.checkpoint import save_model
 from model.networks.generator_network import GeneratorNetwork
 from model.samples.sample_store import SampleBatch
 from model.training import parallel
+from model.training.ahead import ahead
 from model.training.batch import EncodedBatch, encode_batch
 from model.training.batch_norm import BatchNormRecalibration
 from model.training.guard import CollapseGuard, Trouble
@@ -57,7 +57,6 @@ def train(
 
     Parameters
     ----------
-    plan : TrainingPlan
     resume : bool
         Whether to resume the run in the folder; otherwise the folder must hold none.
     on_report : callable
@@ -105,7 +104,7 @@ class _Run:
         self.plan = plan
         self.on_report = on_report
         self.schedule = Schedule(
-            plan.size, plan.options, plan.source.scene, plan.device, plan.execution, plan.volume
+            plan.size, plan.options, plan.source.scene, plan.device, plan.execution
         )
         if plan.start is not None:
             plan.start.check(plan.size, plan.source.scene)
@@ -144,8 +143,7 @@ class _Run:
         plan = self.plan
         check_image_size(plan.size, plan.source.scene)
         stages = self.schedule.stages.values()
-        sizes = [stage.stage.batch_size for stage in stages if stage.needs_images]
-        plan.source.check(max(sizes, default=1))
+        plan.source.check(max(stage.stage.batch_size for stage in stages))
         if not resume:
             check_new(plan.folder)
             return Progress(self.schedule.names[0])
@@ -240,16 +238,15 @@ class _Run:
     def _batches(self, stage: Stage) -> Iterator[EncodedBatch]:
         """Endless training samples from the run's current batch."""
         size, source = stage.stage.batch_size, self.plan.source
-        if not stage.needs_images:
-            return repeat(self._encoded(source.first("train", size)))
         own = parallel.own_stage(self.schedule.names.index(self.progress.stage))
         seed = self.plan.options.seed
         samples = source.batches(own, size, seed, self.progress.batch, stage.image_size)
-        return map(self._encoded, samples)
+        batches = map(self._encoded, samples)
+        return ahead(batches, self.plan.device) if self.plan.device.type == "cuda" else batches
 
     def _encoded(self, samples: SampleBatch) -> EncodedBatch:
         plan = self.plan
-        return encode_batch(samples, plan.source.scene, plan.size.opacity_size).to(plan.device)
+        return encode_batch(samples, plan.source.scene, plan.size.opacity_size, plan.device)
 
     def _stop_if(self, stage: Stage, trouble: Trouble | None) -> None:
         if trouble is not None:

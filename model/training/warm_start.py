@@ -25,7 +25,6 @@ class WarmStart:
     ----------
     digest : str
         SHA-256 of its weights; must not change when a run is resumed.
-    card : ModelCard
     network : GeneratorNetwork
         In evaluation mode, float32, on the CPU.
     """
@@ -53,7 +52,7 @@ class WarmStart:
     def check(self, size: NetworkSize, scene: Scene) -> None:
         """Refuse a model of another network size or an incompatible scene.
 
-        The paper's networks may have been trained on smaller images: they grow.
+        It may have been trained on smaller images: networks grow.
 
         The volume may be another one of the same proportions, and the light may
         differ: training then still needs less time than from random weights.
@@ -64,7 +63,7 @@ class WarmStart:
             When they differ; the message names all differences.
         """
         own = self.card.size
-        if size.architecture == own.architecture == "paper" and own.image_size < size.image_size:
+        if own.image_size < size.image_size:
             own = replace(own, image_size=size.image_size)
         theirs = asdict(own) | _built_for(self.card.scene)
         ours = asdict(size) | _built_for(scene)

@@ -46,7 +46,6 @@ class StoredArray:
 
     Attributes
     ----------
-    name : str
     shape : tuple of int
         Slowest axis first.
     dtype : numpy.dtype
@@ -66,7 +65,6 @@ class StoredArray:
         From stored to true values.
     units : str
         Of the values.
-    notes : tuple of str
     channels : tuple of str
         Names of the channels; empty if they have none.
     """

@@ -30,7 +30,6 @@ class Block:
 
     Attributes
     ----------
-    path : Path
     shape : tuple of int
         Slowest axis first.
     dtype : numpy.dtype

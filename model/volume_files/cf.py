@@ -17,10 +17,6 @@ EVEN = 1e-2
 def described(attributes: Mapping[str, Any]) -> dict[str, Any]:
     """Return fill values, valid range, scaling and units of an array, by its attributes.
 
-    Parameters
-    ----------
-    attributes : mapping
-
     Returns
     -------
     dict
@@ -61,7 +57,6 @@ def coordinate_step(
     Parameters
     ----------
     values : ndarray, shape (n,)
-    units : str
     name : str
         Of the axis.
     """

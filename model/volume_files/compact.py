@@ -58,7 +58,6 @@ class ImageError:
         Mean over images of random views and TFs, of colours in [0, 1], unlit.
     largest : float
         That of the worst of them.
-    images : int
     """
 
     rmse: float
@@ -74,7 +73,6 @@ class Provenance:
     ----------
     name : str
         File or folder name of the original.
-    format : str
     nbytes : int
         Of its voxels, uncompressed.
     fingerprint : str
@@ -128,7 +126,6 @@ def write_compact(
 
     Parameters
     ----------
-    path : Path
     volume : Volume
         As it was read; its values are written, whatever scale it is on.
     coded : CodedVoxels

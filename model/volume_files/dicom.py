@@ -92,7 +92,6 @@ def read_dicom(
         Files of one folder.
     like : Path or None
         A file of the wanted series; None for the largest.
-    choice : Choice
 
     Returns
     -------

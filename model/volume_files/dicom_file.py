@@ -35,7 +35,6 @@ class DicomFile:
 
     Attributes
     ----------
-    path : Path
     tags : pydicom.Dataset
         Up to the pixels.
     syntax : str

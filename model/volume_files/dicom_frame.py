@@ -62,10 +62,8 @@ class Frame:
 
     Attributes
     ----------
-    file : DicomFile
     index : int
         Among the file's images, from 0.
-    rows, columns : int
     position : tuple of float
         Of the first pixel's centre in mm, in the patient's space (LPS); empty if unknown.
     orientation : tuple of float

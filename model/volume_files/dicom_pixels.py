@@ -213,7 +213,6 @@ def padding_mask(frame: Frame, pixels: NDArray[Any]) -> NDArray[np.bool_] | None
 
     Parameters
     ----------
-    frame : Frame
     pixels : ndarray, shape (rows, columns)
         As stored.
     """

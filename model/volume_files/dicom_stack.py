@@ -28,7 +28,6 @@ class Stack:
 
     Attributes
     ----------
-    frames : tuple of Frame
     series : str
         What the series is called, told from others of the same name.
     time, channel : str

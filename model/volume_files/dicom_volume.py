@@ -44,10 +44,8 @@ class _Order:
 
     Attributes
     ----------
-    frames : list of Frame
     step : float or None
         Distance of slices; None if nothing gives it.
-    notes : tuple of str
     shear : tuple of float
         Shift of each slice against the one before, along rows and columns, in mm.
     """

@@ -47,7 +47,6 @@ def make_volume(path: Path, grid: Grid, component: Component | None) -> Volume:
     ----------
     path : Path
         File or folder of the grid.
-    grid : Grid
     component : int, "magnitude" or None
         The component to use; None for the only one, the magnitude of up to four, or the first.
 

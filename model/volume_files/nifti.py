@@ -43,7 +43,6 @@ class _Head:
 
     Attributes
     ----------
-    format : str
     path : Path
         File of the voxels.
     offset : int
@@ -51,10 +50,6 @@ class _Head:
     shape : tuple of int
         Fastest axis first, three or more.
     dtype : numpy.dtype
-    slope, intercept : float
-    frame : NiftiFrame
-    unit : str
-    notes : tuple of str
     """
 
     format: str

@@ -20,7 +20,6 @@ class NiftiFrame:
 
     Attributes
     ----------
-    spacing : tuple of float or None
     origin : tuple of float
         In the patient's space (RAS).
     directions : ndarray of float64, shape (3, 3), or None

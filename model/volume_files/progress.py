@@ -41,7 +41,6 @@ def counted(what: str, items: Sequence[T]) -> Iterator[T]:
     ----------
     what : str
         What is done, such as ``"slices read"``.
-    items : sequence
     """
     listener = _listener.get()
     for number, item in enumerate(items):

@@ -68,10 +68,6 @@ class _Reading:
 def guess_layouts(path: Path) -> list[RawLayout]:
     """Guess the layout of a headerless file.
 
-    Parameters
-    ----------
-    path : Path
-
     Returns
     -------
     list of RawLayout

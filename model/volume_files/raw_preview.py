@@ -23,7 +23,6 @@ def preview(path: Path, layout: RawLayout, axis: int) -> NDArray[np.uint8]:
 
     Parameters
     ----------
-    path : Path
     layout : RawLayout
         It need not fit: voxels that the file lacks are black.
     axis : {0, 1, 2}
@@ -109,7 +108,6 @@ def fit_sentence(layout: RawLayout, present: int) -> str:
 
     Parameters
     ----------
-    layout : RawLayout
     present : int
         The file's bytes.
     """

@@ -39,7 +39,6 @@ class Upright:
     missing : ndarray of bool, of the same shape, or None
     directions : ndarray of float64, shape (3, 3)
         Row k is the step from one voxel to the next along axis k.
-    origin : tuple of float
     notes : tuple of str
         Empty if nothing was to be done.
     """
@@ -68,7 +67,6 @@ def upright(
         Components are not sheared.
     directions : ndarray of float64, shape (3, 3)
         Row k is the step from one voxel to the next along axis k, in the file's space.
-    origin : tuple of float
     handedness : int
         -1 if the file's space is left-handed.
     """
@@ -125,7 +123,6 @@ def sheared_back(
     ----------
     values : ndarray, shape (nz, ny, nx)
     missing : ndarray of bool, shape (nz, ny, nx), or None
-    shear : Shear
 
     Returns
     -------

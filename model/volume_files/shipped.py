@@ -23,3 +23,8 @@ def shipped_volumes() -> list[Path]:
 def title_of(path: Path) -> str:
     """Return what a shipped volume is of, in words."""
     return TITLES[path.name]
+
+
+def picture_of(path: Path) -> Path:
+    """Return the file of a shipped volume's picture, 192 pixels wide and high."""
+    return path.with_suffix(".png")

@@ -34,8 +34,6 @@ class Scale:
     ----------
     spacing : tuple of float or None
         Along x, y and z; None along an axis, or for all, of which the file says nothing.
-    unit : str
-    notes : tuple of str
     """
 
     spacing: tuple[float | None, float | None, float | None] | None = None
@@ -48,7 +46,6 @@ def voxel_scale(tiff: TiffFile, series_number: int) -> Scale:
 
     Parameters
     ----------
-    tiff : tifffile.TiffFile
     series_number : int
         Of the OME image.
     """

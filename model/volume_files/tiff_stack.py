@@ -30,7 +30,6 @@ class Stack:
 
     Attributes
     ----------
-    series : tifffile.TiffPageSeries
     depth : int or None
         The series' axis that is z; None for a flat image.
     others : tuple of int
@@ -147,8 +146,6 @@ def check_pages(path: Path, stack: Stack, flat: bool = False) -> None:
 
     Parameters
     ----------
-    path : Path
-    stack : Stack
     flat : bool
         Whether a single slice will do.
 
@@ -192,7 +189,6 @@ def read_stack(path: Path, stack: Stack, index: Mapping[int, int]) -> NDArray[np
     ----------
     path : Path
         Path named in error messages.
-    stack : Stack
     index : dict of int
         Number of the volume along each of the stack's other axes.
 

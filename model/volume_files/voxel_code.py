@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError
+from model.scene.missing_voxels import filled
 
 Method = Literal["deflate", "sperr"]
 """Differences along x, their bytes apart, by DEFLATE; or a wavelet code cut off at a length."""
@@ -42,7 +43,6 @@ class CodedVoxels:
     Attributes
     ----------
     method : {"deflate", "sperr"}
-    data : bytes
     """
 
     method: Method
@@ -60,7 +60,6 @@ class Ends:
 
     Attributes
     ----------
-    values : tuple of float
     places : tuple of int
         Where in the array, counted with x fastest, the first of each is.
     """
@@ -87,14 +86,17 @@ class Ends:
             voxels.flat[place] = value
 
 
-def encode_voxels(voxels: NDArray[Any], most_bytes: int) -> CodedVoxels:
+def encode_voxels(
+    voxels: NDArray[Any], most_bytes: int, missing: NDArray[np.bool_] | None = None
+) -> CodedVoxels:
     """Compress voxels to about so many bytes; without loss where that takes no more.
 
     Parameters
     ----------
     voxels : ndarray, shape (nz, ny, nx)
         Finite integers or floating-point numbers, not all equal.
-    most_bytes : int
+    missing : ndarray of bool, shape (nz, ny, nx), optional
+        Voxels whose numbers mean nothing; with loss, others take their place.
 
     Raises
     ------
@@ -113,7 +115,10 @@ def encode_voxels(voxels: NDArray[Any], most_bytes: int) -> CodedVoxels:
             f"{most_bytes / 1e6:.3g} MB leave nothing of so many voxels; give at least "
             f"{least:.2g} MB."
         )
-    low, high = Ends.of(voxels).values
+    low, high = Ends.of(voxels, missing).values
+    if missing is not None:
+        # A file's 1e30 where nothing was measured would leave nothing of what was.
+        voxels = filled(voxels, missing, low)
     step = (high - low) / LEVELS
     levels = np.subtract(voxels, low, dtype=_precise(voxels.dtype))
     levels /= step
@@ -142,11 +147,9 @@ def decode_voxels(
 
     Parameters
     ----------
-    coded : CodedVoxels
     shape : tuple of int
         Lengths along z, y and x.
     dtype : numpy.dtype
-    ends : Ends
 
     Raises
     ------

@@ -37,12 +37,10 @@ class VtkArray:
 
     Attributes
     ----------
-    name : str
     in_cells : bool
         Whether its values belong to the cells between the points.
     dtype : numpy.dtype or None
         None where it is not known without reading.
-    components : int
     is_active : bool
         Whether the file names it as its scalars.
     """
@@ -109,10 +107,8 @@ def image_grid(
         Path named in error messages.
     image : vtkImageData
         With that array, and ghost types of the same place.
-    wanted : VtkArray
     arrays : sequence of VtkArray
         All of the file that can be chosen.
-    file_format : str
     extent : sequence of int or None
         First and last point along each axis of the part that the file has; None for all.
 

@@ -79,9 +79,9 @@ class UnreliableEngine(FakeEngine):
         self.threads.clear()
         return super().image(request, is_wanted)
 
-    def images(self, request: BatchRequest) -> Any:
+    def images(self, request: BatchRequest, is_wanted: Callable[[], bool] = always) -> Any:
         self._wait_or_fail()
-        return super().images(request)
+        return super().images(request, is_wanted)
 
     def visibility(self, request: VisibilityRequest) -> Any:
         self._wait_or_fail()

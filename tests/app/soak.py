@@ -37,11 +37,11 @@ RESOURCES = Path(__file__).parents[2] / "resources"
 SHIPPED = (
     (
         RESOURCES / "volumes/reacting_jet_temperature_112x112x192_float32.nrrd",
-        RESOURCES / "models/reacting_jet",
+        RESOURCES / "models/reacting_jet_paper",
     ),
     (
         RESOURCES / "volumes/lidc_chest_256x256x133_uint8.nrrd",
-        RESOURCES / "models/lidc_chest",
+        RESOURCES / "models/lidc_chest_paper",
     ),
 )
 DRAG_STEPS = 60

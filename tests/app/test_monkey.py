@@ -16,7 +16,17 @@ FOLDERS = Path(__file__).parents[:3]
 def test_random_events_and_unreliable_engines() -> None:
     # In a process of its own: dialogs are answered there by others than the user.
     done = subprocess.run(
-        [sys.executable, "-m", "tests.app.monkey", "--events", "400", "--seed", "5"],
+        [
+            sys.executable,
+            "-X",
+            "faulthandler",
+            "-m",
+            "tests.app.monkey",
+            "--events",
+            "400",
+            "--seed",
+            "5",
+        ],
         cwd=FOLDERS[2],
         env={**os.environ, "PYTHONPATH": os.pathsep.join(map(str, FOLDERS))},
         capture_output=True,

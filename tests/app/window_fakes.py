@@ -90,7 +90,9 @@ class FakeEngine:
         image[..., 3] = 1.0
         return image
 
-    def picture(self, request: PictureRequest) -> NDArray[np.uint8]:
+    def picture(
+        self, request: PictureRequest, is_wanted: Callable[[], bool] = always
+    ) -> NDArray[np.uint8]:
         pixels = request.quality.pixels
         return np.full((pixels.height, pixels.width, 4), 255, dtype=np.uint8)
 
@@ -110,7 +112,9 @@ class FakeEngine:
         bins = np.arange(256)
         return (pixels * np.exp(-((bins - 100) ** 2) / 200)).astype(np.float32)
 
-    def value_sensitivity(self, request: ValueSensitivityRequest) -> NDArray[np.float32]:
+    def value_sensitivity(
+        self, request: ValueSensitivityRequest, is_wanted: Callable[[], bool] = always
+    ) -> NDArray[np.float32]:
         """The lowest value of the band in every pixel."""
         self.others.append(request)
         self._wait_or_fail()

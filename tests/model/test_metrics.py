@@ -16,6 +16,16 @@ RNG = np.random.default_rng(0)
 NOISE = RNG.random((32, 32, 3))
 
 
+def test_opaque_black_is_not_clearly_seen_but_a_red_corner_is() -> None:
+    images = np.zeros((4, 8, 8, 4), dtype=np.uint8)
+    images[0, ..., 3] = 255
+    images[1] = 12, 12, 12, 255
+    # A sixteenth of the pixels is bright red: a mean of .0625.
+    images[2, :2, :2] = 255, 0, 0, 255
+    images[3] = 40, 40, 40, 255
+    assert metrics.clearly_seen(images).tolist() == [False, False, True, True]
+
+
 def flat(*rgb: float) -> np.ndarray:
     return np.broadcast_to(np.array(rgb, dtype=float), (32, 32, 3)).copy()
 

@@ -1,19 +1,21 @@
 """Every scene, drawn by every renderer, against one stored picture.
 
-The ray caster draws the stored pictures. Where another renderer means to draw something else, such
-as scattered light instead of shadows, it is compared with a picture of its own.
+The ray caster draws the stored pictures. Where another renderer means to draw something else, it
+is compared with a picture of its own.
 """
 
 from __future__ import annotations
 
+from typing import get_args
+
 import compare
 import numpy as np
 import pytest
-import reference_raycaster
 from compare import Tolerance
 from numpy.typing import NDArray
 from scenes import SCENES, PictureScene, volume_of
 
+from model.benchmarks import reference_raycaster
 from model.rendering.raycast import cuda
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.renderer import open_renderer
@@ -22,20 +24,21 @@ from model.scene.scene import Lighting
 ROUNDING = Tolerance(0.0013, 0.005)
 """Of stored pictures, to 1/255, and of floating-point numbers."""
 
+LIGHTINGS: tuple[Lighting, ...] = get_args(Lighting)
+
 TOLERANCES: dict[str, dict[Lighting, Tolerance]] = {
-    "raycast": {"none": ROUNDING, "direct": ROUNDING, "global": ROUNDING},
+    "raycast": dict.fromkeys(LIGHTINGS, ROUNDING),
     # Without skipping of empty space and early termination.
-    "every-sample": {"none": ROUNDING, "direct": ROUNDING, "global": ROUNDING},
-    "cuda": {"none": ROUNDING, "direct": ROUNDING, "global": ROUNDING},
+    "every-sample": dict.fromkeys(LIGHTINGS, ROUNDING),
+    "cuda": dict.fromkeys(LIGHTINGS, ROUNDING),
     # A second ray caster, of the tests: slow, in float64, by NumPy.
     "float64": {"none": ROUNDING},
     "preintegrated": {"none": Tolerance(0.008, 0.1)},
-    # Its own pictures have 8 bits, and OpenGL interpolates with weights of 8 bits. Shadows are
-    # scattered light: other pictures, whose noise differs with the driver.
+    # Its own pictures have 8 bits, and OpenGL interpolates with weights of 8 bits.
     "vtk": {
         "none": Tolerance(0.003, 0.012),
         "direct": Tolerance(0.004, 0.04),
-        "global": Tolerance(0.01, 0.06),
+        "shadows": Tolerance(0.004, 0.04),
     },
 }
 """Largest differences of each renderer from a stored picture, under each light."""
@@ -52,7 +55,6 @@ EXCEPTIONS: dict[tuple[str, str], Tolerance] = {
 """Scenes in which a renderer may be further away, or is compared with a picture of its own."""
 
 OWN = {
-    *((name, "vtk") for name, scene in SCENES.items() if scene.lighting == "global"),
     ("thin-peaks", "preintegrated"),
     ("long-steps", "preintegrated"),
 }

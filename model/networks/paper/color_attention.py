@@ -29,7 +29,6 @@ class ColorAttention(nn.Module):
 
     Parameters
     ----------
-    size : NetworkSize
     channels : int
         Number of feature channels of a pixel.
     """

@@ -75,7 +75,6 @@ class TranslationGenerator(nn.Module):
 
     Parameters
     ----------
-    size : NetworkSize
     conditions : int
         Number of condition values; the paper's are the view parameters.
     """
@@ -173,7 +172,6 @@ class TranslationDiscriminator(nn.Module):
 
     Parameters
     ----------
-    size : NetworkSize
     conditions : int
         Number of condition values.
     """

@@ -20,13 +20,9 @@ class TwoStageGenerator(GeneratorNetwork):
 
     Parameters
     ----------
-    size : NetworkSize
-    opacity : OpacityGenerator, optional
     translation : TranslationGenerator, optional
         Networks to combine; by default with initial weights.
     """
-
-    takes_code = True
 
     def __init__(
         self,

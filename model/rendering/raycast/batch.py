@@ -19,6 +19,7 @@ from model.compilation import inlined
 from model.rendering.raycast.tables import NOTHING
 from model.rendering.raycast.trilinear import (
     blend,
+    clamp,
     halves,
     interpolate,
     load_pair,
@@ -58,7 +59,7 @@ class Staging(NamedTuple):
 
 @intrinsic  # type: ignore[untyped-decorator]
 def _stack(_context: Any, like: Any) -> Any:
-    """Allocate :data:`BATCH` numbers of a type on the stack, or pairs of an array's elements.
+    """Allocate numbers of a type on the stack, or pairs of an array's elements: a batch, and one.
 
     The memory has no aliases; with one of Numba's own arrays, the compiler would
     have to assume that writing to it may change the volume.
@@ -68,7 +69,7 @@ def _stack(_context: Any, like: Any) -> Any:
     def reserve(context: Any, builder: Any, _signature: Any, _arguments: Any) -> Any:
         unit = context.get_value_type(kind)
         with builder.goto_entry_block():
-            memory = builder.alloca(ir.ArrayType(unit, BATCH))
+            memory = builder.alloca(ir.ArrayType(unit, BATCH + 1))
             memory.align = 64
         return builder.bitcast(memory, unit.as_pointer())
 
@@ -103,6 +104,12 @@ def stack_batch(voxels: Any) -> Any:
 
 
 @inlined
+def stack_scratch() -> Any:
+    """Allocate stack memory for shadow rays on a CPU: `scratch` of `march`."""
+    return carray(_stack(np.int32), BATCH), carray(_stack(np.float32), BATCH + 1)
+
+
+@inlined
 def fetch(
     voxels: Any,
     shape: Any,
@@ -112,6 +119,7 @@ def fetch(
     k: int,
     levels: Any,
     staging: Any,
+    beyond: Any = None,
 ) -> None:
     """Interpolate a batch of samples of a ray, starting with sample k.
 
@@ -125,13 +133,13 @@ def fetch(
         Lowest scalar value, levels per unit of scalar value, and the lowest and highest level.
     missing : ndarray of uint8, 1-D, or None
         Not 0 for voxels that are transparent whatever the TF is; see :func:`hide`.
-    ray : Ray
-    k : int
     levels : ndarray of int32
         Output: levels of the look-up tables; :data:`NOTHING` beyond the ray's end, and for
         samples nearest to a missing voxel.
     staging : Staging or None
         None to process one sample at a time, as a GPU thread does.
+    beyond : bool, optional
+        Given for rays that go on beyond the outermost voxels, whose values reach as far as these.
     """
     # In float32, as 64-bit integers would halve the vector width; exact up to 2^24 samples.
     first, last = np.float32(k), np.float32(ray.count - 1)
@@ -140,6 +148,8 @@ def fetch(
         x = ray.start[0] + t * ray.step[0]
         y = ray.start[1] + t * ray.step[1]
         z = ray.start[2] + t * ray.step[2]
+        if beyond is not None:
+            x, y, z = clamp(x, shape[0]), clamp(y, shape[1]), clamp(z, shape[2])
         if staging is None:
             value = interpolate(voxels, shape, x, y, z)
             level = level_of(value, scale)
@@ -168,11 +178,13 @@ def fetch(
             level = level_of(value, scale)
             levels[m] = np.int32(NOTHING) if first + np.float32(np.int32(m)) > last else level
     if missing is not None:
-        hide(missing, shape, ray, k, levels, NOTHING)
+        hide(missing, shape, ray, k, levels, NOTHING, beyond)
 
 
 @inlined
-def hide(missing: Any, shape: Any, ray: Any, k: int, levels: Any, level: int) -> None:
+def hide(
+    missing: Any, shape: Any, ray: Any, k: int, levels: Any, level: int, beyond: Any = None
+) -> None:
     """Set the level of samples of a batch whose nearest voxel is missing.
 
     So a missing voxel takes away what is nearer to it than to any other, and as its value was
@@ -181,12 +193,12 @@ def hide(missing: Any, shape: Any, ray: Any, k: int, levels: Any, level: int) ->
     row, layer = np.uint64(shape[0]), np.uint64(shape[0] * shape[1])
     for m in range(len(levels)):
         t = min(np.float32(k) + np.float32(np.int32(m)), ray.last)
-        place, fx, fy, fz = locate(
-            shape,
-            ray.start[0] + t * ray.step[0],
-            ray.start[1] + t * ray.step[1],
-            ray.start[2] + t * ray.step[2],
-        )
+        x = ray.start[0] + t * ray.step[0]
+        y = ray.start[1] + t * ray.step[1]
+        z = ray.start[2] + t * ray.step[2]
+        if beyond is not None:
+            x, y, z = clamp(x, shape[0]), clamp(y, shape[1]), clamp(z, shape[2])
+        place, fx, fy, fz = locate(shape, x, y, z)
         place += np.uint64(fx >= HALF)
         if fy >= HALF:
             place += row

@@ -23,8 +23,6 @@ def camera_array(
 
     Parameters
     ----------
-    view : View
-    volume : Geometry
     raster : Raster, optional
         Pixels to draw; by default a square image of any size.
     crop : CropBox, optional

@@ -85,6 +85,26 @@ class MinMaxCells:
         occupied = total[self._bins[..., 1].astype(np.intp) + 1] > total[self._bins[..., 0]]
         return distances_to(occupied)
 
+    def greatest(self, values: NDArray[np.floating]) -> NDArray[np.float32]:
+        """Greatest value of the bins in each cell.
+
+        Parameters
+        ----------
+        values : ndarray, shape (256,)
+            At each TF bin, none below 0.
+
+        Returns
+        -------
+        ndarray of float32, 1-D, x fastest
+            0 for a cell of missing voxels only.
+        """
+        first, last = self._bins[..., 0].ravel(), self._bins[..., 1].ravel()
+        # Greatest value from each bin to each later one: few numbers, whatever the volume is.
+        table = np.zeros((TF_SAMPLES, TF_SAMPLES), dtype=np.float32)
+        for bin_ in range(TF_SAMPLES):
+            table[bin_, bin_:] = np.maximum.accumulate(values[bin_:])
+        return np.asarray(table[first, last])
+
 
 def distances_to(occupied: NDArray[np.bool_]) -> NDArray[np.int8]:
     """Chessboard distance of each cell (nz, ny, nx) to the nearest occupied one.

@@ -14,8 +14,10 @@ from numpy.typing import NDArray
 
 from model.compilation import compiled, inlined
 from model.rendering.raycast.batch import stack_batch
-from model.rendering.raycast.differentiation import look
-from model.rendering.raycast.marching import ZERO, make_ray, opacity_of_part, slope_of_part
+from model.rendering.raycast.differentiation import FAINT_BEAM, look, make_path, strength_of
+from model.rendering.raycast.marching import opacity_of_part, slope_of_part
+from model.rendering.raycast.rays import ONE, ZERO, make_ray
+from model.rendering.raycast.shadow_derivatives import SPAN, take_light
 from model.rendering.raycast.tables import LEVELS_PER_BIN, NOTHING
 from model.scene.transfer_function import TF_SAMPLES
 
@@ -56,6 +58,7 @@ def square_changes(
     alphas: Any,
     colors: Any,
     light: Any,
+    shadows: Any,
     least: Any,
     camera: Any,
     step: float,
@@ -82,11 +85,10 @@ def square_changes(
     See :func:`model.rendering.raycast.differentiation.differentiate_windows` for the others.
     """
     levels, staging, _ = stack_batch(voxels)
-    path = np.empty(longest, dtype=np.int32)
-    clear = np.empty(longest, dtype=np.float32)
-    diffuse, gloss = np.ones(longest, dtype=np.float32), np.zeros(longest, dtype=np.float32)
+    path = make_path(longest)
     image = np.empty(3, dtype=np.float32)
     slopes = np.zeros((TF_SAMPLES + 1, 3), dtype=np.float32)
+    taken = np.zeros(TF_SAMPLES + 1, dtype=np.float32)
     changes = np.empty((3, len(squares)), dtype=np.float32)
     squares[:] = 0
     for n in range(len(windows)):
@@ -96,12 +98,25 @@ def square_changes(
                 if ray.count == 0:
                     continue
                 count = look(
-                    voxels, shape, scale, missing, alphas, colors, light, ray, levels, staging,
-                    path, clear, diffuse, gloss, image,
+                    voxels, shape, scale, missing, cells, cell_shape, shift,
+                    alphas, colors, light, shadows, ray, levels, staging, path, image,
                 )  # fmt: skip
-                first, last = _slopes_by_bin(
-                    missing, alphas, colors, least, ray, path, clear, diffuse, gloss, count, slopes
-                )
+                first, last = _slopes_by_bin(missing, alphas, least, ray, path, count, slopes)
+                if shadows is not None:
+                    beams = path.beams
+                    enough = FAINT_BEAM * strength_of(beams, count)
+                    for k in range(count + SPAN):
+                        if abs(beams[k, 0]) + abs(beams[k, 1]) + abs(beams[k, 2]) > enough:
+                            low, high = take_light(
+                                voxels, shape, scale, missing, alphas, shadows, ray, k, ONE,
+                                levels, staging, path.shadow, taken,
+                            )  # fmt: skip
+                            first, last = min(first, low), max(last, high)
+                            for bin_ in range(low, high + 1):
+                                slopes[bin_, 0] += beams[k, 0] * taken[bin_]
+                                slopes[bin_, 1] += beams[k, 1] * taken[bin_]
+                                slopes[bin_, 2] += beams[k, 2] * taken[bin_]
+                                taken[bin_] = ZERO
                 _add_squares(slopes, first, last, edits, begin, changes, squares)
 
 
@@ -109,13 +124,9 @@ def square_changes(
 def _slopes_by_bin(
     missing: Any,
     alphas: Any,
-    colors: Any,
     least: Any,
     ray: Any,
     path: Any,
-    clear: Any,
-    diffuse: Any,
-    gloss: Any,
     count: int,
     slopes: Any,
 ) -> Any:
@@ -124,21 +135,23 @@ def _slopes_by_bin(
     first: Any = TF_SAMPLES
     last: Any = 0
     for k in range(count - 1, -1, -1):
-        if missing is not None and path[k] == NOTHING:
+        if missing is not None and path.levels[k] == NOTHING:
             continue
-        level = np.uint64(np.uint32(path[k]))
-        a, through = alphas[level], clear[k]
-        at = np.uint64(4) * level
-        d, s = diffuse[k], gloss[k]
-        over_red = d * colors[at] + s - red
-        over_green = d * colors[at + np.uint64(1)] + s - green
-        over_blue = d * colors[at + np.uint64(2)] + s - blue
+        level = np.uint64(np.uint32(path.levels[k]))
+        a, through = alphas[level], path.clear[k]
+        over_red = path.colors[k, 0] - red
+        over_green = path.colors[k, 1] - green
+        over_blue = path.colors[k, 2] - blue
+        part = ONE
         if k == ray.count - 1:
-            through *= slope_of_part(a, ray.rest, least)
+            part = slope_of_part(a, ray.rest, least)
             a = opacity_of_part(a, ray.rest)
         red += a * over_red
         green += a * over_green
         blue += a * over_blue
+        over_red = part * over_red + path.turns[k, 0]
+        over_green = part * over_green + path.turns[k, 1]
+        over_blue = part * over_blue + path.turns[k, 2]
         lower = level // np.uint64(LEVELS_PER_BIN)
         first, last = min(first, np.int64(lower)), max(last, np.int64(lower))
         share = np.float32(np.int32(level % np.uint64(LEVELS_PER_BIN)))

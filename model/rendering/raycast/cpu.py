@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from model.compilation import compiled
-from model.rendering.raycast.batch import stack_batch
-from model.rendering.raycast.marching import make_ray, march, show
+from model.rendering.raycast.batch import stack_batch, stack_scratch
+from model.rendering.raycast.marching import march, show
 from model.rendering.raycast.preintegration import march_segments
+from model.rendering.raycast.rays import make_ray
 
 
 @compiled
@@ -25,6 +26,7 @@ def draw_rows(
     colors: Any,
     light: Any,
     glow: Any,
+    shadows: Any,
     opaque: Any,
     camera: Any,
     step: float,
@@ -48,12 +50,14 @@ def draw_rows(
     """
     size = image.shape[1]
     levels, staging, total = stack_batch(voxels)
+    scratch = stack_scratch()
     for row in range(rows[0], rows[1]):
         for column in range(size):
             ray, distance = make_ray(camera, step, column, row, size)
             first = march(
                 voxels, shape, scale, missing, cells, cell_shape, shift,
-                alphas, colors, light, glow, ray, opaque, levels, staging, total,
+                alphas, colors, light, glow, shadows, ray, opaque,
+                levels, staging, total, scratch,
             )  # fmt: skip
             visible = distance + min(first, ray.last) * step if first >= 0 else np.inf
             show(image, depth, row, column, total, visible)

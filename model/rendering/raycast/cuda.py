@@ -11,7 +11,8 @@ from numba.core import config
 from numpy.typing import NDArray
 
 from model.errors import RenderError
-from model.rendering.raycast.marching import make_ray, march, show
+from model.rendering.raycast.marching import march, show
+from model.rendering.raycast.rays import make_ray
 
 BLOCK = (8, 8)
 """Threads per block, along the columns and rows of the image."""
@@ -43,6 +44,7 @@ def _draw_pixels(
     colors: Any,
     light: Any,
     glow: Any,
+    shadows: Any,
     opaque: Any,
     camera: Any,
     step: float,
@@ -54,12 +56,12 @@ def _draw_pixels(
     size = image.shape[1]
     if column >= size or row >= image.shape[0]:
         return
-    levels = cuda.local.array(BATCH, int32)
-    total = cuda.local.array(4, float32)
+    levels, total = cuda.local.array(BATCH, int32), cuda.local.array(4, float32)
+    scratch = cuda.local.array(BATCH, int32), cuda.local.array(BATCH + 1, float32)
     ray, distance = make_ray(camera, step, column, row, size)
     first = march(
         voxels, shape, scale, missing, cells, cell_shape, shift,
-        alphas, colors, light, glow, ray, opaque, levels, None, total,
+        alphas, colors, light, glow, shadows, ray, opaque, levels, None, total, scratch,
     )  # fmt: skip
     visible = distance + min(first, ray.last) * step if first >= 0 else np.inf
     show(image, depth, row, column, total, visible)

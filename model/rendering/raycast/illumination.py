@@ -1,6 +1,6 @@
-"""Illumination: parameters of gradient shading, and shadows with ambient occlusion.
+"""Illumination: parameters of gradient shading, and soft light.
 
-Global lighting follows the paper (section 6): one distant light and ambient light,
+Soft light follows the paper (section 6): one distant light and ambient light,
 attenuated by the volume's extinction. The light that reaches each point, from the
 distant light and from all directions, is computed by sweeps over a coarse grid of
 the extinction.
@@ -35,7 +35,7 @@ NOISE = 3.0
 The difference of two voxels has 1.4 of them along each axis, less between voxels."""
 
 AMBIENT, DISTANT = 0.4, 0.65
-"""Global lighting: unoccluded ambient light and distant light."""
+"""Soft light: unoccluded ambient light and distant light."""
 
 DARK, DARKEST = np.float32(1e-20), np.float32(-46)
 """Light that counts as none, and its logarithm."""
@@ -65,6 +65,7 @@ def gradient_light(
     volume: Geometry,
     crop: CropBox | None = None,
     noise: float = 0.0,
+    dim: float = 1.0,
 ) -> Light:
     """Return the parameters of gradient shading for a view and its light.
 
@@ -75,6 +76,8 @@ def gradient_light(
         Part of the volume that is shown; all of it by default.
     noise : float
         Standard deviation of the voxels' noise.
+    dim : float
+        See :class:`model.rendering.raycast.shading.Light`.
     """
     crop = crop or CropBox()
     last = np.array(volume.dimensions) - 1
@@ -88,6 +91,7 @@ def gradient_light(
         tuple(map(np.float32, np.array(crop.low) * last)),
         tuple(map(np.float32, np.array(crop.high) * last)),
         np.float32((NOISE * noise) ** 4),
+        np.float32(dim),
     )
 
 
@@ -103,7 +107,6 @@ class Illumination:
     scalars : ndarray, shape (nz, ny, nx)
     bins : tuple of float
         Lowest scalar value, and TF bins per unit of scalar value.
-    volume : Geometry
     executor : Executor
         Threads for the computation.
     longest : int
@@ -154,10 +157,12 @@ class Illumination:
         light: LightDirection,
         opacities: NDArray[np.float32],
         crop: CropBox | None = None,
+        dim: float = 1.0,
     ) -> LightGrid:
         """Compute the light for a view, a light direction and the opacity TF's 256 samples.
 
-        What a crop box leaves out casts no shadow.
+        What a crop box leaves out casts no shadow; for `dim` see
+        :class:`model.rendering.raycast.shading.Light`.
         """
         known = self._opacities is not None and np.array_equal(opacities, self._opacities)
         if not known or crop != self._crop:
@@ -170,7 +175,8 @@ class Illumination:
         nx, ny, nz = map(int, self._counts)
         sx, sy, sz = self._scale
         # Light above 1 would exceed the colour range.
-        return LightGrid(np.minimum(received, 1).reshape(-1), (nx, ny, nz), (sx, sy, sz))
+        grid = np.minimum(received, 1).reshape(-1)
+        return LightGrid(grid, (nx, ny, nz), (sx, sy, sz), np.float32(dim))
 
     def _ambient_light(self, opacities: NDArray[np.float32]) -> NDArray[np.float32]:
         """Light from all directions at each node, for the extinction of these opacities."""

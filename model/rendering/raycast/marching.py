@@ -1,10 +1,6 @@
 """Ray marching, shared by CPU threads and CUDA.
 
 Emission and absorption are composited front to back (paper, Eqs. 1 to 3).
-Positions are in voxels, with voxel (0, 0, 0) at the origin, x first. A ray is divided into
-steps from where it enters the volume, the last one ending at the exit and therefore shorter.
-A sample lies at the end of each step, where VTK has its own, and counts by the step's length.
-Empty-space skipping does not change the sample positions.
 
 Arguments that a scene does not need are None: Numba compiles one version for each
 combination of argument types, without the unused code.
@@ -13,159 +9,31 @@ combination of argument types, without the unused code.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from model.compilation import inlined
 from model.rendering.raycast.batch import fetch
 from model.rendering.raycast.compositing import GROUP, composite_group
+from model.rendering.raycast.rays import ONE, TINY, ZERO, skip_empty
 from model.rendering.raycast.shading import received, reflect
+from model.rendering.raycast.shadows import APART, UNKNOWN, light_arriving, sought
 from model.rendering.raycast.tables import NOTHING
 
 VISIBLE = np.float32(1 / 255)
 """Accumulated opacity at which a ray counts as having met something visible."""
 
 FAINT = np.float32(5e-6)
-"""Weight below which a sample's light is left out: 500 of them are less than 1/255 in all."""
+"""Weight below which a sample's light is left out: 500 of them are less than 1/255 in all.
+
+In an image that is nowhere bright, as much less: it would be black."""
 
 FULL = np.float32(0.003)
-"""Weight above which a sample is always shaded itself."""
+"""Weight above which a sample is always shaded itself; less in a faint image."""
 
 SHARED = 3
 """Fainter samples in a row that share the shading of the one before them."""
-
-TINY, HUGE = np.float32(1e-30), np.float32(1e30)
-ZERO, ONE = np.float32(0), np.float32(1)
-
-
-class Ray(NamedTuple):
-    """The part of a ray inside the volume.
-
-    Attributes
-    ----------
-    start : tuple of 3 float32
-        Position of the first sample.
-    step : tuple of 3 float32
-        Vector from one sample to the next.
-    inverse : tuple of 3 float32
-        Reciprocal of `step`; :data:`HUGE` where that is 0.
-    count : int
-        Number of samples.
-    last : float32
-        Position of the last sample, in steps behind the first one.
-    rest : float32
-        Length of the last step, as a fraction of the others, above 0 and up to 1.
-    """
-
-    start: Any
-    step: Any
-    inverse: Any
-    count: Any
-    last: Any
-    rest: Any
-
-
-@inlined
-def make_ray(camera: Any, step: float, column: int, row: int, size: int) -> Any:
-    """Return the ray through the centre of a pixel.
-
-    Parameters
-    ----------
-    camera : ndarray of float64, shape (24,)
-        See :func:`model.rendering.raycast.camera.camera_array`.
-    step : float
-        World distance between samples.
-    column, row : int
-        Pixel, from the left and from the top.
-    size : int
-        Width of what is drawn, in pixels.
-
-    Returns
-    -------
-    ray : Ray
-        `count` is 0 for a ray that misses the volume.
-    distance : float
-        World distance from the eye to the end of the first whole step.
-    """
-    x = camera[14] + camera[15] * ((2 * column + 1) / size - 1)
-    y = camera[16] + camera[17] * (1 - (2 * row + 1) / size)
-    unit = 1 / math.sqrt(1 + (x * x + y * y) * camera[13])
-    dx = (camera[3] + x * camera[6] + y * camera[9]) * unit
-    dy = (camera[4] + x * camera[7] + y * camera[10]) * unit
-    dz = (camera[5] + x * camera[8] + y * camera[11]) * unit
-    near, far = camera[12] / unit, np.inf
-    near, far = _clip(camera[0], dx, camera[18], camera[21], near, far)
-    near, far = _clip(camera[1], dy, camera[19], camera[22], near, far)
-    near, far = _clip(camera[2], dz, camera[20], camera[23], near, far)
-    steps = (far - near) / step if far > near else 0.0
-    count = math.ceil(steps)
-    first = near + step
-    sx, sy, sz = _step(dx * step), _step(dy * step), _step(dz * step)
-    ray = Ray(
-        (
-            np.float32(camera[0] + first * dx),
-            np.float32(camera[1] + first * dy),
-            np.float32(camera[2] + first * dz),
-        ),
-        (sx, sy, sz),
-        (_inverse(sx), _inverse(sy), _inverse(sz)),
-        count,
-        np.float32(steps - 1),
-        np.float32(steps - (count - 1)),
-    )
-    return ray, first
-
-
-@inlined
-def _clip(eye: float, direction: float, first: float, last: float, near: float, far: float) -> Any:
-    """Clip a ray's interval to the slab between two opposite planes."""
-    if direction == 0.0:
-        # Parallel to the faces: a division would give 0 / 0 for a ray within one.
-        return (near, far) if first <= eye <= last else (near, -np.inf)
-    a = (first - eye) / direction
-    b = (last - eye) / direction
-    return max(near, min(a, b)), min(far, max(a, b))
-
-
-@inlined
-def _step(step: float) -> Any:
-    return np.float32(step) if abs(step) > TINY else ZERO
-
-
-@inlined
-def _inverse(step: Any) -> Any:
-    return ONE / step if step != ZERO else HUGE
-
-
-@inlined
-def skip_empty(ray: Any, k: int, cells: Any, cell_shape: Any, shift: int, margin: int = 0) -> int:
-    """Return the first sample behind the empty block of cells around sample k, or k if not empty.
-
-    Parameters
-    ----------
-    margin : int
-        Number of cells around a visible cell that also count as visible.
-    """
-    t = min(np.float32(k), ray.last)
-    cx = int(ray.start[0] + t * ray.step[0]) >> shift
-    cy = int(ray.start[1] + t * ray.step[1]) >> shift
-    cz = int(ray.start[2] + t * ray.step[2]) >> shift
-    # Rounding may put a sample just outside the grid.
-    cx, cy, cz = min(cx, cell_shape[0] - 1), min(cy, cell_shape[1] - 1), min(cz, cell_shape[2] - 1)
-    distance = int(cells[np.uint64(cx + cell_shape[0] * (cy + cell_shape[1] * cz))]) - margin
-    if distance <= 0:
-        return k
-    x = np.float32(((cx + distance) if ray.step[0] >= ZERO else (cx - distance + 1)) << shift)
-    y = np.float32(((cy + distance) if ray.step[1] >= ZERO else (cy - distance + 1)) << shift)
-    z = np.float32(((cz + distance) if ray.step[2] >= ZERO else (cz - distance + 1)) << shift)
-    leave = min(
-        (x - ray.start[0]) * ray.inverse[0],
-        (y - ray.start[1]) * ray.inverse[1],
-        (z - ray.start[2]) * ray.inverse[2],
-    )
-    # Advance by at least one sample in spite of rounding.
-    return max(int(min(leave, np.float32(ray.count))), k) + 1
 
 
 @inlined
@@ -181,11 +49,13 @@ def march(
     colors: Any,
     light: Any,
     glow: Any,
+    shadows: Any,
     ray: Any,
     opaque: Any,
     levels: Any,
     staging: Any,
     total: Any,
+    scratch: Any,
 ) -> int:
     """Composite the samples of one ray.
 
@@ -211,7 +81,9 @@ def march(
     light : Light or None
         Parameters of gradient shading.
     glow : LightGrid or None
-        Precomputed light of global lighting.
+        Precomputed light of soft shadows.
+    shadows : Shadows or None
+        Parameters of shadow rays, beside those of gradient shading.
     ray : Ray
     opaque : float32
         Transparency below which the ray is terminated.
@@ -220,6 +92,9 @@ def march(
         Scratch memory for a batch of samples; see :func:`model.rendering.raycast.batch.fetch`.
     total : ndarray of float32, shape (4,)
         Output: RGBA, premultiplied.
+    scratch : tuple of ndarray
+        Memory for the levels along a shadow ray, int32 (n,), and for the light that arrives at
+        the samples of a batch and at the next one, float32 (n + 1,).
 
     Returns
     -------
@@ -233,6 +108,11 @@ def march(
     shared = 0
     first = -1
     end = np.int32(NOTHING)
+    faint, full = FAINT, FULL
+    if light is not None:
+        faint, full = FAINT * light.dim, FULL * light.dim
+    elif glow is not None:
+        faint, full = FAINT * glow.dim, FULL * glow.dim
     k = 0
     while k < ray.count:
         behind = skip_empty(ray, k, cells, cell_shape, shift)
@@ -240,12 +120,18 @@ def march(
             k = behind
             shared = 0
             continue
+        if shadows is not None:
+            # What was skipped must not decide which samples share light.
+            k -= k % APART
         # A whole batch, even beyond the cell's end: partial vectors would not be faster.
         fetch(voxels, shape, scale, missing, ray, k, levels, staging)
         if ray.count - k <= len(levels):
             end = levels[ray.count - 1 - k]
             levels[ray.count - 1 - k] = np.int32(NOTHING)
         before = through
+        if shadows is not None:
+            for m in range(len(scratch[1])):
+                scratch[1][m] = UNKNOWN
         if colors is not None and light is None and glow is None and staging is not None:
             for m in range(0, len(levels), GROUP):
                 through = composite_group(colors, alphas, levels, m, total, through)
@@ -258,9 +144,27 @@ def march(
                 else:
                     at = np.uint64(4) * level
                     r, g, b = colors[at], colors[at + np.uint64(1)], colors[at + np.uint64(2)]
-                    if light is not None or glow is not None:
-                        if through * a > FAINT:
-                            if shared == 0 or through * a > FULL:
+                    if shadows is not None:
+                        if through * a > faint:
+                            wanted, arriving = sought(scratch[1], m, a)
+                            while wanted >= 0:
+                                scratch[1][wanted] = light_arriving(
+                                    voxels, shape, scale, missing, cells, cell_shape, shift,
+                                    alphas, shadows, ray, np.float32(k + wanted),
+                                    scratch[0], staging,
+                                )  # fmt: skip
+                                wanted, arriving = sought(scratch[1], m, a)
+                            diffuse, gloss = shade_in_shadow(
+                                voxels, shape, light, shadows, ray, np.float32(k + m), a, arriving
+                            )
+                            white = gloss * a
+                            r, g, b = r * diffuse + white, g * diffuse + white, b * diffuse + white
+                            r, g, b = min(r, a), min(g, a), min(b, a)
+                        else:
+                            r = g = b = ZERO
+                    elif light is not None or glow is not None:
+                        if through * a > faint:
+                            if shared == 0 or through * a > full:
                                 diffuse, gloss = shade(
                                     voxels, shape, light, glow, ray, np.float32(k + m)
                                 )
@@ -287,7 +191,15 @@ def march(
         total[3] += part
         if colors is not None:
             at = np.uint64(4) * np.uint64(np.uint32(end))
-            if light is not None or glow is not None:
+            if shadows is not None:
+                arriving = light_arriving(
+                    voxels, shape, scale, missing, cells, cell_shape, shift, alphas,
+                    shadows, ray, ray.last, scratch[0], staging,
+                )  # fmt: skip
+                diffuse, gloss = shade_in_shadow(
+                    voxels, shape, light, shadows, ray, ray.last, a, arriving
+                )
+            elif light is not None or glow is not None:
                 diffuse, gloss = shade(voxels, shape, light, glow, ray, ray.last)
             for channel in range(3):
                 color = colors[at + np.uint64(channel)] / a
@@ -318,11 +230,21 @@ def shade(voxels: Any, shape: Any, light: Any, glow: Any, ray: Any, k: Any) -> A
     diffuse, gloss = ONE, ZERO
     t = min(k, ray.last)
     if light is not None:
-        diffuse, gloss = reflect(voxels, shape, light, ray, t)
+        diffuse, gloss, _ = reflect(voxels, shape, light, ray, t)
     if glow is not None:
         factor = received(glow, ray, t)
         diffuse, gloss = diffuse * factor, gloss * factor
     return diffuse, gloss
+
+
+@inlined
+def shade_in_shadow(
+    voxels: Any, shape: Any, light: Any, shadows: Any, ray: Any, k: Any, a: Any, arriving: Any
+) -> Any:
+    """Return the factor of the colour of sample k, of opacity a, and its gloss, in shadows."""
+    diffuse, gloss, slope = reflect(voxels, shape, light, ray, min(k, ray.last))
+    scattered = math.exp(-slope * shadows.sharpness * a)
+    return diffuse + scattered * (shadows.diffuse * arriving - diffuse), (ONE - scattered) * gloss
 
 
 @inlined

@@ -9,7 +9,8 @@ import numpy as np
 
 from model.compilation import inlined
 from model.rendering.raycast.batch import fetch, hide, level_of
-from model.rendering.raycast.marching import VISIBLE, skip_empty
+from model.rendering.raycast.marching import VISIBLE
+from model.rendering.raycast.rays import skip_empty
 from model.rendering.raycast.tables import LEVELS
 from model.rendering.raycast.trilinear import interpolate_inside
 

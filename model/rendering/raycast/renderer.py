@@ -10,7 +10,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,14 +19,12 @@ from model.errors import RenderError
 from model.rendering.noise import noise_of
 from model.rendering.opacity_correction import least_transparency, per_sample_derivative
 from model.rendering.raster import Raster
-from model.rendering.raycast import cuda
 from model.rendering.raycast.camera import camera_array
 from model.rendering.raycast.cells import SHIFT, MinMaxCells
-from model.rendering.raycast.change_norms import BAND, band_of, square_changes
 from model.rendering.raycast.cpu import draw_rows, draw_rows_preintegrated
-from model.rendering.raycast.differentiation import differentiate_windows
 from model.rendering.raycast.illumination import Illumination, gradient_light
 from model.rendering.raycast.shading import Light
+from model.rendering.raycast.shadows import Shadows, shadow_rays
 from model.rendering.raycast.tables import (
     FARTHEST_LEVELS,
     LEVELS,
@@ -36,13 +34,15 @@ from model.rendering.raycast.tables import (
     opacity_table,
     preintegrated_table,
 )
-from model.rendering.raycast.tangents import add_visibility, change_rows
 from model.rendering.scalars import renderable_scalars
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
-from model.scene.scene import Lighting
+from model.scene.scene import EXACT_LIGHTINGS, Lighting
 from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, Range
 from model.scene.volume import Volume
+
+if TYPE_CHECKING:
+    from model.rendering.raycast.cuda import Painter
 
 NATIVE_TYPES = (np.uint8, np.uint16, np.int16, np.float32)
 """Scalar types that are rendered without conversion."""
@@ -82,9 +82,9 @@ class RaycastRenderer:
     volume : Volume
         TFs lie over its scalar range, that of the voxels or a chosen one; what is interpolated
         beyond it looks as its ends do.
-    lighting : {"none", "direct", "global"}
-        Emission-absorption only, with gradient shading, or with shadows and
-        ambient occlusion.
+    lighting : {"none", "direct", "soft", "shadows"}
+        Emission-absorption only, with gradient shading, with shadows and
+        ambient light from a grid, or with a shadow of each sample.
     light : LightDirection, optional
         Default direction of the distant light relative to the view, for inputs
         without a light; ignored when unlit.
@@ -120,6 +120,11 @@ class RaycastRenderer:
         preintegrated: bool = False,
         device: Device = "cpu",
     ) -> None:
+        if lighting == "path":
+            raise RenderError(
+                "The ray caster has no path-traced light, nor sensitivities under it; "
+                "choose another light."
+            )
         if preintegrated and (lighting != "none" or device != "cpu"):
             raise RenderError(
                 "Pre-integration is there for unlit scenes on the CPU only; "
@@ -147,22 +152,24 @@ class RaycastRenderer:
             np.float32(-beyond),
             np.float32(LEVELS - 1 + beyond),
         )
-        self._noise = noise_of(scalars) if lighting == "direct" else 0.0
+        reflects = lighting in ("direct", "shadows")
+        self._noise = noise_of(scalars) if reflects else 0.0
+        self._values = float(scalars.min()), float(scalars.max())
         self.cells = MinMaxCells(scalars, bins, self._executor, hidden)
         self._opacities = lru_cache(maxsize=4)(self._opacities_of)
         self._distances = lru_cache(maxsize=4)(self._distances_of)
         self._illumination = (
             Illumination(scalars, bins, volume, self._executor, missing=hidden)
-            if lighting == "global"
+            if lighting == "soft"
             else None
         )
-        self._cuda = cuda.Painter(self._voxels) if device == "cuda" else None
+        self._cuda = _gpu_painter(self._voxels) if device == "cuda" else None
 
     @property
     def is_differentiable(self) -> bool:
-        """Whether the exact derivative is there: on the CPU, not under global light."""
+        """Whether the exact derivative is there: on the CPU, but for soft light."""
         on_cpu = self._cuda is None
-        return on_cpu and self._lighting != "global" and not self._preintegrated
+        return on_cpu and self._lighting in EXACT_LIGHTINGS and not self._preintegrated
 
     @property
     def scalar_range(self) -> Range:
@@ -226,8 +233,11 @@ class RaycastRenderer:
         Raises
         ------
         RenderError
-            Under global light, with pre-integration or on a GPU.
+            Under soft light, with pre-integration or on a GPU.
         """
+        # The kernels of sensitivities are imported by who wants them.
+        from model.rendering.raycast.differentiation import differentiate_windows
+
         arguments = self._path_arguments(inputs, size)
         gradients = np.empty((len(windows), TF_SAMPLES))
         energies = np.empty(len(windows))
@@ -265,8 +275,10 @@ class RaycastRenderer:
         Raises
         ------
         RenderError
-            Under global light, with pre-integration or on a GPU.
+            Under soft light, with pre-integration or on a GPU.
         """
+        from model.rendering.raycast.change_norms import BAND, band_of, square_changes
+
         arguments = self._path_arguments(inputs, size)
         by_bin, begin = band_of(edits * self._per_sample_derivative(inputs))
         count = int(begin.max()) + BAND
@@ -301,8 +313,10 @@ class RaycastRenderer:
         Raises
         ------
         RenderError
-            Under global light, with pre-integration or on a GPU.
+            Under soft light, with pre-integration or on a GPU.
         """
+        from model.rendering.raycast.tangents import change_rows
+
         self._check_differentiable()
         distance, volume, raster = self.sample_distance, self._volume, Raster.of(size)
         changes = level_table(edit * self._per_sample_derivative(inputs))
@@ -319,7 +333,8 @@ class RaycastRenderer:
             self._opacities(inputs.opacity_tf, distance),
             changes,
             color_table(inputs.color_tf, volume.scalar_range),
-            self._gradient_light(inputs),
+            self._gradient_light(inputs, distance),
+            self._shadows(inputs, distance),
             np.float32(least_transparency(distance)),
             self._camera(inputs, raster),
             distance * volume.voxel_size,
@@ -344,6 +359,8 @@ class RaycastRenderer:
         ndarray of float64, shape (256,)
             They add up to the sum of the windows' opacities.
         """
+        from model.rendering.raycast.tangents import add_visibility
+
         distance, volume, raster = self.sample_distance, self._volume, Raster.of(size)
         arguments = (
             *self._voxels_and_cells(inputs.opacity_tf, distance),
@@ -450,23 +467,40 @@ class RaycastRenderer:
             return (table,)
         alphas = self._opacities(opacity_tf, distance)
         if not colored:
-            return alphas, None, None, None
-        light, glow = self._gradient_light(inputs) if lit else None, None
+            return alphas, None, None, None, None
+        light = self._gradient_light(inputs, distance) if lit else None
+        glow = None
+        shadows = self._shadows(inputs, distance) if lit else None
         if self._illumination is not None and lit:
             direction = inputs.light or self._light
             opacities = opacity_tf.sample(scalar_range)
-            glow = self._illumination.grid(inputs.view, direction, opacities, inputs.crop)
-        return alphas, color_table(color_tf, scalar_range, alphas), light, glow
+            glow = self._illumination.grid(
+                inputs.view, direction, opacities, inputs.crop, self._dim(alphas, distance)
+            )
+        return alphas, color_table(color_tf, scalar_range, alphas), light, glow, shadows
 
     def _camera(self, inputs: SceneInputs, raster: Raster) -> NDArray[np.float64]:
         return camera_array(inputs.view, self._volume, raster, inputs.crop)
 
-    def _gradient_light(self, inputs: SceneInputs) -> Light | None:
-        """Parameters of gradient shading; None but for direct light."""
-        if self._lighting != "direct":
+    def _gradient_light(self, inputs: SceneInputs, distance: float) -> Light | None:
+        """Parameters of gradient shading; None where surfaces reflect nothing."""
+        if self._lighting not in ("direct", "shadows"):
             return None
         light = inputs.light or self._light
-        return gradient_light(inputs.view, light, self._volume, inputs.crop, self._noise)
+        dim = self._dim(self._opacities(inputs.opacity_tf, distance), distance)
+        return gradient_light(inputs.view, light, self._volume, inputs.crop, self._noise, dim)
+
+    def _dim(self, opacity: NDArray[np.float32], distance: float) -> float:
+        """How bright a pixel can be, 0 to 1, with these opacities of samples."""
+        samples = 2 * self._volume.radius / (distance * self._volume.voxel_size)
+        return min(1.0, samples * float(opacity.max()))
+
+    def _shadows(self, inputs: SceneInputs, distance: float) -> Shadows | None:
+        """Parameters of shadow rays; None where there are none."""
+        if self._lighting != "shadows":
+            return None
+        step, light = distance * self._volume.voxel_size, inputs.light or self._light
+        return shadow_rays(inputs.view, light, self._volume, step, self._values)
 
     def _divide(self, count: int, task: Callable[[slice], object]) -> None:
         """Call a task on this renderer's threads for all parts of `count` windows."""
@@ -483,7 +517,8 @@ class RaycastRenderer:
             *self._voxels_and_cells(inputs.opacity_tf, distance),
             self._opacities(inputs.opacity_tf, distance),
             color_table(inputs.color_tf, volume.scalar_range),
-            self._gradient_light(inputs),
+            self._gradient_light(inputs, distance),
+            self._shadows(inputs, distance),
             np.float32(least_transparency(distance)),
             self._camera(inputs, raster),
             step,
@@ -499,8 +534,8 @@ class RaycastRenderer:
     def _check_differentiable(self) -> None:
         if not self.is_differentiable:
             raise RenderError(
-                "The exact sensitivity is there for unlit scenes and direct light on the CPU, "
-                "without pre-integration; choose those."
+                "The exact sensitivity is there for unlit scenes, direct light and shadows on the "
+                "CPU, without pre-integration; choose those."
             )
 
     def _voxels_and_cells(self, opacity_tf: OpacityTF, distance: float) -> tuple[Any, ...]:
@@ -536,7 +571,7 @@ class RaycastRenderer:
         samples = 2 * volume.radius / (sample_distance * volume.voxel_size)
         # All skipped samples of a ray together must stay below the largest error, or that share
         # of the brightest pixel that a nearly transparent TF can make.
-        brightest = min(1.0, samples * float(opacity.max()))
+        brightest = self._dim(opacity, sample_distance)
         shown = opacity > brightest * LARGEST_ERROR / 2 / samples
         in_bin = np.zeros(TF_SAMPLES, dtype=bool)
         # Levels between two bins count for both.
@@ -544,3 +579,10 @@ class RaycastRenderer:
         in_bin[level // LEVELS_PER_BIN] = True
         in_bin[-(-level // LEVELS_PER_BIN)] = True
         return self.cells.distances(in_bin)
+
+
+def _gpu_painter(voxels: NDArray[Any]) -> Painter:
+    # Late: who draws on the CPU does without 130 modules of Numba's and 8 MB.
+    from model.rendering.raycast.cuda import Painter
+
+    return Painter(voxels)

@@ -33,6 +33,10 @@ class Light(NamedTuple):
     noise : float32
         Fourth power of the gradient, in differences of voxels, at which its direction counts for
         a half; 0 where every one counts.
+    dim : float32
+        How bright the image can be, 0 to 1, see
+        :meth:`model.rendering.raycast.renderer.RaycastRenderer`: in a faint one fainter samples
+        count.
     """
 
     travel: Any
@@ -44,6 +48,7 @@ class Light(NamedTuple):
     low: Any
     high: Any
     noise: Any
+    dim: Any
 
 
 class LightGrid(NamedTuple):
@@ -57,11 +62,14 @@ class LightGrid(NamedTuple):
         Number of grid nodes along x, y and z.
     scale : tuple of 3 float32
         Grid steps per voxel along x, y and z.
+    dim : float32
+        See :class:`Light`.
     """
 
     grid: Any
     shape: Any
     scale: Any
+    dim: Any
 
 
 @inlined
@@ -78,7 +86,7 @@ def received(glow: Any, ray: Any, k: Any) -> Any:
 
 @inlined
 def reflect(voxels: Any, shape: Any, light: Any, ray: Any, k: Any) -> Any:
-    """Diffuse factor and white gloss of sample k; both sides of a surface are lit.
+    """Diffuse factor, white gloss and gradient of sample k; both sides of a surface are lit.
 
     The gradient gives the normal, as far as it is more than noise: where it is not, the sample is
     lit evenly. Within half a voxel of a face of what is shown, the face's normal counts instead,
@@ -91,8 +99,8 @@ def reflect(voxels: Any, shape: Any, light: Any, ray: Any, k: Any) -> Any:
     change = nx * nx + ny * ny + nz * nz
     change *= change
     diffuse, gloss = HALF * light.diffuse, ZERO
+    nx, ny, nz = nx * light.slope[0], ny * light.slope[1], nz * light.slope[2]
     if change > ZERO:
-        nx, ny, nz = nx * light.slope[0], ny * light.slope[1], nz * light.slope[2]
         diffuse, gloss = mirror(light, ray, nx, ny, nz)
         if light.noise > ZERO:
             share = change / (change + light.noise)
@@ -121,7 +129,7 @@ def reflect(voxels: Any, shape: Any, light: Any, ray: Any, k: Any) -> Any:
         shine += bz * highlight(TWO * lz * vz - passing, length, light.power)
         diffuse += share * (flat / total - diffuse)
         gloss += share * (light.specular * shine / total - gloss)
-    return diffuse, gloss
+    return diffuse, gloss, math.sqrt(nx * nx + ny * ny + nz * nz)
 
 
 @inlined

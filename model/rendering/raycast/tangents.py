@@ -5,7 +5,8 @@ front of sample i, opacity a_i, colour c_i and their changes,
 
     dI = sum of (T_i da_i + dT_i a_i) c_i,   dT_{i+1} = dT_i (1 - a_i) - T_i da_i.
 
-Under direct light, c_i is the colour under that light, which does not depend on the TF.
+Under direct light, c_i is the colour under that light, which does not depend on the TF. In shadows
+it changes, too: by the sample's own opacity, and as other samples take more or less of its light.
 """
 
 from __future__ import annotations
@@ -14,20 +15,24 @@ from typing import Any
 
 import numpy as np
 
-from model.compilation import compiled
-from model.rendering.raycast.batch import fetch, stack_batch
+from model.compilation import compiled, inlined
+from model.rendering.raycast.batch import BATCH, fetch, stack_batch
 from model.rendering.raycast.differentiation import NEGLIGIBLE
-from model.rendering.raycast.marching import (
-    ONE,
-    ZERO,
-    make_ray,
-    opacity_of_part,
-    shade,
-    skip_empty,
-    slope_of_part,
+from model.rendering.raycast.marching import FAINT, opacity_of_part, shade, slope_of_part
+from model.rendering.raycast.rays import ONE, ZERO, make_ray, skip_empty
+from model.rendering.raycast.shadow_derivatives import (
+    light_and_change,
+    shade_with_slopes,
+    shared_change,
 )
+from model.rendering.raycast.shadows import APART, UNKNOWN, sought
 from model.rendering.raycast.tables import LEVELS_PER_BIN
 from model.scene.transfer_function import TF_SAMPLES
+
+LEAST = np.float32(1e-7)
+"""Change of a pixel below which that of a sample's light is left out."""
+
+_1, _2 = np.uint64(1), np.uint64(2)
 
 
 @compiled
@@ -43,6 +48,7 @@ def change_rows(
     changes: Any,
     colors: Any,
     light: Any,
+    shadows: Any,
     least: Any,
     camera: Any,
     step: float,
@@ -60,6 +66,7 @@ def change_rows(
     colors : ndarray of float32, shape (4 levels,)
         Colour at each level, not premultiplied.
     light : Light or None
+    shadows : Shadows or None
     least : float32
         Transparency of a sample below which the derivative is clamped.
     rows : tuple of int
@@ -69,6 +76,8 @@ def change_rows(
     """
     size = image.shape[1]
     levels, staging, _ = stack_batch(voxels)
+    shown = np.empty(BATCH, dtype=np.int32)
+    known, turns = np.empty(BATCH + 1, dtype=np.float32), np.empty(BATCH + 1, dtype=np.float32)
     for row in range(rows[0], rows[1]):
         for column in range(size):
             ray, _ = make_ray(camera, step, column, row, size)
@@ -80,28 +89,68 @@ def change_rows(
                 if behind > k:
                     k = behind
                     continue
+                if shadows is not None:
+                    # As in the image: what was skipped must not decide which samples share light.
+                    k -= k % APART
+                    known[:] = UNKNOWN
                 fetch(voxels, shape, scale, missing, ray, k, levels, staging)
-                for m in range(min(len(levels), ray.count - k)):
-                    level = np.uint64(np.uint32(levels[m]))
+                # Shadow rays need the memory.
+                shown[:] = levels
+                for m in range(min(BATCH, ray.count - k)):
+                    level = np.uint64(np.uint32(shown[m]))
                     a, da = alphas[level], changes[level]
+                    whole, turn, sharing = a, da, a
+                    limit = ONE
                     if k + m == ray.count - 1:
                         da *= slope_of_part(a, ray.rest, least)
                         a = opacity_of_part(a, ray.rest)
+                        # The last sample shares light with none.
+                        sharing, limit = ONE, np.float32(np.inf)
+                    seen = through * a
                     weight = through * da + change * a
                     change = change * (ONE - a) - through * da
                     through *= ONE - a
-                    if weight != ZERO:
+                    at = np.uint64(4) * level
+                    if shadows is not None:
+                        if abs(weight) > LEAST or seen > FAINT:
+                            wanted, arriving = sought(known, m, sharing)
+                            while wanted >= 0:
+                                known[wanted], turns[wanted] = light_and_change(
+                                    voxels, shape, scale, missing, cells, cell_shape, shift,
+                                    alphas, changes, shadows, ray, np.float32(k + wanted),
+                                    levels, staging,
+                                )  # fmt: skip
+                                wanted, arriving = sought(known, m, sharing)
+                            d, s, d_turn, s_turn, by_light = shade_with_slopes(
+                                voxels, shape, light, shadows, ray, np.float32(k + m), whole,
+                                arriving,
+                            )  # fmt: skip
+                            d_turn *= turn
+                            s_turn *= seen * turn
+                            d_turn += by_light * shared_change(known, turns, m, sharing, turn)
+                            d_turn *= seen
+                            r, g, b = colors[at], colors[at + _1], colors[at + _2]
+                            red += _lit(r, d, s, limit, weight, d_turn, s_turn)
+                            green += _lit(g, d, s, limit, weight, d_turn, s_turn)
+                            blue += _lit(b, d, s, limit, weight, d_turn, s_turn)
+                    elif weight != ZERO:
                         d, s = ONE, ZERO
                         if light is not None:
                             d, s = shade(voxels, shape, light, None, ray, np.float32(k + m))
-                        at = np.uint64(4) * level
                         red += weight * (d * colors[at] + s)
-                        green += weight * (d * colors[at + np.uint64(1)] + s)
-                        blue += weight * (d * colors[at + np.uint64(2)] + s)
-                k += len(levels)
+                        green += weight * (d * colors[at + _1] + s)
+                        blue += weight * (d * colors[at + _2] + s)
+                k += BATCH
             image[row, column, 0] = red
             image[row, column, 1] = green
             image[row, column, 2] = blue
+
+
+@inlined
+def _lit(c: Any, d: Any, s: Any, limit: Any, weight: Any, d_turn: Any, s_turn: Any) -> Any:
+    """Change of a channel by a sample of colour c, shaded by d and s, up to a limit."""
+    color = d * c + s
+    return weight * color + d_turn * c + s_turn if color < limit else weight * limit
 
 
 @compiled

@@ -131,11 +131,10 @@ def _neighbors(voxels: Any, place: Any) -> Any:
 @inlined
 def interpolate_inside(voxels: Any, shape: Any, x: Any, y: Any, z: Any) -> Any:
     """Interpolate at any position, with positions outside clamped to the nearest face."""
-    zero = np.float32(0)
-    return interpolate(
-        voxels,
-        shape,
-        min(max(x, zero), np.float32(shape[0] - 1)),
-        min(max(y, zero), np.float32(shape[1] - 1)),
-        min(max(z, zero), np.float32(shape[2] - 1)),
-    )
+    return interpolate(voxels, shape, clamp(x, shape[0]), clamp(y, shape[1]), clamp(z, shape[2]))
+
+
+@inlined
+def clamp(place: Any, count: int) -> Any:
+    """Return the nearest position along an axis that lies between its voxels."""
+    return min(max(place, np.float32(0)), np.float32(count - 1))

@@ -9,6 +9,7 @@ from app.cli import run
 from model.samples.sample_store import SPLITS, SampleStore
 
 
+@pytest.mark.slow
 def test_a_local_cluster_makes_the_same_data_set(tmp_path: Path) -> None:
     raw = tmp_path / "ramp_6x5x4_uint8.raw"
     raw.write_bytes(np.arange(120, dtype=np.uint8).tobytes())

@@ -42,6 +42,7 @@ def test_the_map_and_its_grid(volume: str, tmp_path: Path) -> None:
         assert (np.isnan(grid["images"][..., 0, 0, 0]) == (grid["count"] == 0)).all()
 
 
+@pytest.mark.slow
 def test_a_place_becomes_a_tf_that_is_found_there(
     volume: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -88,11 +88,3 @@ def test_studies(base: str, item: str, capsys: pytest.CaptureFixture[str]) -> No
 def test_every_item_has_a_maker_and_a_test() -> None:
     items = {str(item) for item in PaperItem}
     assert items == {"all", *FIGURES, "table1", "table2", *STUDIES}
-
-
-def test_a_model_of_another_kind_is_refused(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    model = Path(__file__).parents[3] / "resources" / "models" / "reacting_jet"
-    assert run(f"paper table2 --model {model} --out {tmp_path}".split()) == 2
-    assert "no model of the paper's networks" in capsys.readouterr().err

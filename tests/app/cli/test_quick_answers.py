@@ -9,7 +9,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[3]
 VOLUME = ROOT / "resources" / "volumes" / "lidc_chest_256x256x133_uint8.nrrd"
-MODEL = ROOT / "resources" / "models" / "lidc_chest"
+MODEL = ROOT / "resources" / "models" / "lidc_chest_paper"
 
 # One process for all of them, as each would take half a second: what one command imports is there
 # for all that follow, so that the first of the commands that fail is the one to look at.

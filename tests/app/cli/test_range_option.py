@@ -41,6 +41,7 @@ def rendered(folder: Path, volume: str, options: str) -> np.ndarray:
     return np.load(out)
 
 
+@pytest.mark.slow
 def test_an_outlier_does_not_matter_over_a_range(folder: Path) -> None:
     expected = rendered(folder, "ball", "")
     assert expected[..., 3].max() > 0.1
@@ -89,6 +90,7 @@ def test_what_is_too_narrow_for_the_range_is_said_with_the_option(
         assert "over 0 to 50,000" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_samples_have_tfs_over_the_range(folder: Path) -> None:
     base = f"dataset --volume {folder}/outlier_20x18x16_uint16.raw --size 16 --count 1 --holdout 1"
     for name, option, expected in (

@@ -45,6 +45,35 @@ def test_size_and_background(base: str, tmp_path: Path) -> None:
     assert clear.shape == (64, 64, 4) and clear[0, 0, 3] == 0 and clear[..., 3].max() > 100
 
 
+def test_path_traced_light_says_its_samples_and_its_error(base: str, tmp_path: Path) -> None:
+    out = tmp_path / "image.png"
+    errors = []
+    for samples in (4, 64):
+        image = picture(base, out, f"--size 48 --lighting path --samples {samples} --no-denoise")
+        assert image.max() > 50
+        with Image.open(out) as saved:
+            assert saved.info["Lighting"] == "path"
+            said = saved.info["Renderer"]
+        assert said.startswith(f"the path tracer, {samples} samples a pixel in ")
+        errors.append(float(said.rsplit(" ", 1)[1]))
+    assert 0 < errors[1] < errors[0] / 2
+    for option in ("--samples 4", "--error 0.01", "--denoise"):
+        assert run(f"{base} --lighting direct {option} --out {out}".split()) != 0
+
+
+def test_path_traced_light_takes_as_many_samples_as_an_error_takes(
+    base: str, tmp_path: Path
+) -> None:
+    out, drawn = tmp_path / "image.png", []
+    for error in (0.02, 0.004):
+        picture(base, out, f"--size 48 --lighting path --error {error}")
+        with Image.open(out) as saved:
+            said = saved.info["Renderer"]
+        assert float(said.rsplit(" ", 1)[1]) <= error
+        drawn.append(int(said.split(", ")[1].split()[0]))
+    assert 1 < drawn[0] < drawn[1]
+
+
 def test_legend_and_scale_bar(base: str, tmp_path: Path) -> None:
     out = tmp_path / "image.png"
     plain = picture(base, out, "--size 400x200")

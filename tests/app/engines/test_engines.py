@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import count
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -10,19 +11,26 @@ from numpy.typing import NDArray
 from ramp import make_volume
 from window_fakes import make_request
 
-from app.engines.engines import GeneratorEngine, ReferenceSettings, RendererEngine
+from app.engines.engines import (
+    GeneratorEngine,
+    ReferenceSettings,
+    RendererEngine,
+)
 from app.engines.messages import (
     PictureRequest,
     Quality,
     RegionSensitivityRequest,
     SupersededError,
 )
+from app.engines.path_tracing import PathTracingEngine
 from model.generator.backends import Backend
+from model.rendering.path_tracing.renderer import PathTracer
 from model.rendering.raster import Raster
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.light import LightDirection
 from model.scene.region import Outline
 from model.scene.scene import Scene
+from model.scene.view import View
 
 
 class RecordingRenderer:
@@ -64,9 +72,48 @@ def test_a_final_image_is_given_up_when_nobody_wants_it() -> None:
     assert len(renderer.calls) == 1
 
 
+def test_path_traced_light_says_its_samples_and_is_given_up_when_nobody_wants_it() -> None:
+    tracer = PathTracer(make_volume(), threads=1)
+    engine = PathTracingEngine(tracer, sample_distance=0.5, denoises=False)
+    request = replace(make_request(1), quality=Quality(32, samples=1))
+    first = engine.image(request)
+    assert engine.description == "path tracer, 1 sample"
+    many = engine.image(replace(request, quality=Quality(32, samples=16)))
+    assert engine.description.startswith("path tracer, 16 samples, error .")
+    np.testing.assert_array_equal(many[..., 3], first[..., 3])
+    asked = count()
+    with pytest.raises(SupersededError):
+        engine.image(
+            replace(request, quality=Quality(64, samples=1 << 20)), lambda: next(asked) < 20
+        )
+    engine.close()
+
+
+def test_a_path_traced_picture_goes_on_where_it_ended() -> None:
+    traced: list[int] = []
+
+    class Counting(PathTracer):
+        def _run(self, task: Any, raster: Any, wanted: Any) -> bool:
+            traced.append(1)
+            return super()._run(task, raster, wanted)
+
+    engine = PathTracingEngine(Counting(make_volume(), threads=1), 0.5, denoises=False)
+    request = replace(make_request(1), quality=Quality(16, samples=2))
+    for samples in (2, 4, 8):
+        image = engine.image(replace(request, quality=Quality(16, samples=samples)))
+    # What the ray caster sees, and eight samples.
+    assert len(traced) == 9
+    whole = PathTracer(make_volume(), threads=1, samples=8).render(request.inputs, 16)
+    np.testing.assert_allclose(image, whole, atol=1e-6)
+    # Another view is another picture.
+    engine.image(replace(request, inputs=replace(request.inputs, view=View(azimuth=80.0))))
+    assert len(traced) == 12
+    engine.close()
+
+
 def test_a_region_by_differences_is_given_up_when_nobody_wants_it() -> None:
     volume = make_volume()
-    lit = RaycastRenderer(volume, "global", LightDirection(), threads=1)
+    lit = RaycastRenderer(volume, "soft", LightDirection(), threads=1)
     inputs = replace(make_request(1).inputs, light=LightDirection())
     request = RegionSensitivityRequest(1, inputs, Quality(8), Outline(), 8.0)
     engine = RendererEngine(lit, 1.0)

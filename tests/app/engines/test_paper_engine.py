@@ -132,14 +132,14 @@ def test_the_ray_caster_draws_no_codes_and_gives_up(ray_caster: RendererEngine) 
         )
 
 
-def test_under_global_light_there_are_no_fields_of_all_values() -> None:
-    lit = RendererEngine(RaycastRenderer(make_volume(), "global", LightDirection(), threads=1), 1.0)
+def test_under_soft_light_there_are_no_fields_of_all_values() -> None:
+    lit = RendererEngine(RaycastRenderer(make_volume(), "soft", LightDirection(), threads=1), 1.0)
     inputs = replace(INPUTS, light=LightDirection())
     for request in (
         BlockFieldsRequest(0, inputs, SMALL, 8, 6.0),
         FieldRangeRequest(0, inputs, SMALL, (100.0, 200.0), 6.0),
     ):
-        with pytest.raises(NotOfferedError, match="global light"):
+        with pytest.raises(NotOfferedError, match="soft light"):
             answer(lit, request)
     lit.close()
 

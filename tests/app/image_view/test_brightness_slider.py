@@ -56,7 +56,7 @@ def test_what_is_not_chosen_follows_the_light(qtbot: QtBot) -> None:
     brightness.set_lighting("exact", "none")
     assert brightness.value == 1
     brightness.set(1.0)
-    brightness.set_lighting("exact", "global")
+    brightness.set_lighting("exact", "soft")
     assert brightness.value == 1 and slider.reset.isEnabled()
     slider.reset.click()
     assert brightness.value == LIT_BRIGHTNESS

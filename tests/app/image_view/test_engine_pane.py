@@ -205,7 +205,7 @@ def test_a_caption_says_that_a_finer_image_follows(qtbot: QtBot) -> None:
     qtbot.waitUntil(lambda: client.is_settled)
     if seen[0] != "CPU":
         # Unless both were asked for before the first was begun.
-        assert seen[:2] == ("CPU, refining", "change")
+        assert seen[:2] == ("CPU, refining…", "change")
         assert seen[2] is not None and 0 < seen[2] < 1
     assert (pane.status, pane.caption.tone) == ("CPU", "dim")
     assert pane.canvas.progress is None

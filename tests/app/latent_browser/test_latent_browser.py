@@ -643,7 +643,7 @@ def test_a_grid_that_failed_is_asked_for_again(
     engine = builders.analysts[-1]
     images = engine.images
 
-    def fail(_request: object) -> np.ndarray:
+    def fail(*_: object) -> np.ndarray:
         raise LatentError("No pictures today.")
 
     monkeypatch.setattr(engine, "images", fail)
@@ -718,3 +718,16 @@ def test_the_picture_under_the_mouse_stays_while_the_image_is_drawn_anew(
     qtbot.waitUntil(lambda: window.workspace.is_settled)
     assert window.browser.preview.is_shown
     assert window.reference.canvas.cover is not None
+
+
+def test_who_turns_the_wheel_over_the_map_has_its_keys(qtbot: QtBot, window: MainWindow) -> None:
+    map_view = window.browser.map
+    window.activateWindow()
+    window.reference.canvas.setFocus()
+    handle = window.windowHandle()
+    at = map_view.mapTo(window, QPointF(map_view.rect().center()))
+    QTest.wheelEvent(handle, at, QPoint(0, 240))
+    qtbot.waitUntil(lambda: map_view.frame.zoom > 1)
+    assert map_view.hasFocus()
+    QTest.keyClick(window.focusWidget(), Qt.Key.Key_Home)
+    assert map_view.frame.zoom == 1

@@ -352,7 +352,7 @@ def test_exact_and_learned_fields_have_one_scale(
 ) -> None:
     answer = FakeEngine.value_sensitivity
 
-    def of_the_generator(request: ValueSensitivityRequest) -> NDArray[np.float32]:
+    def of_the_generator(request: ValueSensitivityRequest, *_: object) -> NDArray[np.float32]:
         return 1.5 * answer(builders.generators[-1], request)
 
     monkeypatch.setattr(builders.generators[-1], "value_sensitivity", of_the_generator)
@@ -758,10 +758,10 @@ def test_every_way_to_show_a_field(
     assert window.sensitivity.exact.scale == scale
 
 
-def test_under_global_light_a_new_region_does_not_keep_the_old_answer(
+def test_under_soft_light_a_new_region_does_not_keep_the_old_answer(
     qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
 ) -> None:
-    builders.scene = Scene.of(builders.volumes["ramp"], 16, "global")
+    builders.scene = Scene.of(builders.volumes["ramp"], 16, "soft")
     window = make_window()
     dispatcher = window.workspace.sensitivity
     assert dispatcher.exact_source == "differences"
@@ -781,7 +781,7 @@ def test_a_generator_of_another_light_does_not_answer_alone(
     builders.scene = Scene.of(builders.volumes["ramp"], 16, "direct")
     window = make_window()
     dispatcher = window.workspace.sensitivity
-    window.workspace.reference.choose(lighting="global")
+    window.workspace.reference.choose(lighting="soft")
     qtbot.waitUntil(lambda: dispatcher.exact_source == "differences")
     qtbot.waitUntil(lambda: dispatcher.is_fresh(dispatcher.regions.get("differences")))
     qtbot.waitUntil(lambda: dispatcher.is_fresh(dispatcher.regions.get("learned")))
@@ -799,7 +799,7 @@ def test_differences_wait_for_the_references_image(
 ) -> None:
     window = make_window(model=None)
     dispatcher = window.workspace.sensitivity
-    window.workspace.reference.choose(lighting="global")
+    window.workspace.reference.choose(lighting="soft")
     qtbot.waitUntil(lambda: dispatcher.is_fresh(dispatcher.regions.get("differences")))
 
     def asked() -> int:
@@ -881,7 +881,7 @@ def test_flags_number_the_highest_peaks_of_the_curve(
     order = sorted(layer.flags, key=lambda flag: flag.x())
     assert [flag.number for flag in order] == [1, 3, 2]
     # The highest of all has none, as it is the background's, and that is said.
-    assert window.sensitivity.findings.edits_note.text() == "stronger at 111.8: background, no flag"
+    assert window.sensitivity.findings.edits_note.text() == "no flag at 111.8: it is background"
     window.workspace.sensitivity.window = (100.0, 200.0)
     layer.refresh()
     places = [(interval.value - 100.0) * 2.55 for interval in layer.intervals]
@@ -1041,18 +1041,34 @@ def test_a_region_cannot_be_lost_outside_the_image(qtbot: QtBot, window: MainWin
     qtbot.waitUntil(lambda: "learned changes" in window.sensitivity.what_if.result)
 
 
+@pytest.mark.parametrize(
+    ("share", "text"), [(0.0, "0 %"), (0.0001, "0 %"), (0.002, "under 1 %"), (0.02, "2 %")]
+)
+def test_what_shows_a_little_is_not_said_to_show_nothing(
+    window: MainWindow, share: float, text: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    band = window.sensitivity.band
+    monkeypatch.setattr(band._visible, "share_of", lambda *_: share)
+    window.sensitivity_state.hover(150.3, effect=False)
+    assert band.text == f"150.3 visible {text}"
+
+
 def test_what_is_still_computed_is_not_called_nothing(
     qtbot: QtBot, window: MainWindow, builders: FakeBuilders
 ) -> None:
     findings = window.sensitivity.findings
     builders.analysts[-1].gate = threading.Semaphore(0)
-    window.sensitivity_state.choose(engine="exact")
+    labels = window.editor.area.second_labels
+    window.sensitivity_state.choose(engine="exact", measure="change")
+    # Of another measure there is no curve yet, and so no numbers at the axis.
+    assert labels.labels == ()
     assert findings.edits_note.text() == "computing …"
     window.sensitivity_state.pick((0.2, 0.2))
     assert findings.values_note.text() == "computing …"
     for _ in range(40):
         builders.analysts[-1].gate.release()
     qtbot.waitUntil(lambda: "100 %" in findings.value_rows[0].text)
+    qtbot.waitUntil(lambda: labels.labels != ())
     builders.analysts[-1].gate = None
     window.sensitivity_state.pick((0.7, 0.7))
     assert findings.values_note.text() == "computing …"

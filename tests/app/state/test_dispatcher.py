@@ -155,7 +155,7 @@ def test_an_image_that_takes_long_begins_coarse(
     dispatcher.send()
     first = reference.answer(1e-4)
     assert first.quality.live and first.quality.pixels.width < PANE.width / 3
-    # VTK's scattered light depends on the sample distance.
+    # shadows depend on the sample distance.
     assert first.quality.coarseness == 1
     second = reference.answer(1e-4)
     assert not second.quality.live
@@ -192,3 +192,110 @@ def test_what_the_ray_caster_draws_in_vtks_place_is_not_drawn_twice(
     state.move_view(View(10.0))
     assert (len(reference.asked), len(stand_in.asked)) == (1, 1)
     assert stand_in.asked[-1].quality.live
+
+
+def test_an_image_at_rest_gets_ever_more_samples_up_to_the_most(
+    dispatcher: Dispatcher, clients: list[Client]
+) -> None:
+    reference = clients[1]
+    dispatcher.most_samples = 64
+    dispatcher.send()
+    asked = []
+    while not asked or reference.asked[-1] is not asked[-1]:
+        asked.append(reference.answer(1e-9))
+    whole = [each.quality.samples for each in asked if each.quality.pixels == PANE]
+    assert whole == [1, 2, 4, 8, 16, 32, 64]
+
+
+def drag(state: ViewerState, clients: list[Client]) -> Client:
+    """Move the view by a little, and return who is asked for a live image."""
+    counts = [len(client.asked) for client in clients]
+    state.move_view(View(azimuth=state.view.azimuth + 1.0))
+    (drawer,) = [
+        client for client, count in zip(clients[1:], counts[1:], strict=True)
+        if len(client.asked) > count
+    ]  # fmt: skip
+    assert drawer.asked[-1].quality.live
+    return drawer
+
+
+def test_path_traced_light_is_seen_while_something_moves_where_it_is_denoised(
+    state: ViewerState, dispatcher: Dispatcher, clients: list[Client]
+) -> None:
+    _, reference, stand_in = clients
+    dispatcher.may_stand_in = dispatcher.begins_coarse = True
+    dispatcher.most_samples = 8
+    state.move_view(View(azimuth=10.0))
+    # Noisy as it would be, soft light is seen in its place.
+    assert stand_in.asked[-1].quality.live and not reference.asked
+    dispatcher.draws_live = True
+    state.move_view(View(azimuth=20.0))
+    moved = reference.asked[-1]
+    assert moved.quality.live and moved.quality.samples == 1
+    assert moved.inputs.view.azimuth == 20
+    # At a pixel's pace, as many as eight images a second have.
+    for azimuth in range(30, 60):
+        reference.answer(1e-6)
+        state.move_view(View(azimuth=float(azimuth)))
+    pixels = reference.asked[-1].quality.pixels
+    assert 0.06 < 1e-6 * pixels.width * pixels.height < 0.13
+    state.finish_view()
+    assert len(stand_in.asked) == 1
+
+
+def test_where_vtk_is_fast_it_draws_all_pixels_with_all_samples_while_something_moves(
+    state: ViewerState, dispatcher: Dispatcher, clients: list[Client]
+) -> None:
+    _, reference, stand_in = clients
+    dispatcher.may_stand_in = True
+    told: list[str] = []
+    dispatcher.liveDrawerChanged.connect(told.append)
+    # Before anything is known, the ray caster.
+    assert drag(state, clients) is stand_in
+    state.finish_view()
+    reference.answer(1e-8)
+    assert drag(state, clients) is reference
+    assert StandInRequest in stand_in.abandoned
+    live = reference.answer(1e-8)
+    assert (live.quality.pixels, live.quality.coarseness) == (PANE, 1.0)
+    assert "VTK draws" in told[-1]
+    # It becomes slow in the middle of a drag, for good.
+    drawers = []
+    for _ in range(8):
+        drawers.append(drag(state, clients))
+        drawers[-1].answer(1e-5)
+    assert drawers[0] is reference and drawers[-1] is stand_in
+    assert drawers.index(stand_in) <= 4
+    assert reference not in drawers[drawers.index(stand_in) :]
+    assert "the ray caster draws" in told[-1]
+
+
+def test_a_vtk_that_fails_leaves_what_moves_to_the_ray_caster(
+    state: ViewerState, dispatcher: Dispatcher, clients: list[Client]
+) -> None:
+    _, reference, stand_in = clients
+    dispatcher.may_stand_in = True
+    dispatcher.send()
+    reference.answer(1e-8)
+    assert drag(state, clients) is reference
+    # The ray caster has drawn in its place, and is as fast.
+    reference.by_raycast = True
+    reference.answer(1e-8)
+    assert drag(state, clients) is stand_in
+
+
+def test_times_of_another_volume_or_light_choose_nobody(
+    state: ViewerState, dispatcher: Dispatcher, clients: list[Client]
+) -> None:
+    _, reference, stand_in = clients
+    dispatcher.may_stand_in = True
+    dispatcher.send()
+    reference.answer(1e-8)
+    dispatcher.forget_times()
+    assert drag(state, clients) is stand_in
+    # Where the user has chosen who draws, no time matters.
+    state.finish_view()
+    dispatcher.may_stand_in = False
+    reference.answer(1e-8)
+    assert drag(state, clients) is reference
+    assert reference.asked[-1].quality.coarseness > 1

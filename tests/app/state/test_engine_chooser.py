@@ -48,7 +48,7 @@ def test_where_the_ray_caster_is_slow_the_generator_comes_first(chooser: EngineC
     assert chooser.order("field", live=True) == ["exact"]
 
 
-def test_under_global_light_a_region_is_the_generators_or_made_at_rest(
+def test_without_exact_derivative_a_region_is_the_generators_or_made_at_rest(
     chooser: EngineChooser,
 ) -> None:
     chooser.exact_source = "differences"

@@ -13,7 +13,7 @@ from ramp import make_volume
 
 from app.state.library import Library
 from app.state.preferences import Preferences
-from model.generator.catalog import START_ARCHITECTURE, shipped_models
+from model.generator.catalog import shipped_models
 from model.networks.card import MODEL_FILE, load_card
 from model.scene.migration import FORMAT_VERSION
 from model.scene.scene import Scene
@@ -154,8 +154,6 @@ def test_shipped_models_come_last_and_once_but_for_the_one_opened_last(
     same = [f for f in shipped_models() if same_volume(library, f, scene)]
     cards = {folder: load_card(folder) for folder in same}
     same.sort(key=lambda folder: cards[folder].scene.lighting != "direct")
-    same.sort(key=lambda folder: cards[folder].size.architecture != START_ARCHITECTURE)
-    assert load_card(same[0]).scene.lighting == "direct"
     assert [m.folder for m in library.models_of(scene.volume_fingerprint)] == same
     copy = tmp_path / "copy"
     shutil.copytree(same[0], copy)
@@ -210,7 +208,7 @@ def test_a_model_is_checked_without_slow_libraries() -> None:
         "import sys\n"
         "from app.state.library import Library\n"
         "from app.state.preferences import Preferences\n"
-        "from model.generator.catalog import START_ARCHITECTURE, shipped_models\n"
+        "from model.generator.catalog import shipped_models\n"
         "library = Library(Preferences())\n"
         "assert all(library.check_model(folder).is_fine for folder in shipped_models())\n"
         f"print([m for m in {slow} if m in sys.modules])"

@@ -30,6 +30,8 @@ OTHER_VALUES: dict[str, Any] = {
     "drawing": "raycast",
     "sample_distance": 0.25,
     "reference_size": 1024,
+    "shadows_first": False,
+    "denoises": False,
     "trackball": True,
     "colors_follow_modes": False,
     "legend": True,
@@ -54,7 +56,7 @@ OTHER_VALUES: dict[str, Any] = {
             "8x8x8_uint8",
             ("/data/model",),
             (),
-            "global",
+            "soft",
             (50.0, -20.0),
             1.5,
             (0.1, 0.0, 0.0, 1.0, 0.5, 1.0),
@@ -97,9 +99,21 @@ def test_of_volumes_only_what_is_malformed_is_lost() -> None:
     assert found.volumes == {"a": KnownVolume("/a", raw_layout="8x8x8_uint8")}
 
 
+@pytest.mark.parametrize(
+    ("drawing", "lighting"), [("auto", "shadows"), ("raycast", "soft"), ("vtk", "shadows")]
+)
+def test_global_light_of_the_first_version_stays_what_it_was(drawing: str, lighting: str) -> None:
+    volumes = {"a": {"path": "/a", "lighting": "global"}, "b": {"lighting": "direct"}, "c": 3}
+    data = {"tfscope_preferences": 1, "drawing": drawing, "volumes": volumes}
+    found = Remembered.from_json(data)
+    assert [known.lighting for known in found.volumes.values()] == [lighting, "direct"]
+    assert Remembered.from_json(found.to_json()) == found
+    assert Remembered.from_json({"tfscope_preferences": 1, "volumes": 3}) == Remembered()
+
+
 def test_what_a_newer_version_has_written_is_kept(store: PreferencesStore) -> None:
     volumes = {"f1": {"path": "/a", "notes": "mine"}}
-    path = written(store, {"tfscope_preferences": 2, "theme": "light", "volumes": volumes})
+    path = written(store, {"tfscope_preferences": 3, "theme": "light", "volumes": volumes})
     preferences = Preferences(store)
     preferences.set(legend=True)
     preferences.note_volume("f1", up_axis="+y")
@@ -201,9 +215,6 @@ def test_recent_files_are_the_newest_ones_each_once(tmp_path: Path) -> None:
     expected = [files[5], *(p for p in reversed(files) if p != files[5])][:MOST_RECENT]
     assert preferences.recent("transfer_functions") == expected
     assert preferences.value("last_folder") == str(tmp_path / "data")
-    files[5].parent.mkdir()
-    files[7].write_text("{}")
-    assert preferences.existing("transfer_functions") == [files[7]]
     preferences.forget_recent("transfer_functions")
     assert preferences.recent("transfer_functions") == []
 

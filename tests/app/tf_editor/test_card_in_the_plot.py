@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+import pyqtgraph as pg
 import pytest
 from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtGui import QColor
@@ -97,6 +98,22 @@ def test_the_card_hides_no_other_handle(make_editor: EditorMaker, state: ViewerS
     handles = [editor.area.widget.mapFromScene(h.scenePos()) for h in editor.opacity.peaks]
     assert plot.contains(box) and distance(box, handles[1]) <= 30
     assert not any(box.contains(handle) for handle in handles)
+
+
+@pytest.mark.parametrize("mean", [110.0, 150.0, 190.0])
+def test_the_card_hides_no_label(make_editor: EditorMaker, mean: float) -> None:
+    editor = make_editor(800, 260, mean, 0.4)
+    area = editor.area
+    beside = editor.card.geometry()
+    label = pg.TextItem("147 · 44 %", anchor=(0.5, 0.5))
+    area.opacity.addItem(label, ignoreBounds=True)
+    at = area.widget.mapToScene(beside.center())
+    label.setPos(area.opacity.mapSceneToView(at))
+    (box,) = area.label_boxes()
+    assert box.intersects(beside) and box.width() > 40
+    editor.card.place()
+    assert not editor.card.geometry().intersects(box)
+    assert plot_of(editor).contains(editor.card.geometry())
 
 
 def test_a_pins_card_is_above_it(make_editor: EditorMaker) -> None:

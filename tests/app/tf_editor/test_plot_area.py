@@ -2,7 +2,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QRectF
+from PySide6.QtCore import QEvent, QRectF, Qt
+from PySide6.QtGui import QFocusEvent
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
@@ -81,3 +82,18 @@ def test_the_voxels_are_said_for_each_bar(qtbot: QtBot) -> None:
     assert said(10.0, "linear") == "1 voxel of 10 to 20"
     assert said(29.0, "linear") == "0 voxels of 20 to 30"
     assert said(31.0, "linear") == ""
+
+
+def test_only_keys_bring_a_ring(qtbot: QtBot) -> None:
+    area = PlotArea()
+    qtbot.addWidget(area.widget)
+    widget = area.widget
+    for reason, ringed in (
+        (Qt.FocusReason.TabFocusReason, True),
+        (Qt.FocusReason.MouseFocusReason, False),
+        (Qt.FocusReason.ShortcutFocusReason, True),
+    ):
+        QApplication.sendEvent(widget, QFocusEvent(QEvent.Type.FocusIn, reason))
+        assert widget.property("ringed") == ringed
+        QApplication.sendEvent(widget, QFocusEvent(QEvent.Type.FocusOut, reason))
+        assert not widget.property("ringed")

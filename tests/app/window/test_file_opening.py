@@ -57,6 +57,26 @@ def test_a_tf_over_other_values_brings_its_range(
     assert window.workspace.opened.volume.scalar_range == (100.0, 200.0)
 
 
+def test_a_small_range_fills_the_plot_until_it_is_undone(
+    window: MainWindow, tmp_path: Path
+) -> None:
+    # Otherwise all handles lie over one another.
+    over(make_tf(151.0), 150.0, 152.0).save(tmp_path / "tf.json")
+    axis = window.editor.area.axis
+    assert axis.visible == (100.0, 200.0)
+    window.opening.open_transfer_function(tmp_path / "tf.json")
+    places = window.editor.area.axis.places((150.0, 152.0))
+    assert 0.0 < places[0] < 0.25 and 0.75 < places[1] < 1.0
+    # Not what was zoomed into, but the whole of the range from before.
+    window.state.undo()
+    assert window.editor.area.axis.visible == (100.0, 200.0)
+    window.state.redo()
+    window.editor.gestures.show_all()
+    # A range that one chose to see as it is stays.
+    window.state.commit(over(make_tf(150.5), 150.0, 152.0), "shift")
+    assert window.editor.area.axis.visible == (100.0, 200.0)
+
+
 def test_a_tf_of_another_kind_of_data_is_stretched(window: MainWindow, tmp_path: Path) -> None:
     unit = over(make_tf(0.25), 0.0, 1.0)
     unit.save(tmp_path / "tf.json")

@@ -1,11 +1,12 @@
 from __future__ import annotations
 
 import pytest
-from PySide6.QtCore import QRect
+from PySide6.QtCore import QPoint, QRect, Qt
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.window.floating import BOTTOM, TOP, Floating
+from app.window.floating import BOTTOM, SIDE, TOP, Floating
 
 
 class Card(QWidget):
@@ -33,7 +34,7 @@ def area(qtbot: QtBot) -> QWidget:
     return area
 
 
-def test_what_floats_stands_in_the_middle_and_follows_the_area(qtbot: QtBot, area: QWidget) -> None:
+def test_notices_stand_in_the_middle_and_cards_in_a_corner(qtbot: QtBot, area: QWidget) -> None:
     floating, notice, card = Floating(area), Card(480, 60), Card(320, 100)
     floating.add_top(notice)
     floating.add_bottom(card)
@@ -41,10 +42,10 @@ def test_what_floats_stands_in_the_middle_and_follows_the_area(qtbot: QtBot, are
         assert not widget.isVisible()
         widget.show()
     assert notice.geometry() == QRect(260, TOP, 480, 60)
-    assert card.geometry() == QRect(340, 356 - BOTTOM - 100, 320, 100)
+    assert card.geometry() == QRect(SIDE, 356 - BOTTOM - 100, 320, 100)
     area.resize(600, 400)
     assert notice.geometry() == QRect(60, TOP, 480, 60)
-    assert card.geometry() == QRect(140, 400 - BOTTOM - 100, 320, 100)
+    assert card.geometry() == QRect(SIDE, 400 - BOTTOM - 100, 320, 100)
 
 
 def test_two_notices_are_listed_and_two_cards_stand_beside_each_other_where_there_is_room(
@@ -67,15 +68,52 @@ def test_two_notices_are_listed_and_two_cards_stand_beside_each_other_where_ther
     qtbot.waitUntil(lambda: notices[1].y() == TOP + 90 + 8)
 
 
-def test_cards_stand_in_the_middle_of_what_is_named(qtbot: QtBot, area: QWidget) -> None:
+def test_cards_stand_in_the_corner_of_what_is_named(qtbot: QtBot, area: QWidget) -> None:
     floating, card, image = Floating(area), Card(320, 100), QWidget(area)
     image.setGeometry(600, 0, 400, 356)
     image.show()
     floating.add_bottom(card)
     card.show()
-    floating.set_middle_of(image)
-    assert card.geometry() == QRect(640, 356 - BOTTOM - 100, 320, 100)
+    floating.set_corner_of(image)
+    assert card.geometry() == QRect(600 + SIDE, 356 - BOTTOM - 100, 320, 100)
     # Never beyond the area.
     image.setGeometry(900, 0, 100, 356)
-    floating.set_middle_of(image)
+    floating.set_corner_of(image)
     assert card.geometry().right() < 1000
+
+
+@pytest.mark.parametrize("height", [100, 150, 166])
+def test_no_card_covers_the_centre(qtbot: QtBot, area: QWidget, height: int) -> None:
+    floating, card = Floating(area), Card(600, height)
+    floating.add_bottom(card)
+    card.show()
+    assert not card.geometry().contains(area.rect().center())
+    assert area.rect().contains(card.geometry())
+
+
+def test_a_card_is_dragged_stays_in_the_area_and_goes_back(qtbot: QtBot, area: QWidget) -> None:
+    floating, card = Floating(area), Card(320, 100)
+    floating.add_bottom(card)
+    card.show()
+    begun, left = card.geometry(), Qt.MouseButton.LeftButton
+    grip = QPoint(20, 10)
+
+    def drag(by: QPoint) -> None:
+        QTest.mousePress(card, left, pos=grip)
+        QTest.mouseMove(card, grip + by)
+        QTest.mouseRelease(card, left, pos=grip)
+
+    drag(QPoint(200, -50))
+    assert card.geometry() == begun.translated(200, -50)
+    # Without a button nothing moves.
+    QTest.mouseMove(card, grip + QPoint(30, 30))
+    assert card.geometry() == begun.translated(200, -50)
+    drag(QPoint(2000, 2000))
+    assert card.geometry().bottomRight() == area.rect().bottomRight()
+    area.resize(700, 300)
+    assert card.geometry().bottomRight() == area.rect().bottomRight()
+    card.hide()
+    card.show()
+    assert card.geometry().bottomRight() == area.rect().bottomRight()
+    QTest.mouseDClick(card, left, pos=grip)
+    assert card.geometry() == QRect(SIDE, 300 - BOTTOM - 100, 320, 100)

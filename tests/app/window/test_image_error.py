@@ -2,11 +2,13 @@ from __future__ import annotations
 
 import html
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from PySide6.QtCore import QPoint
-from PySide6.QtGui import QColor
+from PySide6.QtGui import QColor, QImage
 from PySide6.QtWidgets import QTextBrowser
 from pytestqt.qtbot import QtBot
 from window_fakes import FakeBuilders
@@ -14,6 +16,7 @@ from window_fakes import FakeBuilders
 from app.glosses import SENTENCES
 from app.image_view.image_canvas import to_qimage
 from app.window.main_window import MainWindow
+from app.window.picture_dialog import PictureChoice
 from model.scene.scene import Scene
 from model.scene.view import View
 
@@ -74,13 +77,50 @@ def test_a_click_on_the_error_shows_where_it_is(make_window: Callable[..., MainW
     assert color(0.25, 0.25) == plain
 
 
+def test_a_saved_difference_is_that_of_the_screen(
+    qtbot: QtBot, make_window: Callable[..., MainWindow], tmp_path: Path
+) -> None:
+    window = make_window()
+    canvas, inputs = window.generator.canvas, window.state.inputs
+
+    def image(size: int, off: float) -> NDArray[np.float32]:
+        """A function of the place, in the middles of pixels; in the left half off by some."""
+        x = (np.arange(size) + 0.5) / size
+        gray = 0.5 + 0.3 * np.sin(9 * x)[:, None] * np.cos(7 * x) + off * (x < 0.5)
+        return np.repeat(gray[..., None], 4, axis=2).astype(np.float32)
+
+    window.generator.imageShown.emit(inputs, image(32, 0.1))
+    window.reference.imageShown.emit(inputs, image(256, 0.0))
+    canvas.show_image(to_qimage(image(32, 0.1)))
+    # The finer image is compared where the generator's pixels have their middles.
+    assert float(window.generator.note.removeprefix("error ")) == pytest.approx(0.071, abs=0.001)
+    window.image_error.set_wanted(True)
+    place = tmp_path / "difference.png"
+    window.pictures.draw(PictureChoice(512, 512, which="difference"), place)
+    qtbot.waitUntil(place.exists)
+    saved, screen, rect = QImage(str(place)), canvas.grab().toImage(), canvas.image_rect
+    for x, y in ((0.2, 0.3), (0.4, 0.6), (0.6, 0.3), (0.8, 0.7)):
+        at = rect.left() + round(x * rect.width()), rect.top() + round(y * rect.height())
+        colors = screen.pixelColor(*at), saved.pixelColor(round(512 * x), round(512 * y))
+        one, other = (np.array(color.getRgb()) for color in colors)
+        # Pixels are enlarged in two ways.
+        assert np.abs(one - other).max() <= 6
+    # Of images that do not show the same there is no difference.
+    window.state.set_view(View(80.0))
+    qtbot.waitUntil(lambda: window.workspace.is_settled)
+    window.generator.imageShown.emit(inputs, image(32, 0.1))
+    assert "difference" not in window.pictures._shown.sizes()
+    window.pictures.draw(PictureChoice(512, 512, which="difference"), tmp_path / "none.png")
+    assert "no difference" in window.notice.text
+
+
 def test_images_under_different_light_are_not_compared(
     qtbot: QtBot, make_window: Callable[..., MainWindow], builders: FakeBuilders
 ) -> None:
     builders.scene = Scene.of(builders.volumes["ramp"], 16, "direct")
     window = make_window()
     qtbot.waitUntil(lambda: window.generator.note.startswith("error"))
-    window.workspace.reference.choose(lighting="global")
+    window.workspace.reference.choose(lighting="soft")
     qtbot.waitUntil(lambda: window.workspace.is_settled)
     window.generator.imageShown.emit(window.state.inputs, np.zeros((16, 16, 4), np.float32))
     assert window.generator.note == ""

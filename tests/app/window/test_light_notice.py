@@ -15,7 +15,7 @@ from window_fakes import FakeBuilders, FakeEngine
 
 from app.engines.engine import always
 from app.engines.messages import ImageRequest, StandInRequest
-from app.state import dispatcher, reference_work
+from app.state import dispatcher, slow_lights
 from app.window.main_window import MainWindow
 from model.scene.view import View
 
@@ -38,7 +38,8 @@ def test_a_light_that_goes_out_is_told_and_offered(
 ) -> None:
     monkeypatch.setattr(FakeEngine, "image", draw_slowly)
     # Of the pixels of a first image, however large the pane.
-    monkeypatch.setattr(reference_work, "SLOW_LIGHT_S", 0.01)
+    monkeypatch.setattr(slow_lights, "SLOW_LIGHT_S", 0.01)
+    monkeypatch.setattr(slow_lights, "SLOW_SHADOWS_S", 0.01)
     monkeypatch.setattr(dispatcher, "SOON_SECONDS", -1.0)
     window = make_window(model=None)
     builders.volumes["other"] = make_volume()
@@ -66,8 +67,8 @@ def test_the_last_image_stays_while_another_light_is_prepared(
     pane.client.stateChanged.connect(
         lambda _s: shown.append((pane.canvas.image, pane.canvas.message))
     )
-    window.workspace.reference.choose(lighting="global")
+    window.workspace.reference.choose(lighting="soft")
     qtbot.waitUntil(lambda: window.workspace.is_settled)
-    assert builders.settings[-1].lighting == "global"
+    assert builders.settings[-1].lighting == "soft"
     assert len(shown) > 1
     assert all(image is not None and not message for image, message in shown)

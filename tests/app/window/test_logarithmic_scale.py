@@ -170,9 +170,12 @@ def test_a_model_of_the_other_scale_says_so(
 
 
 def test_a_model_of_the_logarithm_brings_it(
-    make_window: WindowMaker, builders: FakeBuilders, halo: Volume
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders, halo: Volume
 ) -> None:
     builders.scene = Scene.of(halo.on_scale("log"), image_size=16)
-    window = make_window("halo")
+    # The model is there before the volume: opened together, either may be the first.
+    window = make_window()
+    with qtbot.waitSignal(window.workspace.settled):
+        window.workspace.open_volume(Path("halo"))
     assert shown(window).scale == "log" and window.state.scale == "log"
     assert window.generator.canvas.message == ""

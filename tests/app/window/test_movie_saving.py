@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QPushButton
+from PySide6.QtWidgets import QMessageBox, QPushButton
 from pytestqt.qtbot import QtBot
 from window_fakes import FakeBuilders, FakeEngine
 
@@ -30,7 +30,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[PictureRequest]:
     """Requests for pictures, which are as red as their azimuth."""
     requests: list[PictureRequest] = []
 
-    def picture(self: FakeEngine, request: PictureRequest) -> np.ndarray:
+    def picture(self: FakeEngine, request: PictureRequest, _is_wanted: object) -> np.ndarray:
         requests.append(request)
         if self.gate is not None:
             assert self.gate.acquire(timeout=20)
@@ -152,17 +152,49 @@ def test_another_engine_ends_it(
     assert not [*tmp_path.iterdir()]
 
 
-def test_a_window_that_is_closed_ends_it(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders, tmp_path: Path
+@pytest.mark.parametrize("answer", ["No", "Yes"])
+def test_a_window_is_closed_with_a_movie_only_where_that_is_meant(
+    qtbot: QtBot,
+    window: MainWindow,
+    builders: FakeBuilders,
+    tmp_path: Path,
+    answer: str,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     gate = builders.references[-1].gate = threading.Semaphore(1)
     window.movies.draw(TURN, tmp_path / "turn.mp4")
     progress = window.movies.progress
     assert progress is not None
     qtbot.waitUntil(lambda: progress.value() == 1)
+    asked: list[str] = []
+
+    def question(_parent: object, _title: str, text: str) -> QMessageBox.StandardButton:
+        asked.append(text)
+        return QMessageBox.StandardButton[answer]
+
+    monkeypatch.setattr(QMessageBox, "question", question)
     gate.release(10)
-    window.close()
-    assert not [*tmp_path.iterdir()]
+    assert window.close() is (answer == "Yes")
+    assert asked == ["turn.mp4 is being drawn.\nQuit and stop it?"]
+    if answer == "Yes":
+        assert not [*tmp_path.iterdir()]
+        return
+    qtbot.waitUntil(lambda: "Saved" in window.status.news, timeout=20_000)
+    assert [each.name for each in tmp_path.iterdir()] == ["turn.mp4"]
+    # Then there is nothing to ask.
+    assert window.close() and len(asked) == 1
+
+
+def test_a_figure_that_will_not_be_drawn_is_told(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders, tmp_path: Path
+) -> None:
+    gate = builders.references[-1].gate = threading.Semaphore(0)
+    window.pictures.draw(PictureChoice(20, 20), tmp_path / "figure.png")
+    assert window.pictures.unfinished == "figure.png is being drawn"
+    window.workspace.reference.choose(lighting="none")
+    qtbot.waitUntil(lambda: "given up" in window.notice.text)
+    gate.release(10)
+    assert not window.pictures.unfinished and not [*tmp_path.iterdir()]
 
 
 def test_the_dialog_asks_for_size_length_and_rate(qtbot: QtBot) -> None:

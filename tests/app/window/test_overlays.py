@@ -16,6 +16,7 @@ from window_fakes import FakeBuilders
 
 from app.engines.messages import DecodedTFRequest
 from app.window.main_window import MainWindow
+from model.rendering.scale_bar import Scale
 from model.scene.view import View
 
 WindowMaker = Callable[..., MainWindow]
@@ -43,7 +44,7 @@ def test_opacity_images_lie_in_the_corner(qtbot: QtBot, make_window: WindowMaker
     # The fakes' images are opaque everywhere.
     assert grays(generator.picture) == grays(reference.picture) == {255}
     square = window.generator.canvas.picture_rect
-    at = square.left() + 40, square.bottom() - 30
+    at = square.left() + 40, square.bottom() - 60
     shown = window.generator.canvas.grab().toImage()
     assert before.pixelColor(*at).lightness() < 100 < 250 < shown.pixelColor(*at).lightness()
     # Another image brings its own.
@@ -56,6 +57,24 @@ def test_opacity_images_lie_in_the_corner(qtbot: QtBot, make_window: WindowMaker
     assert window.generator.canvas.grab().toImage().pixelColor(*at) == before.pixelColor(*at)
 
 
+def test_the_scale_bar_lies_below_the_opacity_image(make_window: WindowMaker) -> None:
+    window = make_window()
+    overlays, canvas = window.overlays, window.reference.canvas
+    overlays.toggle_opacity()
+    if overlays.has_scale_bar:
+        overlays.toggle_scale_bar()
+    without = canvas.grab().toImage()
+    overlays.subject = replace(
+        overlays.subject, scale=Scale((0.6, 0.6, 0.5), 50.0, "mm", (0.0,) * 3, (1.0,) * 3)
+    )
+    overlays.toggle_scale_bar()
+    image = canvas.grab().toImage()
+    places = ((x, y) for x in range(image.width()) for y in range(image.height()))
+    changed = [(x, y) for x, y in places if image.pixel(x, y) != without.pixel(x, y)]
+    box = overlays.insets[1].box
+    assert changed and min(y for _, y in changed) > box.bottom()
+
+
 def test_a_field_covers_the_opacity_image(make_window: WindowMaker) -> None:
     window = make_window()
     action(window, "O").trigger()
@@ -64,7 +83,7 @@ def test_a_field_covers_the_opacity_image(make_window: WindowMaker) -> None:
     black.fill(0)
     canvas.show_cover(black)
     square = canvas.picture_rect
-    assert canvas.grab().toImage().pixelColor(square.left() + 40, square.bottom() - 30).value() < 50
+    assert canvas.grab().toImage().pixelColor(square.left() + 40, square.bottom() - 60).value() < 50
 
 
 def test_the_decoded_tf_follows_the_tf(

@@ -5,13 +5,14 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from PySide6.QtGui import QColor, QImage
+from PySide6.QtWidgets import QMenu
 from pytestqt.qtbot import QtBot
 from window_fakes import FakeBuilders, FakeEngine
 
 from app.engines.messages import BatchRequest, PresetRequest
-from app.tf_editor.preset_menu import PICTURE
+from app.tf_editor.preset_menu import FOLDED, PICTURE
 from app.window.main_window import MainWindow
-from app.window.preset_pictures import contrast
+from app.window.preset_pictures import contrast, is_nearly_black
 
 
 def test_each_preset_shows_the_volume_and_can_be_taken(
@@ -85,11 +86,17 @@ def test_presets_are_ordered_by_what_they_show_and_stay_while_the_menu_is_open(
     qtbot.waitUntil(lambda: [preset.name for preset in menu.listed()] != usual)
     menu.aboutToShow.emit()
     shown = [action.text() for action in menu.actions()]
-    assert shown == [usual[0], *reversed(usual[1:-1]), usual[-1]]
+    assert shown == [usual[0], *reversed(usual[1:-1]), FOLDED]
+    black = menu.actions()[-1].menu()
+    assert isinstance(black, QMenu)
+    assert [action.text() for action in black.actions()] == [usual[-1]]
     count = len([r for r in builders.analysts[-1].others if isinstance(r, PresetRequest)])
     assert count >= 1
     qtbot.waitUntil(lambda: not menu.actions()[1].icon().isNull())
     assert [action.text() for action in menu.actions()] == shown
+    # One that is folded can be taken all the same.
+    black.actions()[0].trigger()
+    assert window.state.undo_stack.undoText() == f"preset {usual[-1]}"
 
 
 @pytest.mark.parametrize(("levels", "expected"), [((0, 0), 0.0), ((0, 255), 0.5), ((9, 9), 0.0)])
@@ -102,3 +109,17 @@ def test_contrast_is_the_deviation_of_the_brightness(
         for x in range(3):
             image.setPixelColor(x, y, QColor(*(levels[1],) * 3))
     assert contrast(image) == pytest.approx(expected, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("bright", "level", "expected"),
+    [(0, 0, True), (1, 60, True), (3, 255, False), (4096, 9, False)],
+)
+def test_what_shows_a_few_bright_pixels_is_not_nearly_black(
+    bright: int, level: int, expected: bool
+) -> None:
+    image = QImage(64, 64, QImage.Format.Format_RGB888)
+    image.fill(QColor(0, 0, 0))
+    for number in range(bright):
+        image.setPixelColor(number % 64, number // 64, QColor(level, level, level))
+    assert is_nearly_black(image) == expected

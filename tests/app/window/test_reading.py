@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
+import pytest
 from PySide6.QtWidgets import QPushButton
 from pytestqt.qtbot import QtBot
 from ramp import make_volume
 from window_fakes import PATIENCE_S, FakeBuilders
 
+from app.engines.engine import Engine
 from app.window.main_window import MainWindow
 from model.scene.volume import Volume
 from model.volume_files.progress import counted
@@ -52,3 +55,29 @@ def test_a_long_reading_is_told_and_cancelled(
     assert window.workspace.opened is not None
     assert window.workspace.opened.volume is not None
     assert window.windowTitle().startswith("ramp")
+
+
+@pytest.mark.parametrize("is_compiled", [False, True])
+def test_that_the_first_volume_takes_longer_is_said(
+    qtbot: QtBot,
+    make_window: WindowMaker,
+    builders: FakeBuilders,
+    monkeypatch: pytest.MonkeyPatch,
+    is_compiled: bool,
+) -> None:
+    window = make_window(model=None)
+    work = window.workspace.reference
+    monkeypatch.setattr(work, "_builders", replace(work._builders, is_compiled=lambda: is_compiled))
+    said: list[str] = []
+    start = work._reference.start
+
+    def start_and_note(build: Callable[[], Engine], text: str, held: bool = False) -> None:
+        said.append(text)
+        start(build, text, held)
+
+    monkeypatch.setattr(work._reference, "start", start_and_note)
+    builders.volumes["other"] = make_volume("other")
+    with qtbot.waitSignal(window.workspace.volumeStarted):
+        window.workspace.open_volume(Path("other"))
+    assert said[0].startswith("Preparing the volume")
+    assert ("The first time" in said[0]) is not is_compiled

@@ -80,12 +80,12 @@ def test_who_resets_the_view_is_told_how_to_return(line: StatusLine, state: View
 
 def test_the_views_numbers_are_about_the_up_axis(line: StatusLine, state: ViewerState) -> None:
     state.set_view(View(40.0, -10.0, 0.0, 0.75))
-    assert line.view_text == "azimuth 40°   elevation -10°   roll 0°   distance 0.75"
+    assert line.view_text == "azimuth 40°   elevation −10°   distance .75"
     state.set_view(View(40.0, -10.0, 0.0, 0.75, 0.25, -0.001))
-    assert line.view_text.endswith("pan +0.25, +0.00")
+    assert line.view_text.endswith("pan +.25, +.00")
     state.set_view(View(40.0, -10.0))
     state.set_up_axis("-z")
-    assert line.view_text == "azimuth 40°   elevation -10°   roll 0°   distance 1.00"
+    assert line.view_text == "azimuth 40°   elevation −10°   distance 1.00"
 
 
 def test_keys_stand_where_there_is_no_sentence(line: StatusLine) -> None:

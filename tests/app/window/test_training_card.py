@@ -56,7 +56,7 @@ def press(qtbot: QtBot, button: QPushButton | QToolButton) -> None:
 def test_a_volume_without_a_model_is_offered_one(qtbot: QtBot, bar: TrainingCard) -> None:
     # In the menus, not over the image.
     assert bar.isHidden() and bar.train.isEnabled()
-    assert "2 min" in bar.train.text()
+    assert "31 min" in bar.train.text()
     with qtbot.waitSignal(bar.trainRequested):
         bar.train.trigger()
     bar.set_offered(False)
@@ -67,7 +67,7 @@ def test_the_entry_says_where_a_model_learns_another_light(bar: TrainingCard) ->
     for lighting in ("none", "direct"):
         bar.set_settings(ReferenceSettings(lighting))
         assert "light" not in bar.train.text()
-    bar.set_settings(ReferenceSettings("global"))
+    bar.set_settings(ReferenceSettings("soft"))
     assert "under direct light" in bar.train.text()
 
 

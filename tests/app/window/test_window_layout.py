@@ -201,41 +201,6 @@ def test_every_button_with_an_icon_says_its_name_and_key(make_window: WindowMake
         assert button.toolTip().startswith(name), button.toolTip()
 
 
-def test_every_control_above_the_editor_is_reached_by_tab(make_window: WindowMaker) -> None:
-    window = make_window()
-    open_all(window)
-    parts = (window.top_bar, window.generator, window.reference, window.crop_card)
-    for part in parts:
-        for button in part.findChildren(QAbstractButton):
-            if button.isVisible():
-                assert button.focusPolicy() & Qt.FocusPolicy.TabFocus, button.accessibleName()
-    for canvas in (window.generator.canvas, window.reference.canvas):
-        assert canvas.focusPolicy() & Qt.FocusPolicy.TabFocus
-
-
-def test_tab_goes_from_bar_to_tools_to_images_to_the_editor(make_window: WindowMaker) -> None:
-    window = make_window()
-    window.notice.tell("It failed.", tone="error")
-    order = [window.top_bar.volume]
-    while (following := order[-1].nextInFocusChain()) is not order[0]:
-        order.append(following)
-    reached = [w for w in order if w.isVisible() and w.focusPolicy() & Qt.FocusPolicy.TabFocus]
-
-    def first(part: QWidget) -> int:
-        return next(n for n, w in enumerate(reached) if w is part or part.isAncestorOf(w))
-
-    parts = (
-        window.top_bar,
-        window.tools,
-        window.generator.canvas,
-        window.reference.canvas,
-        window.editor,
-    )
-    places = [reached.index(part) if part in reached else first(part) for part in parts]
-    assert places == sorted(places)
-    assert first(window.notice) < first(window.editor)
-
-
 def test_f6_goes_from_area_to_area_and_back(qtbot: QtBot, make_window: WindowMaker) -> None:
     window = make_window()
     window.activateWindow()
@@ -394,3 +359,16 @@ def test_what_is_under_the_mouse_says_its_keys(qtbot: QtBot, make_window: Window
     assert "Ctrl" not in window.editor.statusTip()
     window.sensitivity_state.hover(150.0)
     assert window.editor.statusTip() == status_keys("Value under the mouse")
+
+
+def test_when_the_browser_closes_the_image_has_the_keys(
+    qtbot: QtBot, make_window: WindowMaker
+) -> None:
+    window = make_window()
+    window.activateWindow()
+    window.latent_state.choose(shown=True)
+    window.browser.map.setFocus()
+    qtbot.waitUntil(window.browser.map.hasFocus)
+    QTest.keyClick(window.browser.map, Qt.Key.Key_Escape)
+    assert window.browser.isHidden()
+    assert window.generator.canvas.hasFocus()

@@ -30,6 +30,7 @@ def test_errors_are_those_of_layers(scene: Scene) -> None:
     assert row.edit_cosine == (0, 0, 0)
 
 
+@pytest.mark.slow
 def test_edits_that_show_elsewhere_are_not_followed(scene: Scene) -> None:
     half = measure_codec(Told(lambda tf: tf / 2), scene)  # type: ignore[arg-type]
     back = measure_codec(Told(lambda tf: -tf), scene)  # type: ignore[arg-type]

@@ -1,9 +1,9 @@
 import importlib.util
+import locale
 import os
 import subprocess
 import sys
 from pathlib import Path
-from typing import get_args
 
 import numpy as np
 import pytest
@@ -13,6 +13,7 @@ from torch import Tensor
 
 from model.benchmarks.generator import compare_backends, time_parts
 from model.errors import DeviceError
+from model.generator import backends
 from model.generator.backends import (
     BACKENDS,
     EAGER,
@@ -30,7 +31,7 @@ from model.networks.card import ModelCard
 from model.networks.checkpoint import save_model
 from model.networks.encoding import EncodedInputs
 from model.networks.generator_network import GeneratorNetwork
-from model.networks.size import Architecture, NetworkSize
+from model.networks.size import NetworkSize
 from model.samples.sampling import draw_sample
 from model.scene.inputs import SceneInputs
 from model.scene.scene import Scene
@@ -38,10 +39,12 @@ from model.scene.scene import Scene
 CPU = torch.device("cpu")
 
 
-def network_of(architecture: Architecture, scene: Scene) -> GeneratorNetwork:
+SIZE = NetworkSize(0.125, 16, 64)
+
+
+def network_of(scene: Scene) -> GeneratorNetwork:
     torch.manual_seed(0)
-    size = NetworkSize(0.125, 16, 64, architecture=architecture)
-    network = build_generator(size, scene, blobs())
+    network = build_generator(SIZE, scene)
     for parameter in network.parameters():
         # Images far from one grey: as first weights, the paper's are too small for that.
         if parameter.ndim > 1:
@@ -51,8 +54,7 @@ def network_of(architecture: Architecture, scene: Scene) -> GeneratorNetwork:
 
 @pytest.fixture(scope="module")
 def scene() -> Scene:
-    """With light that is refined, as otherwise there is nothing to decode."""
-    return Scene.of(blobs(), 64, "global", renderer="vtk")
+    return Scene.of(blobs(), 64)
 
 
 @torch.inference_mode()
@@ -71,12 +73,9 @@ def usable(name: str, precision: str = "float32") -> Backend:
     return backend
 
 
-@pytest.mark.parametrize("architecture", get_args(Architecture))
 @pytest.mark.parametrize("name", [b for b in BACKENDS if b not in ("eager", "compiled")])
-def test_libraries_draw_what_torch_draws(
-    architecture: Architecture, name: str, scene: Scene
-) -> None:
-    network = network_of(architecture, scene)
+def test_libraries_draw_what_torch_draws(name: str, scene: Scene) -> None:
+    network = network_of(scene)
     decode = make_decode(network, usable(name), CPU)
     with torch.inference_mode():
         # One, fewer than go together, and more of which the last call has one, or three.
@@ -89,7 +88,7 @@ def test_libraries_draw_what_torch_draws(
 
 @pytest.mark.parametrize("name", ["eager", "openvino"])
 def test_bfloat16_is_near(name: str, scene: Scene) -> None:
-    network = network_of("refined", scene)
+    network = network_of(scene)
     rows = {
         (row.backend, row.precision, row.batch): row
         for row in compare_backends(network, scene, CPU, seconds=0.001, names=(name,))
@@ -102,10 +101,22 @@ def test_bfloat16_is_near(name: str, scene: Scene) -> None:
     assert all(part.features > 0 for part in time_parts(network, scene, CPU, seconds=0.001))
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="the locale's name is another one")
+def test_text_files_are_read_as_utf8_though_a_library_has_changed_the_locale() -> None:
+    before = locale.setlocale(locale.LC_CTYPE)
+    try:
+        locale.setlocale(locale.LC_CTYPE, "C")
+        assert "UTF" not in locale.getencoding().upper()
+        backends._read_utf8()
+        assert locale.getencoding().upper() == "UTF-8"
+    finally:
+        locale.setlocale(locale.LC_CTYPE, before)
+
+
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 def test_compiled_drawing_draws_the_same(scene: Scene) -> None:
-    network = network_of("refined", scene)
+    network = network_of(scene)
     decode = make_decode(network, usable("compiled"), CPU)
     with torch.inference_mode():
         inputs = inputs_of(network, 1)
@@ -120,23 +131,25 @@ def test_unknown_names_are_refused_with_those_there_are() -> None:
         choose_backends("eager", "int8", CPU)
 
 
-def test_bfloat16_is_a_candidate_where_it_may_round(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_bfloat16_is_a_candidate_where_the_processor_knows_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr("model.generator.backends._knows_bfloat16", lambda: True)
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: name == "openvino" or None)
     exact, rounded = Backend("openvino"), Backend("openvino", "bfloat16")
-    assert choose_backends("auto", "auto", CPU, may_round=True) == [rounded, exact, EAGER]
-    assert choose_backends("auto", "auto", CPU) == [exact, EAGER]
-    assert choose_backends("openvino", "auto", CPU, may_round=True) == [rounded, exact]
-    assert choose_backends("auto", "float32", CPU, may_round=True) == [exact, EAGER]
-    assert choose_backends("eager", "auto", CPU, may_round=True) == [EAGER]
-    assert choose_backends("compiled", "auto", CPU, may_round=True) == [Backend("compiled")]
+    assert choose_backends("auto", "auto", CPU) == [rounded, exact, EAGER]
+    assert choose_backends("openvino", "auto", CPU) == [rounded, exact]
+    assert choose_backends("auto", "float32", CPU) == [exact, EAGER]
+    assert choose_backends("eager", "auto", CPU) == [EAGER]
+    assert choose_backends("compiled", "auto", CPU) == [Backend("compiled")]
     monkeypatch.setattr("model.generator.backends._knows_bfloat16", lambda: False)
-    assert choose_backends("auto", "auto", CPU, may_round=True) == [exact, EAGER]
+    assert choose_backends("auto", "auto", CPU) == [exact, EAGER]
     assert (exact.text, rounded.text) == ("openvino", "openvino bfloat16")
 
 
+@pytest.mark.slow
 def test_a_library_builds_two_models_only(scene: Scene) -> None:
-    network = network_of("paper", scene)
+    network = network_of(scene)
     decode = make_decode(network, usable("openvino"), CPU)
     built: list[int] = []
     make = decode._make  # type: ignore[attr-defined]
@@ -148,12 +161,12 @@ def test_a_library_builds_two_models_only(scene: Scene) -> None:
     assert built == [TOGETHER, 1]
 
 
-def test_the_papers_networks_are_drawn_in_bfloat16_where_that_is_faster(
+def test_images_are_drawn_in_bfloat16_where_that_is_faster(
     scene: Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     usable("openvino", "bfloat16")
-    network = network_of("paper", scene)
-    card = ModelCard(scene, "tiny", NetworkSize(0.125, 16, 64))
+    network = network_of(scene)
+    card = ModelCard(scene, "tiny", SIZE)
     save_model(tmp_path / "model", card, network)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.setenv("LOCALAPPDATA", str(tmp_path))
@@ -173,15 +186,14 @@ def test_a_library_that_is_not_installed_is_named(
 ) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     with pytest.raises(DeviceError, match=r"openvino must be installed.*choose eager"):
-        make_decode(network_of("refined", scene), Backend("openvino"), CPU)
+        make_decode(network_of(scene), Backend("openvino"), CPU)
     assert choose_backends("auto", "float32", CPU) == [EAGER]
 
 
 @pytest.fixture
 def folder(scene: Scene, tmp_path: Path) -> Path:
-    network = network_of("refined", scene)
-    size = NetworkSize(0.125, 16, 64, architecture="refined")
-    card = ModelCard(scene=scene, preset="tiny", size=size, training={}, metrics={}, versions={})
+    network = network_of(scene)
+    card = ModelCard(scene=scene, preset="tiny", size=SIZE, training={}, metrics={}, versions={})
     save_model(tmp_path, card, network)
     return tmp_path
 
@@ -233,9 +245,7 @@ def test_a_backend_that_fails_does_not_end_the_comparison(
 
     monkeypatch.setattr("model.generator.backends._openvino", broken)
     names: list[BackendName] = ["openvino", "eager"]
-    rows = list(
-        compare_backends(network_of("refined", scene), scene, CPU, seconds=0.001, names=names)
-    )
+    rows = list(compare_backends(network_of(scene), scene, CPU, seconds=0.001, names=names))
     assert {row.backend for row in rows} == {"eager", "openvino"}
     unknown = "this CPU knows no bfloat16"
     for row in rows:
@@ -251,7 +261,7 @@ from blobs import blobs
 from model.generator.backends import Backend, make_decode
 from model.scene.scene import Scene
 from test_backends import CPU, inputs_of, network_of
-network = network_of("refined", Scene.of(blobs(), 64, "global", renderer="vtk"))
+network = network_of(Scene.of(blobs(), 64))
 decode = make_decode(network, Backend("openvino"), CPU)
 for count in (1, 2):
     decode(*inputs_of(network, count))

@@ -41,19 +41,3 @@ def test_damaged_models_are_passed_over(tmp_path: Path, monkeypatch: pytest.Monk
     assert shipped.model_for("xyz") is None
     assert shipped.volume_for(tmp_path / "models" / "a") is None
     assert shipped.volume_for(tmp_path / "models" / "d") is None
-
-
-def test_the_declared_architecture_comes_first(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(shipped, "RESOURCES", tmp_path)
-    for name, architecture in (("a", "paper"), ("b", "refined"), ("c", "paper")):
-        folder = tmp_path / "models" / name
-        folder.mkdir(parents=True)
-        described = {
-            "scene": {"volume_fingerprint": "abc"}, "size": {"architecture": architecture},
-        }  # fmt: skip
-        (folder / "model.json").write_text(json.dumps(described))
-    for first, expected in (("refined", "b"), ("paper", "a")):
-        monkeypatch.setattr(shipped, "START_ARCHITECTURE", first)
-        assert shipped.model_for("abc") == tmp_path / "models" / expected

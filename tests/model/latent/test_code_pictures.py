@@ -12,18 +12,15 @@ from lively import SIZE, lively_network
 
 from model.errors import LatentError
 from model.generator.generator import Generator
-from model.latent.code_pictures import draw_cells, draw_codes, usual_picture
+from model.latent.code_pictures import draw_cells, draw_codes
 from model.latent.interpolation import cell_means
 from model.latent.latent_space import LatentSpace
 from model.networks.card import ModelCard
 from model.networks.checkpoint import save_model
 from model.networks.encoding import EncodedInputs, decode_unit
 from model.networks.paper.two_stage import TwoStageGenerator
-from model.networks.refined.coarse_volume import CoarseVolume
-from model.networks.refined.refined_generator import RefinedGenerator
 from model.samples.sampling import draw_sample
 from model.scene.scene import Scene
-from model.scene.volume import Volume
 
 
 @pytest.fixture(scope="module")
@@ -92,17 +89,10 @@ def test_cells_without_samples_are_left_out(
 
 
 def test_codes_that_cannot_be_drawn_are_refused(
-    generator: Generator, space: LatentSpace, codes: np.ndarray, scene: Scene, volume: Volume
+    generator: Generator, space: LatentSpace, codes: np.ndarray, scene: Scene
 ) -> None:
     inputs = draw_sample(scene, 3, "train", 0)
     with pytest.raises(LatentError, match="8 numbers, not 7"):
         draw_codes(generator, space, codes[:, :7], inputs)
     with pytest.raises(LatentError, match="finite"):
         draw_codes(generator, space, codes * np.nan, inputs)
-    size = replace(SIZE, architecture="refined", opacity_size=64)
-    network = RefinedGenerator(size, scene, CoarseVolume.plain(volume, 1000))
-    refined = Generator(ModelCard(scene, "draft", size), network, torch.device("cpu"))
-    assert (usual_picture(generator), usual_picture(refined)) == ("code", "tf")
-    with pytest.raises(LatentError, match="from TFs") as refusal:
-        draw_codes(refined, space, codes, inputs)
-    assert refusal.value.suggested == {"picture": "tf"}

@@ -5,7 +5,6 @@ import pytest
 import torch
 
 from model.networks.encoding import (
-    decode_colors,
     decode_unit,
     encode_unit,
 )
@@ -62,17 +61,3 @@ def test_a_batch_keeps_shapes_ranges_and_meaning(store: SampleStore) -> None:
     assert decode_unit(batch.image)[2, 1, 40, 20].item() == pytest.approx(
         samples.rgba[2, 40, 20, 1] / 255, abs=1e-6
     )
-
-
-def encoded_colors(rgb: np.ndarray) -> torch.Tensor:
-    return torch.from_numpy(rgb_to_lab(rgb).transpose(0, 2, 1).copy())
-
-
-def test_colours_come_back_from_cielab() -> None:
-    rgb = np.random.default_rng(0).random((3, 256, 3), dtype=np.float32)
-    rgb[0, :4] = [[0, 0, 0], [1, 1, 1], [1, 0, 0], [0.003, 0.002, 0.001]]
-    decoded = decode_colors(encoded_colors(rgb))
-    np.testing.assert_allclose(decoded.permute(0, 2, 1).numpy(), rgb, atol=1e-4)
-    encoded = encoded_colors(rgb).requires_grad_(True)
-    (slope,) = torch.autograd.grad(decode_colors(encoded).sum(), encoded)
-    assert torch.isfinite(slope).all()

@@ -14,7 +14,7 @@ from model.networks.recorded_errors import (
     worth,
     worth_of,
 )
-from model.networks.size import Architecture, NetworkSize
+from model.networks.size import NetworkSize
 from model.scene.random_tfs import SHARES
 from model.scene.scene import Scene
 
@@ -63,18 +63,16 @@ def test_kinds_alone_are_told() -> None:
     assert error_text(metrics) == "RMSE by kind of TF: ramps 0.050."
 
 
-def make_card(architecture: Architecture, **metrics: Any) -> ModelCard:
-    size = NetworkSize(0.25, 16, 64, architecture=architecture)
+def make_card(**metrics: Any) -> ModelCard:
+    size = NetworkSize(0.25, 16, 64)
     return ModelCard(Scene.of(make_volume(), 64), "draft", size, metrics=metrics)
 
 
-def test_of_the_papers_networks_errors_are_told_and_of_others_the_verdict_too() -> None:
+def test_errors_are_told_and_without_any_how_a_model_compares() -> None:
     compared = {"alternatives": {"verdict": "It pays."}}
-    errors = error_text(METRICS)
-    assert worth(make_card("paper", **METRICS, **compared)) == errors
-    assert worth(make_card("refined", **METRICS, **compared)) == f"It pays. {errors}"
-    assert worth(make_card("paper", **compared)) == "It pays."
-    assert worth(make_card("refined", alternatives="none")) == ""
+    assert worth(make_card(**METRICS, **compared)) == error_text(METRICS)
+    assert worth(make_card(**compared)) == "It pays."
+    assert worth(make_card(alternatives="none")) == ""
 
 
 def test_a_folder_without_a_model_is_worth_nothing(tmp_path: Path) -> None:

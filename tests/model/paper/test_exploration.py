@@ -3,16 +3,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from model.errors import CheckpointError
 from model.latent.codes import sample_codes
 from model.latent.embedding import principal_places
 from model.latent.latent_map import LatentMap
 from model.paper.exploration import DETAIL_SHARE, WHOLE_SHARE, detail, overview, walk
 from model.paper.overview import approach
-from model.paper.subject import Subject, open_subject
+from model.paper.subject import Subject
 from model.samples.sampling import draw_opacity_tfs, draw_sample
 from model.scene.inputs import SceneInputs
-from model.volume_files.source import VolumeSource
 
 
 @pytest.fixture(scope="module")
@@ -57,8 +55,12 @@ def test_a_walk_visits_places_that_differ(
     apart = [np.abs(a - b).mean() for i, a in enumerate(images) for b in images[i + 1 :]]
     chosen = map_.codes[:: len(map_.codes) // 30][:30]
     drawn = subject.generator.render_latent(chosen, inputs)[..., :3]
+    # The other half shows less: such pictures differ from the rest, but tell nothing.
+    drawn = sorted(drawn, key=np.std)[15:]
     usual = [np.abs(a - b).mean() for i, a in enumerate(drawn) for b in drawn[i + 1 :]]
     assert np.mean(apart) > np.mean(usual)
+    # The code of a place is interpolated, so that its picture is not quite one of these.
+    assert min(map(np.std, images)) > 0.7 * min(map(np.std, drawn))
 
 
 def test_the_approach_counts_the_networks_that_the_reference_has(
@@ -76,12 +78,3 @@ def test_the_approach_counts_the_networks_that_the_reference_has(
         expected = draw_sample(subject.generator.scene, subject.seed, "train", index)
         assert sample.inputs == expected
         np.testing.assert_array_equal(sample.image, subject.truth(expected))
-
-
-def test_another_architecture_is_no_subject() -> None:
-    from model.generator.catalog import shipped_models
-    from model.networks.card import load_card
-
-    refined = next(f for f in shipped_models() if load_card(f).size.architecture == "refined")
-    with pytest.raises(CheckpointError, match="no model of the paper's networks"):
-        open_subject(refined, VolumeSource())

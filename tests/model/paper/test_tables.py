@@ -7,7 +7,8 @@ from model import metrics
 from model.paper.comparison import compared_samples
 from model.paper.subject import Subject
 from model.paper.table import Table
-from model.paper.tables import PAPER_TABLE_1, holdout_errors, table_1, table_2
+from model.paper.tables import PAPER_TABLE_1, holdout_errors, nearest_errors, table_1, table_2
+from model.samples.sample_rendering import render_store
 from model.samples.sample_store import SampleStore
 from model.samples.sampling import draw_sample
 
@@ -49,6 +50,31 @@ def test_table_1_has_our_rows_before_the_papers(subject: Subject, tmp_path) -> N
     assert timed.rows[0][5] == "20.0 h"
 
 
+@pytest.mark.slow
+def test_models_are_compared_on_the_samples_of_a_data_set(subject: Subject, tmp_path) -> None:
+    scene, seed = subject.generator.scene, subject.seed + 1
+    store = SampleStore.create(tmp_path / "s.zarr", scene, seed, {"train": 4, "holdout": 4})
+    render_store(store, subject.volume, 1)
+    own = holdout_errors(subject, 4)
+    found = holdout_errors(subject, 4, store=store)
+    images = store.read("holdout", range(4)).rgba[..., :3] / 255.0
+    inputs = [draw_sample(scene, seed, "holdout", index) for index in range(4)]
+    drawn = [metrics.rmse(subject.drawn(i), t) for i, t in zip(inputs, images, strict=True)]
+    assert found.rmse == pytest.approx(np.mean(drawn), rel=1e-3)
+    assert found.rmse != own.rmse
+
+    known = store.read("train", range(4)).rgba[..., :3] / 255.0
+    least = [min(metrics.rmse(other, image) for other in known) for image in images]
+    nearest = nearest_errors(store, 4)
+    assert nearest.rmse == pytest.approx(np.mean(least), rel=1e-6)
+
+    table = table_1([subject, subject], [found, own], 2, store, nearest)
+    assert table.rows[0][0] == f"{subject.volume.name}: {subject.folder.name}"
+    assert table.rows[2][0].startswith("nearest of 4 training images")
+    assert table.rows[2][6] == f"{nearest.rmse:.3f}"[1:]
+
+
+@pytest.mark.slow
 def test_table_2_has_the_size_of_the_networks(subject: Subject) -> None:
     table = table_2(subject, 1)
     weights = sum(p.numel() for p in subject.generator.network.parameters())
@@ -66,7 +92,7 @@ def test_artifacts_are_the_worst_of_their_kind(
         "opacity_rmse": np.where(np.arange(count) == 3, 0.9, np.linspace(0.1, 0.5, count)),
     }
     monkeypatch.setattr("model.paper.comparison.generator_errors", lambda g, s: errors)
-    monkeypatch.setattr("model.paper.comparison.LEAST_CONTENT", 0.0)
+    monkeypatch.setattr("model.metrics.LEAST_BRIGHTNESS", 0.0)
     found = compared_samples(subject, count)
     by = {sample.why: sample.index for sample in found}
     # The same sample is the worst in both: the second artifact is the next.

@@ -33,4 +33,4 @@ def test_hues_and_saturations_stay() -> None:
 
 def test_what_is_lit_is_shown_brighter() -> None:
     assert usual_brightness("none") == 1
-    assert usual_brightness("direct") == usual_brightness("global") > 1
+    assert usual_brightness("direct") == usual_brightness("soft") > 1

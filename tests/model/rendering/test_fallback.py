@@ -126,9 +126,9 @@ class TestWithoutAGraphicsCard:
         assert "llvmpipe" in both.remark and "Choose VTK" in both.remark
         both.close()
 
-    @pytest.mark.parametrize("lighting", ["none", "direct", "global"])
-    def test_vtk_draws_where_it_is_chosen_or_draws_another_light(self, lighting: Lighting) -> None:
-        both = FallbackRenderer(make_volume(), lighting, spares_processor=lighting == "global")
+    @pytest.mark.parametrize("lighting", ["none", "direct", "shadows"])
+    def test_vtk_draws_where_it_is_chosen(self, lighting: Lighting) -> None:
+        both = FallbackRenderer(make_volume(), lighting)
         assert both.render(INPUTS, 24)[..., 3].max() > 0.1
         assert isinstance(both._renderer, VtkRenderer)
         assert not both.by_raycast and not both.remark

@@ -7,11 +7,11 @@ import pytest
 from numpy.typing import NDArray
 
 from model.latent.opacity_overview import RayLengths
-from model.rendering.missing_voxels import filled
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.renderer import open_renderer
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
+from model.scene.missing_voxels import filled
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume
@@ -52,7 +52,7 @@ def image(volume: Volume, name: str = "raycast", given: SceneInputs | None = Non
 
 
 @pytest.mark.parametrize("name", ["raycast", "vtk"])
-@pytest.mark.parametrize("lighting", ["none", "direct", "global"])
+@pytest.mark.parametrize("lighting", ["none", "direct", "shadows"])
 def test_what_is_stored_where_nothing_was_measured_appears_nowhere(name, lighting):
     images = [
         image(half_ball(dtype, fill), name, lighting=lighting)
@@ -102,6 +102,7 @@ def test_opacity_of_what_was_measured_is_that_of_its_length(name):
     assert found[SIZE // 2, SIZE // 2, 3] == pytest.approx(1 - 0.9**13, abs=0.006)
 
 
+@pytest.mark.slow
 def test_derivatives_leave_missing_voxels_out():
     volume = half_ball(fill=77.0)
     renderer = RaycastRenderer(volume, threads=1)

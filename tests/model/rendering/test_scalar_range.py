@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from reference_raycaster import cast, composite, correct, render
 
+from model.benchmarks.reference_raycaster import cast, composite, correct, render
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.raycast.tables import LEVELS_PER_BIN
 from model.rendering.renderer import Renderer
@@ -84,7 +84,7 @@ def test_what_lies_between_voxels_is_what_it_is_over_any_range(
     assert rms(vtk - expected) < 0.006
 
 
-@pytest.mark.parametrize("lighting", ["direct", "global"])
+@pytest.mark.parametrize("lighting", ["direct", "shadows"])
 @pytest.mark.parametrize("chosen", [(40.0, 60.0), (-900.0, 1000.0)])
 def test_a_range_decides_about_tfs_and_not_about_light(lighting: Lighting, chosen: Range) -> None:
     # The same TF, once over the voxels' range and once over a chosen one, in 1, 2 or 50 bins.

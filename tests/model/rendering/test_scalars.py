@@ -11,6 +11,7 @@ from model.rendering.vtk_renderer import VtkRenderer
 from model.scene.default_tf import default_transfer_function
 from model.scene.inputs import SceneInputs
 from model.scene.robust_range import robust_range
+from model.scene.transfer_function import ColorTF, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume
 
@@ -133,3 +134,21 @@ def test_one_outlier_changes_one_voxel(
     # As one voxel in the middle: at most a few pixels differ.
     assert (np.abs(images[0] - images[1]).max(axis=-1) > 2 / 255).sum() <= 12
     assert np.sqrt(np.mean((images[0] - images[1]) ** 2)) < 0.01
+
+
+@pytest.mark.parametrize("scale", [1e-30, 1e-12, 1e-6, 1e7, 1e12, 1e30])
+@pytest.mark.parametrize("lighting", ["direct", "shadows"])
+def test_light_does_not_depend_on_the_unit_of_float32(lighting, scale: float) -> None:
+    """Fourth powers of differences must neither vanish nor overflow: dark pictures, or NaN."""
+    noisy = UNIT + np.random.default_rng(0).normal(0, 0.01, UNIT.shape)
+    images = []
+    for factor in (1.0, scale):
+        volume = Volume((factor * noisy).astype(np.float32))
+        lo, hi = volume.scalar_range
+        opacity = OpacityTF((lo, hi), points=((lo, 0.0), (hi, 0.5)))
+        white = ColorTF((lo, hi), ((lo, 1.0, 1.0, 1.0),))
+        renderer = RaycastRenderer(volume, lighting)
+        images.append(renderer.render(SceneInputs(View(30.0), opacity, white), 24))
+        renderer.close()
+    assert images[0][..., :3].max() > 0.1
+    np.testing.assert_allclose(images[1], images[0], atol=0.004)

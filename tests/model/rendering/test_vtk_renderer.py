@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from model.rendering.raster import Raster, middle_square
 from model.rendering.vtk_renderer import VtkRenderer, per_sample
 from model.scene.inputs import SceneInputs
 from model.scene.scene import Lighting
@@ -234,7 +235,7 @@ def test_the_whole_volume_is_in_view_at_distance_1(renderer: VtkRenderer) -> Non
         assert not edge.any()
 
 
-@pytest.mark.parametrize("lighting", ["direct", "global"])
+@pytest.mark.parametrize("lighting", ["direct", "shadows"])
 def test_light_changes_colour_but_not_opacity(volume: Volume, lighting) -> None:
     unlit = render(volume, VIEW, MODES, RAINBOW, SIZE)
     lit = render(volume, VIEW, MODES, RAINBOW, SIZE, lighting=lighting)
@@ -283,3 +284,14 @@ def test_volumes_far_from_the_origin_look_as_near_it(
     )
     assert near.max() > 0.1
     np.testing.assert_array_equal(there, near)
+
+
+@pytest.mark.parametrize("raster", [Raster(1, 16383), Raster(2, 3000), Raster(3000, 2)])
+def test_a_long_picture_shows_in_its_middle_what_a_square_one_does(
+    renderer: VtkRenderer, raster: Raster
+) -> None:
+    inputs = SceneInputs(VIEW, constant(0.3), RAINBOW)
+    middle = middle_square(renderer.render(inputs, raster))
+    square = renderer.render(inputs, raster.shorter)
+    assert square[..., 3].max() > 0.9
+    np.testing.assert_allclose(middle, square, atol=2.5 * STEP)

@@ -212,6 +212,7 @@ def worker_in(folder: Path, scheduler: str) -> Iterator[None]:
         process.wait()
 
 
+@pytest.mark.slow
 def test_a_worker_that_comes_later_is_used(
     store: SampleStore, new: SampleStore, volume: Volume, empty_scheduler: str
 ) -> None:

@@ -13,7 +13,6 @@ from model.scene.axes import AXES, axis_direction
 from model.scene.inputs import (
     SceneInputs,
     condition_numbers,
-    decode_conditions,
     draw_inputs,
     encode_inputs,
     outside_range,
@@ -141,23 +140,6 @@ def test_a_light_that_cannot_be_read_is_refused(text: str) -> None:
     with pytest.raises(TfscopeError, match="degrees"):
         LightDirection.parse(text)
     assert LightDirection.parse("30, -10") == LightDirection(30.0, -10.0)
-
-
-def test_conditions_are_decoded_to_what_was_encoded() -> None:
-    rng = np.random.default_rng(8)
-    for scene in (SCENE, MOVABLE):
-        for _ in range(20):
-            inputs = draw_inputs(rng, scene)
-            (row,) = encode_inputs(store_inputs([inputs], scene), scene)["conditions"]
-            found = decode_conditions(row, scene)
-            assert set(found) == ({"view"} if scene is SCENE else {"view", "light"})
-            np.testing.assert_allclose(found["view"].basis(), inputs.view.basis(), atol=1e-5)
-            assert found["view"].distance == pytest.approx(inputs.view.distance, abs=1e-5)
-            if scene is MOVABLE:
-                assert inputs.light is not None
-                np.testing.assert_allclose(
-                    found["light"].towards(), inputs.light.towards(), atol=1e-5
-                )
 
 
 def test_scenes_of_format_2_have_the_papers_tfs() -> None:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from model.scene.range_fitting import fit_to_range, fit_to_volume, range_of
+from model.scene.range_fitting import fit_to_range, fit_to_volume
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
 from model.scene.volume import Volume
 
@@ -80,8 +80,7 @@ def test_fractions_stay_fractions_over_the_range_of_fractions() -> None:
 def test_what_fits_the_volume_keeps_its_range(own: tuple[float, float]) -> None:
     tf = over(*own)
     assert fit_to_volume(tf, CT) == tf
-    assert range_of(tf, CT) == own
-    assert range_of(tf, CT.over((0.0, 100.0))) == own
+    assert fit_to_volume(tf, CT.over((0.0, 100.0))).scalar_range == own
 
 
 @pytest.mark.parametrize("own", [(0.0, 1.0), (3071.0, 9000.0), (-1e6, 1e6), (5e4, 6e4)])
@@ -91,7 +90,7 @@ def test_what_means_nothing_to_the_volume_is_stretched(own: tuple[float, float])
     assert fitted.scalar_range == CT.data_range
     np.testing.assert_allclose(fitted.opacity.sample(), whole.opacity.sample(), atol=1e-6)
     np.testing.assert_allclose(fitted.color.sample(), whole.color.sample(), atol=1e-6)
-    assert range_of(RELATIVE, CT.over((0.0, 100.0))) == (0.0, 100.0)
+    assert fit_to_volume(RELATIVE, CT.over((0.0, 100.0))).scalar_range == (0.0, 100.0)
 
 
 def test_a_tf_from_before_an_outlier_was_ignored_keeps_its_meaning() -> None:
@@ -99,7 +98,7 @@ def test_a_tf_from_before_an_outlier_was_ignored_keeps_its_meaning() -> None:
     voxels[0, 0, 0] = 1e30
     volume = Volume(voxels)
     for own in [(-1023.0, 3071.0), (0.0, 100.0), (0.0, 1e30)]:
-        assert range_of(over(*own), volume.over((2000.0, 2010.0))) == own
+        assert fit_to_volume(over(*own), volume.over((2000.0, 2010.0))).scalar_range == own
 
 
 @pytest.mark.parametrize("dtype", ["int16", "float32"])

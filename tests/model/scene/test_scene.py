@@ -11,7 +11,7 @@ from model.scene.scene import Scene, default_scalar_window
 from model.scene.volume import Volume
 
 
-@pytest.mark.parametrize("lighting", ["none", "direct", "global"])
+@pytest.mark.parametrize("lighting", ["none", "direct", "soft", "shadows"])
 def test_a_scene_survives_json(volume: Volume, lighting) -> None:
     scene = Scene.of(volume, 128, lighting)
     assert Scene.from_json(json.loads(json.dumps(scene.to_json()))) == scene

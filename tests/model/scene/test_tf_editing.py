@@ -67,6 +67,32 @@ def test_the_ends_of_a_curve_cannot_be_removed(index: int) -> None:
     assert edits.remove_opacity_handle(CURVE, index) == CURVE
 
 
+INSIDE = OpacityTF(RANGE, points=((120.0, 0.0), (140.0, 0.8), (180.0, 0.3)))
+
+
+@given(st.integers(0, 2), anywhere)
+def test_an_end_within_the_range_moves_as_any_point_does(index: int, value: float) -> None:
+    # As of a preset for some Hounsfield units.
+    moved = edits.move_opacity_handle(INSIDE, index, value, 0.5)
+    low, high = [(100.0, 140.0), (120.0, 180.0), (140.0, 200.0)][index]
+    assert moved.points[index][0] == np.clip(value, low, high)
+    assert edits.opacity_limits(INSIDE, index) == (low, high)
+
+
+@given(st.floats(-500.0, 500.0))
+def test_a_whole_curve_within_the_range_is_shifted_to_its_ends(shift: float) -> None:
+    moved = edits.move_opacity_handles(INSIDE, [0, 1, 2], shift, 0.0)
+    by = np.clip(shift, -20.0, 20.0)
+    assert [p[0] for p in moved.points] == pytest.approx([120.0 + by, 140.0 + by, 180.0 + by])
+
+
+def test_an_end_within_the_range_can_be_removed_while_two_points_stay() -> None:
+    assert edits.remove_opacity_handle(INSIDE, 0).points == INSIDE.points[1:]
+    two = edits.remove_opacity_handle(INSIDE, 2)
+    assert two.points == INSIDE.points[:2]
+    assert edits.remove_opacity_handle(two, 0) == two
+
+
 def test_the_last_mode_can_be_removed() -> None:
     empty = OpacityTF(RANGE)
     assert edits.remove_opacity_handle(OpacityTF(RANGE, MODES.modes[:1]), 0) == empty

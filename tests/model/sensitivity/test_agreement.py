@@ -123,6 +123,6 @@ def test_chance_does_not_agree(
 
 
 def test_scenes_in_global_light_are_refused(volume: Volume, scene: Scene) -> None:
-    lit = replace(scene, image_size=32, lighting="global", light=LightDirection())
+    lit = replace(scene, image_size=32, lighting="soft", light=LightDirection())
     with pytest.raises(RenderError, match="direct light"):
         sensitivity_agreement(generator_of(lit), volume, [draw_sample(lit, 0, "holdout", 0)])

@@ -140,7 +140,7 @@ def test_the_ray_casters_fields_and_scale(inputs: SceneInputs) -> None:
 
 
 def test_global_light_has_no_exact_fields(inputs: SceneInputs) -> None:
-    renderer = RaycastRenderer(make_volume(), "global", LightDirection(), threads=1)
+    renderer = RaycastRenderer(make_volume(), "soft", LightDirection(), threads=1)
     with pytest.raises(RenderError):
         all_fields(renderer, inputs, 16, 4, WIDTH)
     renderer.close()

@@ -70,7 +70,7 @@ def test_under_global_light_an_edit_moves_the_shadow() -> None:
     scalars[:, :, 8:16], scalars[:, :, 32:40] = 100, 250
     opacity_tf = OpacityTF(RANGE, (GaussianMode(250.0, 5.0, 0.9),))
     inputs = SceneInputs(View(0.0, 0.0), opacity_tf, COLOR)
-    renderer = RaycastRenderer(Volume(scalars), "global", LightDirection(-80.0, 0.0))
+    renderer = RaycastRenderer(Volume(scalars), "soft", LightDirection(-80.0, 0.0))
     change = differences.value_sensitivity(renderer, inputs, SIZE, edit_around(100.0, RANGE, 3.0))
     left, right = change[12:20, 8:11].mean(), change[12:20, 20:24].mean()
     assert left > 0
@@ -83,7 +83,7 @@ def test_under_global_light_an_edit_moves_the_shadow() -> None:
 
 
 def test_a_black_region_has_none(volume: Volume) -> None:
-    renderer = RaycastRenderer(volume, "global")
+    renderer = RaycastRenderer(volume, "soft")
     nothing = SceneInputs(INPUTS.view, OpacityTF(RANGE), COLOR)
     assert not differences.region_responses(renderer, nothing, SIZE, REGION, 6.0).any()
     with pytest.raises(RenderError, match="outside"):
@@ -91,3 +91,16 @@ def test_a_black_region_has_none(volume: Volume) -> None:
     with pytest.raises(ValueError, match="1 bin"):
         differences.region_responses(renderer, INPUTS, SIZE, REGION, 0.5)
     renderer.close()
+
+
+def test_an_edit_may_reach_what_is_transparent_and_what_is_opaque(volume: Volume) -> None:
+    """Neither more nor less has room everywhere: each bin has a side of its own."""
+    points = ((0.0, 0.0), (130.0, 0.0), (131.0, 1.0), (255.0, 1.0))
+    inputs = SceneInputs(INPUTS.view, OpacityTF(RANGE, points=points), COLOR)
+    renderer = RaycastRenderer(volume, sample_distance=1.0)
+    edit = edit_around(130.0, RANGE, 12.0)
+    expected = renderer.change(inputs, SIZE, edit)
+    found = differences.value_sensitivity(renderer, inputs, SIZE, edit)
+    renderer.close()
+    assert cosine(found, expected) > 0.99
+    assert np.linalg.norm(found) == pytest.approx(np.linalg.norm(expected), rel=0.15)

@@ -17,6 +17,7 @@ def small_pool(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("model.training.codec_training.POOL", 500)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["plain", "contractive", "variational"])
 def test_a_codec_learns(kind: str) -> None:
     tfs = draw_opacity_tfs(UNIT_SCENE, 9, 0, 300)

@@ -133,6 +133,7 @@ def test_a_processor_without_bfloat16_is_noticed() -> None:
     assert (process.returncode, process.stdout) == (0, "True\n"), process.stderr
 
 
+@pytest.mark.slow
 def test_real_steps_are_timed(scene: Scene) -> None:
     way = choose_execution(SIZE, TrainingOptions(), scene, CPU)
     assert way == choose_execution(SIZE, TrainingOptions(), scene, CPU)

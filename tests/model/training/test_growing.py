@@ -64,6 +64,7 @@ def test_what_was_learned_at_the_small_size_is_kept(store: SampleStore) -> None:
     assert len(kept) > 0.85 * len(own)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("steps", [3, 7])
 def test_such_a_run_resumes_in_either_stage(store: SampleStore, tmp_path: Path, steps: int) -> None:
     whole, folder = tmp_path / "whole", tmp_path / "run"

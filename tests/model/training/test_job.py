@@ -26,11 +26,11 @@ FULL = TrainingJob(
     out=Path("runs/a"),
     volume=VolumeSource(Path("v.raw"), "4x5x6_uint8", "magnitude"),
     preset="draft",
-    architecture="paper",
     color_attention=True,
+    width=0.5,
     settings=("joint.batch_size=4", "l1_weight=50"),
     minutes=1.5,
-    lighting="global",
+    lighting="soft",
     movable_light=True,
     renderer="vtk",
     window=(0.25, 0.5),
@@ -71,6 +71,16 @@ def test_a_file_that_is_no_job_is_refused(content: str, message: str, tmp_path: 
     assert str(caught.value).startswith(str(path))
 
 
+def test_a_job_of_format_2_trains_the_papers_networks_alone(tmp_path: Path) -> None:
+    old = {**FULL.to_json(), "tfscope_job": 2, "architecture": "paper"}
+    path = tmp_path / "job.json"
+    path.write_text(json.dumps(old))
+    assert TrainingJob.load(path) == FULL
+    path.write_text(json.dumps({**old, "architecture": "refined"}))
+    with pytest.raises(TrainingError, match=r"coarse volume, .* leave its architecture out"):
+        TrainingJob.load(path)
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -78,19 +88,15 @@ def test_a_file_that_is_no_job_is_refused(content: str, message: str, tmp_path: 
         ({"seed": "abc"}, "whole number from 0"),
         ({"workers": 0}, "whole number from 1"),
         ({"reuse": 0}, "number from 1"),
+        ({"width": 0}, "above 0, up to 4"),
         ({"resume": "no"}, "true or false"),
-        ({"lighting": "bogus"}, "choose none, direct, global"),
+        ({"lighting": "bogus"}, "choose none, direct, soft, shadows"),
         ({"device": "tpu"}, "choose auto, cpu, cuda"),
         ({"minutes": -1.0}, "not positive"),
         ({"settings": ("nonsense=1",)}, "no 'nonsense'"),
         ({"lighting": "none"}, "no light that could be moved"),
         ({"start": Path("runs/a")}, "write over the model"),
-        (
-            {"faithful": True, "architecture": "refined", "color_attention": False},
-            "paper's recipe",
-        ),
         ({"faithful": True}, "a variant"),
-        ({"architecture": "refined"}, "a variant"),
         ({"store": Path("s.zarr")}, "lighting and movable light and window and reuse"),
     ],
 )
@@ -102,7 +108,7 @@ def test_jobs_that_make_no_sense_are_refused(change: dict, message: str) -> None
 def test_the_papers_recipe_has_nothing_added_to_it() -> None:
     size = TrainingJob(Path("x"), preset="draft", faithful=True, samples=1).size
     added = size.modulation, size.opacity_modulation, size.deep_codec, size.color_attention
-    assert size.architecture == "paper" and not any(added)
+    assert not any(added)
 
 
 @pytest.fixture
@@ -114,7 +120,6 @@ def job(store: SampleStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
         tmp_path / "run",
         store=store.path,
         preset="draft",
-        architecture="paper",
         samples=24,
         settings=("joint.batch_size=4", "unrendered_tfs=0"),
         device="cpu",
@@ -239,26 +244,24 @@ def test_a_model_with_a_movable_light_is_trained_and_follows_it(
     assert stored.inputs["light"].shape == (32, 2)
     voxels = tmp_path / "blobs.mhd"
     write_mhd(voxels, volume)
-    for architecture in ("paper", "refined"):
-        job = TrainingJob(
-            tmp_path / architecture,
-            volume=VolumeSource(voxels),
-            store=store.path,
-            preset="draft",
-            architecture=architecture,
-            samples=16,
-            device="cpu",
-        )
-        run_job(job)
-        generator = Generator.load(job.out, "cpu")
-        inputs = draw_sample(scene, 2, "holdout", 0)
-        one, other = (
-            generator.render(replace(inputs, light=LightDirection(*light)))
-            for light in ((-60, 30), (60, -30))
-        )
-        assert abs(one[..., :3] - other[..., :3]).max() > 1e-6
-        # How opaque something is does not depend on the light.
-        assert abs(one[..., 3] - other[..., 3]).max() == 0
+    job = TrainingJob(
+        tmp_path / "run",
+        volume=VolumeSource(voxels),
+        store=store.path,
+        preset="draft",
+        samples=16,
+        device="cpu",
+    )
+    run_job(job)
+    generator = Generator.load(job.out, "cpu")
+    inputs = draw_sample(scene, 2, "holdout", 0)
+    one, other = (
+        generator.render(replace(inputs, light=LightDirection(*light)))
+        for light in ((-60, 30), (60, -30))
+    )
+    assert abs(one[..., :3] - other[..., :3]).max() > 1e-6
+    # How opaque something is does not depend on the light.
+    assert abs(one[..., 3] - other[..., 3]).max() == 0
 
 
 def test_a_store_of_another_scene_is_no_store_to_go_on_with(volume: Volume, tmp_path: Path) -> None:

@@ -104,6 +104,7 @@ with parallel.process_group(torch.device("cpu")) as device:
 """
 
 
+@pytest.mark.slow
 def test_gradients_are_averaged_and_the_first_rank_decides(tmp_path: Path) -> None:
     script = tmp_path / "average.py"
     script.write_text(AVERAGE)

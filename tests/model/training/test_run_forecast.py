@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from pathlib import Path
 
+import pytest
 import torch
 
 from model.scene.volume import Volume
@@ -39,6 +40,7 @@ def test_a_forecast_grows_with_the_samples_and_counts_both_stages(
     assert seconds[1] == 3 * seconds[0]
 
 
+@pytest.mark.slow
 def test_a_forecast_takes_seconds(volume: Volume) -> None:
     job = TrainingJob(Path("x"), preset="draft", faithful=True, samples=10**6)
     start = time.monotonic()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -81,6 +82,30 @@ def test_batches_do_not_depend_on_threads(volume: Volume, raycast: Scene) -> Non
             islice(one.batches(0, 16, 3, 0), 12), other.batches(0, 16, 3, 0), strict=False
         ):
             assert_same(a, b)
+
+
+@pytest.mark.slow
+def test_batches_do_not_depend_on_processes(volume: Volume, raycast: Scene) -> None:
+    with (
+        stream(volume, raycast, threads=1) as one,
+        stream(volume, raycast, threads=2, ring_samples=8192, processes=True) as other,
+    ):
+        for a, b in zip(
+            islice(one.batches(1, 16, 3, 0, 16), 4), other.batches(1, 16, 3, 0, 16), strict=False
+        ):
+            assert_same(a, b)
+        assert other.rendering_seconds > 0
+
+
+@pytest.mark.slow
+def test_a_rendering_process_that_is_gone_is_told(volume: Volume, raycast: Scene) -> None:
+    with stream(volume, raycast, threads=1, reuse=1.0, processes=True) as source:
+        batches = source.batches(0, 16, 3, 0)
+        next(batches)
+        for process in multiprocessing.active_children():
+            process.kill()
+        with pytest.raises(RenderError, match="ended unexpectedly"):
+            list(islice(batches, 100))
 
 
 def test_a_stream_goes_on_where_it_stopped(volume: Volume, raycast: Scene) -> None:

@@ -187,3 +187,19 @@ def test_what_is_not_as_it_was_written_is_refused(
     with pytest.raises(VolumeError, match=message) as caught:
         read_volume(rewritten(path, change))
     assert str(path) in str(caught.value)
+
+
+@pytest.mark.parametrize("stored", [1e30, -1e20, 0.0])
+def test_what_is_stored_where_nothing_was_measured_spoils_nothing(
+    stored: float, tmp_path: Path
+) -> None:
+    voxels = smooth("f4")
+    missing = np.random.default_rng(0).random(voxels.shape) < 0.3
+    volume = Volume(np.where(missing, np.float32(stored), voxels), missing=missing)
+    path = tmp_path / "a.tfvolume"
+    write_compact(path, volume, encode_voxels(volume.voxels, voxels.size, missing), ERROR)
+    copy = read_volume(path)
+    lo, hi = volume.data_range
+    assert copy.missing is not None and (copy.missing == missing).all()
+    errors = (copy.voxels.astype(float) - voxels)[~missing] / (hi - lo)
+    assert np.abs(errors).max() < 0.01

@@ -49,6 +49,7 @@ def test_a_pixel_that_looks_at_one_value_gets_that_values_colour(
     torch.testing.assert_close(mixed[0, :, 1, 0], many[0, :, 28:32].mean(1))
 
 
+@pytest.mark.slow
 def test_images_follow_each_colour_of_the_tf_as_finite_differences_say() -> None:
     torch.manual_seed(1)
     network = TwoStageGenerator(SIZE).double().eval()

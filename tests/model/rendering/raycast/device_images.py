@@ -30,7 +30,7 @@ def volume() -> Volume:
 def images(device: Device, size: int) -> dict[str, NDArray[np.float32]]:
     """Images of all kinds that there are on both devices."""
     drawn = {}
-    for lighting in ("none", "direct", "global"):
+    for lighting in ("none", "direct", "soft", "shadows"):
         light = None if lighting == "none" else LightDirection()
         renderer = RaycastRenderer(volume(), lighting, light, device=device)
         drawn[lighting] = renderer.render(SceneInputs(VIEW, OPACITY, COLOR), size)

@@ -9,10 +9,10 @@ import numba
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from reference_raycaster import cast, render
 
+from model.benchmarks.reference_raycaster import cast, render
 from model.rendering.raycast.camera import camera_array
-from model.rendering.raycast.marching import make_ray
+from model.rendering.raycast.rays import make_ray
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF

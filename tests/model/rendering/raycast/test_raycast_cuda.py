@@ -30,7 +30,8 @@ def assert_same(found: Images, expected: Images) -> None:
     assert expected["none"][..., 3].max() > 0.9
     assert np.isinf(expected["depth"]).any() and np.isfinite(expected["depth"]).any()
     assert np.abs(expected["direct"] - expected["none"]).max() > 0.1
-    assert np.abs(expected["global"] - expected["none"]).max() > 0.1
+    for lighting in ("soft", "shadows"):
+        assert np.abs(expected[lighting] - expected["none"]).max() > 0.1
 
 
 @pytest.fixture(scope="module")

@@ -7,8 +7,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from reference_raycaster import cast, composite, correct, depth, render
 
+from model.benchmarks.reference_raycaster import cast, composite, correct, depth, render
 from model.rendering.raycast.renderer import LARGEST_ERROR, RaycastRenderer
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import (
@@ -310,7 +310,7 @@ def test_opacity_refers_to_a_voxel_of_any_size(volume: Volume) -> None:
     )
 
 
-@pytest.mark.parametrize("lighting", ["none", "direct", "global"])
+@pytest.mark.parametrize("lighting", ["none", "direct", "soft", "shadows"])
 def test_where_a_value_is_visible_adds_up_to_the_opacity(lighting: str) -> None:
     renderer = RaycastRenderer(Volume(255 * field()), lighting)  # type: ignore[arg-type]
     inputs = SceneInputs.of(VIEW, TransferFunction(MODES, RAINBOW))

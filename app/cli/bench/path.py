@@ -1,0 +1,57 @@
+"""``bench path``: time and error of path-traced pictures over the number of samples."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from statistics import fmean
+
+from app.cli.bench.machine import print_machine
+from app.cli.console import console, print_table
+from app.cli.outputs import write_json
+from model.benchmarks.path_tracing import PathRow, path_rows
+from model.scene.first_picture import first_picture
+from model.scene.inputs import SceneInputs
+from model.scene.light import LightDirection
+from model.scene.view import View
+from model.volume_files import read_volume
+from model.volume_files.shipped import shipped_volumes
+
+VIEWS = (View(30, 20, 0, 0.7), View(210, -10, 0, 0.7))
+"""From two sides, close enough that the volume fills the picture."""
+
+
+def bench_path(
+    paths: list[Path] | None, size: int, samples: int, truth: int, json_path: Path | None
+) -> None:
+    """Measure each volume under its first TF; print tables, write JSON if requested."""
+    machine = print_machine()
+    found = {}
+    for path in paths or shipped_volumes():
+        volume, tf = first_picture(read_volume(path))
+        scenes = [SceneInputs.of(view, tf, light=LightDirection()) for view in VIEWS]
+        rows = list(path_rows(volume, scenes, size, samples, truth))
+        found[volume.name] = [asdict(row) for row in rows]
+        _print(f"{volume.name}, {size} x {size}, {len(scenes)} views", rows)
+    if json_path is not None:
+        write_json(json_path, {"machine": machine, "volumes": found})
+
+
+def _print(title: str, rows: list[PathRow]) -> None:
+    cells = []
+    for samples in sorted({row.samples for row in rows}):
+        alike = [row for row in rows if row.samples == samples]
+        told = [row.told for row in alike if row.told is not None]
+        cells.append(
+            (
+                str(samples),
+                f"{fmean(row.seconds for row in alike):.2f}",
+                f"{fmean(row.traced for row in alike):.4f}",
+                f"{fmean(row.shown for row in alike):.4f}",
+                f"{fmean(told):.4f}" if told else "",
+            )
+        )
+    print_table(title, ("samples", "seconds", "RMSE as traced", "as shown", "told"), cells)
+    judged = [row for row in rows if row.told is not None]
+    good = sum(row.is_told_well for row in judged)
+    console.print(f"The error that is told is within a factor of 1.5 in {good} of {len(judged)}.")

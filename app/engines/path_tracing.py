@@ -1,0 +1,87 @@
+"""The path tracer as an engine, whose picture goes on where the last request for it ended."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from app.engines.engine import Array, always
+from app.engines.messages import Request, SupersededError
+from app.engines.renderer_engine import RendererEngine
+from model.rendering.path_tracing.refinement import (
+    MOST_SAMPLES,
+    Refined,
+    RefiningRenderer,
+    refined,
+)
+from model.rendering.path_tracing.renderer import PathTracer
+
+GOOD_ENOUGH = 0.003
+"""Estimated error of a picture that no more samples are spent on: less than an 8-bit step."""
+
+
+class PathTracingEngine(RendererEngine):
+    """The path tracer as an engine, which says how many samples an image has, and its error."""
+
+    by_raycast = False
+
+    def __init__(self, tracer: PathTracer, sample_distance: float, denoises: bool = True) -> None:
+        super().__init__(RefiningRenderer(tracer, denoises), sample_distance)
+        self._denoises = denoises
+        self._tracer = tracer
+        self._said = ""
+        self._drawn = _Drawn()
+
+    @property
+    def description(self) -> str:
+        """Name of the renderer, and what it says of its last image."""
+        return f"path tracer{self._said}"
+
+    def image(self, request: Request, is_wanted: Callable[[], bool] = always) -> Array:
+        """Trace as many samples as the request asks for, until it is no longer wanted.
+
+        A request for more samples of the last picture goes on where that ended.
+        """
+        quality = request.quality
+        distance = self._sample_distance * quality.coarseness
+        key = request.inputs, quality.pixels, distance
+        if self._drawn.key != key:
+            self._drawn = drawn = _Drawn(key)
+            drawn.coming = refined(
+                self._tracer,
+                request.inputs,
+                quality.pixels,
+                MOST_SAMPLES,
+                lambda: drawn.is_wanted(),
+                distance,
+                denoises=self._denoises,
+                error=GOOD_ENOUGH,
+            )
+        last = self._drawn.after(quality.samples, is_wanted)
+        if last is None:
+            self._drawn = _Drawn()
+            raise SupersededError
+        self._said = f", {last.samples} sample{'s' * (last.samples > 1)}"
+        self._said += " denoised" * last.is_denoised
+        if last.samples > 1:
+            self._said += f", error {last.error:.2g}".replace(" 0.", " .")
+        return last.rgba
+
+
+class _Drawn:
+    """A path-traced picture that becomes better, as far as it is drawn."""
+
+    def __init__(self, key: object = None) -> None:
+        self.key = key
+        self.coming: Iterator[Refined] = iter(())
+        self.is_wanted: Callable[[], bool] = always
+        self._last: Refined | None = None
+
+    def after(self, samples: int, is_wanted: Callable[[], bool]) -> Refined | None:
+        """Return it after some samples, or with fewer if it is good enough; None if unwanted."""
+        self.is_wanted = is_wanted
+        while self._last is None or self._last.samples < samples:
+            picture = next(self.coming, None)
+            if picture is None:
+                return self._last if is_wanted() else None
+            self._last = picture
+        return self._last

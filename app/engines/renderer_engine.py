@@ -1,0 +1,222 @@
+"""A renderer as an engine: images, pictures to save, and sensitivities."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.engines.engine import Array, always
+from app.engines.messages import (
+    BatchRequest,
+    BlockFieldsRequest,
+    DecodedTFRequest,
+    FieldRangeRequest,
+    PictureRequest,
+    RegionSensitivityRequest,
+    Request,
+    SupersededError,
+    ValueSensitivityRequest,
+    ValueVisibilityRequest,
+    VisibilityRequest,
+)
+from model.errors import NotOfferedError
+from model.scene.scene import RendererName
+from model.scene.tf_perturbation import edit_over, edits_within
+
+if TYPE_CHECKING:
+    from model.rendering.raycast.renderer import RaycastRenderer
+    from model.rendering.renderer import Renderer
+
+FIRST_GUESS_S = 5e-6
+"""Expected time per pixel before the first image: that of VTK with gradient shading on a CPU."""
+
+BAND_S, MOST_BANDS = 0.25, 16
+"""Time that a band of a final image should take, and the largest number of bands.
+
+A final image is given up between two bands.
+"""
+
+TILE = 1024
+"""Size of the tiles of pictures to save, in pixels: within what every OpenGL can draw."""
+
+RENDERER_NAMES: dict[RendererName, str] = {"vtk": "VTK", "raycast": "ray caster"}
+
+
+class RendererEngine:
+    """VTK or the ray caster as an engine.
+
+    Parameters
+    ----------
+    renderer : Renderer
+    sample_distance : float
+        Of final images, in voxels.
+    name : {"vtk", "raycast"}
+        Which renderer it is, where it does not know itself.
+    """
+
+    scene = None
+    draws_codes = False
+
+    def __init__(
+        self, renderer: Renderer, sample_distance: float, name: RendererName = "raycast"
+    ) -> None:
+        self._name = name
+        self._renderer = renderer
+        self._sample_distance = sample_distance
+        self._seconds_per_pixel = FIRST_GUESS_S
+
+    @property
+    def description(self) -> str:
+        """Name of the renderer; where another one had to draw, the sentence that says so."""
+        name = RENDERER_NAMES["raycast" if self.by_raycast else "vtk"]
+        return getattr(self._renderer, "reason", "") or name
+
+    @property
+    def remark(self) -> str:
+        """One sentence on why this renderer draws; empty if it was asked for."""
+        return getattr(self._renderer, "remark", "")
+
+    @property
+    def by_raycast(self) -> bool:
+        """Whether the ray caster draws."""
+        return getattr(self._renderer, "by_raycast", self._name == "raycast")
+
+    def image(self, request: Request, is_wanted: Callable[[], bool] = always) -> Array:
+        """Render at the request's quality, a band of rows after the other if that takes long."""
+        quality, raster = request.quality, request.quality.pixels
+        distance = self._sample_distance * quality.coarseness
+        if quality.live:
+            return self._renderer.render(request.inputs, raster, distance)
+        expected = self._seconds_per_pixel * raster.columns * raster.rows
+        bands = min(math.ceil(expected / BAND_S), MOST_BANDS)
+        start = time.perf_counter()
+        image = np.empty((*raster.shape, 4), dtype=np.float32)
+        for band in raster.tiles(raster.columns, math.ceil(raster.rows / bands)):
+            _go_on_if(is_wanted)
+            image[band.top : band.bottom] = self._renderer.render(request.inputs, band, distance)
+        self._seconds_per_pixel = (time.perf_counter() - start) / (raster.columns * raster.rows)
+        return image
+
+    def picture(
+        self, request: PictureRequest, is_wanted: Callable[[], bool] = always
+    ) -> NDArray[np.uint8]:
+        """Render a picture of any size, tile by tile."""
+        whole = request.quality.pixels
+        distance = self._sample_distance * request.quality.coarseness
+        picture = np.empty((whole.height, whole.width, 4), dtype=np.uint8)
+        for tile in whole.tiles(TILE, TILE):
+            _go_on_if(is_wanted)
+            image = self._renderer.render(request.inputs, tile, distance)
+            part = picture[tile.top : tile.bottom, tile.left : tile.right]
+            part[...] = np.rint(255 * image)
+        return picture
+
+    def images(self, request: BatchRequest, is_wanted: Callable[[], bool] = always) -> Array:
+        """Render the images one after the other."""
+        pixels, coarseness = request.quality.pixels, request.quality.coarseness
+        images = []
+        for inputs in (request.inputs, *request.more):
+            _go_on_if(is_wanted)
+            images.append(self._renderer.render(inputs, pixels, self._sample_distance * coarseness))
+        return np.stack(images)
+
+    def region_sensitivity(
+        self, request: RegionSensitivityRequest, is_wanted: Callable[[], bool] = always
+    ) -> Array:
+        """Differentiate the image exactly; under soft light by differences."""
+        from model.sensitivity.rendered import region_responses
+
+        renderer, size = self._ray_caster(), request.quality.pixels
+        width = request.width if renderer.is_differentiable else max(request.width, 1.0)
+        return region_responses(
+            renderer,
+            request.inputs,
+            size,
+            request.region,
+            width,
+            request.measure,
+            partial(_go_on_if, is_wanted),
+        )
+
+    def value_sensitivity(
+        self, request: ValueSensitivityRequest, is_wanted: Callable[[], bool] = always
+    ) -> Array:
+        """Differentiate the image exactly; under soft light by differences."""
+        from model.sensitivity.rendered import value_sensitivity
+
+        renderer, size = self._ray_caster(), request.quality.pixels
+        edit = edit_over(request.values, renderer.scalar_range, request.width)
+        go_on = partial(_go_on_if, is_wanted)
+        return value_sensitivity(renderer, request.inputs, size, edit, go_on)
+
+    def block_fields(self, request: BlockFieldsRequest) -> Array:
+        """Differentiate all blocks exactly; not offered under soft light."""
+        from model.sensitivity.rendered import all_fields
+
+        renderer, size = self._differentiable(), request.quality.size
+        return all_fields(renderer, request.inputs, size, request.blocks or size, request.width)
+
+    def field_range(
+        self, request: FieldRangeRequest, is_wanted: Callable[[], bool] = always
+    ) -> Array:
+        """Differentiate the image by edits around many values; not under soft light."""
+        from model.sensitivity.rendered import largest_scales
+
+        renderer, size = self._differentiable(), request.quality.size
+        edits = edits_within(request.window, renderer.scalar_range, request.width)
+        go_on = partial(_go_on_if, is_wanted)
+        return largest_scales(renderer, request.inputs, size, edits, go_on)
+
+    def visibility(self, request: VisibilityRequest) -> Array:
+        """Return the visibility of each scalar value; not offered by VTK."""
+        from model.sensitivity.exact import visibility
+
+        renderer, size = self._ray_caster(), request.quality.pixels
+        return np.stack(
+            [visibility(renderer, request.inputs, size, region) for region in request.regions]
+        )
+
+    def value_visibility(self, request: ValueVisibilityRequest) -> Array:
+        """Return how much of each pixel shows some values; not offered by VTK."""
+        renderer = self._ray_caster()
+        edit = edit_over(request.values, renderer.scalar_range, request.width)
+        return renderer.value_visibility(request.inputs, request.quality.pixels, edit / edit.max())
+
+    def _ray_caster(self) -> RaycastRenderer:
+        from model.rendering.raycast.renderer import RaycastRenderer
+
+        if not isinstance(self._renderer, RaycastRenderer):
+            raise NotOfferedError("VTK does not know its derivative; choose the ray caster.")
+        return self._renderer
+
+    def _differentiable(self) -> RaycastRenderer:
+        renderer = self._ray_caster()
+        if not renderer.is_differentiable:
+            raise NotOfferedError(
+                "Under soft light the fields of all values take too long; choose another light."
+            )
+        return renderer
+
+    def latent_images(self, request: BatchRequest) -> Array:
+        """Not supported: renderers have no latent codes."""
+        raise NotOfferedError("A renderer draws no latent codes; decode them to TFs first.")
+
+    def decoded_tf(self, request: DecodedTFRequest) -> Array:
+        """Not supported: renderers have no codec."""
+        raise NotOfferedError("A renderer has no latent codes; open a model.")
+
+    def close(self) -> None:
+        """Release the OpenGL context or the threads."""
+        self._renderer.close()
+
+
+def _go_on_if(is_wanted: Callable[[], bool]) -> None:
+    """Give up an answer that nobody waits for any more."""
+    if not is_wanted():
+        raise SupersededError

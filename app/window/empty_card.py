@@ -1,0 +1,93 @@
+"""What a window without a volume offers: a file, or a volume that ships with tfscope."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+from PySide6.QtCore import QEvent, QObject, QSize, Qt
+from PySide6.QtGui import QIcon
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QToolButton, QVBoxLayout
+
+from app.engines.states import EngineState
+from app.image_view.engine_pane import EnginePane
+from app.state.workspace import Workspace
+from app.window.file_dialogs import FileDialogs
+from app.window.file_opening import FileOpening
+from model.volume_files.shipped import picture_of, shipped_volumes, title_of
+
+PICTURE = 72
+"""Side of a sample's picture, in pixels."""
+
+EDGE = 8
+"""Least distance to the edges of the image, in pixels."""
+
+
+class EmptyCard(QFrame):
+    """Stands in the middle of an image that has nothing to show, below what it says of that.
+
+    Parameters
+    ----------
+    pane : EnginePane
+        The card is over its canvas, once a first volume could not be read.
+    """
+
+    def __init__(
+        self, pane: EnginePane, workspace: Workspace, opening: FileOpening, files: FileDialogs
+    ) -> None:
+        super().__init__(pane.canvas)
+        self._pane, self._workspace = pane, workspace
+        self.setProperty("role", "card")
+        self.setCursor(Qt.CursorShape.ArrowCursor)
+        title = QLabel("Drop a volume here, or")
+        title.setProperty("role", "title")
+        self.open = QPushButton("Open…")
+        self.open.setToolTip("Open a volume's file (Ctrl+O)")
+        self.open.clicked.connect(files.open_volume)
+        head = QHBoxLayout()
+        head.addWidget(title)
+        head.addWidget(self.open)
+        head.addStretch()
+        pictures = QHBoxLayout()
+        self.samples: list[QToolButton] = []
+        for path in shipped_volumes():
+            sample = QToolButton()
+            sample.setText(title_of(path))
+            sample.setAccessibleName(f"Open the sample volume {title_of(path)}")
+            sample.setIcon(QIcon(str(picture_of(path))))
+            sample.setIconSize(QSize(PICTURE, PICTURE))
+            sample.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextUnderIcon)
+            sample.clicked.connect(partial(self._open_sample, opening, path))
+            self.samples.append(sample)
+            pictures.addWidget(sample)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(12, 8, 12, 8)
+        column.addLayout(head)
+        column.addLayout(pictures)
+        self.hide()
+        pane.canvas.installEventFilter(self)
+        pane.client.stateChanged.connect(self._follow)
+        workspace.readingStarted.connect(lambda _name: self._follow(EngineState.LOADING))
+
+    def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
+        """Stay in the middle of the image."""
+        if event.type() == QEvent.Type.Resize and not self.isHidden():
+            self._place()
+        return False
+
+    def _follow(self, state: EngineState) -> None:
+        shown = state is EngineState.FAILED and self._workspace.opened is None
+        self.setVisible(shown)
+        self._pane.canvas.lay_message_above(self if shown else None)
+        if shown:
+            self._place()
+
+    def _place(self) -> None:
+        self.adjustSize()
+        room = self._pane.canvas.size() - self.size()
+        top = min(room.height() // 2 + self.height() // 4, room.height() - EDGE)
+        self.move(max(room.width() // 2, 0), max(top, 0))
+        self.raise_()
+
+    def _open_sample(self, opening: FileOpening, path: Path, _checked: bool = False) -> None:
+        opening.open_volume(path)

@@ -1,0 +1,90 @@
+"""Path-traced pictures over the number of samples: time, error, and the error that is told."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.rendering.path_tracing.estimate import Estimate
+from model.rendering.path_tracing.refinement import drawn, shown
+from model.rendering.path_tracing.renderer import PathTracer
+from model.scene.inputs import SceneInputs
+from model.scene.volume import Volume
+
+FACTOR = 1.5
+"""Within which of the true error the error that is told should lie."""
+
+
+@dataclass(frozen=True)
+class PathRow:
+    """A picture of a scene after some samples.
+
+    Attributes
+    ----------
+    scene : int
+        Its number.
+    samples : int
+    seconds : float
+        From the beginning until it could be shown, denoised where that helps.
+    traced, shown : float
+        RMSE of the colours against many samples, as it was traced and as it is shown; less what
+        the many samples' own noise adds.
+    told : float or None
+        The error that is told of what is shown; None after the first sample.
+    """
+
+    scene: int
+    samples: int
+    seconds: float
+    traced: float
+    shown: float
+    told: float | None
+
+    @property
+    def is_told_well(self) -> bool:
+        """Whether the error that is told is within a factor of 1.5 of the true one."""
+        if self.told is None:
+            return False
+        return self.shown / FACTOR <= self.told <= self.shown * FACTOR
+
+
+def path_rows(
+    volume: Volume, scenes: Sequence[SceneInputs], size: int, samples: int, truth: int
+) -> Iterator[PathRow]:
+    """Draw each scene with ever more samples, and with many others to compare with.
+
+    Parameters
+    ----------
+    size : int
+        Width and height of the pictures in pixels.
+    samples : int
+        Most of a picture that is measured.
+    truth : int
+        Of the picture to compare with, whose random numbers are others.
+    """
+    tracer, other = PathTracer(volume), PathTracer(volume, seed=1)
+    # The first picture takes compilation and preparation.
+    drawn(tracer, scenes[0], 16, 2, denoises=True)
+    for number, inputs in enumerate(scenes):
+        *_, exact = other.refine(inputs, size, truth)
+        found = []
+        begun = time.perf_counter()
+        for estimate in tracer.refine(inputs, size, samples):
+            picture = shown(estimate, denoises=True)
+            found.append((estimate, picture, time.perf_counter() - begun))
+        for estimate, picture, seconds in found:
+            told = None if math.isinf(picture.error) else picture.error
+            errors = _rmse(estimate.rgba, exact), _rmse(picture.rgba, exact)
+            yield PathRow(number, estimate.samples, seconds, *errors, told)
+    tracer.close()
+    other.close()
+
+
+def _rmse(rgba: NDArray[np.float32], exact: Estimate) -> float:
+    square = np.mean((rgba - exact.rgba)[..., :3].astype(np.float64) ** 2)
+    return math.sqrt(max(float(square) - exact.error**2, 0.0))

@@ -1,0 +1,333 @@
+"""The light of the second ray caster, in 64-bit arithmetic: gradient shading, shadows, soft light.
+
+Plain NumPy on whole arrays of samples, from what :mod:`model.rendering.raycast` says of each light;
+none of its code, and none of what makes it fast: every sample is shaded itself, and every ray goes
+to its end.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.benchmarks.reference_raycaster import (
+    Array,
+    Numbers,
+    Rays,
+    alphas_of,
+    at_bins,
+    cast,
+    composite_segments,
+    correct,
+    interpolated,
+    unit_field,
+    weights_of,
+)
+from model.rendering.noise import noise_of
+from model.rendering.raster import Raster
+from model.scene.crop import CropBox
+from model.scene.inputs import SceneInputs
+from model.scene.light import LightDirection
+from model.scene.scene import Lighting
+from model.scene.volume import Volume
+
+DIFFUSE, SPECULAR, HALF_POWER = 0.9, 0.2, 10
+AMBIENT, DISTANT = 0.4, 0.65
+NOISE = 3.0
+NODES, AROUND_NODE = 64, 4
+LARGEST_OPACITY = 1 - 1 / 510
+RAYS_AT_ONCE = 2048
+
+
+def picture(
+    volume: Volume,
+    inputs: SceneInputs,
+    size: int | Raster,
+    sample_distance: float,
+    lighting: Lighting = "none",
+    per_sample: Numbers | None = None,
+    opacity: Numbers | None = None,
+    least: float = 0.0,
+) -> Numbers:
+    """Draw a picture.
+
+    Parameters
+    ----------
+    volume, inputs, size, sample_distance, lighting
+        See :class:`model.rendering.raycast.renderer.RaycastRenderer`.
+    per_sample, opacity : ndarray, shape (256,), optional
+        Opacities of a whole step and of a voxel's length, in place of the TF's; see
+        :mod:`model.benchmarks.reference_raycaster` for complex ones.
+    least : float
+        See :func:`model.benchmarks.reference_raycaster.alphas_of`.
+
+    Returns
+    -------
+    ndarray, shape (rows, columns, 4)
+        RGBA, premultiplied, clipped to 0 to 1.
+    """
+    raster = Raster.of(size)
+    scalar_range = volume.scalar_range
+    if opacity is None:
+        opacity = inputs.opacity_tf.sample(scalar_range).astype(np.float64)
+    if per_sample is None:
+        per_sample = correct(opacity, sample_distance)
+    color = inputs.color_tf.sample(scalar_range).astype(np.float64)
+    light = inputs.light or LightDirection()
+    travel = -np.array(light.towards()) @ inputs.view.basis()
+    field = unit_field(volume)
+    glow = _soft_grid(volume, field, opacity, travel, inputs.crop) if lighting == "soft" else None
+    whole = np.zeros((*raster.shape, 4), dtype=per_sample.dtype)
+    wide = min(raster.columns, RAYS_AT_ONCE)
+    for tile in raster.tiles(wide, max(RAYS_AT_ONCE // wide, 1)):
+        rays = cast(volume, inputs.view, tile, sample_distance, inputs.crop)
+        alpha = alphas_of(rays.bins, rays.shares, per_sample, least)
+        weight = weights_of(alpha)
+        rgb = np.stack([at_bins(rays.bins, c) for c in color.T], axis=-1).astype(per_sample.dtype)
+        if glow is not None:
+            rgb = rgb * _at_nodes(glow, rays.places, volume.dimensions)[..., None]
+        elif lighting in ("direct", "shadows"):
+            diffuse, gloss, slope = _reflected(volume, field, rays, travel, inputs.crop)
+            if lighting == "shadows":
+                arriving = _arriving(volume, field, rays, travel, per_sample, sample_distance)
+                values = field.max() - field.min()
+                sharpness = volume.voxel_size / values
+                scattered = np.exp(-slope * sharpness * at_bins(rays.bins, per_sample))
+                diffuse = diffuse + scattered * (DIFFUSE * arriving - diffuse)
+                gloss = (1 - scattered) * gloss
+            rgb = rgb * diffuse[..., None] + gloss[..., None]
+            if lighting == "shadows":
+                whole_step = (rays.shares == 1)[..., None]
+                rgb = np.where(whole_step & (rgb.real > 1), 1, rgb)
+        rows = slice(tile.top - raster.top, tile.bottom - raster.top)
+        columns = slice(tile.left - raster.left, tile.right - raster.left)
+        whole[rows, columns, :3] = (weight[..., None] * rgb).sum(axis=-2)
+        whole[rows, columns, 3] = weight.sum(axis=-1)
+    return whole if np.iscomplexobj(whole) else np.clip(whole, 0, 1)
+
+
+def preintegrated(
+    volume: Volume, inputs: SceneInputs, size: int | Raster, sample_distance: float
+) -> Array:
+    """Draw an unlit picture with the TF integrated over each step; see :func:`picture`."""
+    raster = Raster.of(size)
+    opacity, color = (
+        tf.sample(volume.scalar_range).astype(np.float64)
+        for tf in (inputs.opacity_tf, inputs.color_tf)
+    )
+    field, step = unit_field(volume), sample_distance * volume.voxel_size
+    whole = np.zeros((*raster.shape, 4))
+    for tile in raster.tiles(raster.columns, max(RAYS_AT_ONCE // raster.columns, 1)):
+        rays = cast(volume, inputs.view, tile, sample_distance, inputs.crop)
+        back = rays.shares[..., :1] * step * rays.towards / np.array(volume.spacing)
+        entry = np.clip(255 * interpolated(field, rays.places[..., 0, :] - back), 0, 255)
+        drawn = composite_segments(rays, entry, opacity, color, sample_distance)
+        whole[tile.top - raster.top : tile.bottom - raster.top] = drawn
+    return np.clip(whole, 0, 1)
+
+
+def _reflected(
+    volume: Volume, field: Array, rays: Rays, travel: Array, crop: CropBox | None
+) -> tuple[Array, Array, Array]:
+    """Factor of the colour, white gloss and slope of each sample, by gradient shading."""
+    places, spacing = rays.places, np.array(volume.spacing)
+    steps = np.stack(
+        [interpolated(field, places + e) - interpolated(field, places - e) for e in np.eye(3)], -1
+    )
+    seen = rays.towards[..., None, :]
+    change = np.linalg.norm(steps, axis=-1)
+    normal = steps / spacing
+    slope = np.linalg.norm(normal, axis=-1)
+    known = change > 0
+    unit = np.divide(normal, slope[..., None], out=np.zeros_like(normal), where=known[..., None])
+    across = np.abs(unit @ travel)
+    mirrored = 2 * across[..., None] * unit - travel
+    along = (mirrored * seen).sum(axis=-1) / np.linalg.norm(mirrored, axis=-1)
+    shine = np.where(along > 0, np.abs(along) ** (2 * HALF_POWER), 0)
+    noise = NOISE * noise_of(field)
+    # A ratio first: fourth powers of small numbers would be 0.
+    ratio = np.divide(noise, change, out=np.full_like(change, np.inf), where=known)
+    share = np.where(known, 1 / (1 + ratio**4), 0)
+    diffuse = DIFFUSE * (0.5 + share * (across - 0.5))
+    gloss = SPECULAR * share * shine
+    box = crop or CropBox()
+    last = np.array(volume.dimensions) - 1
+    deep = np.minimum(places - np.array(box.low) * last, np.array(box.high) * last - places)
+    near = np.clip(2 - 2 * deep, 0, 1)
+    total, most = near.sum(axis=-1), near.max(axis=-1)
+    passing = (travel * seen).sum(axis=-1)[..., None]
+    along_faces = 2 * travel * seen - passing
+    shines = np.where(along_faces > 0, np.abs(along_faces) ** (2 * HALF_POWER), 0)
+    some = np.where(total > 0, total, 1)
+    flat = DIFFUSE * (near * np.abs(travel)).sum(axis=-1) / some
+    shine = SPECULAR * (near * shines).sum(axis=-1) / some
+    return diffuse + most * (flat - diffuse), gloss + most * (shine - gloss), slope
+
+
+def _arriving(
+    volume: Volume,
+    field: Array,
+    rays: Rays,
+    travel: Array,
+    per_sample: Numbers,
+    sample_distance: float,
+) -> Numbers:
+    """Share of the light that arrives at each sample along a ray towards it."""
+    counts, extent = np.array(volume.dimensions), np.array(volume.extent)
+    step = sample_distance * volume.voxel_size
+    towards = -travel / extent
+    towards *= counts / np.linalg.norm(towards)
+    view_step = rays.towards * step / np.array(volume.spacing)
+    h = np.linalg.norm(view_step / counts, axis=-1)[..., None, None]
+    one = h * towards
+    first = rays.places + one
+    face = np.where(towards > 0, counts - 0.5, -0.5)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ahead = np.where(one != 0, (face - first) / one, np.inf).min(axis=-1)
+    diagonal = math.sqrt(3)
+    reach = diagonal - (diagonal - step / extent.max()) * 0.5**0.33
+    number = np.where(ahead >= 1, np.ceil(np.minimum(ahead, reach / h[..., 0])), 0)
+    number = np.where(rays.shares > 0, number, 0)
+    through = np.ones(number.shape, dtype=per_sample.dtype)
+    hidden = volume.hidden
+    for j in range(int(number.max(initial=0))):
+        on = number > j
+        places = (first + j * one)[on]
+        bins = np.clip(255 * interpolated(field, places), 0, 255)
+        alpha = at_bins(bins, per_sample)
+        if hidden is not None:
+            last = counts - 1
+            x, y, z = np.clip(np.floor(np.clip(places, 0, last) + 0.5), 0, last).astype(int).T
+            alpha = np.where(hidden[z, y, x], 0, alpha)
+        through[on] *= 1 - alpha
+    return through
+
+
+def _soft_grid(
+    volume: Volume, field: Array, opacity: Numbers, travel: Array, crop: CropBox | None
+) -> Numbers:
+    """Light at the nodes of the coarse grid (nz, ny, nx) of soft light."""
+    extent, dimensions = np.array(volume.extent), np.array(volume.dimensions)
+    counts = np.clip(np.ceil(NODES * extent / extent.max()).astype(int), 2, dimensions)
+    bins = np.clip(np.floor(255 * field + 0.5), 0, 255).astype(int)
+    dense = np.minimum(opacity.real, LARGEST_OPACITY)
+    table = -np.log1p(-dense).astype(opacity.dtype)
+    if np.iscomplexobj(opacity):
+        table = table + 1j * np.where(opacity.real < LARGEST_OPACITY, opacity.imag / (1 - dense), 0)
+    looked_up = table[bins] / volume.voxel_size
+    if volume.hidden is not None:
+        looked_up[volume.hidden] = 0
+    z, y, x = (_around(n, m) for n, m in zip(counts[::-1], field.shape, strict=True))
+    extinction = looked_up[z][:, :, y][:, :, :, :, x].mean(axis=(1, 3, 5))
+    if crop is not None:
+        extinction = extinction * _shares(crop, counts)
+    spacing = extent / (counts - 1)
+    around = [
+        np.array(way) / np.linalg.norm(way)
+        for way in itertools.product((-1, 0, 1), repeat=3)
+        if np.count_nonzero(way) in (1, 3)
+    ]
+    ambient = np.mean([_swept(extinction, way / spacing) for way in around], axis=0)
+    light = AMBIENT * ambient + DISTANT * _swept(extinction, travel / spacing)
+    return np.where(light.real > 1, 1, light)
+
+
+def _around(nodes: int, voxels: int) -> NDArray[np.int64]:
+    """Voxels (nodes, 4) along an axis that stand for those around each node."""
+    size = (voxels - 1) / (nodes - 1)
+    found = []
+    for node in range(nodes):
+        first = max(math.ceil((node - 0.5) * size), 0)
+        last = min(math.floor((node + 0.5) * size) + 1, voxels)
+        parts = range(AROUND_NODE)
+        found.append([first + (2 * p + 1) * (last - first) // (2 * AROUND_NODE) for p in parts])
+    return np.array(found)
+
+
+def _shares(crop: CropBox, counts: NDArray[np.int64]) -> Array:
+    """Share of the space around each node (nz, ny, nx) that a crop box leaves."""
+    along = []
+    for low, high, count in zip(crop.low, crop.high, counts, strict=True):
+        begin = np.maximum(np.arange(count) - 0.5, 0)
+        end = np.minimum(np.arange(count) + 0.5, count - 1)
+        kept = np.minimum(end, high * (count - 1)) - np.maximum(begin, low * (count - 1))
+        along.append(np.clip(kept, 0, None) / (end - begin))
+    x, y, z = along
+    return np.asarray(z[:, None, None] * y[:, None] * x)
+
+
+def _swept(extinction: Numbers, steps: Array) -> Numbers:
+    """Share of a distant light that arrives at each node, from layer to layer of an axis."""
+    order = np.argsort(-np.abs(steps), kind="stable")
+    axes = tuple(2 - order)
+    along, u, v = steps[order]
+    turn = slice(None, None, 1 if along > 0 else -1)
+    layers = np.transpose(extinction, axes)[turn]
+    u, v, length = u / abs(along), v / abs(along), 1 / abs(along)
+    out = np.ones_like(layers)
+    for n in range(1, len(layers)):
+        came = _shifted(np.pad(out[n - 1], 2, constant_values=1), u, v)
+        met = _shifted(np.pad(layers[n - 1], 2), u, v)
+        out[n] = came * np.exp(-met * length)
+    return np.transpose(out[turn], np.argsort(axes))
+
+
+def _shifted(padded: Numbers, u: float, v: float) -> Numbers:
+    """Interpolate a layer, padded by two, where the light of each node comes from."""
+    rows, columns = (n - 4 for n in padded.shape)
+    top, left = math.floor(-u), math.floor(-v)
+    down, right = -u - top, -v - left
+    across = (1 - right) * padded[:, 2 + left : 2 + left + columns]
+    across = across + right * padded[:, 3 + left : 3 + left + columns]
+    upper, lower = across[2 + top : 2 + top + rows], across[3 + top : 3 + top + rows]
+    return (1 - down) * upper + down * lower
+
+
+def _at_nodes(grid: Numbers, places: Array, dimensions: tuple[int, int, int]) -> Numbers:
+    """Light at places in voxels."""
+    counts = np.array(grid.shape[::-1])
+    at = places * (counts - 1) / (np.array(dimensions) - 1)
+    if np.iscomplexobj(grid):
+        return interpolated(grid.real, at) + 1j * interpolated(grid.imag, at)
+    return interpolated(grid, at)
+
+
+def derivative(
+    volume: Volume,
+    inputs: SceneInputs,
+    size: int | Raster,
+    sample_distance: float,
+    lighting: Lighting,
+    edit: Array,
+) -> tuple[Array, Array]:
+    """Return a picture (rows, columns, 4), and its exact derivative along an edit of the TF.
+
+    The derivative of an opaque sample diverges; it is that of an opacity of
+    :data:`LARGEST_OPACITY`, as the real one's.
+
+    Parameters
+    ----------
+    edit : ndarray, shape (256,)
+        Differences of opacity per voxel length.
+    """
+    tiny = 1e-170
+    opacity = inputs.opacity_tf.sample(volume.scalar_range).astype(np.float64)
+    clear = np.maximum(1 - opacity, 1 - LARGEST_OPACITY) if sample_distance < 1 else 1 - opacity
+    slope = sample_distance * clear ** (sample_distance - 1)
+    per_sample = correct(opacity, sample_distance) + 1j * tiny * edit * slope
+    least = (1 - LARGEST_OPACITY) ** sample_distance
+    found = picture(
+        volume,
+        replace(inputs, light=inputs.light or LightDirection()),
+        size,
+        sample_distance,
+        lighting,
+        per_sample,
+        opacity + 1j * tiny * edit,
+        least,
+    )
+    return np.clip(found.real, 0, 1), found.imag / tiny

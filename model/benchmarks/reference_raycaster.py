@@ -1,0 +1,272 @@
+"""A second ray caster, slow and in 64-bit arithmetic: what the real one is held against.
+
+Written from the emission-absorption model alone. It knows the agreements that
+every renderer here keeps: the camera's basis and view angle, a near plane in
+front of which nothing is drawn, a sample at the end of each step from the point where
+the ray enters the grid, the last step being shorter, and opacities that are corrected
+for the step at 256 scalar values and linear between them.
+
+Opacities may be complex numbers: what is computed of them is analytic, so that an image of
+opacities with a tiny imaginary part has its exact derivative there.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import map_coordinates
+
+from model.rendering.raster import Raster
+from model.scene.crop import CropBox
+from model.scene.missing_voxels import filled
+from model.scene.transfer_function import TF_SAMPLES
+from model.scene.view import VIEW_ANGLE, View
+from model.scene.volume import Volume
+
+LEAST_CLEAR = 1e-30
+"""Least transparency of a voxel's length, where the extinction itself is composited."""
+
+Array = NDArray[np.float64]
+Numbers = NDArray[Any]
+"""Of float64, or of complex128 where a derivative is wanted."""
+
+
+@dataclass(frozen=True)
+class Rays:
+    """The samples of all rays of an image, in bins of the TF.
+
+    Attributes
+    ----------
+    bins : ndarray, shape (rows, columns, samples)
+        0 to 255; NaN behind a ray's end, and where nothing was measured.
+    shares : ndarray, shape (rows, columns, samples)
+        Length of the step in front of each sample, as a fraction of a whole one.
+    along : ndarray, shape (rows, columns, samples)
+        World distance from the eye to each sample.
+    places : ndarray, shape (rows, columns, samples, 3)
+        Of the samples, in voxels, x first.
+    towards : ndarray, shape (rows, columns, 3)
+        World directions of the rays, of length 1.
+    """
+
+    bins: Array
+    shares: Array
+    along: Array
+    places: Array
+    towards: Array
+
+
+def cast(
+    volume: Volume,
+    view: View,
+    size: int | Raster,
+    sample_distance: float,
+    crop: CropBox | None = None,
+) -> Rays:
+    """Follow the rays through the centres of an image's pixels.
+
+    Parameters
+    ----------
+    size : int or Raster
+        Width and height in pixels, or the pixels of a wider image or of a part.
+    sample_distance : float
+        In voxels.
+    crop : CropBox, optional
+        Part of the volume that is shown; all of it by default.
+    """
+    right, up, back = view.basis()
+    distance = view.camera_distance(volume.radius)
+    # From the first voxel: the origin may be so far away that nothing is left of the volume.
+    extent = np.array(volume.extent)
+    eye = extent / 2 + distance * back
+    x, y = _pixels(Raster.of(size), view)
+    tangent = math.tan(math.radians(VIEW_ANGLE / 2))
+    towards = -back + tangent * (x[..., None] * right + y[..., None] * up)
+    length = np.linalg.norm(towards, axis=-1)
+    towards /= length[..., None]
+    near = length * max(distance - 1.01 * volume.radius, 0.01 * volume.radius)
+    low, high = (np.array(corner) * extent for corner in _corners(crop))
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        faces = np.stack([(low - eye) / towards, (high - eye) / towards])
+    enter = np.fmax(near, np.fmin(*faces).max(axis=-1))
+    leave = np.fmax(*faces).min(axis=-1)
+    hits = leave > enter
+    enter = np.where(hits, enter, 0.0)
+    step = sample_distance * volume.voxel_size
+    steps = (np.where(hits, leave - enter, 0.0) / step)[..., None]
+    k = np.arange(max(int(np.ceil(steps.max())), 1))
+    shares = np.clip(steps - k, 0, 1)
+    along = enter[..., None] + (k + shares) * step
+    places = (eye + along[..., None] * towards[..., None, :]) / np.array(volume.spacing)
+    shown = shares > 0
+    if volume.hidden is not None:
+        shown &= ~_nearest(volume.hidden, places)
+    bins = np.where(shown, np.clip(255 * interpolated(unit_field(volume), places), 0, 255), np.nan)
+    return Rays(bins, shares, along, places, towards)
+
+
+def unit_field(volume: Volume) -> Array:
+    """Voxels (nz, ny, nx) with the scalar range mapped to 0 and 1; others may lie beyond."""
+    voxels, (lo, hi) = volume.voxels, volume.scalar_range
+    if volume.hidden is not None:
+        voxels = filled(voxels, volume.hidden, volume.data_range[0])
+    # Whole numbers of 64 bits need more digits than float64 has; the largest would overflow.
+    exact = voxels.astype(np.longdouble) / 2 - np.longdouble(lo) / 2
+    return np.asarray(exact / (np.longdouble(hi) / 2 - np.longdouble(lo) / 2), dtype=np.float64)
+
+
+def interpolated(field: Array, places: Array) -> Array:
+    """Interpolate at places (..., 3) in voxels, x first; beyond the faces as at them."""
+    at = np.moveaxis(places[..., ::-1], -1, 0)
+    return np.asarray(map_coordinates(field, at, order=1, mode="nearest", prefilter=False))
+
+
+def correct(opacity: Array, sample_distance: float) -> Array:
+    """Opacity of a sample, from that of a voxel's length."""
+    if opacity.max() > 1:
+        # Beyond what an opacity is, for differences of whole steps.
+        return np.asarray(1 - (1 - opacity) ** sample_distance)
+    with np.errstate(divide="ignore"):
+        return np.asarray(-np.expm1(sample_distance * np.log1p(-opacity)))
+
+
+def at_bins(bins: Array, table: Numbers) -> Numbers:
+    """Look up a table of 256 values, linear between them; at its start where there is no bin."""
+    return np.asarray(np.interp(np.nan_to_num(bins), np.arange(TF_SAMPLES), table))
+
+
+def alphas_of(bins: Array, shares: Array, per_sample: Numbers, least: float = 0.0) -> Numbers:
+    """Opacity of each sample, 0 behind a ray's end; see :func:`composite`.
+
+    Parameters
+    ----------
+    least : float
+        Transparency below which derivatives are those at it: by a part of a step, they diverge.
+    """
+    alpha = at_bins(bins, per_sample)
+    clear = np.maximum(1 - alpha.real, 0)
+    # Powers of 1 - alpha would lose what is fainter than the last digit of 1.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        of_part = np.where(shares > 0, -np.expm1(shares * np.log1p(-np.minimum(alpha.real, 1))), 0)
+    if np.iscomplexobj(alpha):
+        with np.errstate(divide="ignore"):
+            slope = shares * np.maximum(clear, least) ** (shares - 1)
+        of_part = of_part + 1j * alpha.imag * np.where(shares < 1, slope, 1.0)
+    return np.where(np.isfinite(bins), of_part, 0)
+
+
+def weights_of(alpha: Numbers) -> Numbers:
+    """Opacity of each sample times the transparency of all before it, along the last axis."""
+    through = np.cumprod(1 - alpha, axis=-1)
+    return alpha * np.concatenate([np.ones_like(through[..., :1]), through[..., :-1]], axis=-1)
+
+
+def composite(bins: Array, shares: Array, per_sample: Numbers, color: Array) -> Numbers:
+    """Composite samples front to back.
+
+    Parameters
+    ----------
+    bins, shares : ndarray, shape (..., samples)
+        See :class:`Rays`.
+    per_sample : ndarray, shape (256,)
+        Opacity of a whole step at each bin.
+    color : ndarray, shape (256, 3)
+
+    Returns
+    -------
+    ndarray, shape (..., 4)
+        RGBA, premultiplied.
+    """
+    weight = weights_of(alphas_of(bins, shares, per_sample))
+    channels = [(weight * at_bins(bins, c)).sum(axis=-1) for c in color.T]
+    return np.stack([*channels, weight.sum(axis=-1)], axis=-1)
+
+
+def composite_segments(
+    rays: Rays, entry: Array, opacity: Array, color: Array, step: float
+) -> Array:
+    """Composite whole segments between samples, with the extinction's mean over their values.
+
+    Parameters
+    ----------
+    entry : ndarray, shape (rows, columns)
+        Bin where each ray enters.
+    opacity : ndarray, shape (256,)
+        Of a voxel's length.
+    color : ndarray, shape (256, 3)
+    step : float
+        Sample distance in voxels.
+
+    Returns
+    -------
+    ndarray, shape (rows, columns, 4)
+        RGBA, premultiplied; colours are weighted by extinction within a segment.
+    """
+    pieces = 64 * (TF_SAMPLES - 1)
+    ends, bins = np.linspace(0, TF_SAMPLES - 1, pieces + 1), np.arange(TF_SAMPLES)
+    clear = np.maximum(1 - np.interp(ends, bins, opacity), LEAST_CLEAR)
+    first, last = clear[:-1], clear[1:]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        mean = 1 - (last * np.log(last) - first * np.log(first)) / (last - first)
+    alike = abs(last - first) <= 1e-5 * np.maximum(first, last)
+    # Of a faint opacity the logarithm's argument has no digits left.
+    middle = (ends[:-1] + ends[1:]) / 2
+    known = -np.log1p(-np.minimum(np.interp(middle, bins, opacity), 1 - 1e-16))
+    mean = np.where(alike, np.where(first > 1e-15, known, -np.log(first)), mean)
+    sums = [mean * np.interp(middle, bins, c) for c in (np.ones(TF_SAMPLES), *color.T)]
+    integrals = [np.concatenate([[0], np.cumsum(s)]) / 64 for s in sums]
+    before = np.concatenate([entry[..., None], rays.bins[..., :-1]], axis=-1)
+    low, high = np.minimum(before, rays.bins), np.maximum(before, rays.bins)
+    # Of a single value the mean is over a sixteenth of a bin around it.
+    narrow = high - low < 1 / 16
+    low = np.where(narrow, np.clip((low + high) / 2 - 1 / 32, 0, 255 - 1 / 16), low)
+    high = np.where(narrow, low + 1 / 16, high)
+    kept = np.isfinite(low) & (rays.shares > 0)
+    low, high = np.where(kept, low, 0), np.where(kept, high, 1)
+    depth, *lit = (np.interp(high, ends, i) - np.interp(low, ends, i) for i in integrals)
+    alpha = np.where(kept, -np.expm1(-step * rays.shares * depth / (high - low)), 0)
+    weight = weights_of(alpha)
+    some = np.where(depth > 0, depth, 1)
+    channels = [(weight * part / some).sum(axis=-1) for part in lit]
+    return np.stack([*channels, weight.sum(axis=-1)], axis=-1)
+
+
+def depth(rays: Rays, per_sample: Array) -> Array:
+    """World distance at which the accumulated opacity reaches 1/255; infinite where never."""
+    alpha = alphas_of(rays.bins, rays.shares, per_sample)
+    visible = 1 - np.cumprod(1 - alpha, axis=-1) >= 1 / 255
+    return np.asarray(np.where(visible, rays.along, np.inf).min(axis=-1))
+
+
+def render(
+    volume: Volume, view: View, opacity: Array, color: Array, size: int, sample_distance: float
+) -> Array:
+    """Render an unlit image, RGBA (size, size, 4), from TFs of 256 values."""
+    rays = cast(volume, view, size, sample_distance)
+    per_sample = correct(opacity.astype(np.float64), sample_distance)
+    return composite(rays.bins, rays.shares, per_sample, color)
+
+
+def _pixels(raster: Raster, view: View) -> tuple[Array, Array]:
+    """Places of the pixels' centres, to the right and up, in halves of the shorter side."""
+    columns = 2 * (raster.left + np.arange(raster.columns)) + 1 - raster.width
+    rows = raster.height - 2 * (raster.top + np.arange(raster.rows)) - 1
+    shorter = min(raster.width, raster.height)
+    x, y = np.meshgrid(columns / shorter - view.pan_x, rows / shorter - view.pan_y)
+    return x, y
+
+
+def _corners(crop: CropBox | None) -> tuple[Any, Any]:
+    box = crop or CropBox()
+    return box.low, box.high
+
+
+def _nearest(mask: NDArray[np.bool_], places: Array) -> NDArray[np.bool_]:
+    """Value of the nearest voxel at places (..., 3)."""
+    last = np.array(mask.shape[::-1]) - 1
+    x, y, z = np.moveaxis(np.clip(np.floor(places + 0.5), 0, last).astype(np.int64), -1, 0)
+    return np.asarray(mask[z, y, x])

@@ -1,1 +1,0 @@
-"""The generator that refines images of a coarse volume, drawn under the true transfer functions."""

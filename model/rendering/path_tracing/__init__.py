@@ -1,0 +1,1 @@
+"""Path tracing: light that is scattered many times, as the reference for all cheaper light."""

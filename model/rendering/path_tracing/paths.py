@@ -1,0 +1,257 @@
+"""Paths: light that reaches a pixel, one sample of it at a time.
+
+The first collision is drawn from the ray caster's own samples along the view ray, of which every
+sample of a pixel has one: a pixel's opacity is exact, and no sample is spent on what is empty.
+From there paths go on by delta tracking, with the light's share added at each collision.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from model.compilation import compiled, inlined
+from model.rendering.path_tracing.random_numbers import (
+    joined,
+    number_of,
+    spread,
+)
+from model.rendering.path_tracing.scattering import (
+    TWO,
+    about,
+    dot,
+    phase,
+    phase_cosine,
+    surface_at,
+)
+from model.rendering.path_tracing.tracking import CLEAREST, track
+from model.rendering.raycast.batch import HALF, fetch, stack_batch
+from model.rendering.raycast.rays import ONE, ZERO, make_ray, skip_empty
+from model.rendering.raycast.trilinear import clamp
+
+CERTAIN = 2
+"""Collisions after which paths end at random, the sooner the darker they are."""
+
+LEAST = np.float32(1e-3)
+"""Opacity of a pixel below which nothing is traced: less than a quarter of an 8-bit step."""
+
+
+@compiled
+def trace_rows(
+    medium: Any,
+    alphas: Any,
+    colors: Any,
+    albedos: Any,
+    optics: Any,
+    camera: Any,
+    step: float,
+    opacity: Any,
+    place: Any,
+    rows: Any,
+    sample: int,
+    seed: int,
+    sums: Any,
+    normals: Any,
+) -> None:
+    """Add one sample to each pixel of some rows.
+
+    Parameters
+    ----------
+    medium : Medium
+    alphas : ndarray of float32, shape (levels,)
+        Opacity of a sample at each level.
+    colors, albedos : ndarray of float32, shape (4 levels,)
+        RGBA at each level: what a surface reflects, and what a medium scatters.
+    optics : Optics
+    camera : ndarray of float64, shape (24,)
+        See :func:`model.rendering.raycast.camera.camera_array`.
+    step : float
+        World distance between samples along view rays.
+    opacity : ndarray of float32, shape (rows, columns, 1)
+        Of each pixel.
+    place : tuple of 3 int
+        Column and row of the first pixel in the whole picture, and the picture's width.
+    rows : tuple of int
+        First row, and the row after the last.
+    sample : int
+        Number of the sample. Even and odd ones have random numbers of their own, so that their
+        sums are independent.
+    seed : int
+    sums : ndarray of float32, shape (2, rows, columns, 3)
+        Input and output: sums of the even and of the odd samples.
+    normals : ndarray of float32, shape (rows, columns, 3)
+        Input and output: sums of the first surfaces' normals, 0 where there is none.
+    """
+    columns = opacity.shape[1]
+    levels, staging, _ = stack_batch(medium.voxels)
+    half, index = sample & 1, sample >> 1
+    for row in range(rows[0], rows[1]):
+        for column in range(columns):
+            a = opacity[row, column, 0]
+            if a < LEAST:
+                continue
+            number = (place[1] + row) * place[2] + place[0] + column
+            pixel = joined(joined(seed * 2 + half, number & 0xFFFFFFFF), number >> 32)
+            ray, _ = make_ray(camera, step, column, row, columns)
+            target = ONE - spread(pixel, index, 0) * a
+            level, t = _collide(medium, alphas, ray, target, levels, staging)
+            if level < 0:
+                continue
+            (r, g, b), normal = _radiance(
+                medium, alphas, colors, albedos, optics, pixel, index, level,
+                (ray.start[0] + t * ray.step[0]),
+                (ray.start[1] + t * ray.step[1]),
+                (ray.start[2] + t * ray.step[2]),
+                (
+                    np.float32(ray.step[0] / (optics.slope[0] * step)),
+                    np.float32(ray.step[1] / (optics.slope[1] * step)),
+                    np.float32(ray.step[2] / (optics.slope[2] * step)),
+                ),
+            )  # fmt: skip
+            sums[half, row, column, 0] += a * r
+            sums[half, row, column, 1] += a * g
+            sums[half, row, column, 2] += a * b
+            normals[row, column, 0] += a * normal[0]
+            normals[row, column, 1] += a * normal[1]
+            normals[row, column, 2] += a * normal[2]
+
+
+@inlined
+def _collide(medium: Any, alphas: Any, ray: Any, target: Any, levels: Any, staging: Any) -> Any:
+    """Return where the transmittance along a view ray falls to a target: the level, and the place.
+
+    Within the step that belongs to a sample, the extinction is the sample's.
+
+    Returns
+    -------
+    level : int
+        Of the sample; -1 where all is transparent.
+    t : float32
+        In steps behind the first sample.
+    """
+    through = ONE
+    last_level, last_t = np.int32(-1), ZERO
+    k = 0
+    while k < ray.count:
+        behind = skip_empty(ray, k, medium.distances, medium.cell_shape, medium.shift)
+        if behind > k:
+            k = behind
+            continue
+        fetch(medium.voxels, medium.shape, medium.scale, medium.missing, ray, k, levels, staging)
+        for m in range(min(len(levels), ray.count - k)):
+            level = levels[m]
+            sample = alphas[np.uint64(np.uint32(level))]
+            if sample <= ZERO:
+                continue
+            length = ray.rest if k + m == ray.count - 1 else ONE
+            left = through * (ONE - sample if length == ONE else (ONE - sample) ** length)
+            begin = np.float32(k + m) - ONE
+            if left <= target:
+                share = math.log(target / through) / math.log(max(ONE - sample, CLEAREST))
+                return level, begin + np.float32(min(max(share, 0.0), length))
+            through = left
+            last_level, last_t = level, begin + length
+        k += len(levels)
+    return last_level, last_t
+
+
+@inlined
+def _radiance(
+    medium: Any,
+    alphas: Any,
+    colors: Any,
+    albedos: Any,
+    optics: Any,
+    pixel: Any,
+    index: int,
+    level: Any,
+    x: Any,
+    y: Any,
+    z: Any,
+    direction: Any,
+) -> Any:
+    """Return the light that one path brings from its first collision, and the normal there.
+
+    Returns
+    -------
+    light : tuple of 3 float32
+        Red, green and blue.
+    normal : tuple of 3 float32
+        0 where the collision is at no surface.
+    """
+    red, green, blue = ZERO, ZERO, ZERO
+    first = (ZERO, ZERO, ZERO)
+    tr, tg, tb = ONE, ONE, ONE
+    shape = medium.shape
+    for bounce in range(optics.bounces):
+        x, y, z = clamp(x, shape[0]), clamp(y, shape[1]), clamp(z, shape[2])
+        stream = joined(joined(pixel, 1000 + bounce), index)
+        if bounce == 0:
+            kind = spread(pixel, index, 1)
+            u, v = spread(pixel, index, 2), spread(pixel, index, 3)
+            p, q = spread(pixel, index, 4), spread(pixel, index, 5)
+        else:
+            kind = number_of(joined(stream, 1))
+            u, v = number_of(joined(stream, 2)), number_of(joined(stream, 3))
+            p, q = number_of(joined(stream, 4)), number_of(joined(stream, 5))
+        entry = np.uint64(np.uint32(level))
+        is_surface, normal = surface_at(medium, optics, x, y, z, direction, alphas[entry], kind)
+        if bounce == 0 and is_surface:
+            first = normal
+        entry *= np.uint64(4)
+        table = colors if is_surface else albedos
+        cr = table[entry]
+        cg = table[entry + np.uint64(1)]
+        cb = table[entry + np.uint64(2)]
+        light = about(optics.towards, ONE - u * (ONE - optics.cone), v)
+        white, shown = ZERO, ZERO
+        if is_surface:
+            twice = TWO * dot(normal, direction)
+            mirrored = (
+                direction[0] - twice * normal[0],
+                direction[1] - twice * normal[1],
+                direction[2] - twice * normal[2],
+            )
+            facing = dot(normal, light)
+            if facing > ZERO:
+                shown = (ONE - optics.gloss) * facing
+                along = dot(mirrored, light)
+                if along > ZERO:
+                    lobe = HALF * (optics.power + ONE) * along**optics.power
+                    white = optics.gloss * lobe
+        else:
+            mirrored = direction
+            shown = phase(dot(direction, light), optics.asymmetry)
+        if shown + white > ZERO:
+            _, _, through = track(medium, (x, y, z), light, joined(stream, 6), True)
+            through *= optics.key
+            red += tr * through * (cr * shown + white)
+            green += tg * through * (cg * shown + white)
+            blue += tb * through * (cb * shown + white)
+        choice = number_of(joined(stream, 7))
+        if is_surface:
+            if choice < optics.gloss:
+                cr, cg, cb = ONE, ONE, ONE
+                direction = about(mirrored, p ** (ONE / (optics.power + ONE)), q)
+            else:
+                direction = about(normal, math.sqrt(p), q)
+        else:
+            direction = about(direction, phase_cosine(p, optics.asymmetry), q)
+        tr, tg, tb = tr * cr, tg * cg, tb * cb
+        brightest = max(tr, max(tg, tb))
+        if bounce >= CERTAIN and brightest < ONE:
+            if number_of(joined(stream, 8)) >= brightest:
+                break
+            tr, tg, tb = tr / brightest, tg / brightest, tb / brightest
+        level, t, _ = track(medium, (x, y, z), direction, joined(stream, 9), False)
+        if level < 0:
+            red += tr * optics.sky
+            green += tg * optics.sky
+            blue += tb * optics.sky
+            break
+        x += t * direction[0] * medium.scaling[0]
+        y += t * direction[1] * medium.scaling[1]
+        z += t * direction[2] * medium.scaling[2]
+    return (red, green, blue), first

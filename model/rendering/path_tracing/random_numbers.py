@@ -1,0 +1,75 @@
+"""Random numbers of paths: functions of pixel, sample and seed alone.
+
+So a picture is the same on any number of threads, and stays the same where a TF's edit changes
+nothing. What decides most, the first collision and what happens there, takes additive recurrences,
+of which each pixel has its own shift: samples of a pixel are spread evenly. All else is hashed.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from model.compilation import inlined
+
+SPREAD = 6
+"""Numbers of a sample that are spread evenly over the samples of a pixel."""
+
+_SCALE = np.float32(2.0**-24)
+
+
+def _recurrences() -> tuple[np.uint32, ...]:
+    """Steps of the additive recurrences: powers of the inverse root of x^(n + 1) = x + 1."""
+    root = 1.5
+    for _ in range(64):
+        root = (1 + root) ** (1 / (SPREAD + 1))
+    return tuple(np.uint32(int(root ** -(j + 1) * 2**32)) for j in range(SPREAD))
+
+
+RECURRENCES = _recurrences()
+
+
+@inlined
+def hashed(number: Any) -> Any:
+    """Mix the bits of a uint32, so that neighbours have nothing in common."""
+    n = np.uint32(number)
+    n = np.uint32(n ^ (n >> np.uint32(16)))
+    n = np.uint32(n * np.uint32(0x7FEB352D))
+    n = np.uint32(n ^ (n >> np.uint32(15)))
+    n = np.uint32(n * np.uint32(0x846CA68B))
+    return np.uint32(n ^ (n >> np.uint32(16)))
+
+
+@inlined
+def joined(first: Any, second: Any) -> Any:
+    """Hash two numbers into one uint32."""
+    return hashed(np.uint32(np.uint32(first) * np.uint32(0x9E3779B1)) ^ hashed(np.uint32(second)))
+
+
+@inlined
+def number_of(bits: Any) -> Any:
+    """Return the float32 in [0, 1) of 32 bits."""
+    return np.float32(np.uint32(bits) >> np.uint32(8)) * _SCALE
+
+
+@inlined
+def following(state: Any) -> Any:
+    """Return the next state of a stream of random numbers; :func:`hashed` gives its bits."""
+    return np.uint32(state + np.uint32(0x9E3779B9))
+
+
+@inlined
+def spread(pixel: Any, index: Any, dimension: int) -> Any:
+    """Return a number in [0, 1) of the sample `index` of a pixel, spread over its samples.
+
+    Parameters
+    ----------
+    pixel : uint32
+        Hash of pixel, seed and half.
+    index : int
+    dimension : int
+        0 to :data:`SPREAD` - 1.
+    """
+    shift = joined(pixel, dimension)
+    return number_of(np.uint32(shift + np.uint32(np.uint32(index) * RECURRENCES[dimension])))

@@ -1,0 +1,143 @@
+"""Path-traced pictures as they are shown and saved: denoised while that brings them nearer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.rendering.path_tracing import denoising
+from model.rendering.path_tracing.estimate import Estimate
+from model.rendering.path_tracing.renderer import SAMPLES, PathTracer
+from model.rendering.raster import Raster
+from model.scene.inputs import SceneInputs
+
+MOST_SAMPLES = 1 << 14
+"""Of each pixel of a picture that goes on until it is good enough."""
+
+
+@dataclass(frozen=True, eq=False)
+class Refined:
+    """A picture as far as it is drawn.
+
+    Attributes
+    ----------
+    rgba : ndarray of float32, shape (rows, columns, 4)
+        As renderers return it.
+    samples : int
+        Of each pixel.
+    error : float
+        Estimated error of the colours, root mean square over all pixels; infinite after the first
+        sample.
+    is_denoised : bool
+    """
+
+    rgba: NDArray[np.float32]
+    samples: int
+    error: float
+    is_denoised: bool
+
+
+def shown(estimate: Estimate, denoises: bool) -> Refined:
+    """Return an estimate as it is shown.
+
+    Parameters
+    ----------
+    denoises : bool
+        Whether it is denoised, as long as its estimated error is smaller then: a picture of many
+        samples is shown as it was traced. Without the package for it nothing is.
+    """
+    if denoises and denoising.available():
+        left = denoising.error_of(estimate)
+        # After the first sample neither is known, and noise is the larger by far.
+        if not estimate.error < left:
+            return Refined(denoising.denoised(estimate), estimate.samples, left, True)
+    return Refined(estimate.rgba, estimate.samples, estimate.error, False)
+
+
+def refined(
+    tracer: PathTracer,
+    inputs: SceneInputs,
+    size: int | Raster,
+    samples: int,
+    wanted: Callable[[], bool] = lambda: True,
+    sample_distance: float | None = None,
+    *,
+    denoises: bool,
+    error: float = 0.0,
+) -> Iterator[Refined]:
+    """Draw a picture with ever more samples, and yield it after 1, 2, 4, 8 ... and the last.
+
+    Parameters
+    ----------
+    tracer, inputs, size, samples, wanted, sample_distance
+        See :meth:`model.rendering.path_tracing.renderer.PathTracer.refine`.
+    denoises : bool
+        See :func:`shown`.
+    error : float
+        Estimated error from which no more samples are drawn; 0 for as many as were asked for.
+    """
+    for estimate in tracer.refine(inputs, size, samples, wanted, sample_distance):
+        found = shown(estimate, denoises)
+        yield found
+        if error > 0 and found.error <= error:
+            return
+
+
+def drawn(
+    tracer: PathTracer,
+    inputs: SceneInputs,
+    size: int | Raster,
+    samples: int,
+    sample_distance: float | None = None,
+    *,
+    denoises: bool,
+    error: float = 0.0,
+) -> Refined:
+    """Draw a whole picture; see :func:`refined`.
+
+    Unless an error is aimed at, none but the last is denoised.
+    """
+    if error > 0:
+        coming = refined(
+            tracer,
+            inputs,
+            size,
+            samples,
+            sample_distance=sample_distance,
+            denoises=denoises,
+            error=error,
+        )
+        *_, last = coming
+        return last
+    *_, estimate = tracer.refine(inputs, size, samples, sample_distance=sample_distance)
+    return shown(estimate, denoises)
+
+
+class RefiningRenderer:
+    """A path tracer as a renderer whose pictures are as they are shown; see :func:`drawn`.
+
+    Parameters
+    ----------
+    tracer : PathTracer
+    samples : int
+        Of each pixel.
+    """
+
+    def __init__(self, tracer: PathTracer, denoises: bool, samples: int = SAMPLES) -> None:
+        self.sample_distance = tracer.sample_distance
+        self._tracer, self._denoises, self._samples = tracer, denoises, samples
+
+    def render(
+        self, inputs: SceneInputs, size: int | Raster, sample_distance: float | None = None
+    ) -> NDArray[np.float32]:
+        """Render one image; see :class:`model.rendering.renderer.Renderer`."""
+        return drawn(
+            self._tracer, inputs, size, self._samples, sample_distance, denoises=self._denoises
+        ).rgba
+
+    def close(self) -> None:
+        """End the threads; the renderer cannot be used afterwards."""
+        self._tracer.close()

@@ -1,0 +1,295 @@
+"""The path tracer as a renderer, with pictures that become better the longer it draws."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.rendering.noise import noise_of
+from model.rendering.path_tracing.estimate import Estimate, estimate_of
+from model.rendering.path_tracing.paths import trace_rows
+from model.rendering.path_tracing.scattering import (
+    Optics,
+    facet_albedo,
+    single_scattering_albedo,
+)
+from model.rendering.path_tracing.tracking import CLEAREST, Medium
+from model.rendering.raster import Raster
+from model.rendering.raycast.camera import camera_array
+from model.rendering.raycast.cells import SHIFT, MinMaxCells
+from model.rendering.raycast.cpu import draw_rows
+from model.rendering.raycast.illumination import travel_direction
+from model.rendering.raycast.renderer import LARGEST_ERROR, NATIVE_TYPES
+from model.rendering.raycast.tables import (
+    LEVELS,
+    LEVELS_PER_BIN,
+    color_table,
+    opacity_table,
+)
+from model.rendering.scalars import renderable_scalars
+from model.scene.crop import CropBox
+from model.scene.inputs import SceneInputs
+from model.scene.light import LightDirection
+from model.scene.transfer_function import TF_SAMPLES, OpacityTF
+from model.scene.volume import Volume
+
+SAMPLES = 64
+"""Samples of each pixel where nobody says how many."""
+
+PIXELS_PER_TASK = 1024
+"""So that a pass ends soon after it is no longer wanted."""
+
+NOISE = 3.0
+"""Gradient, in standard deviations of the voxels' noise, that is a surface in half of all cases."""
+
+
+@dataclass(frozen=True)
+class Lamp:
+    """What a scene is lit by, and how it scatters.
+
+    Attributes
+    ----------
+    key : float
+        Radiance of a white surface that faces the light.
+    sky : float
+        Radiance from all directions; a white surface that faces the light has both.
+    radius : float
+        Angular radius of the light in degrees, above 0.
+    asymmetry : float
+        Mean cosine of the phase function, above -1 and below 1; 0 is isotropic.
+    gloss : float
+        Share of the light that surfaces mirror.
+    sharpness : float
+        Exponent of the gloss.
+    surfaces : bool
+        Whether steep gradients, and the faces of what is shown, are surfaces.
+    bounces : int
+        Most collisions of a path; light that has more is missing.
+    """
+
+    key: float = 0.75
+    sky: float = 0.25
+    radius: float = 8.0
+    asymmetry: float = 0.0
+    gloss: float = 0.04
+    sharpness: float = 30.0
+    surfaces: bool = True
+    bounces: int = 32
+
+
+class PathTracer:
+    """Renders one volume under a distant light and an even sky, scattered many times.
+
+    Opacity and silhouette are the ray caster's.
+
+    Parameters
+    ----------
+    volume : Volume
+    light : LightDirection, optional
+        Default direction of the light relative to the view, for inputs without one.
+    sample_distance : float
+        Distance between the samples along view rays, in voxels.
+    samples : int
+        Samples of each pixel in :meth:`render`.
+    seed : int
+        0 to 2^30; another one gives other random numbers.
+    lamp : Lamp, optional
+    threads : int, optional
+        One per processor by default; pictures do not depend on it.
+    """
+
+    def __init__(
+        self,
+        volume: Volume,
+        light: LightDirection | None = None,
+        sample_distance: float = 0.5,
+        *,
+        samples: int = SAMPLES,
+        seed: int = 0,
+        lamp: Lamp | None = None,
+        threads: int | None = None,
+    ) -> None:
+        self.sample_distance = sample_distance
+        self.samples = samples
+        self._volume, self._seed = volume, seed
+        self._light = light or LightDirection()
+        self._lamp = lamp or Lamp()
+        self._executor = ThreadPoolExecutor(
+            threads or os.cpu_count() or 1, thread_name_prefix="path"
+        )
+        scalars, (lo, hi) = renderable_scalars(volume, NATIVE_TYPES)
+        self._voxels = scalars.reshape(-1)
+        hidden = volume.hidden
+        self._missing = None if hidden is None else np.ravel(hidden).view(np.uint8)
+        per_bin = (TF_SAMPLES - 1) / (hi - lo)
+        self._scale = (
+            np.float32(lo),
+            np.float32(per_bin * LEVELS_PER_BIN),
+            np.float32(0),
+            np.float32(LEVELS - 1),
+        )
+        self._noise = noise_of(scalars)
+        self._steepness = 1 / _typical_difference(scalars, hi - lo)
+        self._cells = MinMaxCells(scalars, (lo, per_bin), self._executor, hidden)
+        self._extinction = lru_cache(maxsize=4)(self._extinction_of)
+
+    def render(
+        self, inputs: SceneInputs, size: int | Raster, sample_distance: float | None = None
+    ) -> NDArray[np.float32]:
+        """Render one image of :attr:`samples` samples; see :class:`model.rendering.renderer`."""
+        *_, last = self.refine(inputs, size, self.samples, sample_distance=sample_distance)
+        return last.rgba
+
+    def refine(
+        self,
+        inputs: SceneInputs,
+        size: int | Raster,
+        samples: int,
+        wanted: Callable[[], bool] = lambda: True,
+        sample_distance: float | None = None,
+    ) -> Iterator[Estimate]:
+        """Draw a picture with ever more samples, and yield it after 1, 2, 4, 8 ... and the last.
+
+        Parameters
+        ----------
+        inputs, size
+            See :class:`model.rendering.renderer.Renderer`.
+        samples : int
+            1 or more.
+        wanted : callable
+            Asked every few milliseconds, from any thread; nothing more is yielded once it
+            returns False.
+        sample_distance : float, optional
+            In voxels; the renderer's own by default.
+        """
+        raster = Raster.of(size)
+        distance = sample_distance or self.sample_distance
+        volume = self._volume
+        step = distance * volume.voxel_size
+        camera = camera_array(inputs.view, volume, raster, inputs.crop)
+        alphas = opacity_table(inputs.opacity_tf, volume.scalar_range, distance)
+        colors = color_table(inputs.color_tf, volume.scalar_range)
+        albedos = single_scattering_albedo(colors, self._lamp.asymmetry).astype(np.float32)
+        medium = self._medium(inputs)
+        unlit = np.zeros((*raster.shape, 4), dtype=np.float32)
+        draw: Any = draw_rows
+        trace: Any = trace_rows
+        ends = np.float32(LARGEST_ERROR / 2)
+        looks = color_table(inputs.color_tf, volume.scalar_range, alphas)
+        seen = (*medium[:7], alphas, looks, None, None, None, ends, camera, step)
+        if not self._run(lambda rows: draw(*seen, rows, unlit, None), raster, wanted):
+            return
+        np.clip(unlit, 0, 1, out=unlit)
+        opacity = np.ascontiguousarray(unlit[..., 3:])
+        facets = facet_albedo(colors).astype(np.float32)
+        traced = (medium, alphas, facets, albedos, self._optics(inputs), camera, step, opacity)
+        place = raster.left, raster.top, raster.width
+        sums = np.zeros((2, *raster.shape, 3), dtype=np.float32)
+        normals = np.zeros((*raster.shape, 3), dtype=np.float32)
+        for done in range(1, samples + 1):
+            number = done - 1
+
+            def task(rows: tuple[int, int], number: int = number) -> None:
+                trace(*traced, place, rows, number, self._seed, sums, normals)
+
+            if not self._run(task, raster, wanted):
+                return
+            if done & (done - 1) == 0 or done == samples:
+                yield estimate_of(sums, normals, unlit, done)
+
+    def close(self) -> None:
+        """End the threads; the renderer cannot be used afterwards."""
+        self._executor.shutdown()
+
+    def _run(
+        self, task: Callable[[tuple[int, int]], None], raster: Raster, wanted: Callable[[], bool]
+    ) -> bool:
+        """Call a task for all rows, a few at a time; return False if it is no longer wanted."""
+        rows, columns = raster.shape
+        per_task = max(PIXELS_PER_TASK // columns, 1)
+
+        def part(first: int) -> bool:
+            if not wanted():
+                return False
+            task((first, min(first + per_task, rows)))
+            return True
+
+        return all(list(self._executor.map(part, range(0, rows, per_task))))
+
+    def _medium(self, inputs: SceneInputs) -> Medium:
+        volume = self._volume
+        crop = inputs.crop or CropBox()
+        last = np.array(volume.dimensions) - 1
+        extinctions, majorants, distances = self._extinction(inputs.opacity_tf)
+        return Medium(
+            self._voxels,
+            volume.dimensions,
+            self._scale,
+            self._missing,
+            distances,
+            self._cells.shape,
+            SHIFT,
+            majorants,
+            extinctions,
+            tuple(map(np.float32, np.array(crop.low) * last)),
+            tuple(map(np.float32, np.array(crop.high) * last)),
+            tuple(np.float32(volume.voxel_size / s) for s in volume.spacing),
+        )
+
+    def _extinction_of(
+        self, opacity_tf: OpacityTF
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.int8]]:
+        """Extinction of levels, per voxel size, majorants of cells, and distances to visible ones.
+
+        It does not depend on the sample distance of a picture.
+        """
+        distance = self.sample_distance
+        opacity = opacity_table(opacity_tf, self._volume.scalar_range, distance)
+        extinction = -np.log1p(-np.minimum(opacity, 1 - CLEAREST)) / distance
+        in_bin = extinction[:LEVELS:LEVELS_PER_BIN]
+        majorants = self._cells.greatest(in_bin)
+        return extinction.astype(np.float32), majorants, self._cells.distances(_touched(in_bin))
+
+    def _optics(self, inputs: SceneInputs) -> Optics:
+        lamp, volume = self._lamp, self._volume
+        towards = -travel_direction(inputs.view, inputs.light or self._light)
+        steep = self._steepness if lamp.surfaces else 0.0
+        return Optics(
+            tuple(map(np.float32, towards)),
+            np.float32(math.cos(math.radians(lamp.radius))),
+            np.float32(lamp.key),
+            np.float32(lamp.sky),
+            np.float32(lamp.asymmetry),
+            np.float32(lamp.gloss),
+            np.float32(lamp.sharpness),
+            tuple(np.float32(steep * volume.voxel_size / s) for s in volume.spacing),
+            np.float32((NOISE * self._noise) ** 4),
+            tuple(np.float32(1 / s) for s in volume.spacing),
+            np.float32(lamp.surfaces),
+            lamp.bounces,
+        )
+
+
+def _touched(values: NDArray[np.floating]) -> NDArray[np.bool_]:
+    """Return which bins are visible, or beside a visible one: values between both are, too."""
+    shown = values > 0
+    wide = shown.copy()
+    wide[1:] |= shown[:-1]
+    wide[:-1] |= shown[1:]
+    return wide
+
+
+def _typical_difference(scalars: NDArray[Any], width: float) -> float:
+    """Difference of two voxels, two apart, that is usual where there is any structure."""
+    thin = scalars[:: max(1, scalars.shape[0] // 64), ::2, :]
+    apart = np.abs(thin[..., 2:].astype(np.float32) - thin[..., :-2].astype(np.float32))
+    steep = apart[apart > 0.04 * width]
+    return float(np.median(steep)) if steep.size else width

@@ -1,0 +1,207 @@
+"""Scattering: what happens to light where it collides.
+
+A place is a surface with a probability that grows with opacity and gradient, and a medium
+otherwise. Surfaces reflect as Lambert's do, with a little gloss over that; media by the phase
+function of Henyey and Greenstein (1941). Directions are in world coordinates, of length 1.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.compilation import inlined
+from model.rendering.raycast.rays import ONE, ZERO
+from model.rendering.raycast.shading import gradient, nearness
+
+TURN = np.float32(2 * math.pi)
+QUARTER, TWO = np.float32(0.25), np.float32(2)
+ROUND = np.float32(1e-4)
+"""Asymmetry below which a phase function counts as isotropic."""
+
+
+class Optics(NamedTuple):
+    """How a scene is lit, and how it scatters.
+
+    Attributes
+    ----------
+    towards : tuple of 3 float32
+        Unit vector to the middle of the light.
+    cone : float32
+        Cosine of the light's angular radius.
+    key : float32
+        Radiance of a white surface that faces the light.
+    sky : float32
+        Radiance that comes from everywhere else.
+    asymmetry : float32
+        Mean cosine of the phase function, -1 to 1.
+    gloss : float32
+        Share of the light that surfaces mirror, whatever their colour is.
+    power : float32
+        Exponent of the gloss.
+    steepness : tuple of 3 float32
+        Factors of differences between voxels along each axis: a gradient of 1 makes a surface with
+        a probability of 63 %, where all is opaque.
+    noise : float32
+        Fourth power of the difference of voxels of which half counts as noise.
+    slope : tuple of 3 float32
+        Factors that convert differences between voxels to the gradient's direction.
+    faces : float32
+        Probability that an opaque face of what is shown is a surface.
+    bounces : int
+        Most collisions of a path.
+    """
+
+    towards: Any
+    cone: Any
+    key: Any
+    sky: Any
+    asymmetry: Any
+    gloss: Any
+    power: Any
+    steepness: Any
+    noise: Any
+    slope: Any
+    faces: Any
+    bounces: Any
+
+
+def single_scattering_albedo(
+    color: NDArray[np.floating], asymmetry: float = 0.0
+) -> NDArray[np.float64]:
+    """Albedo of a medium of which a thick, evenly lit piece has a colour, seen face-on.
+
+    Such a piece has the radiance 1 - s H(1), H being Chandrasekhar's function and s^2 = 1 - albedo
+    for isotropic scattering. H(1) = 3 / (1 + 2 s) is within 4 % (Hapke 1981), and similarity
+    (van de Hulst 1980) brings in the asymmetry.
+
+    Parameters
+    ----------
+    color : ndarray
+        In [0, 1].
+    asymmetry : float
+        Mean cosine of the phase function.
+    """
+    color = np.asarray(color, dtype=np.float64)
+    s = (1 - color) / (1 + 2 * color)
+    return np.asarray((1 - s**2) / (1 - asymmetry * s**2))
+
+
+def facet_albedo(color: NDArray[np.floating]) -> NDArray[np.float64]:
+    """Albedo of facets, of which many behind one another reflect a colour in all.
+
+    A surface is not sharp: light that comes out of it meets some facets more, which send it back.
+    Two streams of light, as a first guess, give a reflectance r of which this is 2 r / (1 + r^2);
+    r (2 - r) is nearer to what paths find, within 0.04 for light that comes from the viewer.
+
+    Parameters
+    ----------
+    color : ndarray
+        In [0, 1].
+    """
+    color = np.asarray(color, dtype=np.float64)
+    return np.asarray(color * (2 - color))
+
+
+@inlined
+def about(axis: Any, cosine: Any, turn: Any) -> Any:
+    """Return the direction at an angle from an axis, turned about it by a share of a full turn."""
+    nx, ny, nz = axis
+    sine = math.sqrt(max(ZERO, ONE - cosine * cosine))
+    # Two directions across the axis, without a case where they vanish (Duff et al. 2017).
+    sign = ONE if nz >= ZERO else -ONE
+    a = -ONE / (sign + nz)
+    b = nx * ny * a
+    c, s = sine * math.cos(TURN * turn), sine * math.sin(TURN * turn)
+    return (
+        cosine * nx + c * (ONE + sign * nx * nx * a) + s * b,
+        cosine * ny + c * sign * b + s * (sign + ny * ny * a),
+        cosine * nz - c * sign * nx - s * ny,
+    )
+
+
+@inlined
+def dot(a: Any, b: Any) -> Any:
+    """Return the product of two vectors."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@inlined
+def phase(cosine: Any, asymmetry: Any) -> Any:
+    """Phase function times pi, of the angle between the directions before and after."""
+    if abs(asymmetry) < ROUND:
+        return QUARTER
+    square = asymmetry * asymmetry
+    base = ONE + square - TWO * asymmetry * cosine
+    return QUARTER * (ONE - square) / (base * math.sqrt(base))
+
+
+@inlined
+def phase_cosine(number: Any, asymmetry: Any) -> Any:
+    """Draw the cosine of the angle between the directions before and after."""
+    if abs(asymmetry) < ROUND:
+        return ONE - TWO * number
+    square = asymmetry * asymmetry
+    part = (ONE - square) / (ONE - asymmetry + TWO * asymmetry * number)
+    return min(max((ONE + square - part * part) / (TWO * asymmetry), -ONE), ONE)
+
+
+@inlined
+def surface_at(
+    medium: Any, optics: Any, x: Any, y: Any, z: Any, direction: Any, a: Any, number: Any
+) -> Any:
+    """Decide whether a place is a surface, and return its normal towards where light came from.
+
+    Within a voxel of a face of what is shown the face's normal counts.
+
+    Parameters
+    ----------
+    x, y, z : float32
+        In voxels.
+    direction : tuple of 3 float32
+        In which the path travels.
+    a : float32
+        Opacity of a sample here.
+    number : float32
+        Random, in [0, 1).
+
+    Returns
+    -------
+    is_surface : bool
+    normal : tuple of 3 float32
+    """
+    low, high = medium.low, medium.high
+    bx = nearness(min(x - low[0], high[0] - x))
+    by = nearness(min(y - low[1], high[1] - y))
+    bz = nearness(min(z - low[2], high[2] - z))
+    face = max(bx, max(by, bz))
+    share = face * optics.faces
+    if number < a * share:
+        nx, ny, nz = ZERO, ZERO, ZERO
+        if bx == face:
+            nx = ONE
+        elif by == face:
+            ny = ONE
+        else:
+            nz = ONE
+    elif number < a:
+        nx, ny, nz = gradient(medium.voxels, medium.shape, x, y, z)
+        square = nx * nx + ny * ny + nz * nz
+        square *= square
+        sx, sy, sz = optics.steepness
+        steep = nx * sx * nx * sx + ny * sy * ny * sy + nz * sz * nz * sz
+        share = (ONE - face) * (ONE - math.exp(-math.sqrt(steep)))
+        share *= square / (square + optics.noise) if square > ZERO else ZERO
+        if number >= a * (face * optics.faces + share):
+            return False, direction
+        nx, ny, nz = nx * optics.slope[0], ny * optics.slope[1], nz * optics.slope[2]
+        inverse = ONE / math.sqrt(nx * nx + ny * ny + nz * nz)
+        nx, ny, nz = nx * inverse, ny * inverse, nz * inverse
+    else:
+        return False, direction
+    if nx * direction[0] + ny * direction[1] + nz * direction[2] > ZERO:
+        return True, (-nx, -ny, -nz)
+    return True, (nx, ny, nz)

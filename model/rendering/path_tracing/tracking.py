@@ -1,0 +1,187 @@
+"""Tracking: where a ray in the volume collides, and how much light comes along one.
+
+Cells have a majorant, the greatest extinction in them. Collisions drawn with it are real with the
+share that the extinction has of it (delta tracking); a transmittance is the product of one minus
+this share (ratio tracking). Both are right on average whatever lies between. Positions are in
+voxels; lengths along a ray are in voxel sizes, the reference length of opacities.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from model.compilation import inlined
+from model.rendering.path_tracing.random_numbers import following, hashed, number_of
+from model.rendering.raycast.batch import HALF, level_of
+from model.rendering.raycast.rays import HUGE, ONE, ZERO, inverse_step
+from model.rendering.raycast.tables import NOTHING
+from model.rendering.raycast.trilinear import blend, clamp, locate
+
+ADVANCE = np.float32(1e-3)
+"""Least step from cell to cell, in voxel sizes, so that rounding stops no ray."""
+
+DIM = np.float32(0.1)
+"""Transmittance below which tracking ends at random, and goes on with more light otherwise."""
+
+
+CLEAREST = np.float32(0.01)
+"""Least transparency of half a voxel, so that extinction is finite: one part in 10,000 a voxel."""
+
+
+class Medium(NamedTuple):
+    """A volume under an opacity TF.
+
+    Attributes
+    ----------
+    voxels, shape, scale, missing, distances, cell_shape, shift
+        See :func:`model.rendering.raycast.marching.march`.
+    majorants : ndarray of float32, 1-D
+        Greatest extinction in each cell, per voxel size.
+    extinctions : ndarray of float32, shape (levels,)
+        Extinction at each level, per voxel size.
+    low, high : tuple of 3 float32
+        Least and greatest corner of what is shown, in voxels.
+    scaling : tuple of 3 float32
+        Voxels per voxel size along each axis.
+    """
+
+    voxels: Any
+    shape: Any
+    scale: Any
+    missing: Any
+    distances: Any
+    cell_shape: Any
+    shift: Any
+    majorants: Any
+    extinctions: Any
+    low: Any
+    high: Any
+    scaling: Any
+
+
+@inlined
+def level_at(medium: Any, missing: Any, x: Any, y: Any, z: Any) -> Any:
+    """Return the level of the tables at a place inside the volume."""
+    place, fx, fy, fz = locate(medium.shape, x, y, z)
+    row = np.uint64(medium.shape[0])
+    layer = np.uint64(medium.shape[0] * medium.shape[1])
+    if missing is not None:
+        nearest = place + np.uint64(fx >= HALF)
+        if fy >= HALF:
+            nearest += row
+        if fz >= HALF:
+            nearest += layer
+        if missing[nearest]:
+            return np.int32(NOTHING)
+    voxels = medium.voxels
+    value = blend(
+        (np.float32(voxels[place]), np.float32(voxels[place + np.uint64(1)])),
+        (np.float32(voxels[place + row]), np.float32(voxels[place + row + np.uint64(1)])),
+        (np.float32(voxels[place + layer]), np.float32(voxels[place + layer + np.uint64(1)])),
+        (
+            np.float32(voxels[place + layer + row]),
+            np.float32(voxels[place + layer + row + np.uint64(1)]),
+        ),
+        fx,
+        fy,
+        fz,
+    )
+    return level_of(value, medium.scale)
+
+
+@inlined
+def track(medium: Any, place: Any, direction: Any, state: Any, transmits: bool) -> Any:
+    """Follow a ray from a place in what is shown to its next collision, or to its end.
+
+    Parameters
+    ----------
+    medium : Medium
+    place : tuple of 3 float32
+        In voxels.
+    direction : tuple of 3 float32
+        In world coordinates, of length 1.
+    state : uint32
+        Stream of random numbers, see :func:`model.rendering.path_tracing.random_numbers.following`.
+    transmits : bool
+        Whether the transmittance of the whole ray is asked for, not a collision.
+
+    Returns
+    -------
+    level : int
+        Of the collision; -1 where the ray leaves what is shown.
+    t : float32
+        Where it is, in voxel sizes from the place.
+    through : float32
+        Transmittance, 0 to 1 on average; 1 if it was not asked for.
+    """
+    x, y, z = place
+    dx = direction[0] * medium.scaling[0]
+    dy = direction[1] * medium.scaling[1]
+    dz = direction[2] * medium.scaling[2]
+    ix, iy, iz = inverse_step(dx), inverse_step(dy), inverse_step(dz)
+    low, high = medium.low, medium.high
+    end = min(
+        ((high[0] if dx >= ZERO else low[0]) - x) * ix,
+        min(
+            ((high[1] if dy >= ZERO else low[1]) - y) * iy,
+            ((high[2] if dz >= ZERO else low[2]) - z) * iz,
+        ),
+    )
+    through, t = ONE, ZERO
+    depth: Any = -ONE
+    while t < end:
+        # A little ahead, as rounding may put a place at a face on either side of it.
+        ahead = t + ADVANCE
+        cx = int(clamp(x + ahead * dx, medium.shape[0])) >> medium.shift
+        cy = int(clamp(y + ahead * dy, medium.shape[1])) >> medium.shift
+        cz = int(clamp(z + ahead * dz, medium.shape[2])) >> medium.shift
+        cx = min(cx, medium.cell_shape[0] - 1)
+        cy = min(cy, medium.cell_shape[1] - 1)
+        cz = min(cz, medium.cell_shape[2] - 1)
+        cell = np.uint64(cx + medium.cell_shape[0] * (cy + medium.cell_shape[1] * cz))
+        wide = max(int(medium.distances[cell]), 1)
+        fx = np.float32(((cx + wide) if dx >= ZERO else (cx - wide + 1)) << medium.shift)
+        fy = np.float32(((cy + wide) if dy >= ZERO else (cy - wide + 1)) << medium.shift)
+        fz = np.float32(((cz + wide) if dz >= ZERO else (cz - wide + 1)) << medium.shift)
+        face = min((fx - x) * ix, min((fy - y) * iy, (fz - z) * iz))
+        face = min(max(face, ahead), end)
+        majorant = medium.majorants[cell]
+        if majorant == ZERO:
+            t = face
+            continue
+        scarcity = ONE / majorant
+        while True:
+            if depth < ZERO:
+                state = following(state)
+                depth = -math.log(ONE - number_of(hashed(state)))
+            step = depth * scarcity
+            if t + step >= face:
+                depth -= (face - t) * majorant
+                depth = max(depth, ZERO)
+                t = face
+                break
+            t += step
+            depth = -ONE
+            level = level_at(
+                medium,
+                medium.missing,
+                clamp(x + t * dx, medium.shape[0]),
+                clamp(y + t * dy, medium.shape[1]),
+                clamp(z + t * dz, medium.shape[2]),
+            )
+            share = medium.extinctions[np.uint64(np.uint32(level))] * scarcity
+            if transmits:
+                through *= ONE - min(share, ONE)
+                if through < DIM:
+                    state = following(state)
+                    if number_of(hashed(state)) >= HALF:
+                        return np.int32(-1), t, ZERO
+                    through += through
+            else:
+                state = following(state)
+                if number_of(hashed(state)) < share:
+                    return np.int32(level), t, ONE
+    return np.int32(-1), min(t, HUGE), through

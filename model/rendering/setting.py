@@ -1,0 +1,163 @@
+"""How a picture is drawn: what is traded for its time, and the renderers that draw at settings."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.rendering.raster import Raster
+from model.rendering.renderer import Renderer, open_renderer
+from model.scene.inputs import SceneInputs
+from model.scene.light import LightDirection
+from model.scene.scene import Lighting, RendererName
+from model.scene.volume import Volume
+
+FINEST_DISTANCE = 1 / 16
+"""Sample distance of the exact picture, in voxels."""
+
+EXACT_SAMPLES = 1024
+"""Samples of each pixel of the exact picture in path-traced light."""
+
+EXACT_SEED = 1
+"""Of the exact picture's paths: other random numbers than those of what it is compared with."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """Everything about a picture's drawing that trades accuracy for time.
+
+    Attributes
+    ----------
+    renderer : {"vtk", "raycast"}
+        The path tracer stands in the ray caster's place in path-traced light.
+    sample_distance : float
+        Along view rays, in voxels.
+    pixels : float
+        Drawn for each pixel shown, above 0 and at most 1; the rest is interpolated.
+    samples : int
+        Of each pixel in path-traced light.
+    preintegrated : bool
+        Whether the ray caster integrates the TF over each step; only unlit.
+    """
+
+    renderer: RendererName = "raycast"
+    sample_distance: float = 0.5
+    pixels: float = 1.0
+    samples: int = 1
+    preintegrated: bool = False
+
+    @classmethod
+    def exact(cls, lighting: Lighting = "none") -> Setting:
+        """Return the setting that errors under a lighting are measured against.
+
+        In shadows it is the ray caster's at half a voxel: the length of a step is part of that
+        light's formula, so that finer samples draw another light.
+        """
+        if lighting == "shadows":
+            return cls()
+        if lighting == "path":
+            return cls(samples=EXACT_SAMPLES)
+        # Sums of samples approach the integral with their distance, pre-integrated ones with its
+        # square.
+        return cls(sample_distance=FINEST_DISTANCE, preintegrated=lighting == "none")
+
+    def raster(self, shown: Raster) -> Raster:
+        """Return the pixels that are drawn where others are shown."""
+        return shown if self.pixels == 1 else shown.scaled(self.pixels**0.5)
+
+
+class SettingRenderer:
+    """Draws one volume under one lighting at any setting.
+
+    Parameters
+    ----------
+    volume, lighting, light
+        See :func:`model.rendering.renderer.open_renderer`.
+    threads : int, optional
+        Of the ray caster and the path tracer, one per processor by default.
+    """
+
+    def __init__(
+        self,
+        volume: Volume,
+        lighting: Lighting = "none",
+        light: LightDirection | None = None,
+        threads: int | None = None,
+    ) -> None:
+        self._volume, self._lighting, self._light = volume, lighting, light
+        self._threads = threads
+        self._renderers: dict[tuple[Any, ...], Renderer] = {}
+
+    def draw(
+        self, setting: Setting, inputs: SceneInputs, shown: Raster
+    ) -> tuple[NDArray[np.float32], float]:
+        """Draw a picture.
+
+        Parameters
+        ----------
+        shown : Raster
+            Pixels that are shown.
+
+        Returns
+        -------
+        rgba : ndarray of float32, shape (rows, columns, 4)
+            With all pixels that are shown.
+        seconds : float
+            To draw it, without the interpolation of pixels, which a screen does.
+        """
+        renderer = self._renderer(setting)
+        raster = setting.raster(shown)
+        start = time.perf_counter()
+        drawn = renderer.render(inputs, raster, setting.sample_distance)
+        seconds = time.perf_counter() - start
+        return enlarged(drawn, shown.shape), seconds
+
+    def close(self) -> None:
+        """Release the renderers; none can be used afterwards."""
+        for renderer in self._renderers.values():
+            renderer.close()
+        self._renderers.clear()
+
+    def _renderer(self, setting: Setting) -> Renderer:
+        is_path = self._lighting == "path"
+        samples = setting.samples if is_path else 0
+        key = setting.renderer, setting.preintegrated, samples
+        known = self._renderers.get(key)
+        if known is None:
+            if is_path:
+                from model.rendering.path_tracing.renderer import PathTracer
+
+                seed = EXACT_SEED if setting == Setting.exact("path") else 0
+                known = PathTracer(
+                    self._volume, self._light, samples=samples, seed=seed, threads=self._threads
+                )
+            else:
+                known = open_renderer(
+                    setting.renderer,
+                    self._volume,
+                    self._lighting,
+                    self._light,
+                    threads=self._threads,
+                    preintegrated=setting.preintegrated,
+                )
+            self._renderers[key] = known
+        return known
+
+
+def enlarged(image: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.float32]:
+    """Interpolate an image (h, w, channels) linearly to more rows and columns, as a screen does."""
+    for axis, count in enumerate(shape):
+        have = image.shape[axis]
+        if have == count:
+            continue
+        at = np.clip((np.arange(count) + 0.5) * have / count - 0.5, 0, have - 1)
+        before = np.minimum(at.astype(np.intp), max(have - 2, 0))
+        part = (at - before).astype(np.float32)
+        part = part.reshape((-1, 1, 1) if axis == 0 else (1, -1, 1))
+        after = np.minimum(before + 1, have - 1)
+        image = np.take(image, before, axis) * (1 - part) + np.take(image, after, axis) * part
+    return image

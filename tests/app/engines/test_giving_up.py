@@ -1,0 +1,164 @@
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from pytestqt.qtbot import QtBot
+from ramp import make_volume
+from window_fakes import PATIENCE_S, make_request
+
+from app.engines.engines import RendererEngine
+from app.engines.messages import (
+    BatchRequest,
+    GridRequest,
+    ImageRequest,
+    MovieFrameRequest,
+    PictureRequest,
+    Quality,
+    RegionSensitivityRequest,
+    Request,
+    Result,
+    SearchRequest,
+    ValueSensitivityRequest,
+)
+from app.engines.worker import EngineWorker
+from model.errors import RenderError
+from model.rendering.raycast.renderer import RaycastRenderer
+from model.scene.light import LightDirection
+from model.scene.region import Outline
+
+INPUTS = replace(make_request(1).inputs, light=LightDirection())
+
+
+def batch(kind: type[BatchRequest]) -> Callable[[int], Request]:
+    return lambda number: kind(number, INPUTS, Quality(8), (INPUTS,) * 15)
+
+
+QUESTIONS: dict[str, Callable[[int], Request]] = {
+    "effect of a value by differences": lambda number: ValueSensitivityRequest(
+        number, INPUTS, Quality(8), (100.0, 100.0), 8.0
+    ),
+    "grid": batch(GridRequest),
+    "image": lambda number: ImageRequest(number, INPUTS, Quality(2000)),
+    "movie": lambda number: MovieFrameRequest(number, INPUTS, Quality(2500)),
+    "picture": lambda number: PictureRequest(number, INPUTS, Quality(2500)),
+    "region by differences": lambda number: RegionSensitivityRequest(
+        number, INPUTS, Quality(8), Outline(), 16.0
+    ),
+    "search": batch(SearchRequest),
+    "what-if": batch(BatchRequest),
+}
+"""Questions that take more than one rendering."""
+
+
+class SlowRenderer(RaycastRenderer):
+    """A ray caster in soft light, each of whose renderings has to be let through."""
+
+    def __init__(self) -> None:
+        super().__init__(make_volume(), "soft", LightDirection(), threads=1)
+        self.begun = threading.Semaphore(0)
+        self.may_end = threading.Semaphore(0)
+        self.renderings = 0
+        self.error: Exception | None = None
+
+    def render(self, inputs: Any, size: Any = 0, *_: Any, **__: Any) -> NDArray[np.float32]:
+        self.renderings += 1
+        self.begun.release()
+        assert self.may_end.acquire(timeout=PATIENCE_S)
+        if self.error is not None:
+            raise self.error
+        rows, columns = (size, size) if isinstance(size, int) else (size.rows, size.columns)
+        return np.ones((rows, columns, 4), np.float32)
+
+
+class Harness:
+    """A worker with a slow renderer, and the results that it delivers."""
+
+    def __init__(self) -> None:
+        self.renderer = SlowRenderer()
+        self.results: list[Result] = []
+        self.worker = EngineWorker(lambda: RendererEngine(cast(Any, self.renderer), 1.0), "slow")
+        self.worker.resultReady.connect(self.results.append)
+        self.worker.start()
+
+    def begin(self, request: Request) -> None:
+        """Ask, and wait for the first rendering to begin."""
+        self.worker.submit(request)
+        assert self.renderer.begun.acquire(timeout=PATIENCE_S)
+
+
+@pytest.fixture
+def slow(qapp: object) -> Iterator[Harness]:
+    harness = Harness()
+    yield harness
+    harness.worker.stop()
+    harness.renderer.may_end.release(10_000)
+    harness.worker.join()
+
+
+@pytest.fixture(params=sorted(QUESTIONS))
+def ask(request: pytest.FixtureRequest) -> Callable[[int], Request]:
+    return QUESTIONS[request.param]
+
+
+def test_it_takes_more_than_one_rendering(
+    qtbot: QtBot, slow: Harness, ask: Callable[[int], Request]
+) -> None:
+    slow.renderer.may_end.release(10_000)
+    slow.worker.submit(ask(1))
+    qtbot.waitUntil(lambda: len(slow.results) == 1)
+    assert slow.results[0].error is None
+    assert slow.renderer.renderings > 1
+
+
+def test_what_is_called_off_ends_with_the_present_rendering_and_the_next_begins(
+    qtbot: QtBot, slow: Harness, ask: Callable[[int], Request]
+) -> None:
+    slow.begin(ask(1))
+    slow.worker.abandon(type(ask(1)))
+    slow.renderer.may_end.release()
+    slow.begin(make_request(2))
+    assert slow.renderer.renderings == 2
+    slow.renderer.may_end.release(10_000)
+    qtbot.waitUntil(lambda: len(slow.results) == 1)
+    assert slow.results[0].request.sequence == 2
+
+
+def test_a_newer_question_of_its_kind_ends_it_and_is_answered(
+    qtbot: QtBot, slow: Harness, ask: Callable[[int], Request]
+) -> None:
+    slow.begin(ask(1))
+    slow.worker.submit(ask(2))
+    slow.renderer.may_end.release()
+    assert slow.renderer.begun.acquire(timeout=PATIENCE_S)
+    slow.renderer.may_end.release(10_000)
+    qtbot.waitUntil(lambda: len(slow.results) == 1)
+    assert slow.results[0].request.sequence == 2
+
+
+def test_as_the_window_closes_it_ends_with_the_present_rendering(
+    qtbot: QtBot, slow: Harness, ask: Callable[[int], Request]
+) -> None:
+    slow.begin(ask(1))
+    with qtbot.waitSignal(slow.worker.finished):
+        slow.worker.stop()
+        slow.renderer.may_end.release()
+    slow.worker.join()
+    assert slow.renderer.renderings == 1
+    assert slow.results == []
+
+
+def test_an_error_on_the_way_is_delivered_as_a_sentence(
+    qtbot: QtBot, slow: Harness, ask: Callable[[int], Request]
+) -> None:
+    slow.renderer.error = RenderError("The graphics card is gone; start again.")
+    slow.begin(ask(1))
+    slow.renderer.may_end.release()
+    qtbot.waitUntil(lambda: len(slow.results) == 1)
+    assert slow.results[0].error == "The graphics card is gone; start again."
+    assert slow.results[0].value is None

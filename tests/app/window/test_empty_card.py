@@ -1,0 +1,60 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from PySide6.QtCore import QRect
+from pytestqt.qtbot import QtBot
+from ramp import make_volume
+from window_fakes import FakeBuilders
+
+from app.image_view.orientation_cube import OrientationCube
+from app.window.main_window import MainWindow
+from model.volume_files.shipped import picture_of, shipped_volumes
+
+WindowMaker = Callable[..., MainWindow]
+
+
+def test_a_window_without_a_volume_offers_some(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
+) -> None:
+    window = make_window(volume="lost", model=None)
+    card, canvas = window.empty_card, window.reference.canvas
+    assert "missing" in canvas.message
+    assert card.isVisible() and canvas.rect().contains(card.geometry())
+    assert len(card.samples) == len(shipped_volumes())
+    # What would do nothing says so.
+    assert not window.tools.isEnabled() and not window.editor.isEnabled()
+    assert not any(cube.isVisible() for cube in window.findChildren(OrientationCube))
+    assert window.status.keys == "[Ctrl O] open a volume"
+    name = shipped_volumes()[0].stem
+    builders.volumes[name] = make_volume(name)
+    card.samples[0].click()
+    qtbot.waitUntil(lambda: window.workspace.is_settled)
+    assert window.windowTitle().startswith(name)
+    assert card.isHidden() and window.tools.isEnabled()
+    assert window.status.keys.startswith("[Drag] turn")
+    assert any(cube.isVisible() for cube in window.findChildren(OrientationCube))
+    # One that is there stays when another one cannot be read.
+    window.opening.open_volume(Path("lost"))
+    qtbot.waitUntil(lambda: "missing" in window.notice.text)
+    assert card.isHidden()
+
+
+def test_in_a_low_image_its_sentence_is_above_the_card(make_window: WindowMaker) -> None:
+    window = make_window(volume="lost", model=None)
+    window.resize(900, 505)
+    canvas, card = window.reference.canvas, window.empty_card
+    assert canvas.rect().contains(card.geometry())
+    picture = canvas.grab().toImage()
+    above = QRect(0, 0, canvas.width(), card.y() - 4)
+    reds = [
+        picture.pixelColor(x, y)
+        for y in range(30, above.height())
+        for x in range(200, canvas.width() - 100)
+    ]
+    assert any(color.red() > 150 and color.blue() < 130 for color in reds)
+
+
+def test_every_shipped_volume_has_a_picture() -> None:
+    assert all(picture_of(path).is_file() for path in shipped_volumes())

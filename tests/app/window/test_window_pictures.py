@@ -1,0 +1,111 @@
+"""Five screenshots of a window on fake engines, against stored ones, coarsely: its layout.
+
+What is compared is the mean brightness of blocks, which neither another font nor another scale of
+the screen changes much. ``pytest tests/pictures tests/app/window/test_window_pictures.py
+--regenerate-pictures`` stores them anew.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import combinations
+from pathlib import Path
+
+import imageio.v3 as iio
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PySide6.QtGui import QImage
+from PySide6.QtWidgets import QApplication, QWidget
+from pytestqt.qtbot import QtBot
+from toy_codec import toy_space
+from window_fakes import FakeBuilders
+
+from app.theme import apply_theme
+from app.window.main_window import MainWindow
+from app.window.picture_dialog import PictureChoice, PictureDialog
+from model.scene.region import Outline
+
+STORED = Path(__file__).parents[2] / "pictures" / "stored" / "window"
+FAILED = Path(__file__).parents[3] / "build" / "pictures"
+
+BLOCKS = 48, 30
+"""Blocks along a picture's width and height."""
+
+MOST_RMSE = 0.025
+"""Largest root mean square difference of blocks, where 1 is white."""
+
+NAMES = ("browser", "dialog", "region", "start", "value")
+
+
+def blocks(widget: QWidget) -> NDArray[np.uint8]:
+    """Mean brightness of a widget's blocks, shape (30, 48)."""
+    gray = widget.grab().toImage().convertToFormat(QImage.Format.Format_Grayscale8)
+    lines = np.frombuffer(gray.constBits(), np.uint8).reshape(gray.height(), -1)
+    pixels = lines[:, : gray.width()].astype(float)
+    rows = np.linspace(0, gray.height(), BLOCKS[1] + 1).astype(int)
+    columns = np.linspace(0, gray.width(), BLOCKS[0] + 1).astype(int)
+    sums = np.add.reduceat(np.add.reduceat(pixels, rows[:-1], 0), columns[:-1], 1)
+    return np.rint(sums / np.outer(np.diff(rows), np.diff(columns))).astype(np.uint8)
+
+
+def difference(a: NDArray[np.uint8], b: NDArray[np.uint8]) -> float:
+    return float(np.sqrt(np.mean((a.astype(float) - b) ** 2)) / 255)
+
+
+def shown(name: str, qtbot: QtBot, window: MainWindow) -> QWidget:
+    """Bring the window to where a picture is of, and return what is pictured."""
+    window.resize(1440, 900)
+    if name == "region":
+        window.sensitivity_state.add_region(Outline.rectangle(0.3, 0.3, 0.7, 0.6))
+    elif name == "value":
+        window.sensitivity_state.hover(150.0, effect=False)
+        qtbot.waitUntil(lambda: window.generator.canvas.cover is not None)
+    elif name == "browser":
+        window.latent_state.choose(shown=True)
+        work = window.workspace.latent
+        qtbot.waitUntil(lambda: work.pictures.grid is not None)
+        qtbot.waitUntil(lambda: work.session.overview is not None)
+    elif name == "dialog":
+        dialog = PictureDialog({"reference": (960, 720)}, PictureChoice(960, 720))
+        qtbot.addWidget(dialog)
+        dialog.show()
+        return dialog
+    qtbot.waitUntil(lambda: window.workspace.is_settled)
+    QApplication.processEvents()
+    return window
+
+
+@pytest.fixture
+def window(
+    qapp: QApplication,
+    make_window: Callable[..., MainWindow],
+    builders: FakeBuilders,
+    tmp_path: Path,
+) -> MainWindow:
+    space = toy_space(tmp_path, (100.0, 200.0), (100.0, 200.0))
+    codes = space.open_map().codes
+    space.keep_map(codes, 0.9 * codes)
+    builders.map_folder = tmp_path
+    apply_theme(qapp, "dark")
+    return make_window()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_window_looks_as_stored(
+    qtbot: QtBot, window: MainWindow, name: str, request: pytest.FixtureRequest
+) -> None:
+    drawn, path = blocks(shown(name, qtbot, window)), STORED / f"{name}.png"
+    if request.config.getoption("--regenerate-pictures", default=False):
+        iio.imwrite(path, drawn)
+    found = difference(drawn, np.asarray(iio.imread(path)))
+    if found > MOST_RMSE:
+        FAILED.mkdir(parents=True, exist_ok=True)
+        iio.imwrite(FAILED / path.name, drawn)
+    assert found <= MOST_RMSE, f"compare {path} with {FAILED / path.name}"
+
+
+def test_stored_pictures_differ_by_more_than_is_tolerated() -> None:
+    pictures = {name: np.asarray(iio.imread(STORED / f"{name}.png")) for name in NAMES}
+    apart = {(a, b): difference(pictures[a], pictures[b]) for a, b in combinations(NAMES, 2)}
+    assert min(apart.values()) > MOST_RMSE, apart

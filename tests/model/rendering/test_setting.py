@@ -1,0 +1,39 @@
+"""Settings of a picture, and how fewer pixels are shown in place of more."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import torch
+
+from model.rendering.raster import Raster
+from model.rendering.renderer import open_renderer
+from model.rendering.setting import Setting, SettingRenderer, enlarged
+from model.samples.sampling import draw_sample
+from model.scene.scene import Scene
+from model.scene.volume import Volume
+
+
+@pytest.mark.parametrize("shape", [(7, 9), (20, 31), (5, 40)])
+def test_pixels_between_are_interpolated_as_torch_does(shape: tuple[int, int]) -> None:
+    image = np.random.default_rng(0).random((5, 9, 4)).astype(np.float32)
+    planes = torch.from_numpy(image).permute(2, 0, 1)[None]
+    theirs = torch.nn.functional.interpolate(planes, shape, mode="bilinear")
+    np.testing.assert_allclose(
+        enlarged(image, shape), theirs[0].permute(1, 2, 0).numpy(), atol=1e-6
+    )
+
+
+def test_a_setting_without_savings_is_the_renderers_own_picture(
+    volume: Volume, scene: Scene
+) -> None:
+    inputs, shown = draw_sample(scene, 0, "holdout", 1), Raster(40, 24)
+    settings = SettingRenderer(volume)
+    own = open_renderer("raycast", volume, sample_distance=0.5)
+    drawn, seconds = settings.draw(Setting(), inputs, shown)
+    coarse, _seconds = settings.draw(Setting(pixels=0.25), inputs, shown)
+    np.testing.assert_array_equal(drawn, own.render(inputs, shown))
+    np.testing.assert_array_equal(coarse, enlarged(own.render(inputs, Raster(20, 16)), (24, 40)))
+    assert seconds > 0
+    settings.close()
+    own.close()

@@ -1,0 +1,69 @@
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import model
+from model import kernel_cache
+
+ROOT = Path(model.__file__).parent
+COMPILERS = {"compiled", "inlined"}
+
+
+def imported(file: Path) -> Iterator[tuple[str, str]]:
+    """Modules of model/, as paths in it, and the names that a file takes from them."""
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("model."):
+            assert node.module is not None
+            for name in node.names:
+                yield node.module.removeprefix("model.").replace(".", "/") + ".py", name.name
+
+
+def is_hashed(module: str) -> bool:
+    return any(module == place or module.startswith(f"{place}/") for place in kernel_cache.SOURCES)
+
+
+def kernels() -> list[Path]:
+    found = []
+    for file in ROOT.rglob("*.py"):
+        if COMPILERS & {name for _, name in imported(file)}:
+            found.append(file)
+    return found
+
+
+def test_whatever_is_compiled_has_its_source_in_the_folders_name() -> None:
+    # Numba itself notices only changes of the file with the outermost function.
+    files = kernels()
+    assert len(files) > 10
+    assert [f for f in files if not is_hashed(f.relative_to(ROOT).as_posix())] == []
+
+
+def test_constants_of_kernels_are_of_hashed_modules() -> None:
+    foreign = {
+        (module, name)
+        for file in kernels()
+        for module, name in imported(file)
+        if name.isupper() and not is_hashed(module)
+    }
+    assert foreign == set()
+
+
+@pytest.mark.parametrize("place", kernel_cache.SOURCES)
+def test_each_source_changes_the_folder(
+    place: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for source in kernel_cache.SOURCES:
+        copy = tmp_path / source
+        copy = copy if source.endswith(".py") else copy / "kernel.py"
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        copy.write_text("A = 1")
+    monkeypatch.setattr(kernel_cache, "__file__", str(tmp_path / "kernel_cache.py"))
+    before = kernel_cache.kernel_folder()
+    assert kernel_cache.kernel_folder() == before
+    changed = tmp_path / place
+    changed = changed if changed.is_file() else changed / "kernel.py"
+    changed.write_text("A = 2")
+    assert kernel_cache.kernel_folder() != before
