@@ -124,6 +124,8 @@ class Workspace(QObject):
         self._opened: OpenedVolume | None = None
         self._first_range: RangeChoice | None = None
         self._first_scale: ValueScale | None = None
+        self._first_model: Path | None = None
+        self._is_restored = False
         self._reading = ""
         self.sensitivity.chooser.is_outside = lambda: bool(self._hint())
         self.sensitivity.is_drawing = self._draws_reference
@@ -196,6 +198,7 @@ class Workspace(QObject):
         first_scale: ValueScale | None = None,
         choice: Choice | None = None,
         is_remembered: bool = False,
+        model: Path | None = None,
     ) -> None:
         """Read a volume in the background, then show it; keep the old one until then.
 
@@ -211,12 +214,15 @@ class Workspace(QObject):
             What to read of a file that holds several volumes; None for the largest.
         is_remembered : bool
             Whether the choice is an old one, which gives way where the file no longer has it.
+        model : Path or None
+            Folder of the model to open with it; None for the open one, or one known to be of it.
         """
         if self._opened is None:
             self._clients[1].wait(f"Reading {path.name} …")
         else:
             self.news.emit(f"Reading {path.name} …")
         self._first_range, self._first_scale = first_range, first_scale
+        self._first_model = model
         self._reading = path.name
         self.readingStarted.emit(path.name)
         self._opening.read(path, raw, self._volume_read, self._volume_failed, choice, is_remembered)
@@ -229,6 +235,8 @@ class Workspace(QObject):
 
     def open_model(self, folder: Path | None) -> None:
         """Load a generator in the background; None for no model."""
+        # Asked for later than what was to come with the volume that is read.
+        self._first_model = None
         scene = None if folder is None else self.library.scene_of(folder)
         self._model.open(folder, scene, held=self._reference_comes_first())
         self.news.emit(self._model.worth)
@@ -364,8 +372,11 @@ class Workspace(QObject):
     def _model_for(self, opened: OpenedVolume) -> Path | None:
         """Model to show with a volume: the open one, or one that is known to be of it.
 
-        A model gives way if it was of the volume before; one that waits for its own stays.
+        One that was asked for with it comes first. A model gives way if it was of the volume
+        before; one that waits for its own stays.
         """
+        if self._first_model is not None:
+            return self._first_model
         model = self._model.folder
         if model is not None:
             scene = self._model.scene or self.library.scene_of(model)
@@ -377,6 +388,7 @@ class Workspace(QObject):
 
     def _volume_opened(self, kept: TransferFunction | None, opened: OpenedVolume) -> None:
         self._ranging.abandon()
+        self._is_restored = kept is not None
         # What they preview belongs to the volume before.
         self.latent.search.cancel()
         self.latent.path.cancel()
@@ -471,7 +483,18 @@ class Workspace(QObject):
         is_alike = scene is not None and tf.scale == scene.scale
         if scene is not None and is_alike and tf.scalar_range != scene.scalar_range:
             self._state.commit(fit_to_range(tf, scene.scalar_range), "range of the model")
+        elif scene is not None and not is_alike and self._opened is not None and self._is_untouched:
+            # As if the model had been there before the volume.
+            wanted = scene.scalar_range, scene.scale
+            self._ranging.show_over(self._opened, *wanted, self._range_taken, self._volume_failed)
         self._dispatcher.send(generator_only=before == self._dispatcher.raster)
+
+    @property
+    def _is_untouched(self) -> bool:
+        """Whether the volume's range and scale are none that anybody chose."""
+        chosen = self._first_range, self._first_scale
+        is_default = self._state.transfer_function == self._state.default_transfer_function
+        return not self._is_restored and chosen == (None, None) and is_default
 
     def _note_model(self) -> None:
         """Remember a model that belongs to the volume."""

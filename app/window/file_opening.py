@@ -75,7 +75,7 @@ class FileOpening(QObject):
         self._model_awaited: Path | None = None
         workspace.volumeOpened.connect(self._remember_layout)
         workspace.volumeStarted.connect(self._ask_for_content)
-        workspace.volumeStarted.connect(self._open_awaited_model)
+        workspace.volumeStarted.connect(self._offer_awaited_volume)
         self._slow = QTimer(self, singleShot=True, interval=SLOW_MS)
         self._slow.timeout.connect(self._offer_cancel)
         self._reading = ""
@@ -120,7 +120,9 @@ class FileOpening(QObject):
             is_remembered=choice is None,
         )
 
-    def open_volume(self, path: Path, choice: Choice | None = None) -> None:
+    def open_volume(
+        self, path: Path, choice: Choice | None = None, model: Path | None = None
+    ) -> None:
         """Open a volume.
 
         The layout of a headerless file that does not say it is asked for first. Of a file or
@@ -131,7 +133,10 @@ class FileOpening(QObject):
         ----------
         choice : Choice or None
             What to read of it.
+        model : Path or None
+            Folder of the model to open with it.
         """
+        self._model_awaited = model
         layout = None
         if path.suffix.lower() == RAW_SUFFIX and path.is_file():
             layout = self._known_layout(path)
@@ -142,7 +147,9 @@ class FileOpening(QObject):
             self._raw_layout = path, layout
         known = self._known_choice(path) if choice is None else choice
         self._choice = None if known is None else (path, known)
-        self._workspace.open_volume(path, layout, choice=known, is_remembered=choice is None)
+        self._workspace.open_volume(
+            path, layout, choice=known, is_remembered=choice is None, model=model
+        )
 
     def _note_reading(self, name: str) -> None:
         self._reading = name
@@ -210,13 +217,13 @@ class FileOpening(QObject):
         if not check.is_fine or volume is None or self._is_open(check):
             self.open_model(folder)
             return
-        self.open_volume(volume)
-        self._model_awaited = folder
+        self.open_volume(volume, model=folder)
 
-    def _open_awaited_model(self) -> None:
+    def _offer_awaited_volume(self) -> None:
+        """Say so where the file that was opened with a model no longer is that model's volume."""
         folder, self._model_awaited = self._model_awaited, None
-        if folder is not None and folder != self._workspace.model:
-            self.open_model(folder)
+        if folder is not None and folder == self._workspace.model:
+            self._offer_volume(self._workspace.library.check_model(folder))
 
     def _offer_volume(self, check: ModelCheck) -> None:
         self._notice.clear(VOLUME_OFFER)

@@ -8,12 +8,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fake_models import make_model
 from PySide6.QtWidgets import QPushButton
 from pytestqt.qtbot import QtBot
 from window_fakes import FakeBuilders
 
 from app.state.transfer_function_store import TransferFunctionStore
 from app.window.main_window import MainWindow
+from model.networks.card import ModelCard
+from model.networks.size import NetworkSize
 from model.scene.scene import Scene
 from model.scene.transfer_function import GaussianMode, TransferFunction
 from model.scene.volume import Volume
@@ -173,9 +176,78 @@ def test_a_model_of_the_logarithm_brings_it(
     qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders, halo: Volume
 ) -> None:
     builders.scene = Scene.of(halo.on_scale("log"), image_size=16)
-    # The model is there before the volume: opened together, either may be the first.
     window = make_window()
     with qtbot.waitSignal(window.workspace.settled):
         window.workspace.open_volume(Path("halo"))
     assert shown(window).scale == "log" and window.state.scale == "log"
     assert window.generator.canvas.message == ""
+
+
+def shows_as_the_model(window: MainWindow, scene: Scene) -> bool:
+    volume, canvas = shown(window), window.generator.canvas
+    return (volume.scalar_range, volume.scale) == (scene.scalar_range, "log") and not canvas.message
+
+
+def test_a_model_that_is_read_after_the_volume_brings_its_scale_too(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders, halo: Volume
+) -> None:
+    scene = builders.scene = Scene.of(halo.on_scale("log").over((-1.0, 2.0)), image_size=16)
+    window = make_window("halo", model=None)
+    assert shown(window).scale == "linear"
+    with qtbot.waitSignal(window.workspace.rangeChanged):
+        window.workspace.open_model(Path("model"))
+    qtbot.waitUntil(lambda: window.workspace.is_settled)
+    assert shows_as_the_model(window, scene)
+    with qtbot.waitSignal(window.workspace.rangeChanged):
+        window.state.undo()
+    assert shown(window).scale == "linear"
+
+
+def test_a_model_that_is_read_late_changes_nothing_that_was_made(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders, halo: Volume
+) -> None:
+    builders.scene = Scene.of(halo.on_scale("log"), image_size=16)
+    window = make_window("halo", model=None)
+    opacity = replace(window.state.transfer_function.opacity, modes=(GaussianMode(9.0, 2.0, 0.5),))
+    edited = replace(window.state.transfer_function, opacity=opacity)
+    window.state.commit(edited, "edit")
+    with qtbot.waitSignal(window.workspace.modelChanged):
+        window.workspace.open_model(Path("model"))
+    qtbot.waitUntil(lambda: "over the logarithm" in window.generator.canvas.message)
+    assert shown(window).scale == "linear" and window.state.transfer_function == edited
+
+
+@pytest.mark.parametrize("is_open_before", [False, True])
+def test_a_model_opened_with_its_volume_decides_before_it_is_shown(
+    qtbot: QtBot,
+    make_window: WindowMaker,
+    builders: FakeBuilders,
+    halo: Volume,
+    tmp_path: Path,
+    is_open_before: bool,
+) -> None:
+    scene = builders.scene = Scene.of(halo.on_scale("log").over((-1.0, 2.0)), image_size=64)
+    card = ModelCard(scene, "draft", NetworkSize(image_size=64))
+    folder = make_model(tmp_path / "model", **card.to_json())
+    window = make_window(model=None)
+    if is_open_before:
+        window.opening.open_model(folder)
+    window.opening.open_model_and_volume(folder, Path("halo"))
+    with qtbot.waitSignal(window.workspace.volumeStarted):
+        pass
+    assert window.workspace.model == folder and window.state.scale == "log"
+    qtbot.waitUntil(lambda: window.workspace.is_settled)
+    assert shows_as_the_model(window, scene)
+    assert not window.state.undo_stack.canUndo()
+
+
+def test_a_model_whose_volume_was_not_read_is_awaited_no_more(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders, halo: Volume, tmp_path: Path
+) -> None:
+    folder = make_model(tmp_path / "model")
+    window = make_window("halo", model=None)
+    with qtbot.waitSignal(window.workspace.problem):
+        window.opening.open_model_and_volume(folder, Path("gone"))
+    with qtbot.waitSignal(window.workspace.volumeStarted):
+        window.opening.open_volume(Path("halo"))
+    assert window.workspace.model is None
