@@ -55,11 +55,9 @@ def available() -> bool:
 
 
 def denoise(
-    color: NDArray[np.float32],
-    albedo: NDArray[np.float32] | None = None,
-    normal: NDArray[np.float32] | None = None,
+    color: NDArray[np.float32], albedo: NDArray[np.float32] | None = None
 ) -> NDArray[np.float32]:
-    """Denoise radiance; see :class:`model.rendering.path_tracing.estimate.Estimate` for all three.
+    """Denoise radiance; see :class:`model.rendering.path_tracing.estimate.Estimate` for both.
 
     It may be called from any thread; calls wait for one another.
 
@@ -67,8 +65,8 @@ def denoise(
     ----------
     color : ndarray of float32, shape (rows, columns, 3)
         Radiance, 0 or more, not cut at 1.
-    albedo, normal : ndarray of float32, shape (rows, columns, 3), optional
-        What guides it: unlit colours in [0, 1], and normals of length 1 at most.
+    albedo : ndarray of float32, shape (rows, columns, 3), optional
+        What guides it: unlit colours in [0, 1].
 
     Returns
     -------
@@ -77,15 +75,14 @@ def denoise(
     """
     if not available():
         raise DenoisingError("There is no denoiser for this machine; choose pictures without one.")
-    images = {"color": color, "albedo": albedo, "normal": normal}
+    images = {"color": color, "albedo": albedo}
     return _denoiser().run({name: image for name, image in images.items() if image is not None})
 
 
 def denoised(estimate: Estimate) -> NDArray[np.float32]:
     """Return an estimate's picture denoised; its opacity is exact, and stays.
 
-    It is guided by the albedo alone, which has no noise: normals, as noisy as the paths, make it
-    worse (an RMSE of .0160 instead of .0148 at one sample, engine, head CT and jet, 256 x 256).
+    It is guided by the unlit colours, which have no noise.
 
     Returns
     -------

@@ -26,9 +26,6 @@ class Estimate:
         Colours before they are cut at 1, times opacity: what a denoiser needs.
     albedo : ndarray of float32, shape (rows, columns, 3)
         Unlit colours, times opacity. They have no noise.
-    normal : ndarray of float32, shape (rows, columns, 3)
-        Mean normal of the surfaces that are seen, in world coordinates and times opacity; shorter
-        the less of a pixel is a surface.
     halves : ndarray of float32, shape (2, rows, columns, 3)
         Radiance of the even and of the odd samples, independent of each other; after the first
         sample the second is 0.
@@ -39,13 +36,11 @@ class Estimate:
     error: float
     radiance: NDArray[np.float32]
     albedo: NDArray[np.float32]
-    normal: NDArray[np.float32]
     halves: NDArray[np.float32]
 
 
 def estimate_of(
     sums: NDArray[np.float32],
-    normals: NDArray[np.float32],
     unlit: NDArray[np.float32],
     samples: int,
 ) -> Estimate:
@@ -55,8 +50,6 @@ def estimate_of(
     ----------
     sums : ndarray of float32, shape (2, rows, columns, 3)
         Of the radiance of the even and of the odd samples.
-    normals : ndarray of float32, shape (rows, columns, 3)
-        Sums over all samples.
     unlit : ndarray of float32, shape (rows, columns, 4)
         The ray caster's unlit picture.
     samples : int
@@ -71,8 +64,7 @@ def estimate_of(
         share = math.sqrt(counts[0] * counts[1]) / samples
         error = share * math.sqrt(mean_square(halves[0] - halves[1]))
     albedo = np.ascontiguousarray(unlit[..., :3])
-    normal = normals / np.float32(samples)
-    return Estimate(rgba, samples, error, radiance, albedo, normal, halves)
+    return Estimate(rgba, samples, error, radiance, albedo, halves)
 
 
 def mean_square(values: NDArray[np.float32]) -> float:

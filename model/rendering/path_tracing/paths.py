@@ -3,6 +3,9 @@
 The first collision is drawn from the ray caster's own samples along the view ray, of which every
 sample of a pixel has one: a pixel's opacity is exact, and no sample is spent on what is empty.
 From there paths go on by delta tracking, with the light's share added at each collision.
+
+The first collision colours the light; all others are grey. So what is thin or broken has the hue
+of its TF as a thick piece has, and no neighbour's colour tints it: a legend stays true.
 """
 
 from __future__ import annotations
@@ -42,8 +45,8 @@ LEAST = np.float32(1e-3)
 def trace_rows(
     medium: Any,
     alphas: Any,
-    colors: Any,
-    albedos: Any,
+    surfaces: Any,
+    media: Any,
     optics: Any,
     camera: Any,
     step: float,
@@ -53,7 +56,6 @@ def trace_rows(
     sample: int,
     seed: int,
     sums: Any,
-    normals: Any,
 ) -> None:
     """Add one sample to each pixel of some rows.
 
@@ -62,8 +64,10 @@ def trace_rows(
     medium : Medium
     alphas : ndarray of float32, shape (levels,)
         Opacity of a sample at each level.
-    colors, albedos : ndarray of float32, shape (4 levels,)
-        RGBA at each level: what a surface reflects, and what a medium scatters.
+    surfaces, media : ndarray of float32, shape (4 levels,)
+        Of the light that collides at each level the share that goes on: by colour at the first
+        collision, then one for all colours at any other. See
+        :func:`model.rendering.path_tracing.scattering.shares`.
     optics : Optics
     camera : ndarray of float64, shape (24,)
         See :func:`model.rendering.raycast.camera.camera_array`.
@@ -81,8 +85,6 @@ def trace_rows(
     seed : int
     sums : ndarray of float32, shape (2, rows, columns, 3)
         Input and output: sums of the even and of the odd samples.
-    normals : ndarray of float32, shape (rows, columns, 3)
-        Input and output: sums of the first surfaces' normals, 0 where there is none.
     """
     columns = opacity.shape[1]
     levels, staging, _ = stack_batch(medium.voxels)
@@ -99,8 +101,8 @@ def trace_rows(
             level, t = _collide(medium, alphas, ray, target, levels, staging)
             if level < 0:
                 continue
-            (r, g, b), normal = _radiance(
-                medium, alphas, colors, albedos, optics, pixel, index, level,
+            r, g, b = _radiance(
+                medium, alphas, surfaces, media, optics, pixel, index, level,
                 (ray.start[0] + t * ray.step[0]),
                 (ray.start[1] + t * ray.step[1]),
                 (ray.start[2] + t * ray.step[2]),
@@ -113,9 +115,6 @@ def trace_rows(
             sums[half, row, column, 0] += a * r
             sums[half, row, column, 1] += a * g
             sums[half, row, column, 2] += a * b
-            normals[row, column, 0] += a * normal[0]
-            normals[row, column, 1] += a * normal[1]
-            normals[row, column, 2] += a * normal[2]
 
 
 @inlined
@@ -161,8 +160,8 @@ def _collide(medium: Any, alphas: Any, ray: Any, target: Any, levels: Any, stagi
 def _radiance(
     medium: Any,
     alphas: Any,
-    colors: Any,
-    albedos: Any,
+    surfaces: Any,
+    media: Any,
     optics: Any,
     pixel: Any,
     index: int,
@@ -172,18 +171,12 @@ def _radiance(
     z: Any,
     direction: Any,
 ) -> Any:
-    """Return the light that one path brings from its first collision, and the normal there.
-
-    Returns
-    -------
-    light : tuple of 3 float32
-        Red, green and blue.
-    normal : tuple of 3 float32
-        0 where the collision is at no surface.
-    """
-    red, green, blue = ZERO, ZERO, ZERO
-    first = (ZERO, ZERO, ZERO)
-    tr, tg, tb = ONE, ONE, ONE
+    """Return the light that one path brings from its first collision: red, green and blue."""
+    # What the first collision colours, what it mirrors as it is, and what comes by the path's rest.
+    colored, white, rest = ZERO, ZERO, ZERO
+    cr, cg, cb = ZERO, ZERO, ZERO
+    mirrors = False
+    left = ONE
     shape = medium.shape
     for bounce in range(optics.bounces):
         x, y, z = clamp(x, shape[0]), clamp(y, shape[1]), clamp(z, shape[2])
@@ -198,15 +191,10 @@ def _radiance(
             p, q = number_of(joined(stream, 4)), number_of(joined(stream, 5))
         entry = np.uint64(np.uint32(level))
         is_surface, normal = surface_at(medium, optics, x, y, z, direction, alphas[entry], kind)
-        if bounce == 0 and is_surface:
-            first = normal
         entry *= np.uint64(4)
-        table = colors if is_surface else albedos
-        cr = table[entry]
-        cg = table[entry + np.uint64(1)]
-        cb = table[entry + np.uint64(2)]
+        table = surfaces if is_surface else media
         light = about(optics.towards, ONE - u * (ONE - optics.cone), v)
-        white, shown = ZERO, ZERO
+        glossy, shown = ZERO, ZERO
         if is_surface:
             twice = TWO * dot(normal, direction)
             mirrored = (
@@ -220,38 +208,46 @@ def _radiance(
                 along = dot(mirrored, light)
                 if along > ZERO:
                     lobe = HALF * (optics.power + ONE) * along**optics.power
-                    white = optics.gloss * lobe
+                    glossy = optics.gloss * lobe
         else:
             mirrored = direction
             shown = phase(dot(direction, light), optics.asymmetry)
-        if shown + white > ZERO:
+        share = ONE
+        if bounce > 0:
+            share = table[entry + np.uint64(3)]
+        else:
+            cr, cg, cb = table[entry], table[entry + np.uint64(1)], table[entry + np.uint64(2)]
+        if shown + glossy > ZERO:
             _, _, through = track(medium, (x, y, z), light, joined(stream, 6), True)
             through *= optics.key
-            red += tr * through * (cr * shown + white)
-            green += tg * through * (cg * shown + white)
-            blue += tb * through * (cb * shown + white)
-        choice = number_of(joined(stream, 7))
-        if is_surface:
-            if choice < optics.gloss:
-                cr, cg, cb = ONE, ONE, ONE
-                direction = about(mirrored, p ** (ONE / (optics.power + ONE)), q)
+            if bounce > 0:
+                rest += left * through * (share * shown + glossy)
             else:
-                direction = about(normal, math.sqrt(p), q)
+                colored = through * shown
+                white = through * glossy
+        choice = number_of(joined(stream, 7))
+        if is_surface and choice < optics.gloss:
+            direction = about(mirrored, p ** (ONE / (optics.power + ONE)), q)
+            mirrors |= bounce == 0
         else:
-            direction = about(direction, phase_cosine(p, optics.asymmetry), q)
-        tr, tg, tb = tr * cr, tg * cg, tb * cb
-        brightest = max(tr, max(tg, tb))
-        if bounce >= CERTAIN and brightest < ONE:
-            if number_of(joined(stream, 8)) >= brightest:
+            if is_surface:
+                direction = about(normal, math.sqrt(p), q)
+            else:
+                direction = about(direction, phase_cosine(p, optics.asymmetry), q)
+            left *= share
+        if bounce >= CERTAIN and left < ONE:
+            if number_of(joined(stream, 8)) >= left:
                 break
-            tr, tg, tb = tr / brightest, tg / brightest, tb / brightest
+            left = ONE
         level, t, _ = track(medium, (x, y, z), direction, joined(stream, 9), False)
         if level < 0:
-            red += tr * optics.sky
-            green += tg * optics.sky
-            blue += tb * optics.sky
+            rest += left * optics.sky
             break
         x += t * direction[0] * medium.scaling[0]
         y += t * direction[1] * medium.scaling[1]
         z += t * direction[2] * medium.scaling[2]
-    return (red, green, blue), first
+    if mirrors:
+        white += rest
+    else:
+        colored += rest
+    return cr * colored + white, cg * colored + white, cb * colored + white

@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,7 @@ from model.rendering.path_tracing.paths import trace_rows
 from model.rendering.path_tracing.scattering import (
     Optics,
     facet_albedo,
+    shares,
     single_scattering_albedo,
 )
 from model.rendering.path_tracing.tracking import CLEAREST, Medium
@@ -177,7 +178,9 @@ class PathTracer:
         camera = camera_array(inputs.view, volume, raster, inputs.crop)
         alphas = opacity_table(inputs.opacity_tf, volume.scalar_range, distance)
         colors = color_table(inputs.color_tf, volume.scalar_range)
-        albedos = single_scattering_albedo(colors, self._lamp.asymmetry).astype(np.float32)
+        scatters = partial(single_scattering_albedo, asymmetry=self._lamp.asymmetry)
+        media = shares(colors.reshape(-1, 4), scatters).ravel()
+        surfaces = shares(colors.reshape(-1, 4), facet_albedo).ravel()
         medium = self._medium(inputs)
         unlit = np.zeros((*raster.shape, 4), dtype=np.float32)
         draw: Any = draw_rows
@@ -189,21 +192,19 @@ class PathTracer:
             return
         np.clip(unlit, 0, 1, out=unlit)
         opacity = np.ascontiguousarray(unlit[..., 3:])
-        facets = facet_albedo(colors).astype(np.float32)
-        traced = (medium, alphas, facets, albedos, self._optics(inputs), camera, step, opacity)
+        traced = (medium, alphas, surfaces, media, self._optics(inputs), camera, step, opacity)
         place = raster.left, raster.top, raster.width
         sums = np.zeros((2, *raster.shape, 3), dtype=np.float32)
-        normals = np.zeros((*raster.shape, 3), dtype=np.float32)
         for done in range(1, samples + 1):
             number = done - 1
 
             def task(rows: tuple[int, int], number: int = number) -> None:
-                trace(*traced, place, rows, number, self._seed, sums, normals)
+                trace(*traced, place, rows, number, self._seed, sums)
 
             if not self._run(task, raster, wanted):
                 return
             if done & (done - 1) == 0 or done == samples:
-                yield estimate_of(sums, normals, unlit, done)
+                yield estimate_of(sums, unlit, done)
 
     def close(self) -> None:
         """End the threads; the renderer cannot be used afterwards."""

@@ -8,6 +8,7 @@ function of Henyey and Greenstein (1941). Directions are in world coordinates, o
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,6 +22,10 @@ TURN = np.float32(2 * math.pi)
 QUARTER, TWO = np.float32(0.25), np.float32(2)
 ROUND = np.float32(1e-4)
 """Asymmetry below which a phase function counts as isotropic."""
+
+
+DARKEST = 0.6
+"""Colour below which all that is darker scatters alike after its first collision."""
 
 
 class Optics(NamedTuple):
@@ -104,6 +109,34 @@ def facet_albedo(color: NDArray[np.floating]) -> NDArray[np.float64]:
     """
     color = np.asarray(color, dtype=np.float64)
     return np.asarray(color * (2 - color))
+
+
+def shares(
+    color: NDArray[np.floating], reflects: Callable[[NDArray[np.float64]], NDArray[np.float64]]
+) -> NDArray[np.float32]:
+    """Shares of the light that go on at a collision, such that many of them give a colour in all.
+
+    A grey piece needs the same share at each collision. Of a coloured one the brightest colour has
+    that, and the others their part of it at the first collision alone: its hue is the TF's however
+    often light is scattered. Dark pieces have :data:`DARKEST`'s share at all but the first, as
+    they would be too bright where light is scattered but once.
+
+    Parameters
+    ----------
+    color : ndarray, shape (..., 3 or more)
+        Red, green and blue in [0, 1].
+    reflects : callable
+        :func:`single_scattering_albedo` or :func:`facet_albedo`.
+
+    Returns
+    -------
+    ndarray of float32, shape (..., 4)
+        Red, green and blue at the first collision; of all colours at any other.
+    """
+    color = np.asarray(color, dtype=np.float64)[..., :3]
+    brightest = np.maximum(color.max(axis=-1, keepdims=True), DARKEST)
+    share = reflects(brightest)
+    return np.concatenate([color * (share / brightest), share], axis=-1).astype(np.float32)
 
 
 @inlined

@@ -61,7 +61,7 @@ def test_noise_falls_against_many_samples(jet, truth):
         assert (clean[clean[..., 3] == 0] == 0).all()
 
 
-def test_what_guides_the_denoiser_is_the_unlit_picture_and_unit_normals(jet):
+def test_what_guides_the_denoiser_is_the_unlit_picture(jet):
     volume, inputs = jet
     tracer = PathTracer(volume)
     *_, estimate = tracer.refine(inputs, 48, 2)
@@ -70,9 +70,6 @@ def test_what_guides_the_denoiser_is_the_unlit_picture_and_unit_normals(jet):
     unlit = caster.render(inputs, 48)
     caster.close()
     np.testing.assert_allclose(estimate.albedo, unlit[..., :3], atol=1 / 500)
-    length = np.linalg.norm(estimate.normal, axis=2)
-    assert (length <= unlit[..., 3] + 1e-3).all()
-    assert length.max() > 0.5
     np.testing.assert_array_equal(estimate.rgba[..., :3], estimate.radiance.clip(0, 1))
 
 

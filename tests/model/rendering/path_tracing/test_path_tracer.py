@@ -114,6 +114,19 @@ def test_a_thick_evenly_lit_piece_has_the_color_of_its_tf(asymmetry, error):
     np.testing.assert_allclose(middle, (*color, 1.0), atol=error)
 
 
+@pytest.mark.parametrize("opacity", [0.01, 0.2, 0.9])
+@pytest.mark.parametrize("surfaces", [False, True])
+def test_the_hue_is_that_of_the_tf_however_thin_a_piece_is(opacity, surfaces):
+    """Red, green and blue are in the proportions of the TF, also where light scatters once."""
+    color = np.array([0.9, 0.5, 0.15])
+    volume, opacity_tf, color_tf = homogeneous(opacity, tuple(color))
+    lamp = Lamp(gloss=0.0, surfaces=surfaces)
+    image = traced(volume, SceneInputs(VIEW, opacity_tf, color_tf), 16, 16, lamp=lamp)
+    light = image[..., :3].mean(axis=(0, 1)) / color
+    assert light.min() > 0
+    np.testing.assert_allclose(light / light[0], 1.0, atol=0.02)
+
+
 def test_a_white_surface_that_faces_the_light_is_white_and_one_has_its_color():
     for color in ((1.0, 1.0, 1.0), (0.7, 0.4, 0.1)):
         volume, opacity_tf, color_tf = homogeneous(1.0, color, 24)
