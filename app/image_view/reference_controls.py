@@ -143,7 +143,8 @@ class ReferenceControls(QObject):
         action.setCheckable(True)
         action.setChecked(getattr(self._work.choices, name))
         action.setToolTip(tip)
-        action.triggered.connect(partial(self._choose, name))
+        # A partial would be called without the state: PySide cannot count its arguments.
+        action.triggered.connect(lambda checked: self._choose(name, checked))
         self._switches.append((name, action))
         return action
 
