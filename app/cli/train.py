@@ -111,9 +111,7 @@ def _run_with_bar(job: TrainingJob) -> None:
         console.print(f"Steps are computed in {execution}: the fastest way measured here.")
         _say_how_long(job, execution)
 
-    if _is_long(job):
-        # Steps of large networks take seconds, and some of each way are timed.
-        console.print("How long this run takes is measured first, which may take minutes.")
+    _say_how_long(job, None)
     with TrainingDisplay() as display:
         run_job(job, display.show, say)
 
@@ -122,23 +120,34 @@ def _is_long(job: TrainingJob) -> bool:
     return job.samples is not None and job.samples >= LONG_RUN
 
 
-def _say_how_long(job: TrainingJob, execution: Execution) -> None:
-    """Say what a long run by samples will take."""
+def _say_how_long(job: TrainingJob, execution: Execution | None) -> None:
+    """Say what a long run by samples will take, roughly while its execution is not chosen yet."""
     if not _is_long(job):
         return
     from app.cli.console import about
     from model.devices import choose_device
+    from model.training.execution import STANDARD
     from model.training.run_forecast import forecast_run
 
     try:
         volume = job.volume.read()
     except VolumeError:
         return
-    seconds = forecast_run(job, volume, choose_device(job.device), execution)
-    console.print(
-        f"This run of {job.samples:,} samples takes {about(seconds)} on this machine. "
-        "It can be stopped and go on at any time; --minutes or --epochs make it shorter."
-    )
+    rough = execution is None
+    device = choose_device(job.device)
+    seconds = forecast_run(job, volume, device, execution or STANDARD, rough)
+    time_here = f"This run of {job.samples:,} samples takes {about(seconds)} on this machine"
+    if rough:
+        # Steps of large networks take seconds, and some of each way are timed.
+        console.print(
+            f"{time_here}, by one step of each stage. How steps are computed fastest is measured "
+            "now, which may take minutes, and then the time again."
+        )
+    else:
+        console.print(
+            f"{time_here}. It can be stopped and go on at any time; "
+            "--minutes or --epochs make it shorter."
+        )
 
 
 def _run_with_lines(job: TrainingJob) -> None:

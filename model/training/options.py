@@ -24,6 +24,10 @@ PRESETS: dict[str, NetworkSize] = {
 """Network sizes by name: "draft" for experiments, "compact" for CPUs, and the paper's."""
 
 
+STAGES = ("opacity", "translation", "small", "joint")
+"""Names of the stages that a recipe has options for."""
+
+
 @dataclass(frozen=True)
 class StageOptions:
     """Optimization of one stage (paper, section 6, implementation details).
@@ -229,7 +233,7 @@ class TrainingOptions:
     def from_json(cls, data: dict[str, Any]) -> TrainingOptions:
         """Rebuild options from :meth:`to_json`'s data."""
         values = dict(data)
-        for stage in ("opacity", "translation", "small", "joint"):
+        for stage in STAGES:
             values[stage] = StageOptions(**values[stage])
         return cls(**values)
 

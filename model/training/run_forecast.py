@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import time
-from dataclasses import replace
 from itertools import islice
 
 import torch
@@ -13,14 +12,10 @@ from model.samples.sample_rendering import make_renderer, render_samples
 from model.scene.scene import Scene
 from model.scene.volume import Volume
 from model.training.execution import Execution
-from model.training.execution_choice import step_seconds
+from model.training.execution_choice import step_seconds, timed_options
 from model.training.job import TrainingJob
-from model.training.options import TrainingOptions
 from model.training.schedule import Schedule
 from model.training.streamed_samples import DEFAULT_REUSE
-
-TIMED_IMAGES = 4
-"""Images of a timed step on a CPU, where a step takes as long as its images together."""
 
 TIMED_STEPS = 2
 
@@ -29,7 +24,11 @@ RENDERED = 4
 
 
 def forecast_run(
-    job: TrainingJob, volume: Volume, device: torch.device, execution: Execution
+    job: TrainingJob,
+    volume: Volume,
+    device: torch.device,
+    execution: Execution,
+    rough: bool = False,
 ) -> float:
     """Estimate the seconds of a run whose budget is in samples; takes some seconds itself.
 
@@ -39,6 +38,8 @@ def forecast_run(
         Its samples are rendered while it trains, unless it has a stored data set.
     execution : Execution
         How steps are computed.
+    rough : bool
+        Whether the first step of each stage, which also prepares what stays, is enough.
 
     Returns
     -------
@@ -47,28 +48,20 @@ def forecast_run(
     """
     assert job.samples is not None
     scene = job.scene_of(volume)
-    options = job.options
+    options = timed_options(job.options, device)
     schedule = Schedule(job.size, options, scene, torch.device("cpu"))
     seconds, begun = 0.0, 0.0
     for name in schedule.names:
         share, begun = schedule.ends[name] - begun, schedule.ends[name]
-        batch = getattr(options, name).batch_size
-        timed = batch if device.type == "cuda" else min(batch, TIMED_IMAGES)
-        steps = step_seconds(
-            job.size, _with_batch(options, name, timed), scene, device, execution, name
-        )
+        steps = step_seconds(job.size, options, scene, device, execution, name)
         # The first step also prepares what stays.
-        quickest = min(list(islice(steps, 1 + TIMED_STEPS))[1:])
-        seconds += share * job.samples * quickest / timed
+        times = [next(steps)] if rough else list(islice(steps, 1 + TIMED_STEPS))[1:]
+        images = getattr(options, name).batch_size
+        seconds += share * job.samples * min(times) / images
     if job.store is None and device.type == "cpu":
         fresh = job.samples / (job.reuse or DEFAULT_REUSE[job.lighting])
         seconds += fresh * _rendering_seconds(scene, volume) / (job.workers or os.cpu_count() or 1)
     return seconds
-
-
-def _with_batch(options: TrainingOptions, name: str, size: int) -> TrainingOptions:
-    stage = replace(getattr(options, name), batch_size=size)
-    return replace(options, **{name: stage})
 
 
 def _rendering_seconds(scene: Scene, volume: Volume) -> float:

@@ -34,10 +34,22 @@ def test_a_forecast_grows_with_the_samples_and_counts_both_stages(
             Path("x"), preset="draft", faithful=True, samples=samples, workers=2, reuse=10.0
         )
         seconds.append(run_forecast.forecast_run(job, volume, device, execution))
-    assert timed[:2] == [("opacity", 4), ("translation", 4)]
-    # Half of the samples in each stage, four a step; a tenth rendered by two threads.
-    assert seconds[0] == 500 / 4 * 2 + 500 / 4 * 6 + 1000 / 10 * 0.5 / 2
+    assert timed[:2] == [("opacity", 16), ("translation", 16)]
+    # Half of the samples in each stage, sixteen a step; a tenth rendered by two threads.
+    assert seconds[0] == 500 / 16 * 2 + 500 / 16 * 6 + 1000 / 10 * 0.5 / 2
     assert seconds[1] == 3 * seconds[0]
+
+
+def test_a_rough_forecast_takes_one_step_of_each_stage(volume: Volume, monkeypatch) -> None:
+    def steps(*arguments: object):
+        yield 3.0
+        pytest.fail("a second step was timed")
+
+    monkeypatch.setattr(run_forecast, "step_seconds", steps)
+    monkeypatch.setattr(run_forecast, "_rendering_seconds", lambda scene, volume: 0.0)
+    job = TrainingJob(Path("x"), preset="draft", faithful=True, samples=1600)
+    rough = run_forecast.forecast_run(job, volume, torch.device("cpu"), Execution(), rough=True)
+    assert rough == 1600 / 16 * 3.0
 
 
 @pytest.mark.slow
