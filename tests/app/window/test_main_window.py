@@ -642,6 +642,30 @@ def test_the_light_says_whether_anybody_chose_it(make_window: WindowMaker) -> No
     assert "automatically" in bar.light.toolTip()
 
 
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        ("Open volumes in shadows where that is fast", "shadows_first"),
+        ("Denoise path-traced light", "denoises"),
+    ],
+)
+def test_switches_of_the_light_menu_are_taken(
+    make_window: WindowMaker, text: str, name: str
+) -> None:
+    window = make_window(model=None)
+    work = window.workspace.reference
+    # The caption's button and the menu bar have one each.
+    switch, twin = (found for found in window.findChildren(QAction) if found.text() == text)
+    switch.setEnabled(True)
+    before = getattr(work.choices, name)
+    switch.trigger()
+    assert getattr(work.choices, name) is not before
+    switch.trigger()
+    assert getattr(work.choices, name) is before
+    work.choose(**{name: not before})
+    assert switch.isChecked() is twin.isChecked() is not before
+
+
 def test_a_pan_is_told_where_it_can_be_seen(make_window: WindowMaker) -> None:
     window = make_window()
     window.state.set_view(View(pan_x=0.25, pan_y=-0.004))
