@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from app.engines.engine import Array, always
-from app.engines.messages import Request, SupersededError
+from app.engines.messages import GOOD_ENOUGH, Request, SupersededError
 from app.engines.renderer_engine import RendererEngine
 from model.rendering.path_tracing.refinement import (
     MOST_SAMPLES,
@@ -15,12 +15,9 @@ from model.rendering.path_tracing.refinement import (
 )
 from model.rendering.path_tracing.renderer import PathTracer
 
-GOOD_ENOUGH = 0.003
-"""Estimated error of a picture that no more samples are spent on: less than an 8-bit step."""
-
 
 class PathTracingEngine(RendererEngine):
-    """The path tracer as an engine, which says how many samples an image has, and its error."""
+    """The path tracer as an engine, which counts an image's samples, and estimates its error."""
 
     by_raycast = False
 
@@ -62,8 +59,7 @@ class PathTracingEngine(RendererEngine):
             raise SupersededError
         self._said = f", {last.samples} sample{'s' * (last.samples > 1)}"
         self._said += " denoised" * last.is_denoised
-        if last.samples > 1:
-            self._said += f", error {last.error:.2g}".replace(" 0.", " .")
+        self.image_error = last.error
         return last.rgba
 
 
