@@ -35,6 +35,8 @@ class Quality:
         Pixels of a picture that is not square; None for a square one.
     samples : int
         Of each pixel in path-traced light; other renderers ignore it.
+    error : float
+        Estimated error from which a path-traced image gets no more samples.
     """
 
     size: int
@@ -42,6 +44,7 @@ class Quality:
     live: bool = False
     raster: Raster | None = None
     samples: int = 1
+    error: float = GOOD_ENOUGH
 
     @property
     def pixels(self) -> Raster:

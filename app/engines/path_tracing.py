@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from app.engines.engine import Array, always
-from app.engines.messages import GOOD_ENOUGH, Request, SupersededError
+from app.engines.messages import Request, SupersededError
 from app.engines.renderer_engine import RendererEngine
 from model.rendering.path_tracing.refinement import (
     MOST_SAMPLES,
@@ -51,9 +51,8 @@ class PathTracingEngine(RendererEngine):
                 lambda: drawn.is_wanted(),
                 distance,
                 denoises=self._denoises,
-                error=GOOD_ENOUGH,
             )
-        last = self._drawn.after(quality.samples, is_wanted)
+        last = self._drawn.after(quality.samples, quality.error, is_wanted)
         if last is None:
             self._drawn = _Drawn()
             raise SupersededError
@@ -72,10 +71,10 @@ class _Drawn:
         self.is_wanted: Callable[[], bool] = always
         self._last: Refined | None = None
 
-    def after(self, samples: int, is_wanted: Callable[[], bool]) -> Refined | None:
+    def after(self, samples: int, error: float, is_wanted: Callable[[], bool]) -> Refined | None:
         """Return it after some samples, or with fewer if it is good enough; None if unwanted."""
         self.is_wanted = is_wanted
-        while self._last is None or self._last.samples < samples:
+        while self._last is None or (self._last.samples < samples and self._last.error > error):
             picture = next(self.coming, None)
             if picture is None:
                 return self._last if is_wanted() else None

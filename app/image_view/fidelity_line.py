@@ -5,13 +5,14 @@ from __future__ import annotations
 import html
 from collections.abc import Callable
 
+from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QLabel
 
 from app.engines.messages import Result
 from app.engines.states import EngineState
 from app.image_view.engine_pane import PLACE, EnginePane
 from app.image_view.orientation_cube import OrientationCube
-from app.state.fidelity import Fidelity, ImageErrors
+from app.state.fidelity import Fidelity, ImageErrors, error_text
 from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
 
@@ -42,6 +43,9 @@ class FidelityLine(QLabel):
         Returns the error of a lossy copy's images; None for another volume.
     """
 
+    judged = Signal()
+    """Emitted when an image has been judged."""
+
     def __init__(
         self,
         pane: EnginePane,
@@ -71,8 +75,19 @@ class FidelityLine(QLabel):
         """What is said now, in words; empty of an exact image."""
         return self._fidelity.text
 
+    @property
+    def moving(self) -> str:
+        """Time and error of the last image while something moved, as measured; may be empty."""
+        if self._errors.moving is None:
+            return ""
+        seconds, error = self._errors.moving
+        time = f"{1e3 * seconds:.0f} ms" if seconds < 1 else f"{seconds:.1f} s"
+        if error is None:
+            return time
+        return f"{time}, error {error_text(error)}" if error else f"{time}, exact"
+
     def _take(self, result: Result) -> None:
-        self._errors.note(result, self._whole())
+        self._errors.note(result, self._whole(), self._state.live)
 
     def _follow(self, state: EngineState) -> None:
         if state is EngineState.LOADING:
@@ -98,6 +113,7 @@ class FidelityLine(QLabel):
         self.setToolTip(f"<qt>{tip}</qt>" if tip else "")
         self._place()
         self.setVisible(bool(text))
+        self.judged.emit()
 
     def _place(self) -> None:
         canvas = self._pane.canvas

@@ -1,4 +1,4 @@
-"""Controls of how the reference image is drawn: light and brightness, quality, renderer."""
+"""Controls of how the reference image is drawn: light and brightness, size, renderer."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from PySide6.QtGui import QAction, QActionGroup
 from PySide6.QtWidgets import QMenu, QWidgetAction
 
 from app.caption_button import CaptionButton
-from app.controls import add_action, add_title
+from app.controls import add_action
 from app.engines.engines import ReferenceSettings
 from app.image_view.brightness_slider import BrightnessSlider
 from app.image_view.light_ball import LightBall
@@ -39,13 +39,6 @@ LIGHT_NAMES = {
     "path": "Path traced",
 }
 """Light that there is, on the button."""
-
-DISTANCES = {
-    None: "Automatic: 0.5 voxels, or as the model beside",
-    1.0: "1 voxel: fast",
-    0.5: "0.5 voxels",
-    0.25: "0.25 voxels: fine",
-}
 
 SIZES = {
     "pane": "As the window",
@@ -116,12 +109,8 @@ class ReferenceControls(QObject):
         action.setDefaultWidget(BrightnessSlider(self._brightness))
         menu.addAction(action)
 
-    def fill_quality(self, menu: QMenu) -> None:
-        """Add sample distances and sizes to a menu."""
-        add_title(menu, "Distance of samples along each ray")
-        self._add_choices(menu, "sample_distance", DISTANCES)
-        menu.addSeparator()
-        add_title(menu, "Size of the image")
+    def fill_size(self, menu: QMenu) -> None:
+        """Add sizes of the image to a menu."""
         self._add_choices(menu, "size", SIZES)
 
     def fill_drawing(self, menu: QMenu) -> None:

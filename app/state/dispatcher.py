@@ -8,8 +8,9 @@ from PySide6.QtCore import QObject, Signal
 
 from app.engines.client import EngineClient
 from app.engines.messages import ImageRequest, Quality, Request, Result, StandInRequest
+from app.state.exactness import STEPS, USUAL
 from app.state.live_drawer import LiveDrawer
-from app.state.pace import LIVE_SECONDS, Pace
+from app.state.pace import Pace
 from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
 from model.scene.value_scale import ValueScale
@@ -36,9 +37,6 @@ LONGEST_SECONDS = 120.0
 """Time that an image of all pixels may take, unless their number is the user's choice; otherwise
 there are as many as half of it allows."""
 
-SCATTERING_LIVE_SECONDS = 0.4
-"""Time that a live image may take in shadows, where fewer pixels are all that is saved."""
-
 FIRST_SCALE = 0.25
 """Scale of the first image in soft light and shadows, before it is known how long pixels take."""
 
@@ -50,9 +48,6 @@ FIRST_SIZE = 384
 
 MORE_SAMPLES = 2
 """Factor of the samples of an image that follows one in path-traced light."""
-
-PATH_LIVE_SECONDS = 0.12
-"""Time that a live path-traced image may take: eight a second."""
 
 AT_REST = ImageRequest, False
 """Kind of the reference's images that are not live, by which their times are kept."""
@@ -90,6 +85,8 @@ class Dispatcher(QObject):
     draws_live : bool
         Whether the reference itself draws while something moves, though the ray caster might
         stand in: path-traced light that is denoised.
+    exactness : Exactness
+        What images may take while something moves, and owe at rest.
     hidden : set of EngineClient
         Clients whose images nobody sees: they are asked for none.
     scale : {"linear", "log"}
@@ -115,6 +112,7 @@ class Dispatcher(QObject):
         self.begins_coarse = False
         self.most_samples = 1
         self.draws_live = False
+        self.exactness = STEPS[USUAL]
         self.hidden: set[EngineClient] = set()
         self.scale: ValueScale = "linear"
         self._state = state
@@ -155,7 +153,7 @@ class Dispatcher(QObject):
         """
         self._sequence += not generator_only
         raster = self.final_raster
-        final = Quality(raster.shorter, raster=raster)
+        final = self._of(raster)
         self._submit(self._generator, ImageRequest, final)
         if generator_only or self._reference in self.hidden:
             return
@@ -168,11 +166,27 @@ class Dispatcher(QObject):
             self._submit(self._stand_in, StandInRequest, Quality(sharp.shorter, raster=sharp))
             if sharp.width >= raster.width and self._takes_not_too_long(self.raster):
                 # A coarse image of VTK's would take the place of a sharper one.
-                final = Quality(self.raster.shorter, raster=self.raster)
+                final = self._of(self.raster)
         if self.begins_coarse and is_slow and not stands_in:
             self._ask_reference(self._live(ImageRequest))
         else:
             self._ask_reference(final)
+
+    def show_trade(self) -> None:
+        """Draw the present state as while something moves, and then at rest.
+
+        So one sees what has been traded, and both are measured.
+        """
+        self._choose_live_drawer()
+        if self._reference in self.hidden:
+            return
+        self._sequence += 1
+        if not self._stands_in():
+            self._ask_reference(self._live(ImageRequest))
+        elif self._live_drawer.is_vtk:
+            self._ask_reference(self._live_of_vtk)
+        else:
+            self._submit(self._stand_in, StandInRequest, self._live(StandInRequest))
 
     @property
     def _stand_in_raster(self) -> Raster:
@@ -218,9 +232,7 @@ class Dispatcher(QObject):
         return self.may_stand_in and self._stand_in.is_ready and not self.draws_live
 
     def _live(self, kind: type[Request]) -> Quality:
-        seconds = SCATTERING_LIVE_SECONDS if self.begins_coarse else LIVE_SECONDS
-        if self.draws_live:
-            seconds = PATH_LIVE_SECONDS
+        seconds = self.exactness.live_seconds
         first = FIRST_SCALE if self.begins_coarse else 0.35
         scale = self._pace.scale((kind, True), _size(self.raster), seconds, first)
         raster = self.raster.scaled(scale)
@@ -232,7 +244,9 @@ class Dispatcher(QObject):
     @property
     def _live_of_vtk(self) -> Quality:
         """VTK's live image, where it is the faster: all samples, and as many pixels as keep up."""
-        scale = self._pace.scale(AT_REST, _size(self.raster), LIVE_SECONDS, FIRST_SCALE)
+        scale = self._pace.scale(
+            AT_REST, _size(self.raster), self.exactness.live_seconds, FIRST_SCALE
+        )
         raster = self.raster.scaled(scale)
         return Quality(raster.shorter, live=True, raster=raster)
 
@@ -242,6 +256,7 @@ class Dispatcher(QObject):
             self._live_drawer.choose(
                 self._pace.expected(AT_REST, size),
                 self._pace.expected((StandInRequest, True), size),
+                self.exactness.live_seconds,
             )
         else:
             self._live_drawer.forget()
@@ -261,6 +276,10 @@ class Dispatcher(QObject):
             self._pace.note((kind, live), _size(raster), result.seconds)
             self._choose_live_drawer()
         newest = request.sequence == self._sequence and not self._state.live
+        if kind is StandInRequest and newest and request.quality.live:
+            # What has been traded was shown: the image at rest follows.
+            self.send()
+            return
         if kind is StandInRequest and newest and not self._reference.is_ready:
             if self._stand_in_raster.width > FINER * raster.width:
                 self.send()
@@ -285,7 +304,11 @@ class Dispatcher(QObject):
                 if drawn.samples >= self.most_samples:
                     return None
                 return replace(drawn, samples=MORE_SAMPLES * drawn.samples)
-        return Quality(raster.shorter, raster=raster)
+        return self._of(raster)
+
+    def _of(self, raster: Raster) -> Quality:
+        """Quality of an image at rest, of its first sample."""
+        return Quality(raster.shorter, raster=raster, error=self.exactness.error)
 
 
 def _size(raster: Raster) -> float:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from app.engines.messages import GOOD_ENOUGH, ImageRequest, Result
+from app.engines.messages import GOOD_ENOUGH, ImageRequest, Result, StandInRequest
 from model.rendering.raster import Raster
 from model.scene.inputs import SceneInputs
 
@@ -19,6 +19,7 @@ MOST_OWN_ERROR = 0.5
 """Error of an image at rest, relative to what is measured against it, from which that is void."""
 
 REFINING = "refining"
+AS_CHOSEN = "as exact as chosen"
 AT_BEST = "as good as it gets here"
 MOVING = "coarser while moving"
 
@@ -27,8 +28,10 @@ WAIT = "It is being refined: wait for it."
 MEASURED = "Its error is predicted: as measured of the last image of this kind that came to rest."
 ESTIMATED = "Its error is estimated from how the samples of its pixels differ."
 ENDS = (
-    "Refining ends at {} samples a pixel. The command render draws on, with --samples or --error."
+    "Refining ends at {} samples a pixel. Move the slider above the image towards exact, or have "
+    "the command render draw on, with --samples or --error."
 )
+MORE = "Move the slider above the image towards exact."
 TOO_LONG = (
     "It has {} of {} pixels across: all of them take too long here. Make the window smaller, or "
     "choose a faster light."
@@ -102,18 +105,30 @@ class ImageErrors:
         self._waiting: dict[object, Image] = {}
         self._inputs: SceneInputs | None = None
         self._last: Result | None = None
+        self._moved: Result | None = None
+        self._moved_in_full = False
+
+    @property
+    def moving(self) -> tuple[float, float | None] | None:
+        """Seconds and error of the last image while something moved; None if there is none."""
+        if self._moved is None:
+            return None
+        error = 0.0 if self._moved_in_full else self._known.get(_kind(self._moved))
+        return self._moved.seconds, error
 
     def forget(self) -> None:
         """Begin anew: another volume, light or renderer is drawn."""
         self._known.clear()
         self._waiting.clear()
-        self._inputs = self._last = None
+        self._inputs = self._last = self._moved = None
 
-    def note(self, result: Result, whole: Raster) -> None:
+    def note(self, result: Result, whole: Raster, moves: bool = False) -> None:
         """Note that an image is shown, and measure those before it if it knows its own error.
 
         Parameters
         ----------
+        moves : bool
+            Whether something moves.
         whole : Raster
             Pixels that an image has where nothing stands against it.
         """
@@ -122,9 +137,16 @@ class ImageErrors:
             self._waiting.clear()
             self._inputs = result.request.inputs
         self._last = result
+        if result.request.quality.live and (moves or not self._follows(result)):
+            self._moved, self._moved_in_full = result, _is_full(result, whole)
         self._waiting[_kind(result)] = result.value
         if result.image_error is not None:
             self._measure(whole)
+
+    def _follows(self, result: Result) -> bool:
+        """Whether it is the reference's first one at rest, after the ray caster's in motion."""
+        moved = None if self._moved is None else self._moved.request
+        return isinstance(moved, StandInRequest) and isinstance(result.request, ImageRequest)
 
     def settle(self, whole: Raster) -> None:
         """Take the last image as the one at rest, and measure those before it."""
@@ -208,7 +230,7 @@ def _grid(count: int) -> NDArray[np.intp]:
 
 
 def _kind(result: Result) -> object:
-    return type(result.request), replace(result.request.quality, live=False)
+    return type(result.request), replace(result.request.quality, live=False, error=0.0)
 
 
 def _is_whole(result: Result, whole: Raster) -> bool:
@@ -227,10 +249,15 @@ def _is_full(result: Result, whole: Raster) -> bool:
 
 
 def _at_rest(last: Result, whole: Raster) -> Fidelity:
-    width, reasons = last.request.quality.pixels.width, []
-    own = last.image_error
-    if own is not None and own > GOOD_ENOUGH:
-        reasons += [ENDS.format(last.request.quality.samples), ESTIMATED]
-    if width < whole.width:
-        reasons, own = [TOO_LONG.format(width, whole.width)], None
-    return Fidelity(own, False, AT_BEST, tuple(reasons)) if reasons else Fidelity()
+    quality, own = last.request.quality, last.image_error
+    if quality.pixels.width < whole.width:
+        return _best(None, TOO_LONG.format(quality.pixels.width, whole.width))
+    if own is None or own <= GOOD_ENOUGH:
+        return Fidelity()
+    if own <= quality.error:
+        return Fidelity(own, False, AS_CHOSEN, (MORE, ESTIMATED))
+    return _best(own, ENDS.format(quality.samples), ESTIMATED)
+
+
+def _best(error: float | None, *reasons: str) -> Fidelity:
+    return Fidelity(error, False, AT_BEST, reasons)

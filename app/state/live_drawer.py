@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from app.state.pace import LIVE_SECONDS
-
 SWITCH = 0.7
 """VTK takes over where it needs less than this part of the time that it may take; it gives back
 beyond the time divided by it, so that two that are equally fast do not take turns."""
@@ -34,7 +32,7 @@ class LiveDrawer:
         self.is_vtk, self.reason = False, ""
         self._told: tuple[float, float | None] = 0.0, None
 
-    def choose(self, vtk: float | None, raycast: float | None) -> None:
+    def choose(self, vtk: float | None, raycast: float | None, seconds: float) -> None:
         """Choose by what an image of the present size takes.
 
         Parameters
@@ -43,11 +41,13 @@ class LiveDrawer:
             Seconds of VTK's image with all samples; None if not known.
         raycast : float or None
             Seconds of the ray caster's live image, with fewer samples; None if not known.
+        seconds : float
+            That a live image may take.
         """
         if vtk is None:
             self.forget()
             return
-        allowed = max(LIVE_SECONDS, raycast or 0.0)
+        allowed = max(seconds, raycast or 0.0)
         was_vtk, (vtk_told, raycast_told) = self.is_vtk, self._told
         self.is_vtk = vtk < (allowed / SWITCH if was_vtk else allowed * SWITCH)
         is_known = _near(vtk, vtk_told) and _near(raycast or 0.0, raycast_told or 0.0)

@@ -12,6 +12,7 @@ from app.engines.client import EngineClient
 from app.engines.engines import Builders, ReferenceSettings
 from app.engines.messages import Result
 from app.state.dispatcher import NO_MODEL_SIZE, Dispatcher
+from app.state.exactness import STEPS
 from app.state.preferences import Preferences
 from app.state.reference_choices import ReferenceChoices
 from app.state.remembered import LightingChoice
@@ -29,9 +30,6 @@ PANE_REST_MS = 150
 
 LEAST_PANE = 64
 """Fewest pixels of an image's sides, while a pane is not laid out yet."""
-
-MOST_SAMPLES = 64
-"""Samples of each pixel that path-traced light comes to at rest."""
 
 PREPARING = "Preparing the volume …"
 PREPARING_FIRST = f"{PREPARING} The first time takes about half a minute longer."
@@ -153,13 +151,14 @@ class ReferenceWork(QObject):
             return
         redrawn = (choices.size, choices.drawing) != (self.choices.size, self.choices.drawing)
         relit = choices.lighting != self.choices.lighting
+        traded = choices.exactness != self.choices.exactness
         self.choices = choices
         if keep:
             if relit and self._volume is not None:
                 self._preferences.note_volume(self._volume.fingerprint, lighting=choices.lighting)
             self._preferences.set(
                 drawing=choices.drawing,
-                sample_distance=choices.sample_distance,
+                exactness=choices.exactness,
                 reference_size=None if choices.size == "pane" else choices.size,
                 shadows_first=choices.shadows_first,
                 denoises=choices.denoises,
@@ -168,6 +167,8 @@ class ReferenceWork(QObject):
         self.follow(self._scene)
         if redrawn:
             self._dispatcher.send()
+        elif traded and self._volume is not None:
+            self._dispatcher.show_trade()
 
     def place_light(self, light: LightDirection | None) -> None:
         """Set the light's direction without keeping it for the next run."""
@@ -255,7 +256,8 @@ class ReferenceWork(QObject):
             Raster(size, size) if isinstance(size, int) else Raster(*self._pane_pixels)
         )
         dispatcher.may_stand_in = self.choices.drawing == "auto"
-        dispatcher.most_samples = MOST_SAMPLES if self.settings.lighting == "path" else 1
+        dispatcher.exactness = step = STEPS[self.choices.exactness]
+        dispatcher.most_samples = step.samples if self.settings.lighting == "path" else 1
         is_clean = self.settings.denoises and denoising.installed()
         dispatcher.draws_live = self.settings.lighting == "path" and is_clean
         dispatcher.begins_coarse = self.settings.lighting in ("soft", "shadows", "path")
@@ -327,7 +329,7 @@ def _remembered(preferences: Preferences) -> ReferenceChoices:
     return ReferenceChoices(
         "auto",
         values.drawing,
-        values.sample_distance,
+        values.exactness,
         size,
         values.shadows_first,
         values.denoises,

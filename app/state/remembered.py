@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Literal
 
 from app.engines.engines import Drawing
+from app.state.exactness import STEPS, USUAL
 from app.state.value_checks import (
     Checks,
     base64_text,
@@ -158,8 +159,8 @@ class Remembered:
     Attributes
     ----------
     drawing : {"auto", "vtk", "raycast"}
-    sample_distance : float or None
-        In voxels, 0.01 to 10; None for the usual one.
+    exactness : int
+        Number of one of :data:`app.state.exactness.STEPS`.
     reference_size : None, int or "generator"
         Pixels of the reference image, 16 to 8192; None for as many as its pane has.
     shadows_first : bool
@@ -193,7 +194,7 @@ class Remembered:
     """
 
     drawing: Drawing = "auto"
-    sample_distance: float | None = None
+    exactness: int = USUAL
     reference_size: ReferenceSize = None
     shadows_first: bool = True
     denoises: bool = True
@@ -376,7 +377,7 @@ _VOLUME_CHECKS: Checks = {
 
 _CHECKS: Checks = {
     "drawing": one_of("auto", "vtk", "raycast"),
-    "sample_distance": either(one_of(None), number(0.01, 10)),
+    "exactness": whole_number(0, len(STEPS) - 1),
     "reference_size": either(one_of(None, "generator"), whole_number(16, 8192)),
     "shadows_first": _flag,
     "denoises": _flag,

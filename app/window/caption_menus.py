@@ -74,9 +74,9 @@ class CaptionMenus(QObject):
     def fill_reference(
         self, train: QAction, controls: ReferenceControls, panes: PaneLayout
     ) -> None:
-        """Offer quality and renderer; without a model, one beside it; and to see it alone."""
+        """Offer size and renderer; without a model, one beside it; and to see it alone."""
         menu = self._reference.add_menu()
-        controls.fill_quality(menu.addMenu("&Quality"))
+        controls.fill_size(menu.addMenu("&Size"))
         controls.fill_drawing(menu.addMenu("&Renderer"))
         menu.addSeparator()
         find = add_action(menu, "Open a model beside it…", self._files.open_model)

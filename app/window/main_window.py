@@ -24,6 +24,7 @@ from app.engines.client import EngineClient
 from app.engines.engines import FASTEST, REAL_BUILDERS, Builders, GeneratorSettings
 from app.image_view.crop_handles import CropHandles
 from app.image_view.engine_pane import EnginePane
+from app.image_view.exactness_slider import ExactnessSlider
 from app.image_view.fidelity_line import FidelityLine
 from app.image_view.gestures import ViewGestures
 from app.image_view.reference_controls import ReferenceControls
@@ -145,7 +146,10 @@ class MainWindow(QMainWindow):
         self.reference_controls = ReferenceControls(
             self.state, self.workspace.reference, self.brightness, self
         )
-        self.top_bar = TopBar(self.reference_controls.ball, self.reference_controls.light)
+        self.exactness = ExactnessSlider(self.workspace.reference)
+        self.top_bar = TopBar(
+            self.reference_controls.ball, self.reference_controls.light, self.exactness
+        )
         self.browse = self.top_bar.browse
         self.panes = PaneLayout(self.browser, self.generator, self.reference)
         self.training = TrainingRun(self)
@@ -166,6 +170,7 @@ class MainWindow(QMainWindow):
         self.fidelity = FidelityLine(
             self.reference, self.state, self.workspace.reference.whole_raster, self._copy_error
         )
+        self.exactness.follow(self.fidelity)
         DecodedLayer(self.editor.area, self.workspace.decoded)
         self._memory = WindowMemory(
             self, self._splitter, self.panes, self.state, self.editor.moves, self.preferences

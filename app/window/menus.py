@@ -171,7 +171,7 @@ class Menus(QObject):
         self._build_camera(menu)
         menu.addSeparator()
         controls.fill_light(menu.addMenu("&Light"))
-        controls.fill_quality(menu.addMenu("&Quality of the ground truth"))
+        controls.fill_size(menu.addMenu("&Size of the ground truth"))
         controls.fill_drawing(menu.addMenu("Reference ren&derer"))
         menu.addSeparator()
         crop, overlays = self._parts.crop, self._parts.overlays

@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QMenuBar, QToolButton, QWidge
 
 from app.caption_button import CaptionButton
 from app.icons import IconButton
+from app.image_view.exactness_slider import ExactnessSlider
 from app.image_view.light_ball import LightBall
 
 HEIGHT = 36
@@ -30,7 +31,7 @@ class TopBar(QWidget):
         Names the volume; its menu has others.
     """
 
-    def __init__(self, ball: LightBall, light: CaptionButton) -> None:
+    def __init__(self, ball: LightBall, light: CaptionButton, exactness: ExactnessSlider) -> None:
         super().__init__()
         self.setProperty("role", "bar")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
@@ -42,7 +43,7 @@ class TopBar(QWidget):
         self.volume = CaptionButton()
         self.volume.set_title("No volume")
         self.volume.add_menu()
-        self.ball, self.light = ball, light
+        self.ball, self.light, self.exactness = ball, light, exactness
         self.compare = IconButton("compare", "Compare", "C", "Generator and ground truth together")
         self.difference = IconButton(
             "difference", "Difference", "D", "Where the generator's image is off, and how far"
@@ -90,6 +91,8 @@ class TopBar(QWidget):
         row.addWidget(_line())
         row.addWidget(self.volume)
         row.addStretch(1)
+        row.addWidget(self.exactness)
+        row.addWidget(_line())
         row.addWidget(self.ball)
         row.addWidget(self.light)
         row.addWidget(_line())
@@ -109,6 +112,7 @@ class TopBar(QWidget):
         self.menu_bar.setVisible(not folded)
         self.volume.set_folded(folded)
         self.light.set_title(self.light.title)
+        self.exactness.set_folded(folded)
         self.browse.set_caption("" if folded else "Browse TFs")
 
 

@@ -115,6 +115,18 @@ def test_a_path_traced_picture_goes_on_where_it_ended() -> None:
     engine.close()
 
 
+def test_a_path_traced_picture_that_is_good_enough_gets_no_more_samples() -> None:
+    engine = PathTracingEngine(PathTracer(make_volume(), threads=1), 0.5, denoises=False)
+    request = replace(make_request(1), quality=Quality(16, samples=256, error=0.02))
+    engine.image(request)
+    few, error = engine.description, engine.image_error
+    assert error <= 0.02 and few != "path tracer, 256 samples"
+    # It goes on where less is good enough.
+    engine.image(replace(request, quality=Quality(16, samples=256, error=0.0)))
+    assert engine.description == "path tracer, 256 samples" and engine.image_error < error
+    engine.close()
+
+
 def test_a_region_by_differences_is_given_up_when_nobody_wants_it() -> None:
     volume = make_volume()
     lit = RaycastRenderer(volume, "soft", LightDirection(), threads=1)

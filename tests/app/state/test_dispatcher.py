@@ -13,6 +13,7 @@ from app.state.dispatcher import (
     STAND_IN_SECONDS,
     Dispatcher,
 )
+from app.state.exactness import STEPS
 from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
 from model.scene.view import View
@@ -233,12 +234,12 @@ def test_path_traced_light_is_seen_while_something_moves_where_it_is_denoised(
     moved = reference.asked[-1]
     assert moved.quality.live and moved.quality.samples == 1
     assert moved.inputs.view.azimuth == 20
-    # At a pixel's pace, as many as eight images a second have.
+    # At a pixel's pace, as many as ten images a second have.
     for azimuth in range(30, 60):
         reference.answer(1e-6)
         state.move_view(View(azimuth=float(azimuth)))
     pixels = reference.asked[-1].quality.pixels
-    assert 0.06 < 1e-6 * pixels.width * pixels.height < 0.13
+    assert 0.05 < 1e-6 * pixels.width * pixels.height <= 0.1
     state.finish_view()
     assert len(stand_in.asked) == 1
 
@@ -299,3 +300,47 @@ def test_times_of_another_volume_or_light_choose_nobody(
     reference.answer(1e-8)
     assert drag(state, clients) is reference
     assert reference.asked[-1].quality.coarseness > 1
+
+
+@pytest.mark.parametrize("lit", [False, True])
+def test_an_image_that_moves_takes_as_long_as_is_chosen(
+    state: ViewerState, dispatcher: Dispatcher, clients: list[Client], lit: bool
+) -> None:
+    dispatcher.begins_coarse = lit
+    widths = []
+    for step in STEPS:
+        dispatcher.exactness = step
+        for _ in range(4):
+            drag(state, clients).answer(1e-6)
+        pixels = drag(state, clients).asked[-1].quality.pixels
+        coarse = clients[1].asked[-1].quality.coarseness
+        widths.append(pixels.width)
+        seconds = 1e-6 * pixels.width * pixels.height / coarse
+        assert seconds <= step.live_seconds
+        state.finish_view()
+        if lit:
+            # The first one at rest is coarse.
+            clients[1].answer(1e-6)
+        assert clients[1].asked[-1].quality.error == step.error
+    assert widths == sorted(widths) and widths[0] < widths[-1]
+
+
+@pytest.mark.parametrize("stands_in", [False, True])
+def test_a_choice_is_drawn_as_while_something_moves_and_then_at_rest(
+    dispatcher: Dispatcher, clients: list[Client], stands_in: bool
+) -> None:
+    _, reference, stand_in = clients
+    dispatcher.may_stand_in = stands_in
+    dispatcher.show_trade()
+    drawer = stand_in if stands_in else reference
+    moving = drawer.answer(1e-6)
+    assert moving.quality.live
+    rest = reference.asked[-1]
+    assert not rest.quality.live and rest.inputs == moving.inputs
+    while reference.asked[-1] is not rest or rest.quality.pixels != PANE:
+        rest = reference.answer(1e-9)
+    # What nobody sees is not drawn.
+    asked = len(drawer.asked)
+    dispatcher.hidden = {reference}
+    dispatcher.show_trade()
+    assert len(drawer.asked) == asked

@@ -133,6 +133,36 @@ def test_a_path_traced_image_has_its_estimated_error() -> None:
     assert said(errors, settled=True) == ""
 
 
+def test_an_image_that_is_as_exact_as_was_chosen_says_so() -> None:
+    errors = ImageErrors()
+    chosen = Quality(48, raster=WHOLE, samples=8, error=0.012)
+    errors.note(result(0.5, chosen, 0.011), WHOLE)
+    found = errors.fidelity(INPUTS, False, True, WHOLE)
+    assert found.text == "error .011, as exact as chosen"
+    assert "slider" in found.reasons[0]
+
+
+def test_time_and_error_of_a_moving_image_are_measured() -> None:
+    errors = ImageErrors()
+    assert errors.moving is None
+    errors.note(result(0.4, live()), WHOLE)
+    assert errors.moving == (0.1, None)
+    errors.note(result(0.5), WHOLE)
+    errors.settle(WHOLE)
+    assert errors.moving == (0.1, pytest.approx(0.1))
+    errors.note(result(0.5, live(1.0)), WHOLE)
+    assert errors.moving == (0.1, 0.0)
+    # A coarse one at rest is not one of those that move.
+    drawn = replace(result(0.4, live()), request=StandInRequest(1, INPUTS, live()), seconds=0.02)
+    errors.note(drawn, WHOLE, moves=True)
+    errors.note(result(0.4, live()), WHOLE)
+    assert errors.moving == (0.02, None)
+    errors.note(result(0.4, live()), WHOLE, moves=True)
+    assert errors.moving is not None and errors.moving[0] == 0.1
+    errors.forget()
+    assert errors.moving is None
+
+
 def test_an_estimate_is_not_that_of_an_image_that_lacks_pixels() -> None:
     errors = ImageErrors()
     errors.note(result(0.5, Quality(24, raster=Raster(32, 24), samples=4), 0.004), WHOLE)

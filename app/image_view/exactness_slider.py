@@ -1,0 +1,93 @@
+"""The slider from fast to exact, with time and error of the image while something moves."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QSignalBlocker, Qt
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QSlider, QWidget
+
+from app.image_view.fidelity_line import FidelityLine
+from app.state.exactness import STEPS
+from app.state.fidelity import error_text
+from app.state.reference_choices import ReferenceChoices
+from app.state.reference_work import ReferenceWork
+from app.wheel_guard import WheelGuard
+
+WIDTH = 84
+"""Of the slider, in pixels."""
+
+WIDEST = "999 ms, error .0000"
+"""As long as figures get, so that nothing moves as they change."""
+
+
+class ExactnessSlider(QWidget):
+    """Chooses between speed and accuracy, and says what both are here.
+
+    Its figures are measured: they are those of the last image while something moved, compared
+    with the one at rest. Each choice draws both.
+    """
+
+    def __init__(self, work: ReferenceWork) -> None:
+        super().__init__()
+        self._work = work
+        self._line: FidelityLine | None = None
+        self._ends = [QLabel("fast"), QLabel("exact")]
+        self.slider = QSlider(Qt.Orientation.Horizontal)
+        WheelGuard(self.slider)
+        self.slider.setRange(0, len(STEPS) - 1)
+        self.slider.setPageStep(1)
+        self.slider.setFixedWidth(WIDTH)
+        # What is dragged over is not drawn.
+        self.slider.setTracking(False)
+        self.slider.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.figures = QLabel()
+        for label in (*self._ends, self.figures):
+            label.setProperty("role", "dim")
+        self.figures.setFixedWidth(self.fontMetrics().horizontalAdvance(WIDEST) + 4)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(4, 0, 4, 0)
+        row.setSpacing(6)
+        for widget in (self._ends[0], self.slider, self._ends[1], self.figures):
+            row.addWidget(widget)
+        self.slider.valueChanged.connect(lambda step: work.choose(exactness=step))
+        self.slider.sliderMoved.connect(self._say)
+        work.choicesChanged.connect(self._show)
+        self._show(work.choices)
+
+    def follow(self, line: FidelityLine) -> None:
+        """Have the figures of the images that a line judges."""
+        self._line = line
+        line.judged.connect(self._show_figures)
+
+    def set_folded(self, folded: bool) -> None:
+        """Leave words and figures out, or show them again."""
+        for label in (*self._ends, self.figures):
+            label.setVisible(not folded)
+
+    def _show(self, choices: ReferenceChoices) -> None:
+        with QSignalBlocker(self.slider):
+            self.slider.setValue(choices.exactness)
+        self._say(choices.exactness)
+        self._show_figures()
+
+    def _say(self, number: int) -> None:
+        """Say what a step means, in tooltip and accessible name."""
+        step = STEPS[number]
+        name = step.name or f"step {number + 1} of {len(STEPS)}"
+        rest = f"path-traced light is refined until its error is {error_text(step.error)}"
+        if step.distance is not None:
+            rest += f", and samples lie {step.distance:g} voxels apart, but in shadows"
+        self.slider.setAccessibleName(f"From fast to exact: {name}")
+        tip = (
+            f"<qt>Speed against accuracy: <b>{name}</b><br>While something moves, an image may "
+            f"take {1e3 * step.live_seconds:.0f} ms: coarser if it must. At rest every pixel is "
+            f"drawn; {rest}.<br>The figures are measured: how long the last moving image took, "
+            "and how far it was from the one at rest (RMSE). A choice has both drawn.</qt>"
+        )
+        for widget in (self.slider, self.figures, *self._ends):
+            widget.setToolTip(tip)
+
+    def _show_figures(self) -> None:
+        text = "" if self._line is None else self._line.moving
+        if text != self.figures.text():
+            self.figures.setText(text)
+            self.figures.setAccessibleName(f"Moving images: {text}" if text else "")

@@ -1,0 +1,55 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from pytestqt.qtbot import QtBot
+
+from app.state.exactness import STEPS, USUAL
+from app.window.main_window import MainWindow
+
+
+def test_a_step_is_chosen_kept_and_drawn_with_its_figures(
+    qtbot: QtBot, make_window: Callable[..., MainWindow]
+) -> None:
+    window = make_window(model=None, size="pane")
+    control, work = window.exactness, window.workspace.reference
+    # Where one renderer draws at rest and in motion, samples lie farther apart in motion.
+    work.choose(lighting="direct", drawing="raycast")
+    assert control.slider.value() == USUAL
+    assert control.slider.accessibleName() == "From fast to exact: Balanced"
+    assert "100 ms" in control.slider.toolTip()
+    assert work.settings.sample_distance == 0.5
+    # By key, to the last step.
+    QTest.keyClick(control.slider, Qt.Key.Key_End)
+    assert work.choices.exactness == window.preferences.value("exactness") == len(STEPS) - 1
+    assert work.settings.sample_distance == 0.25
+    assert control.slider.accessibleName() == "From fast to exact: Exact"
+    qtbot.waitUntil(lambda: "error" in control.figures.text(), timeout=10_000)
+    milliseconds, unit, word, error = control.figures.text().replace(",", "").split()
+    assert float(milliseconds) >= 0 and (unit, word) == ("ms", "error")
+    # Images of the fake engine differ by the numbers of their requests, in one channel of three.
+    numbers = [1, 2, 3, 4]
+    assert any(abs(float(error) - n / 255 / np.sqrt(3)) < 2e-4 for n in numbers)
+    assert control.figures.accessibleName() == f"Moving images: {control.figures.text()}"
+
+
+def test_in_shadows_samples_stay_as_far_apart(make_window: Callable[..., MainWindow]) -> None:
+    window = make_window(model=None)
+    work = window.workspace.reference
+    for lighting, exact in (("none", 0.25), ("shadows", 0.5), ("path", 0.5)):
+        work.choose(lighting=lighting, exactness=USUAL)
+        assert work.settings.sample_distance == 0.5
+        work.choose(exactness=len(STEPS) - 1)
+        assert work.settings.sample_distance == exact
+
+
+def test_a_narrow_bar_has_the_slider_alone(make_window: Callable[..., MainWindow]) -> None:
+    window = make_window()
+    control = window.exactness
+    window.resize(1440, 900)
+    assert control.figures.isVisible()
+    window.resize(1000, 800)
+    assert control.slider.isVisible() and not control.figures.isVisible()
