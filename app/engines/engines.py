@@ -251,10 +251,12 @@ def _reference_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
     place = volume, settings.lighting, settings.light, settings.sample_distance
     if settings.lighting == "path":
         from app.engines.path_tracing import PathTracingEngine
+        from model.generator.path_light_generator import cleaning_of
         from model.rendering.path_tracing.renderer import PathTracer
 
         tracer = PathTracer(volume, settings.light, settings.sample_distance)
-        return PathTracingEngine(tracer, settings.sample_distance, settings.denoises)
+        cleaning, release = cleaning_of(volume, settings.light, settings.denoises)
+        return PathTracingEngine(tracer, settings.sample_distance, cleaning, release)
     if settings.renderer == "raycast":
         from model.rendering.renderer import open_renderer
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from app.engines.engine import Array, always
 from app.engines.messages import Request, SupersededError
 from app.engines.renderer_engine import RendererEngine
+from model.rendering.path_tracing.cleaning import Cleaning
 from model.rendering.path_tracing.refinement import (
     MOST_SAMPLES,
     Refined,
@@ -20,13 +21,30 @@ GOOD_ENOUGH = 0.003
 
 
 class PathTracingEngine(RendererEngine):
-    """The path tracer as an engine, which says how many samples an image has, and its error."""
+    """The path tracer as an engine, which says how many samples an image has, and its error.
+
+    Parameters
+    ----------
+    tracer : PathTracer
+    sample_distance : float
+        Of final images, in voxels.
+    cleaning : callable, optional
+        Gives what takes the noise out of pictures.
+    release : callable
+        Releases what cleans.
+    """
 
     by_raycast = False
 
-    def __init__(self, tracer: PathTracer, sample_distance: float, denoises: bool = True) -> None:
-        super().__init__(RefiningRenderer(tracer, denoises), sample_distance)
-        self._denoises = denoises
+    def __init__(
+        self,
+        tracer: PathTracer,
+        sample_distance: float,
+        cleaning: Cleaning | None = None,
+        release: Callable[[], None] = lambda: None,
+    ) -> None:
+        super().__init__(RefiningRenderer(tracer, cleaning), sample_distance)
+        self._cleaning, self._release = cleaning, release
         self._tracer = tracer
         self._said = ""
         self._drawn = _Drawn()
@@ -53,7 +71,7 @@ class PathTracingEngine(RendererEngine):
                 MOST_SAMPLES,
                 lambda: drawn.is_wanted(),
                 distance,
-                denoises=self._denoises,
+                cleaning=self._cleaning,
                 error=GOOD_ENOUGH,
             )
         last = self._drawn.after(quality.samples, is_wanted)
@@ -61,10 +79,15 @@ class PathTracingEngine(RendererEngine):
             self._drawn = _Drawn()
             raise SupersededError
         self._said = f", {last.samples} sample{'s' * (last.samples > 1)}"
-        self._said += " denoised" * last.is_denoised
+        self._said += " denoised" * last.is_clean
         if last.samples > 1:
             self._said += f", error {last.error:.2g}".replace(" 0.", " .")
         return last.rgba
+
+    def close(self) -> None:
+        """End the tracer, and release what cleans."""
+        super().close()
+        self._release()
 
 
 class _Drawn:

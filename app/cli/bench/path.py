@@ -47,11 +47,14 @@ def _print(title: str, rows: list[PathRow]) -> None:
                 str(samples),
                 f"{fmean(row.seconds for row in alike):.2f}",
                 f"{fmean(row.traced for row in alike):.4f}",
+                f"{fmean(row.denoised for row in alike):.4f}",
                 f"{fmean(row.shown for row in alike):.4f}",
                 f"{fmean(told):.4f}" if told else "",
             )
         )
-    print_table(title, ("samples", "seconds", "RMSE as traced", "as shown", "told"), cells)
+    print_table(
+        title, ("samples", "seconds", "RMSE as traced", "denoised", "as shown", "told"), cells
+    )
     judged = [row for row in rows if row.told is not None]
     good = sum(row.is_told_well for row in judged)
     console.print(f"The error that is told is within a factor of 1.5 in {good} of {len(judged)}.")
