@@ -229,7 +229,7 @@ def _path_drawer(
     def drawn_by() -> str:
         by = "the path tracer"
         for last, seconds in finished:
-            by += f", {last.samples} samples a pixel{', denoised,' * last.is_clean}"
+            by += f", {last.samples} samples a pixel{last.deed and f', {last.deed},'}"
             by += f" in {seconds:.2g} s"
             if last.samples > 1:
                 by += f", estimated error {last.error:.2g}".replace(" 0.", " .")

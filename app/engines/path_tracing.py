@@ -79,7 +79,8 @@ class PathTracingEngine(RendererEngine):
             self._drawn = _Drawn()
             raise SupersededError
         self._said = f", {last.samples} sample{'s' * (last.samples > 1)}"
-        self._said += " denoised" * last.is_clean
+        if last.deed:
+            self._said += f", {last.deed}"
         if last.samples > 1:
             self._said += f", error {last.error:.2g}".replace(" 0.", " .")
         return last.rgba

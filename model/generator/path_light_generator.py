@@ -172,3 +172,7 @@ class FinishedPicture:
             self._soft = self._draw_soft()
         unlit = np.concatenate([estimate.albedo, estimate.rgba[..., 3:]], axis=2)
         return self._generator.finish(clean, radiance, self._soft, unlit, samples)
+
+    def deed(self, samples: int) -> str:
+        """Say what is done to a picture of so many samples."""
+        return "denoised" if samples > MOST_SAMPLES else "finished by the network"

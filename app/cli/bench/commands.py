@@ -147,12 +147,16 @@ def path(
     truth: Annotated[
         int, typer.Option("--truth", min=4, max=1 << 16, help="Samples to compare with.")
     ] = 512,
+    frames: Annotated[
+        int,
+        typer.Option("--frames", min=0, max=100, help="Of a movement whose flicker is measured."),
+    ] = 0,
     json: options.JsonFile = None,
 ) -> None:
     """Path-traced pictures over the number of samples: time, error, and the error that is told."""
     from app.cli.bench.path import bench_path
 
-    bench_path(volume, size, samples, truth, json)
+    bench_path(volume, size, samples, truth, frames, json)
 
 
 @bench.command()

@@ -46,6 +46,10 @@ class Cleaner(Protocol):
         """
         ...
 
+    def deed(self, samples: int) -> str:
+        """Say in a word or two what is done to a picture of so many samples."""
+        ...
+
 
 Cleaning = Callable[[SceneInputs, Raster], Cleaner]
 """Returns what cleans the estimates of a picture."""
@@ -62,6 +66,10 @@ class Denoiser:
     ) -> NDArray[np.float32]:
         """See :meth:`Cleaner.clean`."""
         return denoise(radiance, estimate.albedo)
+
+    def deed(self, samples: int) -> str:
+        """See :meth:`Cleaner.deed`."""
+        return "denoised"
 
 
 def denoiser(inputs: SceneInputs, raster: Raster) -> Cleaner:

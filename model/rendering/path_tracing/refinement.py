@@ -31,14 +31,14 @@ class Refined:
     error : float
         Estimated error of the colours, root mean square over all pixels; infinite after the first
         sample.
-    is_clean : bool
-        Whether noise was taken out.
+    deed : str
+        What was done to take the noise out, such as "denoised"; empty where nothing was.
     """
 
     rgba: NDArray[np.float32]
     samples: int
     error: float
-    is_clean: bool
+    deed: str
 
 
 def shown(estimate: Estimate, cleaner: Cleaner | None) -> Refined:
@@ -54,8 +54,10 @@ def shown(estimate: Estimate, cleaner: Cleaner | None) -> Refined:
         left = error_of(estimate, cleaner)
         # After the first sample neither is known, and noise is the larger by far.
         if not estimate.error < left:
-            return Refined(cleaned(estimate, cleaner), estimate.samples, left, True)
-    return Refined(estimate.rgba, estimate.samples, estimate.error, False)
+            return Refined(
+                cleaned(estimate, cleaner), estimate.samples, left, cleaner.deed(estimate.samples)
+            )
+    return Refined(estimate.rgba, estimate.samples, estimate.error, "")
 
 
 def refined(

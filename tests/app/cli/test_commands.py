@@ -329,7 +329,7 @@ def test_costs_are_measured_over_sizes(raw_file: Path, tmp_path: Path) -> None:
 
 def test_path_traced_pictures_are_measured_over_samples(raw_file: Path, tmp_path: Path) -> None:
     file = tmp_path / "path.json"
-    options = "--size 32 --samples 8 --truth 64"
+    options = "--size 32 --samples 8 --truth 64 --frames 3"
     assert run(f"bench path --volume {raw_file} {options} --json {file}".split()) == 0
     (rows,) = json.loads(file.read_text())["volumes"].values()
     assert [row["samples"] for row in rows] == 2 * [1, 2, 4, 8]

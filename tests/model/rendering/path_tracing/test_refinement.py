@@ -30,6 +30,9 @@ class Cleaner:
     def __init__(self) -> None:
         self.cleaned: list[int] = []
 
+    def deed(self, samples: int) -> str:
+        return f"cleaned of {samples}"
+
 
 @pytest.fixture
 def cleaner(monkeypatch: pytest.MonkeyPatch) -> Cleaner:
@@ -50,9 +53,9 @@ def test_a_picture_is_cleaned_until_its_noise_is_less_than_what_that_leaves(
 ) -> None:
     found = list(refined(Tracer(), None, 2, 32, cleaning=lambda *scene: cleaner))
     assert [each.samples for each in found] == [1, 2, 4, 8, 16, 32]
-    assert [each.is_clean for each in found] == [True] * 4 + [False] * 2
+    assert [each.deed for each in found[3:]] == ["cleaned of 8", "", ""]
     assert [each.error for each in found[1:]] == [0.03, 0.03, 0.03, 0.025, 0.0125]
-    assert all(each.rgba.max() == each.is_clean for each in found)
+    assert all(each.rgba.max() == bool(each.deed) for each in found)
 
 
 def test_no_more_samples_are_drawn_than_an_error_takes(cleaner: Cleaner) -> None:
@@ -63,12 +66,12 @@ def test_no_more_samples_are_drawn_than_an_error_takes(cleaner: Cleaner) -> None
 
 def test_a_whole_picture_is_the_last_of_those_and_cleaned_once(cleaner: Cleaner) -> None:
     whole = drawn(Tracer(), None, 2, 8, cleaning=lambda *scene: cleaner)
-    assert (whole.samples, whole.error, whole.is_clean) == (8, 0.03, True)
+    assert (whole.samples, whole.error, whole.deed) == (8, 0.03, "cleaned of 8")
     assert cleaner.cleaned == [8]
     aimed = drawn(Tracer(), None, 2, 1024, cleaning=lambda *scene: cleaner, error=0.03)
     assert aimed.samples == 2
 
 
 def test_without_what_cleans_them_pictures_stay_as_they_were_traced() -> None:
-    assert not any(each.is_clean for each in refined(Tracer(), None, 2, 8, cleaning=None))
+    assert not any(each.deed for each in refined(Tracer(), None, 2, 8, cleaning=None))
     assert RefiningRenderer(Tracer(), None, 8).render(None, 2).max() == 0
