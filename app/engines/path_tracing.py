@@ -7,14 +7,7 @@ from collections.abc import Callable, Iterator
 from app.engines.engine import Array, always
 from app.engines.messages import Request, SupersededError
 from app.engines.renderer_engine import RendererEngine
-from model.rendering.path_tracing.cleaning import Cleaning
-from model.rendering.path_tracing.refinement import (
-    MOST_SAMPLES,
-    Refined,
-    RefiningRenderer,
-    refined,
-)
-from model.rendering.path_tracing.renderer import PathTracer
+from model.rendering.path_tracing.refinement import MOST_SAMPLES, Refined, RefiningRenderer
 
 GOOD_ENOUGH = 0.003
 """Estimated error of a picture that no more samples are spent on: less than an 8-bit step."""
@@ -25,11 +18,10 @@ class PathTracingEngine(RendererEngine):
 
     Parameters
     ----------
-    tracer : PathTracer
+    renderer : RefiningRenderer
+        Draws pictures to save with as many samples as it has.
     sample_distance : float
         Of final images, in voxels.
-    cleaning : callable, optional
-        Gives what takes the noise out of pictures.
     release : callable
         Releases what cleans.
     """
@@ -38,14 +30,12 @@ class PathTracingEngine(RendererEngine):
 
     def __init__(
         self,
-        tracer: PathTracer,
+        renderer: RefiningRenderer,
         sample_distance: float,
-        cleaning: Cleaning | None = None,
         release: Callable[[], None] = lambda: None,
     ) -> None:
-        super().__init__(RefiningRenderer(tracer, cleaning), sample_distance)
-        self._cleaning, self._release = cleaning, release
-        self._tracer = tracer
+        super().__init__(renderer, sample_distance)
+        self._refining, self._release = renderer, release
         self._said = ""
         self._drawn = _Drawn()
 
@@ -64,14 +54,12 @@ class PathTracingEngine(RendererEngine):
         key = request.inputs, quality.pixels, distance
         if self._drawn.key != key:
             self._drawn = drawn = _Drawn(key)
-            drawn.coming = refined(
-                self._tracer,
+            drawn.coming = self._refining.refined(
                 request.inputs,
                 quality.pixels,
                 MOST_SAMPLES,
                 lambda: drawn.is_wanted(),
                 distance,
-                cleaning=self._cleaning,
                 error=GOOD_ENOUGH,
             )
         last = self._drawn.after(quality.samples, is_wanted)

@@ -83,6 +83,7 @@ from model.rendering.scale_bar import Scale
 from model.volume_files.choice import Choice
 
 PAPER_TITLE = "Paper's networks"
+PATH_TITLE = "Generator of one sample"
 """Title of the generator's pane with them."""
 
 
@@ -461,6 +462,8 @@ class MainWindow(QMainWindow):
         """Make room for the generator's image, or give it to the reference."""
         self.panes.set_model(self.workspace.has_model)
         title = PAPER_TITLE if self.workspace.draws_codes else "Generator"
+        if self.workspace.draws_path:
+            title = PATH_TITLE
         self.generator.set_title(title, self.workspace.model_worth)
         self.brightness.set_lighting("learned", self.workspace.model_lighting)
         opened = self.workspace.opened

@@ -16,6 +16,7 @@ from torch import Tensor
 
 from model.devices import choose_device
 from model.errors import CheckpointError
+from model.generator.catalog import PATH_LIGHT
 from model.networks.path_light_file import load_path_light
 from model.networks.path_light_network import (
     MULTIPLE,
@@ -32,9 +33,6 @@ from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
 from model.scene.volume import Volume
-from model.volume_files.shipped import RESOURCES
-
-SHIPPED = RESOURCES / "models" / "path_light.safetensors"
 
 MOST_SAMPLES = 8
 """Up to which the network's pictures are nearer to the truth than the denoiser's."""
@@ -44,7 +42,7 @@ def cleaning_of(
     volume: Volume,
     light: LightDirection | None = None,
     cleans: bool = True,
-    network: Path = SHIPPED,
+    network: Path = PATH_LIGHT,
 ) -> tuple[Cleaning | None, Callable[[], None]]:
     """Return what cleans path-traced pictures of a volume best here, and what releases it.
 

@@ -126,10 +126,11 @@ class RefiningRenderer:
     Parameters
     ----------
     tracer : PathTracer
+        It is closed with this.
     cleaning : callable, optional
         See :func:`refined`.
     samples : int
-        Of each pixel.
+        Of each pixel in :meth:`render`.
     """
 
     def __init__(
@@ -145,6 +146,27 @@ class RefiningRenderer:
         return drawn(
             self._tracer, inputs, size, self._samples, sample_distance, cleaning=self._cleaning
         ).rgba
+
+    def refined(
+        self,
+        inputs: SceneInputs,
+        size: int | Raster,
+        samples: int,
+        wanted: Callable[[], bool] = lambda: True,
+        sample_distance: float | None = None,
+        error: float = 0.0,
+    ) -> Iterator[Refined]:
+        """Draw a picture with ever more samples; see :func:`refined`."""
+        return refined(
+            self._tracer,
+            inputs,
+            size,
+            samples,
+            wanted,
+            sample_distance,
+            cleaning=self._cleaning,
+            error=error,
+        )
 
     def close(self) -> None:
         """End the threads; the renderer cannot be used afterwards."""

@@ -24,6 +24,7 @@ from app.engines.messages import (
 )
 from app.engines.path_tracing import PathTracingEngine
 from model.generator.backends import Backend
+from model.rendering.path_tracing.refinement import RefiningRenderer
 from model.rendering.path_tracing.renderer import PathTracer
 from model.rendering.raster import Raster
 from model.rendering.raycast.renderer import RaycastRenderer
@@ -73,8 +74,8 @@ def test_a_final_image_is_given_up_when_nobody_wants_it() -> None:
 
 
 def test_path_traced_light_says_its_samples_and_is_given_up_when_nobody_wants_it() -> None:
-    tracer = PathTracer(make_volume(), threads=1)
-    engine = PathTracingEngine(tracer, sample_distance=0.5)
+    renderer = RefiningRenderer(PathTracer(make_volume(), threads=1), None)
+    engine = PathTracingEngine(renderer, sample_distance=0.5)
     request = replace(make_request(1), quality=Quality(32, samples=1))
     first = engine.image(request)
     assert engine.description == "path tracer, 1 sample"
@@ -97,7 +98,7 @@ def test_a_path_traced_picture_goes_on_where_it_ended() -> None:
             traced.append(1)
             return super()._run(task, raster, wanted)
 
-    engine = PathTracingEngine(Counting(make_volume(), threads=1), 0.5)
+    engine = PathTracingEngine(RefiningRenderer(Counting(make_volume(), threads=1), None), 0.5)
     request = replace(make_request(1), quality=Quality(16, samples=2))
     for samples in (2, 4, 8):
         image = engine.image(replace(request, quality=Quality(16, samples=samples)))

@@ -9,7 +9,7 @@ import pytest
 import torch
 from ramp import make_tf, make_volume
 
-from model.generator import path_light_generator
+from model.generator.catalog import PATH_LIGHT
 from model.generator.path_light_generator import MOST_SAMPLES, PathLightGenerator, cleaning_of
 from model.networks.path_light_file import PathLightCard, save_path_light
 from model.networks.path_light_network import PathLightNetwork, PathLightSize
@@ -86,7 +86,7 @@ def test_where_a_part_is_missing_the_rest_cleans(
 @needs_denoiser
 @pytest.mark.slow
 def test_the_shipped_network_is_nearer_to_the_truth_than_the_denoiser() -> None:
-    assert path_light_generator.SHIPPED.is_file()
+    assert PATH_LIGHT.is_file()
     for path in shipped_volumes():
         volume, tf = first_picture(read_volume(path))
         inputs = SceneInputs.of(View(140, 25, 0, 0.7), tf)
