@@ -4,13 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
+import numpy as np
+from numpy.typing import NDArray
+
 from app.engines.engine import Array, always
-from app.engines.messages import Request, SupersededError
-from app.engines.renderer_engine import RendererEngine
+from app.engines.messages import PictureRequest, Request, SupersededError
+from app.engines.renderer_engine import TILE, RendererEngine
 from model.rendering.path_tracing.refinement import MOST_SAMPLES, Refined, RefiningRenderer
 
 GOOD_ENOUGH = 0.003
 """Estimated error of a picture that no more samples are spent on: less than an 8-bit step."""
+
+MARGIN = 64
+"""Pixels around a tile of a picture to save."""
 
 
 class PathTracingEngine(RendererEngine):
@@ -72,6 +78,28 @@ class PathTracingEngine(RendererEngine):
         if last.samples > 1:
             self._said += f", error {last.error:.2g}".replace(" 0.", " .")
         return last.rgba
+
+    def picture(
+        self, request: PictureRequest, is_wanted: Callable[[], bool] = always
+    ) -> NDArray[np.uint8]:
+        """Trace a picture of any size, tile by tile, with the samples that the request asks for.
+
+        Tiles are drawn with a margin: what takes the noise out looks around each pixel.
+        """
+        quality, renderer = request.quality, self._refining
+        whole, distance = quality.pixels, self._sample_distance * quality.coarseness
+        samples = quality.samples if quality.samples > 1 else renderer.samples
+        picture = np.empty((whole.height, whole.width, 4), dtype=np.uint8)
+        for tile in whole.tiles(TILE, TILE):
+            wide = tile.grown(MARGIN)
+            drawn = renderer.drawn(request.inputs, wide, samples, is_wanted, distance)
+            if drawn is None:
+                raise SupersededError
+            top, left = tile.top - wide.top, tile.left - wide.left
+            image = drawn.rgba[top : top + tile.rows, left : left + tile.columns]
+            part = picture[tile.top : tile.bottom, tile.left : tile.right]
+            part[...] = np.rint(255 * image)
+        return picture
 
     def close(self) -> None:
         """End the tracer, and release what cleans."""

@@ -185,7 +185,12 @@ class MainWindow(QMainWindow):
         self.opening = FileOpening(self, self.state, self.workspace, self.preferences, self.notice)
         self.files = FileDialogs(self, self.state, self.opening, self.preferences)
         shown = ShownImages(
-            self.generator, self.reference, self.overlays, self.image_error, self.brightness
+            self.generator,
+            self.reference,
+            self.overlays,
+            self.image_error,
+            self.brightness,
+            self.workspace.reference,
         )
         self.pictures = PictureSaving(self, self.state, self.files, shown)
         self.movies = MovieSaving(self, self.state, self.files, shown, self.workspace.latent.path)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
@@ -137,15 +138,31 @@ class RefiningRenderer:
         self, tracer: PathTracer, cleaning: Cleaning | None, samples: int = SAMPLES
     ) -> None:
         self.sample_distance = tracer.sample_distance
-        self._tracer, self._cleaning, self._samples = tracer, cleaning, samples
+        self.samples = samples
+        self._tracer, self._cleaning = tracer, cleaning
 
     def render(
         self, inputs: SceneInputs, size: int | Raster, sample_distance: float | None = None
     ) -> NDArray[np.float32]:
         """Render one image; see :class:`model.rendering.renderer.Renderer`."""
         return drawn(
-            self._tracer, inputs, size, self._samples, sample_distance, cleaning=self._cleaning
+            self._tracer, inputs, size, self.samples, sample_distance, cleaning=self._cleaning
         ).rgba
+
+    def drawn(
+        self,
+        inputs: SceneInputs,
+        size: int | Raster,
+        samples: int,
+        wanted: Callable[[], bool] = lambda: True,
+        sample_distance: float | None = None,
+    ) -> Refined | None:
+        """Draw a whole picture of so many samples; None if it is no longer wanted meanwhile."""
+        coming = self._tracer.refine(inputs, size, samples, wanted, sample_distance)
+        (last,) = deque(coming, maxlen=1) or (None,)
+        if last is None or last.samples < samples:
+            return None
+        return shown(last, self._cleaning(inputs, Raster.of(size)) if self._cleaning else None)
 
     def refined(
         self,

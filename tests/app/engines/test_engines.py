@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ramp import make_volume
 from window_fakes import make_request
 
+from app.engines import path_tracing
 from app.engines.engines import (
     GeneratorEngine,
     ReferenceSettings,
@@ -109,6 +110,26 @@ def test_a_path_traced_picture_goes_on_where_it_ended() -> None:
     # Another view is another picture.
     engine.image(replace(request, inputs=replace(request.inputs, view=View(azimuth=80.0))))
     assert len(traced) == 12
+    engine.close()
+
+
+def test_path_traced_tiles_make_up_the_picture_that_is_traced_as_a_whole(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(path_tracing, "TILE", 40)
+    monkeypatch.setattr(path_tracing, "MARGIN", 5)
+    renderer = RefiningRenderer(PathTracer(make_volume(), threads=1), None, samples=2)
+    engine = PathTracingEngine(renderer, sample_distance=0.5)
+    whole, inputs = Raster(90, 50), make_request(1).inputs
+    for samples in (1, 4):
+        quality = Quality(50, raster=whole, samples=samples)
+        picture = engine.picture(PictureRequest(1, inputs, quality))
+        # Without a number, as many as the renderer has.
+        *_, right = renderer.refined(inputs, whole, max(samples, 2))
+        np.testing.assert_allclose(picture / 255, right.rgba, atol=0.6 / 255)
+    asked = count()
+    with pytest.raises(SupersededError):
+        engine.picture(PictureRequest(1, inputs, quality), lambda: next(asked) < 3)
     engine.close()
 
 
