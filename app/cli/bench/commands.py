@@ -160,6 +160,40 @@ def path(
 
 
 @bench.command()
+def path_sensitivity(
+    volume: options.VolumeFiles = None,
+    size: Annotated[
+        int, typer.Option("--size", min=16, max=1024, help="Width and height in pixels.")
+    ] = 64,
+    truth: Annotated[
+        int, typer.Option("--truth", min=4, max=1 << 14, help="Samples to compare with.")
+    ] = 256,
+    json: options.JsonFile = None,
+) -> None:
+    """Sensitivities that may stand in for path-traced light's: agreement with it, and time."""
+    from app.cli.bench.path_sensitivity import bench_path_sensitivity
+
+    bench_path_sensitivity(volume, size, truth, json)
+
+
+@bench.command()
+def jumps(
+    volume: options.VolumeFiles = None,
+    size: Annotated[
+        int, typer.Option("--size", min=16, max=1024, help="Width and height in pixels.")
+    ] = 128,
+    steps: Annotated[
+        int, typer.Option("--steps", min=4, max=10_000, help="That move a mode by one bin.")
+    ] = 200,
+    json: options.JsonFile = None,
+) -> None:
+    """Whether the ray caster's pictures change evenly while a TF is edited, in all lights."""
+    from app.cli.bench.jumps import bench_jumps
+
+    bench_jumps(volume, size, steps, json)
+
+
+@bench.command()
 def extremes(
     vtk: Annotated[bool, typer.Option("--vtk/--no-vtk", help="VTK, too.")] = True,
     json: options.JsonFile = None,
