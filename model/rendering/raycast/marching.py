@@ -29,15 +29,16 @@ FAINT = np.float32(5e-6)
 
 In an image that is nowhere bright, as much less: it would be black."""
 
-FULL = np.float32(0.003)
+FULL = np.float32(0.004)
 """Weight above which a sample has its own shading alone; less in a faint image."""
 
 SHARED = 4
 """Samples in a row that share the shading of the first of them where they are fainter.
 
-From half of :data:`FULL` on their own fades in: a picture must not jump as its TF is edited."""
+From :data:`FADING` of :data:`FULL` on their own fades in: a picture must not jump as its TF is
+edited."""
 
-HALF = np.float32(0.5)
+FADING = np.float32(0.75)
 
 
 @inlined
@@ -177,11 +178,12 @@ def march(
                                         voxels, shape, light, glow, ray, np.float32(leader)
                                     )
                                 diffuse, gloss = common, common_gloss
-                            if weight > HALF * full:
+                            if weight > FADING * full:
                                 own, own_gloss = shade(
                                     voxels, shape, light, glow, ray, np.float32(k + m)
                                 )
-                                part = min(weight / (HALF * full) - ONE, ONE)
+                                part = (weight / full - FADING) / (ONE - FADING)
+                                part = min(part, ONE)
                                 diffuse += part * (own - diffuse)
                                 gloss += part * (own_gloss - gloss)
                             white = gloss * a
