@@ -487,6 +487,9 @@ class Workspace(QObject):
         self._follow_scene()
         self._note_model()
         scene, tf = self._model.scene_for(self._opened), self._state.transfer_function
+        if self._model.draws_path:
+            # What draws now takes any range and scale.
+            scene = None
         is_alike = scene is not None and tf.scale == scene.scale
         if scene is not None and is_alike and tf.scalar_range != scene.scalar_range:
             self._state.commit(fit_to_range(tf, scene.scalar_range), "range of the model")
