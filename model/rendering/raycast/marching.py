@@ -32,13 +32,15 @@ In an image that is nowhere bright, as much less: it would be black."""
 FULL = np.float32(0.004)
 """Weight above which a sample has its own shading alone; less in a faint image."""
 
-SHARED = 4
-"""Samples in a row that share the shading of the first of them where they are fainter.
+SHARED = 6
+"""Samples in a row that share the shading of their middle where they are fainter.
 
 From :data:`FADING` of :data:`FULL` on their own fades in: a picture must not jump as its TF is
 edited."""
 
 FADING = np.float32(0.75)
+
+MIDDLE = np.float32((SHARED - 1) / 2)
 
 
 @inlined
@@ -174,8 +176,9 @@ def march(
                                 # what is visible before them.
                                 if (k + m) - (k + m) % SHARED != leader:
                                     leader = (k + m) - (k + m) % SHARED
+                                    middle = min(np.float32(leader) + MIDDLE, ray.last)
                                     common, common_gloss = shade(
-                                        voxels, shape, light, glow, ray, np.float32(leader)
+                                        voxels, shape, light, glow, ray, middle
                                     )
                                 diffuse, gloss = common, common_gloss
                             if weight > FADING * full:
