@@ -237,6 +237,10 @@ QGraphicsView[role="plots"] {{ border: 1px solid transparent; border-radius: 4px
 QGraphicsView[role="plots"][ringed="true"] {{ border-color: {c.change}; }}
 QLabel[role="title"] {{ font-weight: 600; }}
 QLabel[role="dim"] {{ color: {c.dim}; }}
+QLabel[role="on image"] {{
+    color: {ON_IMAGE.text}; background: {ON_IMAGE.window}; border-radius: 4px; padding: 0 8px;
+    font-size: {SMALL_PIXELS}px;
+}}
 QLabel[role="readout"] {{
     background: {c.field}; border: 1px solid {c.line}; border-radius: 4px; padding: 2px 6px;
 }}

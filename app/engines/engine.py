@@ -55,6 +55,10 @@ class Engine(Protocol):
         """Whether the ray caster draws."""
 
     @property
+    def image_error(self) -> float | None:
+        """Estimated RMSE of the last image, infinite if not known yet; None if there is none."""
+
+    @property
     def scene(self) -> Scene | None:
         """Scene that a generator was trained on; None for renderers."""
 

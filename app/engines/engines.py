@@ -140,6 +140,7 @@ class GeneratorEngine:
     """A trained generator as an engine; images always have the generator's size."""
 
     remark = ""
+    image_error = None
     draws_codes = True
     by_raycast = False
 

@@ -15,6 +15,9 @@ from model.scene.region import ImageRegion
 from model.scene.scene import Scene
 from model.sensitivity.measure import Measure
 
+GOOD_ENOUGH = 0.003
+"""Error of an image, root mean square of its colours, that no eye sees: less than an 8-bit step."""
+
 
 @dataclass(frozen=True)
 class Quality:
@@ -263,6 +266,9 @@ class Result:
         The engine's, which may change as it falls back on another renderer; "" for as before.
     by_raycast : bool
         Whether the ray caster has drawn it.
+    image_error : float or None
+        How far the engine estimates an image from the exact one, root mean square of the
+        colours, infinite as long as it does not know; None if it does not estimate it.
     """
 
     request: Request
@@ -272,6 +278,7 @@ class Result:
     description: str = ""
     remark: str = ""
     by_raycast: bool = False
+    image_error: float | None = None
 
 
 class SupersededError(Exception):

@@ -8,19 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.engines.engine import Array, always
-from app.engines.messages import PictureRequest, Request, SupersededError
+from app.engines.messages import GOOD_ENOUGH, PictureRequest, Request, SupersededError
 from app.engines.renderer_engine import TILE, RendererEngine
 from model.rendering.path_tracing.refinement import MOST_SAMPLES, Refined, RefiningRenderer
-
-GOOD_ENOUGH = 0.003
-"""Estimated error of a picture that no more samples are spent on: less than an 8-bit step."""
 
 MARGIN = 64
 """Pixels around a tile of a picture to save."""
 
 
 class PathTracingEngine(RendererEngine):
-    """The path tracer as an engine, which says how many samples an image has, and its error.
+    """The path tracer as an engine, which counts an image's samples, and estimates its error.
 
     Parameters
     ----------
@@ -75,8 +72,7 @@ class PathTracingEngine(RendererEngine):
         self._said = f", {last.samples} sample{'s' * (last.samples > 1)}"
         if last.deed:
             self._said += f", {last.deed}"
-        if last.samples > 1:
-            self._said += f", error {last.error:.2g}".replace(" 0.", " .")
+        self.image_error = last.error
         return last.rgba
 
     def picture(

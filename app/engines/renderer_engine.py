@@ -62,6 +62,7 @@ class RendererEngine:
 
     scene = None
     draws_codes = False
+    image_error: float | None = None
 
     def __init__(
         self, renderer: Renderer, sample_distance: float, name: RendererName = "raycast"

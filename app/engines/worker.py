@@ -219,5 +219,12 @@ def _result(engine: Engine, request: Request, is_wanted: Callable[[], bool]) -> 
         error = error_sentence(exception)
     seconds = time.perf_counter() - start
     return Result(
-        request, value, error, seconds, engine.description, engine.remark, engine.by_raycast
+        request,
+        value,
+        error,
+        seconds,
+        engine.description,
+        engine.remark,
+        engine.by_raycast,
+        engine.image_error,
     )

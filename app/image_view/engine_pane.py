@@ -37,7 +37,6 @@ WIDE = 590
 
 PREPARING = "Preparing …"
 DRAWING = "drawing …"
-REFINING = "refining…"
 OUTSIDE = "outside training"
 
 LEAST_PROGRESS, MOST_PROGRESS = 0.06, 0.94
@@ -65,6 +64,10 @@ class EnginePane(QWidget):
 
     imageShown = Signal(object, object)
     """Emitted with the inputs of an image and the image, float32 (H, W, 4)."""
+    resultShown = Signal(object)
+    """Emitted with the :class:`Result` of the image that is shown."""
+    statusShown = Signal()
+    """Emitted whenever the caption has been written anew."""
 
     def __init__(
         self,
@@ -147,6 +150,12 @@ class EnginePane(QWidget):
         self._show_status()
 
     @property
+    def shows_present(self) -> bool:
+        """Whether an image is there that nothing covers, and is not late."""
+        is_there = self._rgba is not None and not self.canvas.message
+        return is_there and not self._is_late and not self._cover[0]
+
+    @property
     def title(self) -> str:
         """Title of the pane's own images."""
         return self._name
@@ -213,6 +222,7 @@ class EnginePane(QWidget):
         moves = request.quality.live and result.seconds > 0
         self._speed = f"moving {min(1 / result.seconds, 999):.0f} fps" if moves else ""
         self._lateness.note(request.inputs)
+        self.resultShown.emit(result)
         self._show_status()
         self.imageShown.emit(result.request.inputs, rgba)
 
@@ -240,6 +250,7 @@ class EnginePane(QWidget):
         room = self.canvas.width() - 2 * PLACE - CUBE_ROOM
         self.caption.setFixedWidth(max(min(self.caption.sizeHint().width(), room), 0))
         self.canvas.set_progress(self._progress())
+        self.statusShown.emit()
 
     def _status(self) -> tuple[str, Tone]:
         state = self.client.state
@@ -255,9 +266,6 @@ class EnginePane(QWidget):
         if self.engine == "exact" and self.width() >= WIDE:
             facts.append(self._light)
         tone: Tone = "dim"
-        if self._is_finer_next:
-            facts.append(REFINING)
-            tone = "change"
         if self._hint:
             facts.append(OUTSIDE)
             tone = "attention"

@@ -122,6 +122,10 @@ class ReferenceWork(QObject):
         """Reach that the home view fits: the whole image's, or that of a model's square."""
         return self._dispatcher.raster.reach if self._scene is None else SQUARE
 
+    def whole_raster(self) -> Raster:
+        """Return the pixels of an image where nothing stands against it."""
+        return self._dispatcher.raster
+
     def choose(self, keep: bool = True, **changes: Any) -> None:
         """Change some of the :class:`ReferenceChoices`, by name.
 

@@ -24,6 +24,7 @@ from app.engines.client import EngineClient
 from app.engines.engines import FASTEST, REAL_BUILDERS, Builders, GeneratorSettings
 from app.image_view.crop_handles import CropHandles
 from app.image_view.engine_pane import EnginePane
+from app.image_view.fidelity_line import FidelityLine
 from app.image_view.gestures import ViewGestures
 from app.image_view.reference_controls import ReferenceControls
 from app.image_view.view_keys import ViewKeys
@@ -162,6 +163,9 @@ class MainWindow(QMainWindow):
         self._lay_out()
         self.overlays = Overlays(
             (self.generator, self.reference), self.state, self.workspace.decoded, self.preferences
+        )
+        self.fidelity = FidelityLine(
+            self.reference, self.state, self.workspace.reference.whole_raster, self._copy_error
         )
         DecodedLayer(self.editor.area, self.workspace.decoded)
         self._memory = WindowMemory(
@@ -305,6 +309,11 @@ class MainWindow(QMainWindow):
         opened = self.workspace.opened
         copy = ", compact" if opened is not None and opened.volume.file.is_lossy else ""
         self.reference.set_light(LIGHTS[self.workspace.reference.settings.lighting] + copy)
+
+    def _copy_error(self) -> float | None:
+        """Error of images of the open volume, if that is a lossy copy."""
+        opened = self.workspace.opened
+        return None if opened is None else opened.volume.file.image_error
 
     @property
     def errors(self) -> list[str]:

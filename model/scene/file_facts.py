@@ -64,6 +64,9 @@ class FileFacts:
         Axis of the volume that points up, where the file says it other than by its space.
     is_lossy : bool
         Whether the voxels are a compressed copy's, near to what they were.
+    image_error : float or None
+        How far images of such a copy are from the original's, RMSE of colours in [0, 1], as it
+        was measured when the copy was made; None where nothing is lost, or it is not known.
     """
 
     format: str = ""
@@ -75,3 +78,4 @@ class FileFacts:
     view: View | None = None
     up: str = ""
     is_lossy: bool = False
+    image_error: float | None = None

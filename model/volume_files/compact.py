@@ -223,6 +223,7 @@ def read_compact(path: Path, choice: Choice = LARGEST) -> Grid:
             view=head.view,
             up=head.up,
             is_lossy=not coded.is_exact,
+            image_error=None if head.original.error is None else head.original.error.rmse,
         ),
     )
 

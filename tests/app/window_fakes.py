@@ -63,6 +63,7 @@ class FakeEngine:
         self.draws_codes = draws_codes
         self.description, self.remark = description, ""
         self.by_raycast = False
+        self.image_error: float | None = None
         self.gate = gate
         self.started = threading.Semaphore(0)
         self.requests: list[ImageRequest] = []

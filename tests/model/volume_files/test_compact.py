@@ -116,7 +116,7 @@ def test_all_that_a_volume_has_comes_back(tmp_path: Path) -> None:
     for name in ("spacing", "origin", "units", "axis_labels"):
         assert getattr(copy, name) == getattr(volume, name)
     assert copy.file.is_lossy
-    facts = replace(copy.file, format="DICOM", is_lossy=False, up="")
+    facts = replace(copy.file, format="DICOM", is_lossy=False, up="", image_error=None)
     assert facts == volume.file and copy.up == "+z"
     assert copy.notes[1] == "It was sheared." and copy.data_range == volume.data_range
     assert "of head: " in copy.notes[0] and "image error 0.004, largest 0.011" in copy.notes[0]
@@ -203,3 +203,10 @@ def test_what_is_stored_where_nothing_was_measured_spoils_nothing(
     assert copy.missing is not None and (copy.missing == missing).all()
     errors = (copy.voxels.astype(float) - voxels)[~missing] / (hi - lo)
     assert np.abs(errors).max() < 0.01
+
+
+def test_a_copy_knows_how_wrong_its_images_are(tmp_path: Path) -> None:
+    write(tmp_path / "a.tfvolume", smooth("u1"), 0.3)
+    write(tmp_path / "b.tfvolume", smooth("u1"), 9)
+    assert read_volume(tmp_path / "a.tfvolume").file.image_error == ERROR.rmse
+    assert read_volume(tmp_path / "b.tfvolume").file.image_error is None

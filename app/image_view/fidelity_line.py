@@ -1,0 +1,107 @@
+"""The line in the corner of the reference's image that says how far it is from the exact one."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Callable
+
+from PySide6.QtWidgets import QLabel
+
+from app.engines.messages import Result
+from app.engines.states import EngineState
+from app.image_view.engine_pane import PLACE, EnginePane
+from app.image_view.orientation_cube import OrientationCube
+from app.state.fidelity import Fidelity, ImageErrors
+from app.state.viewer_state import ViewerState
+from model.rendering.raster import Raster
+
+HEIGHT = 22
+
+BELOW_CUBE, BELOW_CAPTION = 76, 36
+"""Distance to the canvas's upper edge, in pixels."""
+
+WHAT = (
+    "Error (RMSE): how far the image's colours, from 0 to 1, are from those of the exact image, "
+    "in the mean over all pixels."
+)
+
+
+class FidelityLine(QLabel):
+    """Says nothing of an exact image, else how wrong it is, why, and how it gets better.
+
+    Its accessible name is what it says.
+
+    Parameters
+    ----------
+    pane : EnginePane
+        The reference's.
+    state : ViewerState
+    whole : callable
+        Returns the pixels that an image has where nothing stands against it.
+    copy_error : callable
+        Returns the error of a lossy copy's images; None for another volume.
+    """
+
+    def __init__(
+        self,
+        pane: EnginePane,
+        state: ViewerState,
+        whole: Callable[[], Raster],
+        copy_error: Callable[[], float | None],
+    ) -> None:
+        super().__init__(pane.canvas)
+        self._pane, self._state = pane, state
+        self._whole, self._copy_error = whole, copy_error
+        self._errors = ImageErrors()
+        self._fidelity = Fidelity()
+        self.setProperty("role", "on image")
+        self.hide()
+        pane.resultShown.connect(self._take)
+        pane.statusShown.connect(self._show)
+        pane.client.stateChanged.connect(self._follow)
+        state.inputsChangeFinished.connect(self._show)
+
+    @property
+    def fidelity(self) -> Fidelity:
+        """What is said now."""
+        return self._fidelity
+
+    @property
+    def said(self) -> str:
+        """What is said now, in words; empty of an exact image."""
+        return self._fidelity.text
+
+    def _take(self, result: Result) -> None:
+        self._errors.note(result, self._whole())
+
+    def _follow(self, state: EngineState) -> None:
+        if state is EngineState.LOADING:
+            self._errors.forget()
+        elif state is EngineState.SETTLED:
+            self._errors.settle(self._whole())
+        self._show()
+
+    def _show(self) -> None:
+        self._fidelity = Fidelity()
+        if self._pane.shows_present:
+            settled = self._pane.client.state is EngineState.SETTLED
+            state = self._state
+            found = self._errors.fidelity(state.inputs, state.live, settled, self._whole())
+            self._fidelity = found.of_copy(self._copy_error())
+        text = self._fidelity.text
+        if text != self.text():
+            self.setText(text)
+            self.setAccessibleName(text)
+        lines = (*self._fidelity.reasons, WHAT) if self._fidelity.error else self._fidelity.reasons
+        # As rich text it is wrapped.
+        tip = "<br>".join(html.escape(line) for line in lines)
+        self.setToolTip(f"<qt>{tip}</qt>" if tip else "")
+        self._place()
+        self.setVisible(bool(text))
+
+    def _place(self) -> None:
+        canvas = self._pane.canvas
+        cubes = canvas.findChildren(OrientationCube)
+        top = BELOW_CUBE if any(not cube.isHidden() for cube in cubes) else BELOW_CAPTION
+        width = min(self.sizeHint().width(), max(canvas.width() - 2 * PLACE, 0))
+        self.setGeometry(canvas.width() - PLACE - width, top, width, HEIGHT)

@@ -1,0 +1,88 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from pytestqt.qtbot import QtBot
+from window_fakes import FakeEngine, make_request
+
+from app.engines.client import EngineClient
+from app.engines.messages import ImageRequest, Quality
+from app.image_view.engine_pane import EnginePane
+from app.image_view.fidelity_line import FidelityLine
+from app.state.brightness import Brightness
+from app.state.preferences import Preferences
+from app.state.viewer_state import ViewerState
+from model.rendering.raster import Raster
+from model.scene.view import View
+
+MOVING = Quality(8, coarseness=4.0, live=True)
+
+
+@pytest.fixture
+def line(qtbot: QtBot) -> FidelityLine:
+    preferences = Preferences(None)
+    brightness = Brightness(preferences, preferences)
+    pane = EnginePane("Ground truth", EngineClient("test"), brightness, "exact")
+    preferences.setParent(pane)
+    qtbot.addWidget(pane, before_close_func=close)
+    pane.resize(700, 500)
+    pane.show()
+    return FidelityLine(pane, ViewerState(pane), lambda: Raster(8, 8), lambda: None)
+
+
+def request(line: FidelityLine, sequence: int) -> ImageRequest:
+    """A request for an image of the present inputs."""
+    return replace(make_request(sequence), inputs=line._state.inputs)
+
+
+def close(pane: EnginePane) -> None:
+    pane.client.stop()
+    pane.client.join()
+
+
+def test_it_is_there_for_what_is_not_exact_alone(qtbot: QtBot, line: FidelityLine) -> None:
+    pane, engine = line._pane, FakeEngine()
+    pane.client.start(lambda: engine, "Loading …")
+    assert line.isHidden()
+    with qtbot.waitSignal(pane.client.settled):
+        pane.client.submit(request(line, 1))
+    assert line.isHidden() and line.said == ""
+    engine.image_error = 0.0123
+    with qtbot.waitSignal(pane.client.settled):
+        pane.client.submit(request(line, 2))
+    words = "error .012, as good as it gets here"
+    assert not line.isHidden() and line.said == line.text() == line.accessibleName() == words
+    assert "1 samples a pixel" in line.toolTip() and "RMSE" in line.toolTip()
+    # In the upper right corner, below the caption.
+    assert line.geometry().right() <= pane.canvas.width() and line.y() > pane.caption.y()
+    # Neither of a picture that covers the image, nor of an error.
+    pane.name_cover("Preview")
+    assert line.isHidden()
+    pane.name_cover("")
+    assert not line.isHidden()
+    pane.client.fail("It failed.")
+    assert line.isHidden()
+
+
+def test_it_learns_the_error_of_moving_images(qtbot: QtBot, line: FidelityLine) -> None:
+    pane = line._pane
+    state = line._state
+    pane.client.start(FakeEngine, "Loading …")
+    state.move_view(View(70.0))
+    pane.client.submit(replace(request(line, 51), quality=MOVING))
+    qtbot.waitUntil(lambda: pane.canvas.image is not None)
+    # The red channel is the number of the request: 51 / 255 off, in one of three channels.
+    state.finish_view()
+    with qtbot.waitSignal(pane.client.settled):
+        pane.client.submit(request(line, 102))
+    assert line.said == ""
+    state.move_view(View(80.0))
+    pane.client.submit(replace(request(line, 103), quality=MOVING))
+    qtbot.waitUntil(lambda: line.said != "")
+    assert line.said == "error ~.12"
+    # As wide as what it says.
+    short = line.width()
+    state.finish_view()
+    qtbot.waitUntil(lambda: line.said == "error ~.12, refining")
+    assert line.width() > short
